@@ -1,0 +1,6 @@
+"""What can be wrong with a workbook: a catalogue of codes, and the diagnostics found in one."""
+
+from rrp_sheets.diagnostics.catalogue import CODES, Code, Severity
+from rrp_sheets.diagnostics.report import Diagnostic, Report
+
+__all__ = ["CODES", "Code", "Diagnostic", "Report", "Severity"]

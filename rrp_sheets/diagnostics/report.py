@@ -1,0 +1,95 @@
+"""Diagnostics: each with code, cell, message and remedy; collected, never stopping at the first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from rrp_sheets.diagnostics.catalogue import CODES, Severity
+from rrp_sheets.model.cells import Address
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One finding.
+
+    Attributes:
+        code: the catalogue's code.
+        severity: of that code.
+        address: the cell it belongs to; None for the whole file.
+        message: what is wrong, in the user's words.
+        remedy: what to do about it.
+        span: first and last+1 character within the cell's text, where known.
+    """
+
+    code: str
+    severity: Severity
+    address: Address | None
+    message: str
+    remedy: str
+    span: tuple[int, int] | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """As `check --json` prints it."""
+        return {
+            "code": self.code,
+            "severity": self.severity.value,
+            "sheet": self.address.sheet if self.address else "",
+            "cell": self.address.cell if self.address else "",
+            "message": self.message,
+            "remedy": self.remedy,
+        }
+
+
+class Report:
+    """The diagnostics of one workbook, in the order of its sheets and cells.
+
+    >>> report = Report(); _ = report.add("FILE001", None, name="x.xlsx"); report.flatten(["code", "cell"])
+    [('FILE001', '')]
+    """
+
+    def __init__(self, diagnostics: Iterable[Diagnostic] = ()) -> None:
+        self._found: list[Diagnostic] = list(diagnostics)
+        self._sheets: dict[str, int] = {}
+
+    def order_by(self, sheets: Iterable[str]) -> None:
+        """Let the findings follow the order of these sheets."""
+        self._sheets = {name: i for i, name in enumerate(sheets)}
+
+    def add(
+        self, code: str, address: Address | None, *, span: tuple[int, int] | None = None, **details: object
+    ) -> Diagnostic:
+        """Add a finding; `details` fill the catalogue's texts."""
+        entry = CODES[code]
+        message, remedy = entry.message.format(**details), entry.remedy.format(**details)
+        diagnostic = Diagnostic(code, entry.severity, address, message, remedy, span)
+        if diagnostic not in self._found:
+            self._found.append(diagnostic)
+        return diagnostic
+
+    def extend(self, other: Iterable[Diagnostic]) -> None:
+        """Add the findings of another report."""
+        self._found.extend(d for d in other if d not in self._found)
+
+    def _place(self, d: Diagnostic) -> tuple[int, str, int, int, str]:
+        if d.address is None:
+            return (-1, "", 0, 0, d.code)
+        a = d.address
+        return (self._sheets.get(a.sheet, len(self._sheets)), a.sheet, a.row, a.column, d.code)
+
+    def __iter__(self) -> Iterator[Diagnostic]:
+        return iter(sorted(self._found, key=self._place))
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+    @property
+    def errors(self) -> list[Diagnostic]:
+        """The findings that keep the workbook from running."""
+        return [d for d in self if d.severity is Severity.ERROR]
+
+    def flatten(self, fields: Iterable[str]) -> list[tuple[Any, ...]]:
+        """The named entries of every finding, for tests: `report.flatten(["code", "cell"])`."""
+        fields = list(fields)
+        return [tuple(d.as_dict()[f] for f in fields) for d in self]

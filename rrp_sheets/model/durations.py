@@ -1,0 +1,45 @@
+"""Durations as people type them: `1000`, `1 s`, `500 ms`, `10 min`, `4 h`."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+
+_UNITS = {
+    "": 1_000, "ms": 1_000, "msec": 1_000, "millisecond": 1_000, "milliseconds": 1_000,
+    "s": 1_000_000, "sec": 1_000_000, "secs": 1_000_000, "second": 1_000_000, "seconds": 1_000_000,
+    "min": 60_000_000, "mins": 60_000_000, "minute": 60_000_000, "minutes": 60_000_000,
+    "h": 3_600_000_000, "hour": 3_600_000_000, "hours": 3_600_000_000,
+}  # fmt: skip
+_DURATION = re.compile(r"\s*(\d+(?:\.\d+)?|\.\d+)\s*([a-z]*)\.?\s*", re.ASCII)
+LONGEST_US = 31 * 24 * 3_600_000_000  # a month: longer is surely a typing mistake
+
+
+def parse_duration(text: str, bare: str = "ms") -> int | None:
+    """A duration in whole microseconds, or None when the text is not one.
+
+    Args:
+        text: what the user typed; a number alone is in the unit `bare`.
+        bare: the unit of a number without unit (`ms` in rate cells, `s` on the command line and in scenes).
+
+    >>> parse_duration("1000"), parse_duration("1 s"), parse_duration("0.5", bare="s"), parse_duration("soon")
+    (1000000, 1000000, 500000, None)
+    """
+    match = _DURATION.fullmatch(unicodedata.normalize("NFKC", text).casefold())
+    if not match or match[2] not in _UNITS:
+        return None
+    us = round(float(match[1]) * _UNITS[match[2] or bare])
+    return us if us <= LONGEST_US else None
+
+
+def show_duration(us: int) -> str:
+    """A duration in the largest unit that keeps it short.
+
+    >>> show_duration(500_000), show_duration(2_000_000), show_duration(90_000_000), show_duration(600_000_000)
+    ('500 ms', '2 s', '90 s', '10 min')
+    """
+    if us < 1_000_000:
+        return f"{us / 1_000:g} ms"
+    if us % 60_000_000 == 0 and us >= 120_000_000:
+        return f"{us // 60_000_000} min"
+    return f"{us / 1_000_000:g} s"

@@ -1,0 +1,160 @@
+"""The values that travel on streams: numbers, text, TRUE/FALSE, blank, lists of these, and payload records."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from rrp_sheets.model.names import key
+
+Value = Any
+"""None (blank), bool, int, float, str, list or tuple of values, Record, or (as an error) Failure."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field of a payload record: its name, kind (`number`, `text`, `truth`, `any`), unit, example and help."""
+
+    name: str
+    kind: str = "any"
+    unit: str = ""
+    example: Value = None
+    help: str = ""
+
+
+@dataclass(frozen=True)
+class RecordType:
+    """What a kind of record contains.
+
+    Attributes:
+        name: shown in messages ("Red ball has no field “distence”").
+        fields: in the order they are shown.
+        aliases: further names of fields, by key (`isnew` is `new`).
+        positions: the fields that `[0]`, `[1]`, … mean; empty when the record has no positions.
+    """
+
+    name: str
+    fields: tuple[Field, ...]
+    aliases: Mapping[str, str] = field(default_factory=dict)
+    positions: tuple[str, ...] = ()
+    keys: Mapping[str, str] = field(init=False, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        keys = {key(f.name): key(f.name) for f in self.fields}
+        keys.update({key(alias): key(name) for alias, name in self.aliases.items()})
+        object.__setattr__(self, "keys", keys)
+
+    def make(self, **values: Value) -> Record:
+        """A record of this type; fields that are not given are blank.
+
+        >>> RecordType("Ball", (Field("x"), Field("is red"))).make(x=1)
+        Ball(x=1, is red=None)
+        """
+        return Record(self, {key(f.name): values.get(key(f.name)) for f in self.fields})
+
+    def example(self) -> Record:
+        """The record of the fields' examples."""
+        return Record(self, {key(f.name): f.example for f in self.fields})
+
+
+class Record:
+    """A payload: named, read-only values, found by key, so `new`, `New` and `is_new` may be one field.
+
+    Formulas reach the values only through :meth:`get`; there is no attribute to follow.
+    """
+
+    __slots__ = ("type", "values")
+
+    def __init__(self, type: RecordType, values: dict[str, Value]) -> None:
+        self.type = type
+        self.values = values
+
+    def get(self, name: str | int) -> Value:
+        """The field of that name (or position); raises KeyError when there is none."""
+        if isinstance(name, int):
+            if not -len(self.type.positions) <= name < len(self.type.positions):
+                raise KeyError(name)
+            return self.values[self.type.positions[name]]
+        k = key(name)
+        return self.values[self.type.keys.get(k, k)]
+
+    def as_dict(self) -> dict[str, Value]:
+        """The values by the fields' shown names."""
+        return {f.name: self.values[key(f.name)] for f in self.type.fields}
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Record) and self.values == other.values
+
+    __hash__ = None  # type: ignore[assignment]  # a record may hold lists
+
+    def __repr__(self) -> str:
+        return f"{self.type.name}({', '.join(f'{n}={v!r}' for n, v in self.as_dict().items())})"
+
+
+def record_from_mapping(name: str, mapping: Mapping[str, Value]) -> Record:
+    """A record with exactly the fields of a mapping, for values that come from JSON or from a test."""
+    kind = RecordType(name, tuple(Field(n, example=v) for n, v in mapping.items()))
+    return Record(kind, {key(n): v for n, v in mapping.items()})
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """A formula's error as a value: it never travels to another row.
+
+    Attributes:
+        code: the diagnostic's code, such as `FORM101`.
+        message: in the user's words.
+        column: where in the formula, counted from 0; -1 when not known.
+    """
+
+    code: str
+    message: str
+    column: int = -1
+
+
+def plain(value: Value) -> Value:
+    """The value as it may enter a stream: numpy scalars and arrays become plain numbers and lists.
+
+    >>> plain((1, 2.5))
+    (1, 2.5)
+    """
+    if value is None or type(value) in (bool, int, float, str, Record):
+        return value
+    if isinstance(value, list):
+        return [plain(v) for v in value]
+    if isinstance(value, tuple):
+        return tuple(plain(v) for v in value)
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    raise TypeError(f"{type(value).__name__} cannot travel on a stream")
+
+
+def to_json(value: Value) -> Any:
+    """The value as JSON knows it: records become objects, tuples lists."""
+    if isinstance(value, Record):
+        return {name: to_json(v) for name, v in value.as_dict().items()}
+    if isinstance(value, (list, tuple)):
+        return [to_json(v) for v in value]
+    return value
+
+
+def show(value: Value) -> str:
+    """The value in short, as a person reads it.
+
+    >>> show(0.123456), show(None), show("hi"), show([1, True])
+    ('0.123', 'blank', '“hi”', '(1, TRUE)')
+    """
+    if value is None:
+        return "blank"
+    if isinstance(value, bool):
+        return "TRUE" if value else "FALSE"
+    if isinstance(value, float):
+        return f"{value:.3g}"
+    if isinstance(value, str):
+        return f"“{value}”"
+    if isinstance(value, (list, tuple)):
+        return f"({', '.join(show(v) for v in value)})"
+    if isinstance(value, Record):
+        return f"{value.type.name} ({', '.join(f'{n} {show(v)}' for n, v in value.as_dict().items() if v is not None)})"
+    return str(value)

@@ -1,0 +1,143 @@
+"""What a workbook says (design: 2-workbook). Built by the format backends, read by everything else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from rrp_sheets.model.cells import Address, Cell
+from rrp_sheets.model.durations import parse_duration
+from rrp_sheets.model.names import key
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One row of a behaviour as it stands in the sheet.
+
+    Attributes:
+        number: the row's number in the sheet.
+        inputs: one cell per input stream (all with the address of the one cell); empty means "the row above".
+        inputs_cell: the whole input cell.
+        on: False when switched off.
+        priority: larger wins; blank is 0.
+    """
+
+    number: int
+    inputs: tuple[Cell, ...]
+    inputs_cell: Cell
+    connector: Cell
+    formula: Cell
+    output: Cell
+    on: bool = True
+    priority: float = 0.0
+    notes: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Behaviour:
+    """One sheet of rows. Comment rows and fully blank rows are not among them."""
+
+    name: str
+    rows: tuple[Row, ...]
+    address: Address  # the header row; its column is that of the Input streams header
+
+
+@dataclass(frozen=True, slots=True)
+class Device:
+    """A row of the Devices sheet: a stream, the device behind it, and the device's settings by key."""
+
+    stream: Cell
+    device: Cell
+    settings: Mapping[str, Cell]
+
+
+@dataclass(frozen=True, slots=True)
+class Helper:
+    """A row of the Helpers sheet; without inputs it is a named constant."""
+
+    name: Cell
+    inputs: tuple[Cell, ...]
+    formula: Cell
+
+
+@dataclass(frozen=True, slots=True)
+class SceneRow:
+    """A row of the Scene sheet, its words not yet understood."""
+
+    time: Cell
+    thing: Cell
+    does: Cell
+    value: Cell
+
+
+@dataclass(frozen=True, slots=True)
+class GestureRow:
+    """A keyframe of the Gestures sheet: joint values by the joint's key."""
+
+    name: Cell
+    time: Cell
+    joints: Mapping[str, Cell]
+
+
+@dataclass(frozen=True, slots=True)
+class TestRow:
+    """A row of a test sheet."""
+
+    time: Cell
+    stream: Cell
+    send: Cell
+    expect: Cell
+
+
+@dataclass(frozen=True, slots=True)
+class TestSheet:
+    """A sheet of tests."""
+
+    name: str
+    rows: tuple[TestRow, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Protocol:
+    """The Protocol sheet: values by the field's key, with the fields' names as spelt, in their order."""
+
+    fields: Mapping[str, Cell] = field(default_factory=dict)
+    names: Mapping[str, str] = field(default_factory=dict)
+
+    def text(self, name: str, default: str = "") -> str:
+        """The value of a field, or the default when it is missing or blank."""
+        cell = self.fields.get(key(name))
+        return cell.text if cell else default
+
+    def seconds(self, name: str) -> float | None:
+        """A duration field in seconds, or None."""
+        us = parse_duration(self.text(name), bare="s")
+        return None if us is None else us / 1e6
+
+    @property
+    def robot(self) -> str:
+        """The robot's folder name; `nao` unless said otherwise."""
+        return self.text("Robot", "nao").casefold()
+
+
+@dataclass(frozen=True, slots=True)
+class Workbook:
+    """Everything that the sheets of ours say.
+
+    Attributes:
+        source: the file or folder it was read from, as text for messages.
+        behaviours: in the order of the sheets.
+        tables: cells of sheets that are the user's own, by the sheet's key (only those that formulas name).
+        sheets: the names of all sheets, ours or not, in order.
+    """
+
+    source: str
+    behaviours: tuple[Behaviour, ...]
+    devices: tuple[Device, ...] = ()
+    helpers: tuple[Helper, ...] = ()
+    protocol: Protocol = field(default_factory=Protocol)
+    scene: tuple[SceneRow, ...] | None = None
+    gestures: tuple[GestureRow, ...] = ()
+    tests: tuple[TestSheet, ...] = ()
+    tables: Mapping[str, tuple[tuple[str, ...], ...]] = field(default_factory=dict)
+    sheets: tuple[str, ...] = ()
