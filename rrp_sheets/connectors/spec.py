@@ -1,0 +1,54 @@
+"""What a connector is: the face that checks, drawings, help and engines see."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from reactivex import Observable
+
+    from rrp_sheets.connectors.wiring import Wiring
+
+
+class Parameter(Enum):
+    """What a connector's Formula cell may hold."""
+
+    FORMULA = "formula"  # required
+    OPTIONAL_FORMULA = "optional formula"
+    PERIOD = "period"
+    NONE = "none"
+
+
+@dataclass(frozen=True)
+class Connector:
+    """A connector.
+
+    Attributes:
+        name: as shown, such as `combineLatest`; any spelling with the same key is accepted, and `synonyms` too.
+        least: the least number of input streams.
+        most: the most, or None for any number.
+        parameter: what the Formula cell holds.
+        icon: SVG elements in a 12 × 12 box, stroke only; `class="f"` marks what is filled.
+        help: one or two sentences for users.
+        sentence: a template for the plain-language description, with `{input}`, `{inputs}`, `{formula}`, `{period}`,
+            `{output}`.
+        build: wires the connector: from a :class:`Wiring` to the observable of its output.
+        drives: True for `subscribe`, the only connector with a side effect.
+        example: input rows of marbles (`1-2--3`) and the parameter, run to make the help's marble picture.
+    """
+
+    name: str
+    least: int
+    most: int | None
+    parameter: Parameter
+    icon: str
+    help: str
+    sentence: str
+    build: Callable[[Wiring], Observable[object]]
+    synonyms: tuple[str, ...] = ()
+    advanced: bool = False
+    drives: bool = False
+    example: Sequence[str] = ()

@@ -1,0 +1,100 @@
+"""The graph of a workbook: streams, steps (rows with their inputs resolved) and their order."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+
+from rrp_sheets.connectors.spec import Connector
+from rrp_sheets.devices import Found
+from rrp_sheets.model.cells import Address
+from rrp_sheets.model.values import Value
+from rrp_sheets.model.workbook import Row
+
+
+class StreamKind(Enum):
+    """What feeds a stream, or what it feeds."""
+
+    SENSOR = "sensor"
+    ORDINARY = "stream"
+    ACTUATOR = "actuator"
+    ANONYMOUS = "anonymous"
+
+
+@dataclass(frozen=True)
+class Stream:
+    """A stream.
+
+    Attributes:
+        id: unique in the workbook: the name's key for devices, `sheetkey!key` for ordinary streams,
+            `sheetkey!#row` for anonymous ones.
+        name: as first spelt; empty for anonymous streams.
+        address: the cell where it is first named (for a device that of its Devices row, if any).
+        device: of a sensor or actuator stream.
+        settings: the device's settings by key, presets and defaults filled in.
+        active: False when only switched-off rows feed it.
+    """
+
+    id: str
+    name: str
+    kind: StreamKind
+    address: Address
+    device: Found | None = None
+    settings: Mapping[str, Value] = field(default_factory=dict)
+    active: bool = True
+
+
+@dataclass(frozen=True)
+class Step:
+    """A row with its connector found and its inputs and output resolved to stream ids.
+
+    Attributes:
+        ref: the row as shown, `Tracking!4`.
+        inputs: stream ids, in order (a blank input cell is resolved to the row above).
+        output: a stream id; for `subscribe` that of the actuator stream; an anonymous stream's for a blank cell.
+        period_us: of connectors that take a period.
+        active: the row is on and at least its first input is fed (of a merge: any).
+        rank: the place in the topological order of the behaviour; ties by row number.
+    """
+
+    row: Row
+    ref: str
+    connector: Connector
+    inputs: tuple[str, ...]
+    output: str
+    period_us: int | None = None
+    active: bool = True
+    rank: int = 0
+
+    @property
+    def number(self) -> int:
+        """The row's number in its sheet."""
+        return self.row.number
+
+
+@dataclass(frozen=True)
+class BehaviourGraph:
+    """One behaviour: its steps in the order of the sheet (switched-off rows included, inactive)."""
+
+    name: str
+    key: str
+    steps: tuple[Step, ...]
+
+
+@dataclass(frozen=True)
+class Graph:
+    """All behaviours of a workbook and all their streams by id."""
+
+    behaviours: tuple[BehaviourGraph, ...]
+    streams: Mapping[str, Stream]
+
+    def sensors_of(self, behaviour: BehaviourGraph) -> list[Stream]:
+        """The sensor streams a behaviour reads, in the order of its rows."""
+        ids = dict.fromkeys(i for s in behaviour.steps for i in s.inputs)
+        return [self.streams[i] for i in ids if self.streams[i].kind is StreamKind.SENSOR]
+
+    def actuators_of(self, behaviour: BehaviourGraph) -> list[Stream]:
+        """The actuator streams a behaviour drives, in the order of its rows."""
+        ids = dict.fromkeys(s.output for s in behaviour.steps)
+        return [self.streams[i] for i in ids if self.streams[i].kind is StreamKind.ACTUATOR]
