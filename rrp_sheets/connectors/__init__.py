@@ -1,0 +1,36 @@
+"""The connectors, one file each (design: 4-streams).
+
+A third party adds one through the entry point group `rrp_sheets.connectors`: a callable that returns
+`[(name, Connector), …]`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import lru_cache
+
+from rrp_sheets.connectors.spec import Connector, Parameter
+from rrp_sheets.registry import Registry, load
+
+__all__ = ["Connector", "Parameter", "connectors"]
+
+
+def _builtin() -> Iterable[tuple[str, Connector]]:
+    from rrp_sheets.connectors.combine_latest import COMBINE_LATEST
+    from rrp_sheets.connectors.filter import FILTER
+    from rrp_sheets.connectors.forget_after import FORGET_AFTER
+    from rrp_sheets.connectors.map import MAP
+    from rrp_sheets.connectors.merge import MERGE
+    from rrp_sheets.connectors.sample import SAMPLE
+    from rrp_sheets.connectors.subscribe import SUBSCRIBE
+    from rrp_sheets.connectors.timestamp import TIMESTAMP
+
+    for connector in (MAP, FILTER, TIMESTAMP, SAMPLE, COMBINE_LATEST, MERGE, SUBSCRIBE, FORGET_AFTER):
+        for name in (connector.name, *connector.synonyms):
+            yield name, connector
+
+
+@lru_cache(maxsize=1)
+def connectors() -> Registry[Connector]:
+    """The connectors by name, in any spelling."""
+    return load("connector", "rrp_sheets.connectors", _builtin)

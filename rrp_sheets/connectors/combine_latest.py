@@ -1,0 +1,58 @@
+"""combineLatest: one result whenever an input changes, with the latest of the others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from reactivex import Observable
+
+from rrp_sheets.connectors.spec import Connector, Parameter
+from rrp_sheets.connectors.wiring import Wiring, settle
+from rrp_sheets.model.names import key
+from rrp_sheets.model.values import Failure, Field, Record, RecordType, Value
+
+
+def together(names: tuple[str, ...]) -> RecordType:
+    """The record of all inputs that a blank formula gives: its fields are the inputs' names, or their places."""
+    fields = tuple(Field(n or f"input {i}") for i, n in enumerate(names, 1))
+    return RecordType("Combination", fields, positions=tuple(key(f.name) for f in fields))
+
+
+def build(wiring: Wiring) -> Observable[Value]:
+    """After every input has had a value: one result per instant in which an input changed."""
+    count = len(wiring.inputs)
+    latest: list[Value] = [None] * count
+    missing = set(range(count))
+    evaluate, fail = wiring.evaluate, wiring.fail
+    kind = together(wiring.names)
+    fields = kind.positions
+
+    def flush(batch: list[tuple[int, Value]], emit: Callable[[Value], None]) -> None:
+        for number, value in batch:
+            latest[number] = value
+            missing.discard(number)
+        if missing:
+            return
+        if evaluate is None:
+            emit(Record(kind, dict(zip(fields, latest, strict=True))))
+            return
+        result = evaluate(*latest)
+        if type(result) is Failure:
+            fail(result, tuple(latest))
+        else:
+            emit(result)
+
+    return settle(wiring, flush)
+
+
+COMBINE_LATEST = Connector(
+    name="combineLatest",
+    least=2,
+    most=None,
+    parameter=Parameter.OPTIONAL_FORMULA,
+    icon=('<path d="M1 2.2h2.6l3 3M1 9.8h2.6l3-3M8.5 6H12"/><circle cx="7.2" cy="6" r="1.9" class="f"/>'),
+    help="Joins the latest values of its inputs whenever one of them changes, once each of them has had a value.",
+    sentence="Whenever {inputs_or} changes, {formula} is worked out from the latest of each.",
+    build=build,
+    example=("1---2----3", "--a----b--", "first & second"),
+)

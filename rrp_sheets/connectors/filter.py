@@ -1,0 +1,58 @@
+"""filter: lets a value of the first input pass when the formula holds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from reactivex import Observable
+from reactivex import operators as ops
+
+from rrp_sheets.connectors.spec import Connector, Parameter
+from rrp_sheets.connectors.wiring import Wiring, first_with_latest
+from rrp_sheets.model.values import Failure, Value, show
+
+
+def build(wiring: Wiring) -> Observable[Value]:
+    """The first input's values for which the formula gives TRUE or a number other than 0."""
+    evaluate, fail = wiring.evaluate, wiring.fail
+    assert evaluate is not None
+
+    def holds(result: Value, values: tuple[Value, ...]) -> bool:
+        if result is True or result is False:
+            return result
+        if result is None:
+            return False
+        if isinstance(result, (int, float)):
+            return result != 0
+        if type(result) is not Failure:
+            words = f"A filter needs TRUE or FALSE, but this gives {show(result)}."
+            result = Failure("FORM108", words)
+        fail(result, values)
+        return False
+
+    if len(wiring.inputs) == 1:
+
+        def passes(value: Value) -> bool:
+            result = evaluate(value)
+            return result if result is True or result is False else holds(result, (value,))
+
+        return wiring.inputs[0].pipe(ops.filter(passes))
+
+    def use(values: tuple[Value, ...], emit: Callable[[Value], None]) -> None:
+        if holds(evaluate(*values), values):
+            emit(values[0])
+
+    return first_with_latest(wiring, use)
+
+
+FILTER = Connector(
+    name="filter",
+    least=1,
+    most=None,
+    parameter=Parameter.FORMULA,
+    icon=('<path d="M1 1.5h10L7.2 6.2v4.3L4.8 9V6.2z"/>'),
+    help="Lets a value of the first input pass when the formula holds; further inputs give their latest value.",
+    sentence="{Input} goes on only when {formula}.",
+    build=build,
+    example=("1-5--2-7", "value > 3"),
+)

@@ -1,0 +1,53 @@
+"""map: a new value worked out from each value of the first input."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from reactivex import Observable, compose
+from reactivex import operators as ops
+
+from rrp_sheets.connectors.spec import Connector, Parameter
+from rrp_sheets.connectors.wiring import Wiring, first_with_latest
+from rrp_sheets.model.values import Failure, Value
+
+
+def build(wiring: Wiring) -> Observable[Value]:
+    """The formula's result for each value of the first input, the others with their latest."""
+    evaluate, fail = wiring.evaluate, wiring.fail
+    assert evaluate is not None
+    if len(wiring.inputs) == 1:
+
+        def work_out(value: Value) -> Value:
+            result = evaluate(value)
+            if type(result) is Failure:
+                fail(result, (value,))
+            return result
+
+        return wiring.inputs[0].pipe(compose(ops.map(work_out), ops.filter(_held)))
+
+    def use(values: tuple[Value, ...], emit: Callable[[Value], None]) -> None:
+        result = evaluate(*values)
+        if type(result) is Failure:
+            fail(result, values)
+        else:
+            emit(result)
+
+    return first_with_latest(wiring, use)
+
+
+def _held(result: Value) -> bool:
+    return type(result) is not Failure
+
+
+MAP = Connector(
+    name="map",
+    least=1,
+    most=None,
+    parameter=Parameter.FORMULA,
+    icon=('<path d="M1 6h6.5M5.2 3.4 7.8 6 5.2 8.6"/><rect x="9" y="4.2" width="2.6" height="3.6" class="f"/>'),
+    help="Works out a new value for each value of the first input; further inputs give their latest value.",
+    sentence="From {input}, work out {formula}.",
+    build=build,
+    example=("1-2--3", "value * 10"),
+)

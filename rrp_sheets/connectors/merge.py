@@ -1,0 +1,34 @@
+"""merge: every value of every input."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from reactivex import Observable
+
+from rrp_sheets.connectors.spec import Connector, Parameter
+from rrp_sheets.connectors.wiring import Wiring, by_input, settle
+from rrp_sheets.model.values import Value
+
+
+def build(wiring: Wiring) -> Observable[Value]:
+    """Every value of every input; those of one instant in the order of the inputs."""
+
+    def flush(batch: list[tuple[int, Value]], emit: Callable[[Value], None]) -> None:
+        for _, value in by_input(batch):
+            emit(value)
+
+    return settle(wiring, flush)
+
+
+MERGE = Connector(
+    name="merge",
+    least=2,
+    most=None,
+    parameter=Parameter.NONE,
+    icon=('<path d="M1 2.2h2L6.6 6H11M1 9.8h2L6.6 6M8.9 3.9 11 6 8.9 8.1"/>'),
+    help="All values of all its inputs, one after the other.",
+    sentence="{Inputs} go on together.",
+    build=build,
+    example=("1---2---", "--a---b-"),
+)

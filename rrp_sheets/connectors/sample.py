@@ -1,0 +1,50 @@
+"""sample: at each tick the latest value, if one has arrived since the last tick."""
+
+from __future__ import annotations
+
+from reactivex import Observable
+from reactivex.abc import ObserverBase, SchedulerBase
+from reactivex.disposable import Disposable, SingleAssignmentDisposable
+
+from rrp_sheets.connectors.spec import Connector, Parameter
+from rrp_sheets.connectors.wiring import Wiring
+from rrp_sheets.model.values import Value
+
+
+def build(wiring: Wiring) -> Observable[Value]:
+    """Ticks have absolute due times (no drift); a value of the tick's own instant counts."""
+    clock, period, rank = wiring.clock, wiring.period_us, wiring.rank
+
+    def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> Disposable:
+        waiting: list[Value] = []
+        due = period
+
+        def tick() -> None:
+            nonlocal due
+            due += max(1, (clock.us - due) // period + 1) * period
+            clock.push(due, rank, tick)
+            if waiting:
+                observer.on_next(waiting.pop())
+
+        def take(value: Value) -> None:
+            waiting[:] = [value]
+
+        source = SingleAssignmentDisposable()
+        source.disposable = wiring.inputs[0].subscribe(take)
+        clock.push(due, rank, tick)
+        return source
+
+    return Observable(subscribe)
+
+
+SAMPLE = Connector(
+    name="sample",
+    least=1,
+    most=1,
+    parameter=Parameter.PERIOD,
+    icon=('<path d="M.8 9.5h2.4v-7h2.8v7h2.8v-7h2.4"/>'),
+    help="At a fixed pace, the latest value, if one has arrived since the last time.",
+    sentence="Every {period}, the latest {input} goes on.",
+    build=build,
+    example=("1-2-3---4", "200 ms"),
+)

@@ -1,0 +1,32 @@
+"""subscribe: drives an actuator; the only connector with a side effect."""
+
+from __future__ import annotations
+
+from reactivex import Observable
+
+from rrp_sheets.connectors import map as mapping
+from rrp_sheets.connectors import merge
+from rrp_sheets.connectors.spec import Connector, Parameter
+from rrp_sheets.connectors.wiring import Wiring
+from rrp_sheets.model.values import Value
+
+
+def build(wiring: Wiring) -> Observable[Value]:
+    """Without formula every value of every input, with one as `map` does. The engine hands them to the actuator."""
+    if wiring.evaluate is not None:
+        return mapping.build(wiring)
+    return merge.build(wiring) if len(wiring.inputs) > 1 else wiring.inputs[0]
+
+
+SUBSCRIBE = Connector(
+    name="subscribe",
+    least=1,
+    most=None,
+    parameter=Parameter.OPTIONAL_FORMULA,
+    icon=('<path d="M.8 6h5.6M4.2 3.6 6.6 6 4.2 8.4"/><path d="M9.4 1.5v9" stroke-width="2.4"/>'),
+    help="Drives the actuator stream named as output. A blank value stops what it is doing.",
+    sentence="{Input}: {does}.",
+    build=build,
+    drives=True,
+    example=("1-2--3",),
+)

@@ -1,0 +1,36 @@
+"""timestamp: each value together with the time of its arrival."""
+
+from __future__ import annotations
+
+from reactivex import Observable
+from reactivex import operators as ops
+
+from rrp_sheets.connectors.spec import Connector, Parameter
+from rrp_sheets.connectors.wiring import Wiring
+from rrp_sheets.model.values import Field, Record, RecordType, Value
+
+TIMED = RecordType(
+    "Value with time",
+    (Field("value", help="the value"), Field("timestamp", "number", "s", 1.0, "seconds since the run began")),
+    aliases={"v": "value", "t": "timestamp"},
+    positions=("timestamp", "value"),  # as in the original software: [0] is the time
+)
+
+
+def build(wiring: Wiring) -> Observable[Value]:
+    """A record of `value` (`v`) and `timestamp` (`t`, in seconds on the run's one clock)."""
+    clock = wiring.clock
+    return wiring.inputs[0].pipe(ops.map(lambda v: Record(TIMED, {"value": v, "timestamp": clock.us / 1_000_000})))
+
+
+TIMESTAMP = Connector(
+    name="timestamp",
+    least=1,
+    most=1,
+    parameter=Parameter.NONE,
+    icon=('<circle cx="6" cy="6" r="4.8"/><path d="M6 3v3.2l2.2 1.3"/>'),
+    help="Adds the time to each value: a record with the fields value (v) and timestamp (t, seconds).",
+    sentence="The time is added to {input}.",
+    build=build,
+    example=("a-b--c",),
+)

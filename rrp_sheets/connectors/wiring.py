@@ -1,0 +1,114 @@
+"""What a connector is given to wire itself: its inputs, its formula, the clock, and where errors go.
+
+Engines implement :class:`Clock`. Everything that needs several inputs or time *settles*: it collects what arrives in
+one instant and acts once, at its place in the topological order, after everything before it has settled. So a diamond
+emits once and consistently, and a timer that is due sees the values of its own instant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from reactivex import Observable
+from reactivex.abc import ObserverBase, SchedulerBase
+from reactivex.disposable import CompositeDisposable, Disposable
+
+from rrp_sheets.model.values import Failure, Value
+
+
+class Clock(Protocol):
+    """The run's one clock, in whole microseconds from the start, and its agenda."""
+
+    us: int
+
+    def push(self, due_us: int, rank: int, action: Callable[[], None]) -> None:
+        """Do something at a time, ordered by (time, rank, sequence); the first frame at or after it does it."""
+        ...
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """The parts of one row.
+
+    Attributes:
+        inputs: the observables of its input streams, in order.
+        clock: the engine's clock.
+        rank: the row's place in the topological order.
+        evaluate: the row's formula over its inputs' values in order; gives a Failure on an error. None without formula.
+        period_us: of a connector with a period.
+        fail: tells an error with the values it came from; the event is dropped.
+        names: the inputs' shown names.
+    """
+
+    inputs: Sequence[Observable[Value]]
+    clock: Clock
+    rank: int
+    evaluate: Callable[..., Value] | None = None
+    period_us: int = 0
+    fail: Callable[[Failure, tuple[Value, ...]], None] = lambda failure, values: None
+    names: tuple[str, ...] = ()
+
+
+Subscribe = Callable[[ObserverBase[Value], SchedulerBase | None], Any]
+
+
+def settle(
+    wiring: Wiring, flush: Callable[[list[tuple[int, Value]], Callable[[Value], None]], None]
+) -> Observable[Value]:
+    """An observable that collects what the inputs emit and calls `flush` once per instant, at the row's rank.
+
+    `flush` gets the arrivals as (input number, value), in the order of their arrival, and a function to emit with.
+    """
+
+    def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> Disposable:
+        arrived: list[tuple[int, Value]] = []
+        clock, rank, emit = wiring.clock, wiring.rank, observer.on_next
+
+        def run() -> None:
+            batch = arrived[:]
+            arrived.clear()
+            flush(batch, emit)
+
+        def taker(number: int) -> Callable[[Value], None]:
+            def take(value: Value) -> None:
+                if not arrived:
+                    clock.push(clock.us, rank, run)
+                arrived.append((number, value))
+
+            return take
+
+        return CompositeDisposable([s.subscribe(taker(i)) for i, s in enumerate(wiring.inputs)])
+
+    return Observable(subscribe)
+
+
+def by_input(batch: list[tuple[int, Value]]) -> list[tuple[int, Value]]:
+    """Arrivals of one instant by input order, then by arrival."""
+    return sorted(batch, key=lambda item: item[0])
+
+
+def first_with_latest(
+    wiring: Wiring, use: Callable[[tuple[Value, ...], Callable[[Value], None]], None]
+) -> Observable[Value]:
+    """For each value of the first input: `use` the values of all inputs, of the others their latest, this instant's too.
+
+    Nothing passes before each further input has had a value.
+    """
+    count = len(wiring.inputs)
+    latest: list[Value] = [None] * count
+    seen = [False] * count
+    seen[0] = True
+
+    def flush(batch: list[tuple[int, Value]], emit: Callable[[Value], None]) -> None:
+        for number, value in batch:
+            if number:
+                latest[number], seen[number] = value, True
+        if not all(seen):
+            return
+        for number, value in batch:
+            if number == 0:
+                use((value, *latest[1:]), emit)
+
+    return settle(wiring, flush)

@@ -1,0 +1,353 @@
+"""The guarded evaluator: asteval's interpreter over a prepared tree; the only import of asteval.
+
+asteval is a deny-list and no sandbox. So nothing reaches it that the allow-list has not passed, its symbol table
+holds the row's inputs and nothing else, functions are bound to their nodes before the run, attributes are looked up in
+records and nowhere else, every result is bounded, and the handlers that formulas do not need are gone.
+"""
+
+from __future__ import annotations
+
+import ast
+import operator
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from asteval import Interpreter
+
+from rrp_sheets.formulas.functions.define import bounded, shown
+from rrp_sheets.formulas.functions.maths import power
+from rrp_sheets.formulas.limits import LARGEST_NUMBER, LONGEST_LIST, LONGEST_TEXT, STEPS
+from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
+from rrp_sheets.formulas.scope import HelperDef
+from rrp_sheets.model.names import nearest
+from rrp_sheets.model.values import Failure, Record, Value
+
+_ORDER: dict[type, Callable[[Any, Any], bool]] = {
+    ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
+}  # fmt: skip
+_ARITHMETIC: dict[type, Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: power,
+}  # fmt: skip
+_SIGNS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%", ast.Pow: "**"}
+_NUMBERS = frozenset((int, float, bool))
+
+
+class OutOfSteps(FormulaProblem):
+    """The evaluation used up its steps; nothing in the formula can catch this."""
+
+
+class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no types
+    """One per thread. Use :meth:`prepare` once per formula and the callable it returns per event."""
+
+    def __init__(self) -> None:
+        super().__init__(minimal=True, use_numpy=False, symtable={}, writer=None, err_writer=None)
+        self.symtable: dict[str, Value] = {}
+        handlers = ("constant", "name", "binop", "unaryop", "boolop", "compare", "ifexp", "list", "tuple",
+                    "subscript", "slice", "attribute", "call", "listcomp", "joinedstr", "formattedvalue")  # fmt: skip
+        self.node_handlers = {name: getattr(self, f"on_{name}") for name in handlers}
+        self.node_handlers["iferror"] = self.on_iferror
+        self.steps = 0
+
+    # ---- preparing and running
+    def prepare(self, tree: ast.expr, names: Sequence[str]) -> Callable[..., Value]:
+        """A callable for a resolved tree: the inputs' values in order in, the value or a Failure out."""
+        self._bind(tree)
+        handler: Callable[[Any], Value] = tree.handler  # type: ignore[attr-defined]
+        if len(names) == 1:
+            name = names[0]
+
+            def evaluate_one(value: Value) -> Value:
+                self.symtable = {name: value}
+                self.steps = STEPS
+                try:
+                    return handler(tree)
+                except Exception as error:
+                    return self._failure(error)
+
+            return evaluate_one
+
+        def evaluate(*values: Value) -> Value:
+            self.symtable = dict(zip(names, values, strict=True))
+            self.steps = STEPS
+            try:
+                return handler(tree)
+            except Exception as error:
+                return self._failure(error)
+
+        return evaluate
+
+    def _bind(self, tree: ast.AST) -> None:
+        """Give every node its handler, so that running it needs no look-up, and helpers' trees too."""
+        for node in ast.walk(tree):
+            handler = self.node_handlers.get(type(node).__name__.lower())
+            if handler is None:
+                continue
+            if isinstance(node, ast.Compare):
+                node.single = _ORDER.get(type(node.ops[0])) if len(node.ops) == 1 else None  # type: ignore[attr-defined]
+            if isinstance(node, ast.BinOp):
+                node.apply = _ARITHMETIC[type(node.op)]  # type: ignore[attr-defined]
+                node.divides = isinstance(node.op, (ast.Div, ast.FloorDiv, ast.Mod))  # type: ignore[attr-defined]
+            node.handler = handler  # type: ignore[attr-defined]
+            helper: HelperDef | None = getattr(node, "helper", None)
+            if helper is not None and helper.tree is not None and getattr(helper.tree, "handler", None) is None:
+                self._bind(helper.tree)
+
+    def run(self, node: Any, expr: str | None = None, lineno: int | None = None, with_raise: bool = True) -> Value:
+        """Evaluate a prepared node. asteval's own `run` looks handlers up and swallows errors; this does neither."""
+        self.steps -= 1
+        if self.steps < 0:
+            raise OutOfSteps("FORM105", reason="it takes too long to work out")
+        return node.handler(node)
+
+    def _failure(self, error: Exception) -> Failure:
+        column = -1
+        trace = error.__traceback__
+        while trace is not None:  # the innermost node that was being evaluated
+            node = trace.tb_frame.f_locals.get("node")
+            column = node.col_offset if isinstance(node, ast.expr) and hasattr(node, "col_offset") else column
+            trace = trace.tb_next
+        if isinstance(error, FormulaProblem):
+            return error.failure(column)
+        if isinstance(error, ZeroDivisionError):
+            return FormulaProblem("FORM101").failure(column)
+        if isinstance(error, (OverflowError, MemoryError, RecursionError)):
+            return FormulaProblem("FORM105", reason="numbers go up to 1e15").failure(column)
+        if isinstance(error, (TypeError, ValueError)):
+            # a library function met a value that it does not check for; its words are for programmers
+            return FormulaProblem("FORM103", what="A function cannot work with this value").failure(column)
+        raise error
+
+    # ---- handlers; those for constants, lists and tuples are asteval's own
+    def on_name(self, node: Any) -> Value:
+        """An input, a helper's parameter, or the name of a comprehension."""
+        return self.symtable[node.id]
+
+    def on_attribute(self, node: Any) -> Value:
+        """A field of a record; nothing else has attributes."""
+        return self._field(self.run(node.value), node.attr)
+
+    def _field(self, owner: Value, name: str) -> Value:
+        if type(owner) is not Record:
+            if owner is None:
+                raise FormulaProblem("FORM102", needed=f"something with a field “{name}”")
+            raise FormulaProblem("FORM103", what=f"{kind_of(owner).capitalize()} has no field “{name}”")
+        values = owner.values
+        if name in values:
+            return values[name]
+        try:
+            return owner.get(name)
+        except KeyError:
+            guess = nearest(name, [f.name for f in owner.type.fields])
+            remedy = f"Did you mean {guess}?" if guess else "Check its fields."
+            raise FormulaProblem("FORM104", record=owner.type.name, field=name, remedy=remedy) from None
+
+    def on_subscript(self, node: Any) -> Value:
+        """A place in a list or text, a slice of one, or a field in brackets."""
+        owner = self.run(node.value)
+        index = self.run(node.slice)
+        if type(owner) is Record:
+            if isinstance(index, str):
+                return self._field(owner, index)
+            if type(index) is int and owner.type.positions:
+                try:
+                    return owner.get(index)
+                except KeyError:
+                    raise FormulaProblem("FORM106", index=index, length=len(owner.type.positions)) from None
+            raise FormulaProblem("FORM103", what="Write a field's name between the brackets")
+        if not isinstance(owner, (list, tuple, str)):
+            raise wrong_kind("a list", owner)
+        if isinstance(index, slice):
+            return owner[index]
+        if type(index) is not int:
+            raise wrong_kind("a whole number as the place in a list", index)
+        if not -len(owner) <= index < len(owner):
+            raise FormulaProblem("FORM106", index=index, length=len(owner))
+        return owner[index]
+
+    def on_slice(self, node: Any) -> slice:
+        """The part `[first:end]`."""
+        parts = [None if p is None else self.run(p) for p in (node.lower, node.upper, node.step)]
+        if any(p is not None and type(p) is not int for p in parts):
+            raise FormulaProblem("FORM103", what="Places in a list are whole numbers")
+        if parts[2] == 0:
+            raise FormulaProblem("FORM107", what="A step of 0 never ends")
+        return slice(*parts)
+
+    def on_binop(self, node: Any) -> Value:
+        """Arithmetic on numbers; `+` joins two texts or two lists; `*` repeats within bounds."""
+        left = self.run(node.left)
+        right = self.run(node.right)
+        if type(left) in _NUMBERS and type(right) in _NUMBERS:
+            if node.divides and not right:
+                raise FormulaProblem("FORM101")
+            result = node.apply(left, right)
+            if -LARGEST_NUMBER <= result <= LARGEST_NUMBER:
+                return result
+            return bounded(result)
+        kind = type(node.op)
+        if kind is ast.Add and isinstance(left, (str, list, tuple)) and type(left) is type(right):
+            if len(left) + len(right) > (LONGEST_TEXT if isinstance(left, str) else LONGEST_LIST):
+                raise FormulaProblem("FORM105", reason="it becomes too long")
+            return left + right
+        if kind is ast.Mult:
+            pair = (left, right) if isinstance(left, (str, list, tuple)) else (right, left)
+            if isinstance(pair[0], (str, list, tuple)) and type(pair[1]) is int:
+                if len(pair[0]) * max(pair[1], 0) > (LONGEST_TEXT if isinstance(pair[0], str) else LONGEST_LIST):
+                    raise FormulaProblem("FORM105", reason="it becomes too long")
+                self.steps -= len(pair[0]) * max(pair[1], 0)
+                return pair[0] * pair[1]
+        if left is None or right is None:
+            raise FormulaProblem("FORM102", needed=f"a value beside {_SIGNS[kind]}")
+        what = f"{_SIGNS[kind]} cannot work with {kind_of(left)} and {kind_of(right)}"
+        raise FormulaProblem("FORM103", what=what)
+
+    def on_unaryop(self, node: Any) -> Value:
+        """`-x`, `+x`, `not x`."""
+        value = self.run(node.operand)
+        if isinstance(node.op, ast.Not):
+            return not self._truth(value, node.operand)
+        if type(value) not in _NUMBERS:
+            raise wrong_kind("a number", value)
+        return -value if isinstance(node.op, ast.USub) else +value
+
+    def _truth(self, value: Value, node: ast.AST) -> bool:
+        if type(value) in _NUMBERS or value is None:
+            return bool(value)
+        raise FormulaProblem("FORM108", what=kind_of(value), example="== or <")
+
+    def on_boolop(self, node: Any) -> bool:
+        """`and`, `or`: TRUE or FALSE, evaluated only as far as needed."""
+        wanted = isinstance(node.op, ast.Or)
+        return next((wanted for v in node.values if self._truth(self.run(v), v) is wanted), not wanted)
+
+    def on_ifexp(self, node: Any) -> Value:
+        """The conditional expression; IF is one."""
+        return self.run(node.body if self._truth(self.run(node.test), node.test) else node.orelse)
+
+    def on_iferror(self, node: Any) -> Value:
+        """IFERROR: the other value when the first fails. Running out of steps is not forgiven."""
+        try:
+            return self.run(node.value)
+        except OutOfSteps:
+            raise
+        except (FormulaProblem, ZeroDivisionError, TypeError, ValueError, OverflowError):
+            return self.run(node.otherwise)
+
+    def on_compare(self, node: Any) -> bool:
+        """Comparisons, chained ones too (`0 < x < 10` means between)."""
+        left = self.run(node.left)
+        if node.single is not None:
+            right = self.run(node.comparators[0])
+            if type(left) in _NUMBERS and type(right) in _NUMBERS:
+                return node.single(left, right)
+            return _compare(node.ops[0], left, right)
+        for op, comparator in zip(node.ops, node.comparators, strict=True):
+            right = self.run(comparator)
+            if not _compare(op, left, right):
+                return False
+            left = right
+        return True
+
+    def on_call(self, node: Any) -> Value:
+        """A library function bound to the node, or a helper."""
+        args = [self.run(a) for a in node.args]
+        helper: HelperDef | None = getattr(node, "helper", None)
+        if helper is None:
+            result = bounded(node.bound(*args))
+            if type(result) is list:  # lists of lists could grow without bound: their length counts as steps
+                self.steps -= len(result)
+            return result
+        outer = self.symtable
+        self.symtable = {p.name: a for p, a in zip(helper.parameters, args, strict=True)}
+        try:
+            return self.run(helper.tree)
+        finally:
+            self.symtable = outer
+
+    def on_listcomp(self, node: Any) -> list[Value]:
+        """A list comprehension; its names live in a table of their own."""
+        found: list[Value] = []
+        outer = self.symtable
+        self.symtable = dict(outer)
+        try:
+            self._loop(node, 0, found)
+        finally:
+            self.symtable = outer
+        return found
+
+    def _loop(self, comprehension: Any, level: int, found: list[Value]) -> None:
+        if level == len(comprehension.generators):
+            found.append(self.run(comprehension.elt))
+            if len(found) > LONGEST_LIST:
+                raise FormulaProblem("FORM105", reason=f"lists have at most {LONGEST_LIST} places")
+            return
+        loop = comprehension.generators[level]
+        members = self.run(loop.iter)
+        if not isinstance(members, (list, tuple)):
+            raise wrong_kind("a list", members)
+        for member in members:
+            self.steps -= 1
+            self._assign(loop.target, member)
+            if all(self._truth(self.run(i), i) for i in loop.ifs):
+                self._loop(comprehension, level + 1, found)
+
+    def _assign(self, target: Any, member: Value) -> None:
+        if isinstance(target, ast.Name):
+            self.symtable[target.id] = member
+            return
+        if not isinstance(member, (list, tuple)) or len(member) != len(target.elts):
+            raise FormulaProblem("FORM103", what=f"Each member must be a list of {len(target.elts)} values")
+        for name, value in zip(target.elts, member, strict=True):
+            self.symtable[name.id] = value
+
+    def on_joinedstr(self, node: Any) -> str:
+        """A text with values in it: `f"I see {colour}"`."""
+        return bounded("".join(self.run(v) for v in node.values))  # type: ignore[no-any-return]
+
+    def on_formattedvalue(self, node: Any) -> str:
+        """One value in such a text, with its format."""
+        value = self.run(node.value)
+        if node.format_spec is None:
+            return shown(value)
+        spec = "".join(part.value for part in node.format_spec.values)
+        if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+            return format(shown(value), spec)
+        return format(value, spec)
+
+
+def same(left: Value, right: Value) -> bool:
+    """Whether two values are equal; texts are compared without regard to capitals.
+
+    >>> same("Red", "red"), same([1, "A"], [1, "a"]), same(None, 0)
+    (True, True, False)
+    """
+    if isinstance(left, str) and isinstance(right, str):
+        return left.casefold() == right.casefold()
+    if isinstance(left, (list, tuple)) and isinstance(right, (list, tuple)):
+        return len(left) == len(right) and all(same(a, b) for a, b in zip(left, right, strict=True))
+    if left is None or right is None or isinstance(left, str) or isinstance(right, str):
+        return left is right
+    return bool(left == right)
+
+
+def _compare(op: ast.cmpop, left: Value, right: Value) -> bool:
+    if isinstance(op, (ast.Eq, ast.Is)):
+        return same(left, right)
+    if isinstance(op, (ast.NotEq, ast.IsNot)):
+        return not same(left, right)
+    if isinstance(op, (ast.In, ast.NotIn)):
+        if isinstance(right, (list, tuple)):
+            held = any(same(left, r) for r in right)
+        elif isinstance(left, str) and isinstance(right, str):
+            held = left.casefold() in right.casefold()
+        else:
+            raise wrong_kind("a list", right)
+        return held is isinstance(op, ast.In)
+    if isinstance(left, str) and isinstance(right, str):
+        return _ORDER[type(op)](left.casefold(), right.casefold())
+    if type(left) in _NUMBERS and type(right) in _NUMBERS:
+        return _ORDER[type(op)](left, right)
+    if left is None or right is None:
+        raise FormulaProblem("FORM102", needed="a value to compare")
+    raise FormulaProblem("FORM103", what=f"{kind_of(left).capitalize()} cannot be compared with {kind_of(right)}")

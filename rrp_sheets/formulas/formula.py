@@ -1,0 +1,48 @@
+"""A formula: from its text to something that can be evaluated."""
+
+from __future__ import annotations
+
+import ast
+import copy
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rrp_sheets.formulas.scope import Scope
+from rrp_sheets.formulas.spelling import to_python
+from rrp_sheets.formulas.tree import parse, resolve
+from rrp_sheets.model.values import Value
+
+if TYPE_CHECKING:
+    from rrp_sheets.formulas.evaluator import GuardedInterpreter
+
+
+@dataclass(frozen=True)
+class Formula:
+    """A checked formula.
+
+    Attributes:
+        text: as typed.
+        tree: resolved; shared, so it is copied before an interpreter binds it.
+        names: the inputs' names in order.
+    """
+
+    text: str
+    tree: ast.expr
+    names: tuple[str, ...]
+
+    def prepare(self, interpreter: GuardedInterpreter) -> Callable[..., Value]:
+        """A callable from the inputs' values to the value, or to a Failure, on this interpreter (and its thread)."""
+        return interpreter.prepare(copy.deepcopy(self.tree), self.names)
+
+
+def compile_formula(text: str, scope: Scope) -> Formula:
+    """Parse and check a formula; raises FormulaProblem when it is refused.
+
+    >>> from rrp_sheets.formulas import make_scope
+    >>> from rrp_sheets.formulas.evaluator import GuardedInterpreter
+    >>> formula = compile_formula("=distance * 2 if distance < 1 else 0", make_scope([("Distance", None)]))
+    >>> formula.prepare(GuardedInterpreter())(0.25)
+    0.5
+    """
+    return Formula(text, resolve(parse(to_python(text)), scope), scope.order)

@@ -1,0 +1,136 @@
+"""What a function of the library is, and how one is defined from a plain Python function."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from rrp_sheets.formulas.limits import LARGEST_NUMBER, LONGEST_LIST, LONGEST_TEXT
+from rrp_sheets.formulas.problems import FormulaProblem, wrong_kind
+from rrp_sheets.model.values import Value
+
+MANY = 255
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function of the library.
+
+    Attributes:
+        names: the first is shown; the others are accepted too.
+        call: the Python function; it raises FormulaProblem for values that it cannot take.
+        least, most: how many arguments it takes.
+        usage: `CLAMP(number, low, high)`.
+        help: its docstring.
+        make: for IF, AND, OR, NOT, IFERROR: makes the node from the arguments' nodes, which are evaluated lazily.
+    """
+
+    names: tuple[str, ...]
+    call: Callable[..., Value]
+    least: int
+    most: int
+    usage: str
+    help: str
+    make: Callable[[list[ast.expr]], ast.expr] | None = None
+
+    @property
+    def name(self) -> str:
+        """The name as shown."""
+        return self.names[0]
+
+    @property
+    def takes(self) -> str:
+        """How many arguments, in words."""
+        if self.most >= MANY:
+            return f"{self.least} or more arguments"
+        if self.least == self.most:
+            return {0: "no arguments", 1: "one argument"}.get(self.least, f"{self.least} arguments")
+        return f"{self.least} to {self.most} arguments"
+
+
+def define(
+    call: Callable[..., Value], *synonyms: str, name: str = "", make: Callable[[list[ast.expr]], ast.expr] | None = None
+) -> Function:
+    """A library function from a Python function: its name in capitals, its parameters and its docstring.
+
+    >>> def double(number): return 2 * number
+    >>> define(double).usage
+    'DOUBLE(number)'
+    """
+    parameters = list(inspect.signature(call).parameters.values())
+    least = sum(1 for p in parameters if p.default is p.empty and p.kind is not p.VAR_POSITIONAL)
+    many = any(p.kind is p.VAR_POSITIONAL for p in parameters)
+    shown = name or call.__name__.strip("_").upper()
+    names = ", ".join(f"{p.name}, …" if p.kind is p.VAR_POSITIONAL else p.name for p in parameters)
+    most = MANY if many else len(parameters)
+    return Function((shown, *synonyms), call, least, most, f"{shown}({names})", inspect.getdoc(call) or "", make)
+
+
+def number(value: Value) -> int | float:
+    """The value if it is a number; TRUE is 1."""
+    if isinstance(value, (int, float)):
+        return value
+    raise wrong_kind("a number", value)
+
+
+def whole(value: Value) -> int:
+    """The value if it is a whole number."""
+    n = number(value)
+    if n != int(n):
+        raise FormulaProblem("FORM107", what=f"{n:g} is not a whole number")
+    return int(n)
+
+
+def text(value: Value) -> str:
+    """The value if it is a text."""
+    if isinstance(value, str):
+        return value
+    raise wrong_kind("a text", value)
+
+
+def listing(value: Value) -> list[Value] | tuple[Value, ...]:
+    """The value if it is a list."""
+    if isinstance(value, (list, tuple)):
+        return value
+    raise wrong_kind("a list", value)
+
+
+def flat(values: tuple[Value, ...]) -> list[Value]:
+    """Arguments and the members of lists among them, blanks left out, as spreadsheets count."""
+    found: list[Value] = []
+    for v in values:
+        found.extend(v if isinstance(v, (list, tuple)) else [v])
+    return [v for v in found if v is not None]
+
+
+def shown(value: Value) -> str:
+    """A value as a text that is joined to others shows it.
+
+    >>> shown(0.1 + 0.2), shown(3.0), shown(True)
+    ('0.3', '3', 'TRUE')
+    """
+    if isinstance(value, str):
+        return value
+    if isinstance(value, bool):
+        return "TRUE" if value else "FALSE"
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        return format(value, ".15g")
+    raise wrong_kind("a text or a number", value)
+
+
+def bounded(value: Value) -> Value:
+    """The value if it is within the bounds of formulas; raises FormulaProblem FORM105."""
+    kind = type(value)
+    if kind is float or kind is int:
+        if -LARGEST_NUMBER <= value <= LARGEST_NUMBER:
+            return value
+        raise FormulaProblem("FORM105", reason="numbers go up to 1e15" if value == value else "it is not a number")
+    if kind is str and len(value) > LONGEST_TEXT:
+        raise FormulaProblem("FORM105", reason=f"texts have at most {LONGEST_TEXT} characters")
+    if (kind is list or kind is tuple) and len(value) > LONGEST_LIST:
+        raise FormulaProblem("FORM105", reason=f"lists have at most {LONGEST_LIST} places")
+    return value

@@ -1,0 +1,10 @@
+"""The bounds of formulas (design: 3-formulas, Safety). One place, used by the check and by the evaluator."""
+
+LONGEST_FORMULA = 500  # characters
+MOST_NODES = 150
+DEEPEST = 30
+LARGEST_NUMBER = 10**15
+LONGEST_TEXT = 2_000
+LONGEST_LIST = 1_000
+MOST_LOOPS = 2
+STEPS = 20_000  # per evaluation, shared with the helpers it calls

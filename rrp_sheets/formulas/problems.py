@@ -1,0 +1,60 @@
+"""What can be wrong with a formula, while it is read or while it is evaluated."""
+
+from __future__ import annotations
+
+from rrp_sheets.diagnostics import CODES
+from rrp_sheets.model.values import Failure, Value
+
+
+class FormulaProblem(Exception):
+    """A problem in a formula: a code of the catalogue, the details for its texts, and where.
+
+    It never leaves this package as an exception at run time: the evaluator turns it into a Failure.
+    """
+
+    def __init__(self, code: str, column: int = -1, length: int = 1, **details: object) -> None:
+        super().__init__(code)
+        self.code = code
+        self.column = column
+        self.length = length
+        self.details = details
+
+    @property
+    def message(self) -> str:
+        """In the user's words."""
+        return CODES[self.code].message.format(**self.details)
+
+    @property
+    def remedy(self) -> str:
+        """What to do about it."""
+        return CODES[self.code].remedy.format(**self.details)
+
+    def failure(self, column: int = -1) -> Failure:
+        """The problem as a value."""
+        return Failure(self.code, self.message, self.column if self.column >= 0 else column)
+
+
+def kind_of(value: Value) -> str:
+    """What a value is, in the user's words.
+
+    >>> kind_of("hi"), kind_of(2), kind_of(None), kind_of([])
+    ('a text', 'a number', 'blank', 'a list')
+    """
+    if value is None:
+        return "blank"
+    if isinstance(value, bool):
+        return "TRUE or FALSE"
+    if isinstance(value, (int, float)):
+        return "a number"
+    if isinstance(value, str):
+        return "a text"
+    if isinstance(value, (list, tuple)):
+        return "a list"
+    return "a whole record"
+
+
+def wrong_kind(needed: str, value: Value) -> FormulaProblem:
+    """The problem that `value` is not `needed` (“a number”)."""
+    if value is None:
+        return FormulaProblem("FORM102", needed=needed)
+    return FormulaProblem("FORM103", what=f"This needs {needed}, but gets {kind_of(value)}")
