@@ -30,5 +30,6 @@ MERGE = Connector(
     help="All values of all its inputs, one after the other.",
     sentence="{Inputs} go on together.",
     build=build,
+    any_input=True,
     example=("1---2---", "--a---b-"),
 )

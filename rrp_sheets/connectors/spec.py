@@ -37,6 +37,7 @@ class Connector:
             `{output}`.
         build: wires the connector: from a :class:`Wiring` to the observable of its output.
         drives: True for `subscribe`, the only connector with a side effect.
+        any_input: True when one fed input is enough to be of use (`merge`); switched-off inputs are then ignored.
         example: input rows of marbles (`1-2--3`) and the parameter, run to make the help's marble picture.
     """
 
@@ -51,4 +52,5 @@ class Connector:
     synonyms: tuple[str, ...] = ()
     advanced: bool = False
     drives: bool = False
+    any_input: bool = False
     example: Sequence[str] = ()

@@ -1,6 +1,20 @@
-"""Codes about devices."""
+"""DEV…: the Devices sheet; SCENE…: the Scene sheet."""
 
 from rrp_sheets.diagnostics.catalogue.code import Code, Severity
 
 _E, _W, _I = Severity.ERROR, Severity.WARNING, Severity.INFO
-CODES: tuple[Code, ...] = ()
+_DEVICES: tuple[Code, ...] = (
+    Code("DEV001", _E, "Unknown device", "The robot has no device “{name}”.", "{remedy}"),
+    Code("DEV002", _E, "Stream declared twice", "The stream “{name}” is declared already, in {other}.",
+         "Give one of the two another name."),
+    Code("DEV003", _E, "Setting missing", "{device} needs the setting {setting}.", "Fill it in: {help}."),
+    Code("DEV004", _E, "Setting not understood", "“{text}” cannot be the setting {setting}.", "Write {wants}."),
+    Code("DEV005", _E, "Device without stream", "This device has no stream name.", "Write a name in the first column."),
+    Code("DEV006", _E, "Stream without device", "The stream “{stream}” has no device.",
+         "Choose one in the column Device."),
+    Code("DEV007", _W, "Setting not used", "{device} has no setting “{setting}”.", "{remedy}"),
+    Code("DEV008", _E, "Device needs a setting", "{device} needs the setting {setting}.",
+         "Declare it in the Devices sheet: Stream “{stream}”, Device “{device}”, and the column {setting}."),
+)  # fmt: skip
+_SCENE: tuple[Code, ...] = ()
+CODES = (*_DEVICES, *_SCENE)

@@ -34,7 +34,7 @@ def sqrt(value: Value) -> float:
 
 
 def exp(value: Value) -> float:
-    """e to the power of a number.
+    """The number e to the power of a number.
 
     >>> exp(0)
     1.0

@@ -1,0 +1,58 @@
+"""The check of a whole workbook: graph, formulas, protocol, scene; all findings at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from rrp_sheets.checks.formulas import check_formulas
+from rrp_sheets.checks.protocol import RunPlan, check_protocol
+from rrp_sheets.connectors import connectors
+from rrp_sheets.devices import Robot, load_robot, robot_names
+from rrp_sheets.devices.scene import parse_scene
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.formulas import Formula
+from rrp_sheets.graph import Graph
+from rrp_sheets.graph.build import build_graph
+from rrp_sheets.model.names import nearest
+from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.workbook import Workbook
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A workbook that was checked: what is needed to draw, explain and run it, and what was found.
+
+    Attributes:
+        formulas: by the row's ref (`Tracking!4`); missing where there is none or where it is wrong.
+        scene: understood actions; None without a Scene sheet.
+        run: what the Protocol says about running.
+    """
+
+    workbook: Workbook
+    robot: Robot
+    graph: Graph
+    formulas: Mapping[str, Formula]
+    scene: tuple[SceneAction, ...] | None
+    run: RunPlan
+    report: Report
+
+
+def check_workbook(workbook: Workbook, report: Report) -> Checked:
+    """Check a workbook, adding to the report that reading it began."""
+    robot = _robot(workbook, report)
+    graph = build_graph(workbook, robot, connectors(), report)
+    formulas = check_formulas(workbook, graph, report)
+    scene = None if workbook.scene is None else parse_scene(workbook.scene, report, robot)
+    return Checked(workbook, robot, graph, formulas, scene, check_protocol(workbook, report), report)
+
+
+def _robot(workbook: Workbook, report: Report) -> Robot:
+    name = workbook.protocol.robot
+    if name in robot_names():
+        return load_robot(name)
+    address = workbook.protocol.fields["robot"].address
+    guess = nearest(name, robot_names())
+    remedy = f"Did you mean {guess}?" if guess else f"The robots are: {', '.join(robot_names())}."
+    report.add("PROT001", address, name=name, remedy=remedy)
+    return load_robot("nao")

@@ -1,0 +1,71 @@
+"""What the Protocol sheet says about running: which behaviours, frame rate, seed, time limit."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.model.durations import parse_duration
+from rrp_sheets.model.names import key, nearest
+from rrp_sheets.model.workbook import Workbook
+
+PHYSICS_RATE = 240  # Hz; frames are whole steps of the physics
+
+
+@dataclass(frozen=True)
+class RunPlan:
+    """How a workbook wants to be run.
+
+    Attributes:
+        behaviours: keys of the behaviours that run.
+        frame_rate: frames a second.
+        seed: of everything random.
+        time_limit_us: when the run ends by itself; None for no limit.
+    """
+
+    behaviours: frozenset[str]
+    frame_rate: int = 30
+    seed: int = 0
+    time_limit_us: int | None = None
+
+
+def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
+    """The run's plan; what cannot be understood is reported and replaced by the default."""
+    protocol = workbook.protocol
+    rate, seed, limit = 30, 0, None
+    if text := protocol.text("Frame rate"):
+        digits = re.fullmatch(r"(\d{1,3})(\s*(hz|fps|/s))?", text.casefold())
+        if digits and int(digits[1]) and PHYSICS_RATE % int(digits[1]) == 0:
+            rate = int(digits[1])
+        else:
+            report.add("PROT003", protocol.fields["framerate"].address, text=text)
+    if text := protocol.text("Engine"):
+        if key(text) != "frame":
+            report.add("PROT002", protocol.fields["engine"].address, name=text)
+    if text := protocol.text("Seed"):
+        if re.fullmatch(r"\d{1,15}", text):
+            seed = int(text)
+        else:
+            report.add("PROT005", protocol.fields["seed"].address, text=text)
+    if text := protocol.text("Time limit"):
+        limit = parse_duration(text, bare="s")
+        if not limit:
+            report.add("PROT006", protocol.fields["timelimit"].address, text=text)
+    return RunPlan(_behaviours(workbook, report), rate, seed, limit or None)
+
+
+def _behaviours(workbook: Workbook, report: Report) -> frozenset[str]:
+    known = {key(b.name): b.name for b in workbook.behaviours}
+    text = workbook.protocol.text("Run")
+    if not text or key(text) == "all":
+        return frozenset(known)
+    chosen = set()
+    for name in (part.strip() for part in re.split(r"[,;\n]", text)):
+        if key(name) in known:
+            chosen.add(key(name))
+        elif name:
+            guess = nearest(name, known.values())
+            remedy = f"Did you mean {guess}?" if guess else f"The behaviours are: {', '.join(known.values())}."
+            report.add("PROT004", workbook.protocol.fields["run"].address, name=name, remedy=remedy)
+    return frozenset(chosen)

@@ -1,0 +1,137 @@
+"""From rows to the graph: connectors found, blank inputs resolved, names looked up, rows put in order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from rrp_sheets.connectors import Connector, Parameter
+from rrp_sheets.devices import Robot
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.graph.devices import DeviceTable
+from rrp_sheets.graph.model import BehaviourGraph, Graph, Step, Stream, StreamKind
+from rrp_sheets.graph.names import Names
+from rrp_sheets.graph.order import set_in_order
+from rrp_sheets.model.durations import parse_duration
+from rrp_sheets.model.names import key, nearest
+from rrp_sheets.model.workbook import Behaviour, Row, Workbook
+from rrp_sheets.registry import Registry
+
+_EXAMPLES = {"map": "redBall.distance", "filter": "distance < 0.5"}
+
+
+def build_graph(workbook: Workbook, robot: Robot, connectors: Registry[Connector], report: Report) -> Graph:
+    """The graph of all behaviours; what is wrong goes to the report. Rows that cannot be understood are left out."""
+    devices = DeviceTable(workbook, robot, report)
+    streams: dict[str, Stream] = {}
+    behaviours = []
+    rank = 0
+    for behaviour in workbook.behaviours:
+        builder = _Builder(behaviour, devices, connectors, streams, report)
+        found = builder.steps()
+        steps = set_in_order(found, streams, report, rank, complete=not builder.failed)
+        rank += len(steps)
+        behaviours.append(BehaviourGraph(behaviour.name, key(behaviour.name), steps))
+        if behaviour.rows and not any(s.active for s in steps) and not builder.failed:
+            report.add("GRAPH014", behaviour.address)
+    return Graph(tuple(behaviours), streams)
+
+
+class _Builder:
+    """One behaviour. `failed` is True when a row could not be understood."""
+
+    def __init__(
+        self,
+        behaviour: Behaviour,
+        devices: DeviceTable,
+        connectors: Registry[Connector],
+        streams: dict[str, Stream],
+        report: Report,
+    ) -> None:
+        self.behaviour = behaviour
+        self.sheet = key(behaviour.name)
+        self.connectors = connectors
+        self.report = report
+        self.failed = False
+        self.found = [self._connector(row) for row in behaviour.rows]
+        self.names = Names(behaviour, self.found, devices, streams, report)
+
+    def steps(self) -> list[Step]:
+        rows = self.behaviour.rows
+        steps: list[Step] = []
+        above: tuple[str, ...] | None = None  # what a blank input means in this row
+        for i, (row, connector) in enumerate(zip(rows, self.found, strict=True)):
+            inputs, refused = self._inputs(row, above)
+            output = self.names.output(row, connector, self._taken_by_next(i)) if connector else None
+            usable = connector is not None and not refused and inputs is not None and output is not None
+            if usable:
+                assert connector is not None and inputs is not None and output is not None
+                step = self._step(row, connector, inputs, output)
+                if step is not None:
+                    steps.append(step)
+            self.failed = self.failed or not usable
+            if row.on:  # "above" skips rows that are switched off
+                drives = connector is not None and connector.drives
+                above = inputs if drives else (self.names.output_id(row, connector),)
+        return steps
+
+    def _connector(self, row: Row) -> Connector | None:
+        cell = row.connector
+        if not cell:
+            if row.on:
+                self.report.add("CONN001", cell.address)
+            return None
+        connector = self.connectors.get(cell.text)
+        if connector is None and row.on:
+            guess = nearest(cell.text, self.connectors.names())
+            remedy = f"Did you mean {guess}?" if guess else f"Choose one of {', '.join(self.connectors.names())}."
+            self.report.add("CONN002", cell.address, name=cell.text, remedy=remedy)
+        return connector
+
+    def _inputs(self, row: Row, above: tuple[str, ...] | None) -> tuple[tuple[str, ...] | None, bool]:
+        """Stream ids, and whether a name among them was refused."""
+        if not row.inputs:
+            if above is None and row.on:
+                self.report.add("GRAPH003", row.inputs_cell.address)
+            return above, False
+        ids = [self.names.input(cell, row) for cell in row.inputs]
+        return tuple(i for i in ids if i is not None), None in ids
+
+    def _taken_by_next(self, i: int) -> bool:
+        following = [r for r in self.behaviour.rows[i + 1 :] if r.on or not self.behaviour.rows[i].on]
+        return bool(following) and not following[0].inputs
+
+    def _step(self, row: Row, connector: Connector, inputs: Sequence[str], output: str) -> Step | None:
+        step = Step(row, f"{self.behaviour.name}!{row.number}", connector, tuple(inputs), output)
+        if not row.on:
+            return replace(step, active=False, period_us=parse_duration(row.formula.text))
+        before = len(self.report)
+        count = len(inputs)
+        if count < connector.least:
+            self.report.add("CONN003", row.inputs_cell.address, connector=connector.name, least=connector.least, count=count)
+        if connector.most is not None and count > connector.most:
+            most = "one input stream" if connector.most == 1 else f"{connector.most} input streams"
+            self.report.add("CONN004", row.inputs_cell.address, connector=connector.name, most=most, count=count)
+        period = self._parameter(row, connector)
+        self.failed = self.failed or len(self.report) > before
+        return replace(step, period_us=period)
+
+    def _parameter(self, row: Row, connector: Connector) -> int | None:
+        cell = row.formula
+        if connector.parameter is Parameter.PERIOD:
+            if not cell:
+                self.report.add("CONN007", cell.address, connector=connector.name)
+                return None
+            period = parse_duration(cell.text)
+            if not period:
+                self.report.add("CONN008", cell.address, text=cell.text)
+            return period or None
+        if connector.parameter is Parameter.FORMULA and not cell:
+            example = _EXAMPLES.get(connector.name, "value")
+            self.report.add("CONN005", cell.address, connector=connector.name, example=example)
+        if connector.parameter is Parameter.NONE and cell:
+            self.report.add("CONN006", cell.address, connector=connector.name)
+        return None
+
+
+__all__ = ["StreamKind", "build_graph"]

@@ -1,0 +1,162 @@
+"""The devices of a workbook: the Devices sheet, and names that are devices of the robot with default settings."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from rrp_sheets.devices import DeviceType, Found, Robot, Setting
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.model.cells import Address, Cell
+from rrp_sheets.model.durations import parse_duration
+from rrp_sheets.model.names import key, nearest
+from rrp_sheets.model.values import Value
+from rrp_sheets.model.workbook import Workbook
+
+_HEX = re.compile(r"#[0-9a-f]{6}", re.IGNORECASE)
+_NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
+COLOURS = ("white", "red", "green", "blue", "yellow", "magenta", "cyan", "orange", "purple", "pink", "black")
+
+
+@dataclass(frozen=True)
+class Declared:
+    """A stream that is a device: the device, its settings, and where it is declared (None when by its name alone)."""
+
+    name: str
+    found: Found
+    settings: Mapping[str, Value]
+    address: Address | None = None
+
+
+class DeviceTable:
+    """All streams that are devices, by key. Names of the robot's devices are added when first asked for."""
+
+    def __init__(self, workbook: Workbook, robot: Robot, report: Report) -> None:
+        self.robot = robot
+        self.report = report
+        self.declared: dict[str, Declared] = {}
+        self._implicit: dict[str, Declared] = {}
+        self.broken: set[str] = set()  # declared, but with an unknown device: told once, at the Devices row
+        for device in workbook.devices:
+            self._declare(device.stream, device.device, device.settings)
+
+    def _declare(self, stream: Cell, device: Cell, settings: Mapping[str, Cell]) -> None:
+        if not stream:
+            self.report.add("DEV005", stream.address)
+            return
+        k = key(stream.text)
+        if k in self.declared:
+            other = self.declared[k].address
+            self.report.add("DEV002", stream.address, name=stream.text, other=str(other))
+            return
+        found = self.robot.find(device.text)
+        if found is None:
+            guess = nearest(device.text, [f.name for f in self.robot.names.values()])
+            remedy = f"Did you mean {guess}?" if guess else "See `rrp-sheets help devices`."
+            if not device:
+                self.report.add("DEV006", device.address, stream=stream.text)
+            else:
+                self.report.add("DEV001", device.address, name=device.text, remedy=remedy)
+            self.broken.add(k)
+            return
+        values = self._settings(found, settings, stream.address)
+        self.declared[k] = Declared(stream.text, found, values, stream.address)
+
+    def _settings(self, found: Found, cells: Mapping[str, Cell], row: Address) -> dict[str, Value]:
+        values = {k: s.default for k, s in found.type.settings.items()}
+        values.update(found.preset)
+        for k, cell in cells.items():
+            if not cell:
+                continue
+            setting = found.type.settings.get(k)
+            if setting is None:
+                self._unknown_setting(found, k, cell)
+                continue
+            values[k] = self._setting(setting, cell)
+        for k, setting in found.type.settings.items():
+            if setting.required and values.get(k) in (None, ""):
+                cell_address = cells[k].address if k in cells else row
+                self.report.add("DEV003", cell_address, device=found.name, setting=setting.name, help=setting.help)
+        return values
+
+    def _unknown_setting(self, found: Found, k: str, cell: Cell) -> None:
+        names = [s.name for s in found.type.settings.values()]
+        remedy = f"Its settings are: {', '.join(names)}." if names else "It has no settings: leave the cell blank."
+        self.report.add("DEV007", cell.address, device=found.name, setting=k, remedy=remedy)
+
+    def _setting(self, setting: Setting, cell: Cell) -> Value:
+        value, wants = understand(setting, cell.text, self.robot)
+        if wants:
+            self.report.add("DEV004", cell.address, text=cell.text, setting=setting.name, wants=wants)
+            return setting.default
+        return value
+
+    def find(self, name: str) -> Declared | None:
+        """The device behind a stream name, declared or by its own name."""
+        k = key(name)
+        if k in self.declared or k in self.broken:
+            return self.declared.get(k)
+        if k not in self._implicit:
+            found = self.robot.find(name)
+            if found is None:
+                return None
+            values = {s: setting.default for s, setting in found.type.settings.items()}
+            values.update(found.preset)
+            self._implicit[k] = Declared(found.name, found, values)
+        return self._implicit[k]
+
+    def needs_declaring(self, declared: Declared) -> Setting | None:
+        """The setting without which a device cannot be used by its name alone (`Say parameter` needs a Text)."""
+        if declared.address is not None:
+            return None
+        settings = declared.found.type.settings
+        return next((s for k, s in settings.items() if s.required and declared.settings.get(k) in (None, "")), None)
+
+    def names(self, kind: str) -> list[str]:
+        """Names to propose: declared streams first, then the robot's devices."""
+        mine = [d.name for d in self.declared.values() if d.found.type.kind == kind]
+        return mine + self.robot.device_names(kind)
+
+
+def understand(setting: Setting, text: str, robot: Robot) -> tuple[Value, str]:
+    """A setting's value from its text, and, when it cannot be understood, what it should be (else an empty text)."""
+    if setting.kind == "number":
+        return _number(setting, text)
+    if setting.kind == "choice":
+        by_key = {key(c): c for c in setting.choices}
+        wants = "" if key(text) in by_key else f"one of {', '.join(setting.choices)}"
+        return by_key.get(key(text)), wants
+    if setting.kind == "joint":
+        k = key(text)
+        if k in robot.joints:
+            return robot.joints[k].name, ""
+        if k in robot.groups:
+            return next(g for g in robot.data["groups"] if key(g) == k), ""
+        guess = nearest(text, [j.name for j in robot.joints.values()] + list(robot.data["groups"]))
+        return None, f"a joint such as {guess or 'HeadYaw'}"
+    if setting.kind == "colour":
+        good = key(text) in COLOURS or _HEX.fullmatch(text)
+        return (text.casefold() if _HEX.fullmatch(text) else key(text)), "" if good else "a colour such as red or #ff8000"
+    if setting.kind == "duration":
+        us = parse_duration(text, bare="s")
+        return us, "" if us is not None else "a time such as 2 s"
+    return text, ""
+
+
+def _number(setting: Setting, text: str) -> tuple[Value, str]:
+    low, high = setting.lower, setting.upper
+    wants = f"a number ({setting.unit})" if setting.unit else "a number"
+    if low is not None and high is not None:
+        wants = f"a number from {low:g} to {high:g}" + (f" ({setting.unit})" if setting.unit else "")
+    bare = text.strip().removesuffix(setting.unit).strip() if setting.unit else text.strip()
+    if not _NUMBER.fullmatch(bare):
+        return None, wants
+    number = float(bare)
+    inside = (low is None or number >= low) and (high is None or number <= high)
+    return (int(number) if number == int(number) else number), "" if inside else wants
+
+
+def describe(device: DeviceType) -> str:
+    """`a sensor`, `an actuator`."""
+    return "a sensor" if device.kind == "sensor" else "an actuator"

@@ -1,0 +1,139 @@
+"""Which stream a name in a row means: an ordinary stream of the sheet, a declared device, a device of the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rrp_sheets.connectors import Connector
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.graph.devices import Declared, DeviceTable, describe
+from rrp_sheets.graph.model import Stream, StreamKind
+from rrp_sheets.model.cells import Cell
+from rrp_sheets.model.names import argument_name, key, nearest
+from rrp_sheets.model.workbook import Behaviour, Row
+
+_KINDS = {"sensor": StreamKind.SENSOR, "actuator": StreamKind.ACTUATOR}
+
+
+class Names:
+    """The names of one behaviour; adds the streams that it meets to `streams`."""
+
+    def __init__(
+        self,
+        behaviour: Behaviour,
+        connectors: Sequence[Connector | None],
+        devices: DeviceTable,
+        streams: dict[str, Stream],
+        report: Report,
+    ) -> None:
+        self.sheet = key(behaviour.name)
+        self.devices = devices
+        self.streams = streams
+        self.report = report
+        self.made: dict[str, Row] = {}  # the row that gives each ordinary stream; rows that are on come first
+        pairs = list(zip(behaviour.rows, connectors, strict=True))
+        for on in (True, False):
+            for row, connector in pairs:
+                if row.on is on and row.output and not (connector and connector.drives):
+                    self.made.setdefault(key(row.output.text), row)
+        # a row without a connector may have meant subscribe: no second message about its output then
+        self.unsure = {key(r.output.text) for r, c in pairs if c is None and r.output}
+
+    def output_id(self, row: Row, connector: Connector | None) -> str:
+        """The id of what a row gives, whether or not it is in order."""
+        return f"{self.sheet}!{key(row.output.text)}" if row.output else f"{self.sheet}!#{row.number}"
+
+    def input(self, cell: Cell, row: Row) -> str | None:
+        """The stream id of an input name, or None when it is refused."""
+        k = key(cell.text)
+        if k in self.made:
+            made = self.made[k]
+            return self._ordinary(made.output, f"{self.sheet}!{k}")
+        declared = self.devices.find(cell.text)
+        if declared is None:
+            if row.on and k not in self.devices.broken:
+                names = [r.output.text for r in self.made.values()] + self.devices.names("sensor")
+                guess = nearest(cell.text, names)
+                remedy = f"Did you mean {guess}?" if guess else "Write the output stream of another row, or a sensor."
+                self.report.add("GRAPH001", cell.address, name=cell.text, remedy=remedy)
+            return None
+        if declared.found.type.kind == "actuator":
+            if row.on:
+                self.report.add("GRAPH009", cell.address, name=cell.text)
+            return None
+        return self._device(declared, cell, row)
+
+    def output(self, row: Row, connector: Connector, taken: bool) -> str | None:
+        """The stream id of a row's output, or None when it is refused."""
+        cell = row.output
+        if connector.drives:
+            return self._driven(cell, row)
+        if not cell:
+            if not taken:
+                if row.on:
+                    self.report.add("GRAPH004", cell.address)
+                return None
+            stream_id = f"{self.sheet}!#{row.number}"
+            self.streams.setdefault(stream_id, Stream(stream_id, "", StreamKind.ANONYMOUS, cell.address))
+            return stream_id
+        return self._given(cell, row)
+
+    def _given(self, cell: Cell, row: Row) -> str | None:
+        k = key(cell.text)
+        declared = self.devices.find(cell.text)
+        if not argument_name(cell.text):
+            self.report.add("GRAPH013", cell.address, name=cell.text)
+            return None
+        if declared is not None and declared.found.type.kind == "actuator":
+            if row.on:
+                self.report.add("GRAPH007", cell.address, name=cell.text)
+            return None
+        if declared is not None and declared.address is not None:
+            if row.on:
+                self.report.add("GRAPH008", cell.address, name=cell.text)
+            return None
+        first = self.made[k]
+        if first is not row and row.on and first.on:
+            sheet = cell.address.sheet
+            self.report.add("GRAPH002", cell.address, name=first.output.text,
+                            first=str(first.output.address), second=f"{sheet}!{cell.address.cell}")  # fmt: skip
+            return None
+        return self._ordinary(first.output, f"{self.sheet}!{k}")
+
+    def _driven(self, cell: Cell, row: Row) -> str | None:
+        if not cell:
+            if row.on:
+                self.report.add("GRAPH005", cell.address)
+            return None
+        declared = self.devices.find(cell.text)
+        if declared is not None and declared.found.type.kind == "actuator":
+            return self._device(declared, cell, row)
+        if not row.on or key(cell.text) in self.devices.broken:
+            return None
+        guess = nearest(cell.text, self.devices.names("actuator"))
+        remedy = f"Did you mean {guess}?" if guess else "Write an actuator, for example Say or Head tracker."
+        if declared is not None:
+            self.report.add("GRAPH006", cell.address, name=cell.text, what=describe(declared.found.type), remedy=remedy)
+        else:
+            what = "the stream of another row" if key(cell.text) in self.made else "not a device of the robot"
+            self.report.add("GRAPH006", cell.address, name=cell.text, what=what, remedy=remedy)
+        return None
+
+    def _ordinary(self, first: Cell, stream_id: str) -> str:
+        self.streams.setdefault(stream_id, Stream(stream_id, first.text, StreamKind.ORDINARY, first.address))
+        return stream_id
+
+    def _device(self, declared: Declared, cell: Cell, row: Row) -> str | None:
+        setting = self.devices.needs_declaring(declared)
+        if setting is not None:
+            if row.on:
+                self.report.add("DEV008", cell.address, device=declared.found.name, setting=setting.name, stream=cell.text)
+            return None
+        stream_id = key(cell.text)
+        address = declared.address or cell.address
+        kind = _KINDS[declared.found.type.kind]
+        name = declared.name if declared.address else cell.text
+        self.streams.setdefault(
+            stream_id, Stream(stream_id, name, kind, address, declared.found, declared.settings)
+        )
+        return stream_id

@@ -1,0 +1,90 @@
+"""The order in which rows settle; circles; which rows are active; what goes nowhere."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import networkx as nx
+
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.graph.model import Step, Stream, StreamKind
+
+LONGEST_CHAIN = 500
+
+
+def set_in_order(
+    steps: list[Step], streams: dict[str, Stream], report: Report, first_rank: int, *, complete: bool
+) -> tuple[Step, ...]:
+    """The steps with their ranks and whether they are active; in the order of the sheet.
+
+    `complete` is False when rows are missing because they could not be understood: what seems to go nowhere may
+    then go into one of those, and nothing is said about it.
+    """
+    graph = nx.DiGraph()
+    graph.add_nodes_from(range(len(steps)))
+    maker = {s.output: i for i, s in enumerate(steps) if s.row.on and not s.connector.drives}
+    for i, step in enumerate(steps):
+        if step.row.on:
+            graph.add_edges_from((maker[source], i) for source in step.inputs if source in maker)
+    loops = {i for i in graph if graph.has_edge(i, i)}
+    circles = [sorted(c) for c in nx.strongly_connected_components(graph) if len(c) > 1 or c & loops]
+    for members in sorted(circles):
+        _tell_circle(graph.subgraph(members), steps, streams, report)
+    in_circle = {i for members in circles for i in members}
+    acyclic = graph.subgraph(n for n in graph if n not in in_circle)
+    order = list(nx.lexicographical_topological_sort(acyclic, key=lambda i: steps[i].number)) + sorted(in_circle)
+    ranks = {i: first_rank + place for place, i in enumerate(order)}
+    active = _active(order, steps, streams, in_circle)
+    _tell_long_chains(acyclic, order, steps, report)
+    done = tuple(replace(s, rank=ranks[i], active=active[i]) for i, s in enumerate(steps))
+    _mark_streams(done, streams)
+    if complete:
+        _tell_unused(done, streams, report, in_circle)
+    return done
+
+
+def _tell_circle(part: nx.DiGraph, steps: list[Step], streams: dict[str, Stream], report: Report) -> None:
+    start = min(part, key=lambda i: steps[i].number)
+    path = [start] if part.has_edge(start, start) else [edge[0] for edge in nx.find_cycle(part, start)]
+    words = [f"{streams[steps[i].output].name or 'unnamed'} ({steps[i].row.output.address})" for i in path]
+    report.add("GRAPH010", steps[start].row.output.address, path=" → ".join([*words, words[0]]))
+
+
+def _active(order: list[int], steps: list[Step], streams: dict[str, Stream], in_circle: set[int]) -> dict[int, bool]:
+    fed = {k for k, s in streams.items() if s.kind is StreamKind.SENSOR}
+    active: dict[int, bool] = {}
+    for i in order:
+        step = steps[i]
+        some = step.connector.any_input or (step.connector.drives and not step.row.formula)
+        inputs = [source in fed for source in step.inputs]
+        active[i] = step.row.on and i not in in_circle and (any(inputs) if some else all(inputs))
+        if active[i]:
+            fed.add(step.output)
+    return active
+
+
+def _tell_long_chains(graph: nx.DiGraph, order: list[int], steps: list[Step], report: Report) -> None:
+    length: dict[int, int] = {}
+    for i in order:
+        if i not in graph:
+            continue
+        length[i] = 1 + max((length[j] for j in graph.predecessors(i)), default=0)
+        if length[i] == LONGEST_CHAIN + 1:  # told where it becomes too long, not for every row after it
+            report.add("GRAPH012", steps[i].row.output.address, count=length[i])
+
+
+def _mark_streams(steps: tuple[Step, ...], streams: dict[str, Stream]) -> None:
+    fed = {s.output for s in steps if s.active}
+    for step in steps:
+        stream = streams[step.output]
+        if stream.kind in (StreamKind.ORDINARY, StreamKind.ANONYMOUS) and step.output not in fed:
+            streams[step.output] = replace(stream, active=False)
+
+
+def _tell_unused(steps: tuple[Step, ...], streams: dict[str, Stream], report: Report, in_circle: set[int]) -> None:
+    read = {source for s in steps if s.row.on for source in s.inputs}
+    for i, step in enumerate(steps):
+        if step.row.on and not step.connector.drives and step.output not in read and i not in in_circle:
+            stream = streams[step.output]
+            if stream.kind is StreamKind.ORDINARY:
+                report.add("GRAPH011", step.row.output.address, name=stream.name)
