@@ -1,0 +1,59 @@
+"""A stream of a run: a reactivex observable and observer without locks, since one thread runs the whole graph."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from reactivex import Observable
+from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
+from reactivex.disposable import Disposable
+
+from rrp_sheets.model.values import Value
+from rrp_sheets.runtime.clock import FrameClock
+
+
+class LiveStream(Observable[Value]):
+    """Passes values on in the order of subscription, and keeps the latest one and its time for the display.
+
+    Attributes:
+        latest: the last value.
+        at_us: when it came; -1 before the first.
+        count: how many have come.
+    """
+
+    def __init__(self, stream_id: str, clock: FrameClock) -> None:
+        super().__init__()
+        self.id = stream_id
+        self.latest: Value = None
+        self.at_us = -1
+        self.count = 0
+        self._clock = clock
+        self._sinks: tuple[Callable[[Value], Any], ...] = ()
+
+    def on_next(self, value: Value) -> None:
+        """A new value."""
+        self.latest = value
+        self.at_us = self._clock.us
+        self.count += 1
+        for sink in self._sinks:
+            sink(value)
+
+    def subscribe(
+        self,
+        on_next: ObserverBase[Value] | Callable[[Value], None] | None = None,
+        on_error: Callable[[Exception], None] | None = None,
+        on_completed: Callable[[], None] | None = None,
+        *,
+        scheduler: SchedulerBase | None = None,
+    ) -> DisposableBase:
+        """Pass values on to an observer or a function. Streams of a run neither fail nor complete."""
+        sink = on_next.on_next if isinstance(on_next, ObserverBase) else on_next
+        if sink is None:
+            return Disposable()
+        self._sinks = (*self._sinks, sink)
+
+        def leave() -> None:
+            self._sinks = tuple(s for s in self._sinks if s is not sink)
+
+        return Disposable(leave)

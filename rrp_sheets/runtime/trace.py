@@ -1,0 +1,103 @@
+"""The trace: every event of a run as JSON Lines, written as it happens (design: 4-streams, Trace).
+
+The first line is the header; then one line per event, error or happening, flushed once per frame; the last line is the
+summary. After the header nothing depends on the wall clock, so the same run gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, TextIO
+
+from rrp_sheets.errors import UnreadableFile
+from rrp_sheets.graph import Stream, StreamKind
+from rrp_sheets.model.values import Failure, Value, to_json
+from rrp_sheets.runtime.plan import Plan
+from rrp_sheets.runtime.ports import Happening
+
+FORMAT = 1
+
+
+def stream_label(stream: Stream) -> str:
+    """A stream's name in traces: a device's own name, `Sheet!name` for an ordinary stream, `Sheet!#row` without name."""
+    if stream.kind in (StreamKind.SENSOR, StreamKind.ACTUATOR):
+        return stream.name
+    return f"{stream.address.sheet}!{stream.name or '#' + str(stream.address.row)}"
+
+
+def _seconds(us: int) -> float:
+    return us / 1_000_000
+
+
+def _line(entry: Mapping[str, Any]) -> str:
+    return json.dumps(entry, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+
+
+class TraceWriter:
+    """Writes a trace; an engine's observer."""
+
+    def __init__(self, path: Path, plan: Plan, header: Mapping[str, Any]) -> None:
+        self._file: TextIO = path.open("w", encoding="utf-8", newline="\n")
+        self._labels = {s.id: stream_label(s) for s in plan.streams}
+        streams = [
+            {"stream": self._labels[s.id], "kind": s.kind.value, "device": s.device.type.name if s.device else None}
+            for s in plan.streams
+        ]
+        self._file.write(_line({"type": "header", "format": FORMAT, **header, "streams": streams}) + "\n")
+        self._file.flush()
+        self._waiting: list[str] = []
+
+    def event(self, us: int, stream: str, row: str, value: Value) -> None:
+        """A value on a stream."""
+        entry = {"t": _seconds(us), "stream": self._labels[stream], "row": row, "value": to_json(value)}
+        self._waiting.append(_line(entry))
+
+    def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
+        """A formula failed."""
+        entry = {"t": _seconds(us), "row": row, "error": failure.message, "code": failure.code,
+                 "inputs": [to_json(v) for v in values]}  # fmt: skip
+        self._waiting.append(_line(entry))
+
+    def happening(self, us: int, happening: Happening) -> None:
+        """Something that the world tells: speech, a clamped command, a note."""
+        entry = {"t": _seconds(us), "happening": happening.kind, "text": happening.text}
+        if happening.stream:
+            entry["stream"] = self._labels.get(happening.stream, happening.stream)
+        if happening.row:
+            entry["row"] = happening.row
+        self._waiting.append(_line(entry))
+
+    def flush(self) -> None:
+        """Write what the frame gave; a crash loses at most a frame."""
+        if self._waiting:
+            self._file.write("\n".join(self._waiting) + "\n")
+            self._file.flush()
+            self._waiting.clear()
+
+    def close(self, summary: Mapping[str, Any]) -> None:
+        """Write the summary and close; does nothing the second time."""
+        if self._file.closed:
+            return
+        self.flush()
+        self._file.write(_line({"type": "summary", **summary}) + "\n")
+        self._file.close()
+
+
+def read_trace(path: Path) -> Iterator[dict[str, Any]]:
+    """The lines of a trace; a last line that a crash cut off is left out.
+
+    Raises:
+        UnreadableFile: when it is no trace.
+    """
+    if not path.is_file():
+        raise UnreadableFile("FILE001", f"There is no trace “{path}”.", "Name a run's folder.")
+    with path.open(encoding="utf-8") as file:
+        for line in file:
+            if not line.endswith("\n"):
+                return
+            try:
+                yield json.loads(line)
+            except json.JSONDecodeError:
+                raise UnreadableFile("FILE001", f"“{path}” is not a trace.", "Name a run's folder.") from None
