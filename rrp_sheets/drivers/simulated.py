@@ -1,0 +1,104 @@
+"""The simulated robot as the engine's world."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rrp_sheets.devices.catalogue import Robot
+from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.values import RecordType, Value
+from rrp_sheets.runtime.ports import Arrivals, Command, DeviceUse, Happening, World
+from rrp_sheets.sim.messages import DeviceSpec, Order, Outcome, Spec, State
+from rrp_sheets.sim.process import SimProcess
+
+if TYPE_CHECKING:  # numpy may be missing; then there is no simulator
+    from rrp_sheets.sim.camera import Image
+
+
+class SimulatedWorld(World):
+    """A robot simulated in a process of its own.
+
+    Args:
+        robot: its catalogue.
+        sensors: the sensors in use; their values arrive in this order.
+        actuators: the actuators in use.
+        scene: what happens in the world.
+        seed: for what is random (nothing is in this version).
+        frame_rate: frames a second of the engine; divides 240.
+        out: the folder of the run, for `say-001.wav`, …, `film.gif` and `strip.png`; None writes nothing.
+        film: whether to record the film and the strip of moments.
+        title: shown on the strip.
+
+    Raises:
+        MissingPart: when the simulator is not installed.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        sensors: Sequence[DeviceUse],
+        actuators: Sequence[DeviceUse],
+        scene: Sequence[SceneAction] = (),
+        seed: int = 0,
+        frame_rate: int = 30,
+        out: Path | None = None,
+        film: bool = False,
+        title: str = "",
+    ) -> None:
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)
+        self._records: dict[str, RecordType] = {}
+        for use in sensors:
+            found = robot.find(use.device)
+            if found is not None and found.type.payload is not None:
+                self._records[use.stream] = found.type.payload
+        spec = Spec(
+            robot=robot, sensors=_specs(sensors), actuators=_specs(actuators), scene=tuple(scene), seed=seed,
+            frame_rate=frame_rate, out=str(out.resolve()) if out is not None else "", film=film, title=title,
+        )  # fmt: skip
+        self._process = SimProcess(spec)
+
+    @property
+    def pid(self) -> int | None:
+        """The number of the simulator's process, while it runs."""
+        return self._process.pid
+
+    def start(self) -> Arrivals:
+        """Start the simulator; the arrivals of time 0. Raises RunBroken when it does not start."""
+        self._process.open()
+        return self._arrivals(self._process.start())
+
+    def advance(self, now_us: int, commands: Sequence[Command]) -> Arrivals:
+        """Carry out commands, go on until `now_us`. Raises RunBroken when the simulator has died."""
+        orders = [Order(c.stream, c.value, c.row, tuple(c.sensors)) for c in commands]
+        return self._arrivals(self._process.advance(now_us, orders))
+
+    def stop(self) -> None:
+        """The robot rests, the film is written, the process ends; within half a minute, whatever hangs."""
+        self._process.stop()
+
+    def state(self) -> State:
+        """The world as it is: joints, torso, eyes, speech, things."""
+        return self._process.state()
+
+    def look(self) -> Image:
+        """What the robot sees now: (240, 320, 3), 0 to 255."""
+        return self._process.look()
+
+    def watch(self) -> Image:
+        """The robot from outside now: (360, 480, 3), 0 to 255."""
+        return self._process.watch()
+
+    def _arrivals(self, outcome: Outcome) -> Arrivals:
+        events = tuple((stream, self._value(stream, value)) for stream, value in outcome.events)
+        happenings = tuple(Happening(n.kind, n.text, n.stream, n.row) for n in outcome.notices)
+        return Arrivals(events, happenings)
+
+    def _value(self, stream: str, value: Value) -> Value:
+        return self._records[stream].make(**value) if isinstance(value, Mapping) else value
+
+
+def _specs(uses: Sequence[DeviceUse]) -> tuple[DeviceSpec, ...]:
+    return tuple(DeviceSpec(u.stream, u.name, u.device, dict(u.settings)) for u in uses)

@@ -1,0 +1,278 @@
+"""The actuators: what each does with a value. Wrong values are told on their row, never an exception."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from rrp_sheets.model.names import key
+from rrp_sheets.model.values import Record, Value, show
+from rrp_sheets.sim.body import Body
+from rrp_sheets.sim.colours import EXAMPLE, RGB, parse_colour
+from rrp_sheets.sim.faces import Faces
+from rrp_sheets.sim.messages import DeviceSpec, Notice, Order
+from rrp_sheets.sim.stance import Stance
+from rrp_sheets.sim.tracker import Trackers
+from rrp_sheets.sim.voice import Voice
+
+Tell = Callable[[Notice], None]
+SLOWEST = 0.01  # share of a joint's top velocity
+
+
+class Eyes:
+    """Both eyes: a colour and a brightness."""
+
+    def __init__(self, body: Body) -> None:
+        self._body = body
+        self.colour: RGB = (1.0, 1.0, 1.0)
+        self.brightness = 1.0
+        self.show()
+
+    @property
+    def shining(self) -> RGB:
+        """The colour as it is seen."""
+        red, green, blue = (round(c * self.brightness, 4) for c in self.colour)
+        return red, green, blue
+
+    def show(self) -> None:
+        """Paint the eyes."""
+        self._body.shine(*self.shining)
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What actuators work with."""
+
+    body: Body
+    stance: Stance
+    eyes: Eyes
+    voice: Voice
+    faces: Faces
+    trackers: Trackers
+    tell: Tell
+
+
+class Actuator(Protocol):
+    """Carries out the orders of one actuator stream."""
+
+    def take(self, order: Order, us: int) -> None:
+        """Carry out an order; blank stops what the stream is doing."""
+        ...
+
+
+class _Base:
+    def __init__(self, spec: DeviceSpec, parts: Parts) -> None:
+        self.spec = spec
+        self.parts = parts
+        self.settings: Mapping[str, Value] = spec.settings
+
+    def wrong(self, order: Order, needs: str) -> None:
+        """Tell that a value cannot be used here."""
+        text = f"{self.spec.name} cannot use {show(order.value)}: it needs {needs}."
+        self.parts.tell(Notice("error", text, order.stream, order.row))
+
+    def clamp(self, order: Order, what: str, value: float, low: float, high: float, unit: str = "") -> float:
+        """The value within its limits, telling when that changes it."""
+        limited = min(max(value, low), high)
+        if limited != value:
+            text = f"{what}: {value:.4g} → {limited:.4g}{unit}, its limit."
+            self.parts.tell(Notice("clamp", text, order.stream, order.row))
+        return limited
+
+
+class EyeLedColor(_Base):
+    """Eyes in the colour that arrives."""
+
+    def take(self, order: Order, us: int) -> None:
+        """Paint the eyes."""
+        if order.value is None:
+            return
+        colour = parse_colour(order.value)
+        if colour is None:
+            self.wrong(order, f"a colour, for example {EXAMPLE}")
+            return
+        self.parts.eyes.colour = colour
+        self.parts.eyes.show()
+
+
+class EyeColor(_Base):
+    """Eyes in the colour of the setting."""
+
+    def take(self, order: Order, us: int) -> None:
+        """Paint the eyes."""
+        if order.value is None:
+            return
+        colour = parse_colour(self.settings.get("colour"))
+        if colour is None:
+            text = f"{self.spec.name}: its setting Colour needs a colour, for example {EXAMPLE}."
+            self.parts.tell(Notice("error", text, order.stream, order.row))
+            return
+        self.parts.eyes.colour = colour
+        self.parts.eyes.show()
+
+
+class EyeBrightness(_Base):
+    """How bright the eyes shine."""
+
+    def take(self, order: Order, us: int) -> None:
+        """Dim or brighten the eyes."""
+        if order.value is None:
+            return
+        number = as_number(order.value)
+        if number is None:
+            self.wrong(order, "a number from 0 to 1")
+            return
+        colour = parse_colour(self.settings.get("colour"))
+        if colour is not None:
+            self.parts.eyes.colour = colour
+        self.parts.eyes.brightness = self.clamp(order, "Brightness", number, 0.0, 1.0)
+        self.parts.eyes.show()
+
+
+class SayInput(_Base):
+    """Says what arrives."""
+
+    def take(self, order: Order, us: int) -> None:
+        """Say a text or a number."""
+        value = order.value
+        if value is None:
+            self.parts.voice.stop(order.stream, us)
+        elif isinstance(value, str):
+            self.parts.voice.say(value, order, self.settings, us)
+        elif (number := as_number(value)) is not None:
+            self.parts.voice.say(f"{number:.6g}", order, self.settings, us)
+        else:
+            self.wrong(order, "a text to say")
+
+
+class SayParameter(_Base):
+    """Says the text of its setting."""
+
+    def take(self, order: Order, us: int) -> None:
+        """Say it."""
+        if order.value is None:
+            self.parts.voice.stop(order.stream, us)
+        else:
+            self.parts.voice.say(str(self.settings.get("text") or ""), order, self.settings, us)
+
+
+class RememberFace(_Base):
+    """Remembers a new face."""
+
+    def take(self, order: Order, us: int) -> None:
+        """Remember the face of the record that arrives, else the new face in view."""
+        value = order.value
+        if value is None:
+            return
+        name = str(self.settings.get("name") or "")
+        number = None
+        if isinstance(value, str) and value.strip():
+            name = value.strip()
+        elif isinstance(value, Record):
+            given = as_number(value.values.get("id"))
+            number = int(given) if given is not None else None
+        if not self.parts.faces.anyone:
+            self.parts.tell(Notice("note", "There is no face to remember in view.", order.stream, order.row))
+            return
+        remembered = self.parts.faces.remember(name, number)
+        if remembered:
+            self.parts.tell(Notice("note", f"The face is remembered as {remembered}.", order.stream, order.row))
+
+
+class Track(_Base):
+    """Follows what the sensors that the row descends from detect."""
+
+    def __init__(self, spec: DeviceSpec, parts: Parts) -> None:
+        super().__init__(spec, parts)
+        parts.trackers.add(spec.stream, spec.settings)
+
+    def take(self, order: Order, us: int) -> None:
+        """Follow, or let go."""
+        if order.value is None:
+            self.parts.trackers.stop(order.stream)
+        elif not order.sensors:
+            text = f"{self.spec.name} has nothing to follow: its row does not come from a sensor that sees something."
+            self.parts.tell(Notice("error", text, order.stream, order.row))
+        elif key(str(self.settings.get("mode"))) == "move" and key(str(self.settings.get("effector"))) == "none":
+            text = f"{self.spec.name} moves nothing: in the mode Move it needs an Effector, for example Nearest arm."
+            self.parts.tell(Notice("error", text, order.stream, order.row))
+        else:
+            self.parts.trackers.follow(order.stream, order.value, order.sensors, us)
+
+
+class SetJointPosition(_Base):
+    """Moves a joint or a group."""
+
+    def take(self, order: Order, us: int) -> None:
+        """Send the joints to their angles."""
+        body = self.parts.body
+        named = str(self.settings.get("joint") or "")
+        joint = body.robot.joints.get(key(named))
+        joints = (joint.name,) if joint else body.robot.groups.get(key(named), ())
+        if not joints:
+            text = f"{self.spec.name}: there is no joint “{named}”."
+            self.parts.tell(Notice("error", text, order.stream, order.row))
+            return
+        if order.value is None:
+            for name in joints:
+                body.halt(name)
+            return
+        values = list(order.value) if isinstance(order.value, (list, tuple)) else [order.value]
+        angles = [as_number(v) for v in values]
+        if len(angles) != len(joints) or any(a is None or not math.isfinite(a) for a in angles):
+            many = f"a list of {len(joints)} angles in rad ({', '.join(joints)})"
+            self.wrong(order, "an angle in rad, for example 0.5" if len(joints) == 1 else many)
+            return
+        self._move(order, dict(zip(joints, (a for a in angles if a is not None), strict=True)))
+
+    def _move(self, order: Order, angles: dict[str, float]) -> None:
+        body = self.parts.body
+        speed = as_number(self.settings.get("speed"))
+        share = min(max(0.3 if speed is None else speed, SLOWEST), 1.0)
+        yaw = angles.get("HeadYaw", body.aimed("HeadYaw"))
+        for name, angle in angles.items():
+            joint = body.robot.joints[key(name)]
+            self.parts.trackers.release({"Head": "head", "LArm": "L arm", "RArm": "R arm"}.get(joint.chain, "legs"))
+            if joint.chain in ("LLeg", "RLeg"):
+                self.parts.stance.follow_legs()
+            hand = name.endswith("Hand")
+            limited = self.clamp(order, name, angle, *body.limits(name, yaw), unit="" if hand else " rad")
+            velocity = share * joint.max_velocity
+            body.go(name, limited, velocity, 4 * velocity)
+        if "HeadYaw" in angles and "HeadPitch" not in angles:
+            # A head that is turned may look up and down less.
+            low, high = body.limits("HeadPitch", yaw)
+            pitch = body.aimed("HeadPitch")
+            if not low <= pitch <= high:
+                limited = self.clamp(order, "HeadPitch", pitch, low, high, " rad")
+                body.go("HeadPitch", limited, share * body.robot.joints["headpitch"].max_velocity)
+
+
+class Print(_Base):
+    """Shows the value in the log."""
+
+    def take(self, order: Order, us: int) -> None:
+        """Show it."""
+        value = order.value
+        text = value if isinstance(value, str) else show(value)
+        self.parts.tell(Notice("note", text, order.stream, order.row))
+
+
+ACTUATORS: Mapping[str, Callable[[DeviceSpec, Parts], Actuator]] = {
+    "EyeLedColor": EyeLedColor, "EyeColor": EyeColor, "EyeBrightness": EyeBrightness, "SayInput": SayInput,
+    "SayParameter": SayParameter, "RememberFace": RememberFace, "Tracker": Track,
+    "SetJointPosition": SetJointPosition, "Print": Print,
+}  # fmt: skip
+
+
+def as_number(value: Value) -> float | None:
+    """The value as a number, or None when it is none (TRUE and FALSE are none).
+
+    >>> as_number(2), as_number(True), as_number("2")
+    (2.0, None, None)
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        return None
+    return float(value)

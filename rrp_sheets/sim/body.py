@@ -1,0 +1,195 @@
+"""The robot's body in the physics: joints, head camera, eyes."""
+
+from __future__ import annotations
+
+import bisect
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rrp_sheets.devices.catalogue import Robot
+from rrp_sheets.model.names import key
+from rrp_sheets.sim.motion import Glide
+
+STEP = 1 / 240  # s, of the physics
+STIFFNESS = 0.3  # position gain of the motors: joint error below 0.002 rad when standing
+EASY = 1.2  # rad/s: unhurried motion, for postures and for lowering an arm
+ACCELERATION = 12.0  # rad/s²: of a calm motion; NAO's motors allow several times that
+SOLE = -0.04519  # m, of the sole below the ankle's frame
+SPAWN_GAP = 0.0005  # m above the floor at the start, so that the feet do not begin inside it
+COUPLED = {"LHipYawPitch": "RHipYawPitch", "RHipYawPitch": "LHipYawPitch"}
+"""One motor moves both."""
+THUMBS = {"LHand": "LThumbJoint", "RHand": "RThumbJoint"}
+"""The thumb follows the hand's motor."""
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A place and an orientation: position in m, rotation as a matrix whose columns are the frame's axes."""
+
+    position: Vector
+    rotation: Vector
+
+
+class Body:
+    """The robot, standing in its start posture at the world's origin, looking along x."""
+
+    def __init__(self, bullet: Any, robot: Robot) -> None:
+        self._b = bullet
+        self.robot = robot
+        flags = bullet.URDF_ENABLE_CACHED_GRAPHICS_SHAPES
+        self.id: int = bullet.loadURDF(str(robot.folder / robot.data["robot"]["urdf"]), flags=flags)
+        infos = [bullet.getJointInfo(self.id, i) for i in range(bullet.getNumJoints(self.id))]
+        self.index: dict[str, int] = {i[1].decode(): i[0] for i in infos}
+        self.links: dict[str, int] = {i[12].decode(): i[0] for i in infos}
+        self._force: dict[str, float] = {i[1].decode(): i[10] for i in infos}
+        self._com = np.array(bullet.getDynamicsInfo(self.id, -1)[3])
+        self.start = dict(robot.data["postures"][robot.data["robot"]["start_posture"]])
+        self._glides: dict[str, Glide] = {}
+        self._moving: dict[str, Glide] = {}
+        camera = robot.data["camera"]["top"]
+        self.hfov, self.vfov = float(camera["hfov"]), float(camera["vfov"])
+        self._camera = (camera["parent"], camera["xyz"], bullet.getQuaternionFromEuler(camera["rpy"]))
+        self._stand_up()
+
+    def _stand_up(self) -> None:
+        b = self._b
+        for name, angle in self.start.items():
+            self._glides[name] = Glide(angle)
+            for joint in (name, THUMBS.get(name)):
+                if joint:
+                    b.resetJointState(self.id, self.index[joint], angle)
+        # The posture leans: turn the torso so that the soles are level, then put them on the floor.
+        lean = -sum(self.start[f"L{j}"] for j in ("HipPitch", "KneePitch", "AnklePitch"))
+        turned = b.getQuaternionFromEuler([0, lean, 0])
+        b.resetBasePositionAndOrientation(self.id, [0, 0, 1], turned)
+        sole = self.sole("L").position
+        torso = self.torso().position
+        place = torso - np.array([sole[0], 0.0, sole[2] - SPAWN_GAP])
+        b.resetBasePositionAndOrientation(self.id, (place + self.torso().rotation @ self._com).tolist(), turned)
+        self.grip(True)
+        for name in self._glides:
+            self._drive(name)
+
+    def grip(self, firm: bool) -> None:
+        """Whether the feet hold the floor (else they glide, while the body is being turned)."""
+        for side in ("l", "r"):
+            foot = self.links[f"{side}_ankle"]
+            self._b.changeDynamics(self.id, foot, frictionAnchor=int(firm), lateralFriction=1.0 if firm else 0.1)
+
+    def _drive(self, name: str) -> None:
+        position = self._glides[name].position
+        for joint in (name, THUMBS.get(name)):
+            if joint:
+                self._b.setJointMotorControl2(
+                    self.id, self.index[joint], self._b.POSITION_CONTROL, position,
+                    positionGain=STIFFNESS, force=1.5 * self._force[joint],
+                )  # fmt: skip
+
+    def step(self) -> None:
+        """Move the set points by one step of the physics."""
+        for name, glide in list(self._moving.items()):
+            glide.step(STEP)
+            self._drive(name)
+            if not glide.moving:
+                del self._moving[name]
+
+    def go(self, joint: str, target: float, velocity: float = EASY, acceleration: float = ACCELERATION) -> None:
+        """Send a joint to an angle (rad), which must be within its limits."""
+        for name in (joint, COUPLED.get(joint)):
+            if name:
+                self._glides[name].go(target, velocity, acceleration)
+                self._moving[name] = self._glides[name]
+
+    def put(self, joint: str, angle: float) -> None:
+        """Set a joint's set point at once: for motions that are computed step by step."""
+        self._moving.pop(joint, None)
+        self._glides[joint] = Glide(angle)
+        self._drive(joint)
+
+    def halt(self, joint: str) -> None:
+        """Stop a joint's motion."""
+        if joint in self._moving:
+            self._moving[joint].halt()
+
+    def aimed(self, joint: str) -> float:
+        """Where the joint is being sent, rad."""
+        return self._glides[joint].target
+
+    def set_point(self, joint: str) -> float:
+        """Where the joint is told to be now, rad."""
+        return self._glides[joint].position
+
+    def position(self, joint: str) -> float:
+        """Where the joint is, rad."""
+        return float(self._b.getJointState(self.id, self.index[joint])[0])
+
+    def moving(self) -> bool:
+        """Whether any joint is on its way."""
+        return bool(self._moving)
+
+    def limits(self, joint: str, yaw: float = 0.0) -> tuple[float, float]:
+        """A joint's limits in rad; those of the head's pitch depend on its yaw, so that the head misses the shoulders.
+
+        Between the catalogue's yaws the limits are interpolated.
+        """
+        j = self.robot.joints[key(joint)]
+        if joint != "HeadPitch":
+            return j.lower, j.upper
+        table = self.robot.data["head_pitch_by_yaw"]
+        yaws = table["yaw"]
+        i = min(max(bisect.bisect_right(yaws, yaw), 1), len(yaws) - 1)
+        part = min(max((yaw - yaws[i - 1]) / (yaws[i] - yaws[i - 1]), 0.0), 1.0)
+        low, high = (table[side][i - 1] + part * (table[side][i] - table[side][i - 1]) for side in ("lower", "upper"))
+        return max(low, j.lower), min(high, j.upper)
+
+    def torso(self) -> Pose:
+        """The torso's frame in the world (the physics reports the centre of mass instead)."""
+        position, quaternion = self._b.getBasePositionAndOrientation(self.id)
+        rotation = self._matrix(quaternion)
+        return Pose(np.array(position) - rotation @ self._com, rotation)
+
+    def link(self, name: str) -> Pose:
+        """A link's frame in the world."""
+        state = self._b.getLinkState(self.id, self.links[name], computeForwardKinematics=True)
+        return Pose(np.array(state[4]), self._matrix(state[5]))
+
+    def sole(self, side: str) -> Pose:
+        """The middle of a sole (`L` or `R`), under the ankle."""
+        ankle = self.link(f"{side.lower()}_ankle")
+        return Pose(ankle.position + ankle.rotation[:, 2] * SOLE, ankle.rotation)
+
+    def camera(self) -> Pose:
+        """The head camera: x looks ahead, y left, z up."""
+        parent, xyz, quaternion = self._camera
+        state = self._b.getLinkState(self.id, self.links[parent], computeForwardKinematics=True)
+        position, orientation = self._b.multiplyTransforms(state[4], state[5], xyz, quaternion)
+        return Pose(np.array(position), self._matrix(orientation))
+
+    def tilt(self) -> tuple[float, float, float]:
+        """Roll, pitch and yaw of the torso, rad."""
+        roll, pitch, yaw = self._b.getEulerFromQuaternion(self._b.getBasePositionAndOrientation(self.id)[1])
+        return roll, pitch, yaw
+
+    def shine(self, red: float, green: float, blue: float) -> None:
+        """Give both eyes a colour, 0 to 1."""
+        dark = 0.12  # what an eye that is off looks like
+        rgba = [dark + (1 - dark) * c for c in (red, green, blue)] + [1.0]
+        for eye in ("LeftEye", "RightEye"):
+            self._b.changeVisualShape(self.id, self.links[eye], rgbaColor=rgba)
+
+    def _matrix(self, quaternion: Any) -> Vector:
+        return np.array(self._b.getMatrixFromQuaternion(quaternion)).reshape(3, 3)
+
+
+def angle_between(a: float, b: float) -> float:
+    """The difference of two directions, −π to π.
+
+    >>> round(angle_between(3.0, -3.0), 3)
+    -0.283
+    """
+    return (a - b + math.pi) % (2 * math.pi) - math.pi

@@ -1,0 +1,165 @@
+"""Pictures: of the robot's head camera, and of a camera that films the robot.
+
+The drawing program paints what has a shape; floor and room are painted here, behind it. That is several times faster
+than letting it fill half of the picture with a floor, and looks better.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rrp_sheets.sim.body import Pose, Vector
+
+Image = NDArray[np.uint8]
+NEAR, FAR = 0.03, 12.0  # m
+LIGHT = (1.6, -1.4, 3.0)  # where the light comes from: in front of the robot, from its right, above
+AMBIENT, DIFFUSE, SPECULAR = 0.62, 0.42, 0.04
+RUG = 0.85  # m, radius of the rug that the robot stands on
+TILE = 0.5  # m, between the lines on the floor: they help to judge distances
+ROOM_FADE = 5.0  # m, over which the floor becomes the wall's colour
+Floats = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Lens:
+    """A pinhole camera: opening angles in rad, size in pixels."""
+
+    hfov: float
+    vfov: float
+    width: int
+    height: int
+
+    @property
+    def focal(self) -> tuple[float, float]:
+        """Focal lengths in pixels, horizontally and vertically."""
+        return self.width / 2 / math.tan(self.hfov / 2), self.height / 2 / math.tan(self.vfov / 2)
+
+    def rays(self, scale: int = 1) -> Floats:
+        """A ray per pixel in the camera's frame, (height, width, 3), with x = 1; `scale` leaves pixels out."""
+        fx, fy = self.focal
+        u = (np.arange(0, self.width, scale, dtype=np.float32) + scale / 2 - self.width / 2) / np.float32(fx)
+        v = (np.arange(0, self.height, scale, dtype=np.float32) + scale / 2 - self.height / 2) / np.float32(fy)
+        return np.stack(
+            [np.ones((len(v), len(u)), np.float32), *np.broadcast_arrays(-u[None, :], -v[:, None])], axis=2
+        )
+
+
+def photograph(bullet: Any, pose: Pose, lens: Lens) -> tuple[Image, NDArray[np.bool_]]:
+    """What has a shape, seen from `pose`: the picture (height, width, 3) and where there is nothing."""
+    ahead = pose.position + pose.rotation[:, 0]
+    view = bullet.computeViewMatrix(pose.position.tolist(), ahead.tolist(), pose.rotation[:, 2].tolist())
+    aspect = math.tan(lens.hfov / 2) / math.tan(lens.vfov / 2)
+    projection = bullet.computeProjectionMatrixFOV(math.degrees(lens.vfov), aspect, NEAR, FAR)
+    picture = bullet.getCameraImage(
+        lens.width, lens.height, view, projection, shadow=0, lightDirection=LIGHT, lightColor=[1, 1, 1],
+        lightAmbientCoeff=AMBIENT, lightDiffuseCoeff=DIFFUSE, lightSpecularCoeff=SPECULAR,
+        renderer=bullet.ER_TINY_RENDERER, flags=bullet.ER_NO_SEGMENTATION_MASK,
+    )  # fmt: skip
+    rgba = np.asarray(picture[2], dtype=np.uint8).reshape(lens.height, lens.width, 4)
+    depth = np.asarray(picture[3], dtype=np.float32).reshape(lens.height, lens.width)
+    return np.ascontiguousarray(rgba[:, :, :3]), depth >= 1.0
+
+
+def floor_points(pose: Pose, rays: Floats) -> tuple[Floats, Floats, Floats]:
+    """Where each ray meets the floor: x and y in m, and the distance (infinite above the horizon)."""
+    world = rays @ pose.rotation.T.astype(np.float32)
+    down = -world[:, :, 2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along = np.where(down > 1e-4, np.float32(pose.position[2]) / down, np.float32(np.inf))
+        reach = np.minimum(along, np.float32(1e3))
+    x = np.float32(pose.position[0]) + reach * world[:, :, 0]
+    y = np.float32(pose.position[1]) + reach * world[:, :, 1]
+    return x, y, along
+
+
+def room(pose: Pose, rays: Floats) -> Floats:
+    """Floor and wall behind everything, (height, width, 3), 0 to 255. Pale, so that nothing is taken for a ball."""
+    x, y, distance = floor_points(pose, rays)
+    pixel = np.float32(rays[0, 0, 1] - rays[0, 1, 1])  # rad, about
+    blur = np.minimum(distance, 50) * pixel * 2 + 0.004
+    line = np.zeros_like(x)
+    for c in (x, y):
+        off = np.abs(c / TILE - np.round(c / TILE)) * TILE
+        line = np.maximum(line, np.clip(1 - off / blur, 0, 1) * np.float32(0.006) / (blur + np.float32(0.004)))
+    floor = np.array([206, 205, 202], np.float32) * (1 - 0.13 * line)[:, :, None]
+    radius = np.hypot(x, y)
+    inside = np.clip((RUG - radius) / blur + 0.5, 0, 1)
+    border = np.clip(1 - np.abs(radius - RUG + 0.06) / (0.012 + blur), 0, 1)
+    rug = np.array([176, 194, 204], np.float32) + border[:, :, None] * np.array([50, 38, 32], np.float32)
+    floor += inside[:, :, None] * (rug - floor)
+    wall = np.array([236, 238, 240], np.float32)
+    fade = np.exp(-np.minimum(distance, 50) / np.float32(ROOM_FADE))
+    return wall + np.where(np.isfinite(distance), fade, 0)[:, :, None] * (floor - wall)
+
+
+class Eye:
+    """The robot's head camera."""
+
+    def __init__(self, bullet: Any, lens: Lens) -> None:
+        self._b = bullet
+        self.lens = lens
+        self._rays = lens.rays(2)  # half as fine: the room has no detail
+
+    def look(self, pose: Pose) -> Image:
+        """The picture from `pose`, (height, width, 3)."""
+        picture, empty = photograph(self._b, pose, self.lens)
+        behind = room(pose, self._rays).astype(np.uint8).repeat(2, axis=0).repeat(2, axis=1)
+        np.copyto(picture, behind, where=empty[:, :, None])
+        return picture
+
+
+class FilmCamera:
+    """A camera that stands still and films the robot, smoothed by drawing at twice the size."""
+
+    def __init__(self, bullet: Any, points: Sequence[Sequence[float]], width: int, height: int) -> None:
+        self._b = bullet
+        vfov = math.radians(30.0)
+        hfov = 2 * math.atan(math.tan(vfov / 2) * width / height)
+        self.lens = Lens(hfov, vfov, width * 2, height * 2)
+        self.pose = _viewpoint(np.array(points, dtype=np.float64), self.lens)
+        self._room = room(self.pose, self.lens.rays())
+        coarse = self.lens.rays(8)
+        self._x, self._y, _ = floor_points(self.pose, coarse)
+
+    def shoot(self, shadows: Sequence[tuple[float, float, float, float]]) -> Image:
+        """The picture, (height, width, 3); shadows on the floor are (x, y, radius, darkness)."""
+        import cv2  # the simulator only; heavy
+
+        picture, empty = photograph(self._b, self.pose, self.lens)
+        light = np.ones_like(self._x)
+        for x, y, radius, darkness in shadows:
+            light *= 1 - darkness * np.exp(-((self._x - x) ** 2 + (self._y - y) ** 2) / (2 * radius * radius))
+        light = cv2.resize(light, (self.lens.width, self.lens.height), interpolation=cv2.INTER_LINEAR)
+        behind = (self._room * light[:, :, None]).astype(np.uint8)
+        np.copyto(picture, behind, where=empty[:, :, None])
+        small = cv2.resize(picture, (self.lens.width // 2, self.lens.height // 2), interpolation=cv2.INTER_AREA)
+        return np.asarray(small, dtype=np.uint8)
+
+
+def _viewpoint(points: Vector, lens: Lens) -> Pose:
+    """Where to stand so that all points are in the picture, as large as can be: in front of the robot, to its right."""
+    azimuth, elevation = math.radians(-42.0), math.radians(13.0)
+    back = np.array(
+        [math.cos(azimuth) * math.cos(elevation), math.sin(azimuth) * math.cos(elevation), math.sin(elevation)]
+    )
+    ahead = -back
+    left = np.cross([0.0, 0.0, 1.0], ahead)
+    left /= np.linalg.norm(left)
+    up = np.cross(ahead, left)
+    rotation = np.stack([ahead, left, up], axis=1)
+    centre = (points.min(axis=0) + points.max(axis=0)) / 2
+    limits = np.array([math.tan(lens.hfov / 2), math.tan(lens.vfov / 2)]) * 0.92  # a margin around
+    distance = 1.0
+    for _ in range(40):  # move the middle and the distance until the points just fit
+        seen = (points - (centre + back * distance)) @ rotation
+        across = seen[:, 1:] / np.maximum(seen[:, :1], 0.1)
+        low, high = across.min(axis=0), across.max(axis=0)
+        centre = centre + distance * (rotation[:, 1] * (low[0] + high[0]) / 2 + rotation[:, 2] * (low[1] + high[1]) / 2)
+        distance *= float(np.clip(((high - low) / (2 * limits)).max(), 0.7, 1.4))
+    return Pose(centre + back * distance, rotation)

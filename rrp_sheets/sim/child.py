@@ -1,0 +1,51 @@
+"""The simulator's process: `python -m rrp_sheets.sim.child FD`, started by :mod:`rrp_sheets.sim.process` only.
+
+It answers requests on the connection that it inherits, one by one, and ends when that connection does.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from typing import Any
+
+
+def main() -> None:
+    """Serve until the connection closes: the program that started us has ended, or wants us to."""
+    # Ctrl-C ends the run in the program, which then stops the robot properly through us.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # One thread: what is computed must not depend on the machine's load or its number of cores.
+    for library in ("OMP", "OPENBLAS", "MKL"):
+        os.environ[f"{library}_NUM_THREADS"] = "1"
+    link: Connection[Any, Any] = Connection(int(sys.argv[1]))
+    try:
+        while True:
+            number, request, arguments = link.recv()
+            if request == "open":
+                answers = _open(*arguments)
+                link.send((number, None))
+            else:
+                link.send((number, answers[request](*arguments)))
+    except (EOFError, BrokenPipeError, ConnectionResetError):
+        return
+
+
+def _open(spec: Any) -> dict[str, Callable[..., Any]]:
+    """Make the world; the requests it answers."""
+    import cv2
+
+    from rrp_sheets.sim.world import SimWorld
+
+    cv2.setNumThreads(1)
+    world = SimWorld(spec)
+    return {
+        "start": world.start, "advance": world.advance, "stop": world.stop, "state": world.state,
+        "look": world.sight.look, "watch": world.watch,
+    }  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()

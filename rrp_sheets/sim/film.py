@@ -1,0 +1,147 @@
+"""Films the run: a few pictures a second of the robot from outside, with what it sees and says at that moment."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.values import Value
+from rrp_sheets.sim.camera import FilmCamera, Image
+from rrp_sheets.sim.messages import Notice, Spec
+from rrp_sheets.sim.stage import FRONT
+
+if TYPE_CHECKING:
+    from rrp_sheets.sim.world import SimWorld
+
+SIZE = (480, 360)  # pixels
+EVERY = 80  # physics steps between two pictures: 3 a second
+MOST = 120  # pictures kept; of a longer run every second is dropped, again and again
+ROBOT_BOX = ((-0.12, 0.16), (-0.20, 0.20), (0.0, 0.60))  # m, what must be in the picture
+INTERESTING = 1.3  # m from the robot: things farther away need not be in the picture
+RECENT_US = 700_000  # a detection is shown so long
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One moment.
+
+    Attributes:
+        us: when.
+        outside: the robot from outside.
+        inside: what the robot saw.
+        saying: what it was saying, or empty.
+        eyes: the colour of its eyes, 0 to 1.
+        sees: what it detected, in words.
+        weight: how much happened: the strip prefers moments where something did.
+    """
+
+    us: int
+    outside: Image
+    inside: Image
+    saying: str
+    eyes: tuple[float, float, float]
+    sees: str
+    weight: float
+
+
+class Film:
+    """Collects shots while the world goes on."""
+
+    def __init__(self, bullet: Any, world: SimWorld, spec: Spec, out: Path | None) -> None:
+        self._world = world
+        self._out = out
+        self._title = spec.title
+        self._names = {s.stream: s.name for s in spec.sensors}
+        self._camera = FilmCamera(bullet, _points(spec.scene), *SIZE)
+        self._shots: list[Shot] = []
+        self._every = EVERY
+        self._next = 0
+        self._news = 0.0
+        self._seen: dict[str, tuple[int, str]] = {}
+        self._eyes = world.eyes.shining
+
+    def tell(self, notice: Notice) -> None:
+        """Something happened: the next shot is worth showing."""
+        self._news += {"say": 2.0, "note": 0.5}.get(notice.kind, 0.2)
+
+    def saw(self, us: int, stream: str, value: Value) -> None:
+        """A sensor gave a value."""
+        if isinstance(value, dict):
+            far = value.get("distance")
+            words = self._names.get(stream, stream) + (f" at {far:.2f} m" if isinstance(far, float) else "")
+            who = value.get("name")
+            self._seen[stream] = (us, f"{words}: {who}" if who else words)
+
+    def go_on(self, step: int) -> None:
+        """Take a shot when one is due."""
+        if step < self._next:
+            return
+        self._next = step + self._every
+        self._take()
+        if len(self._shots) > MOST:
+            self._shots = self._shots[::2]
+            self._every *= 2
+
+    def _take(self) -> None:
+        world = self._world
+        us = world.stage.us
+        inside = world.sight.look()
+        eyes = world.eyes.shining
+        if eyes != self._eyes:
+            self._news += 1.0
+            self._eyes = eyes
+        sees = [words for seen_us, words in self._seen.values() if us - seen_us <= RECENT_US]
+        weight = self._news + (0.5 if sees else 0.0) + (0.3 if world.voice.saying else 0.0)
+        self._news = 0.0
+        outside = self.shoot()
+        self._shots.append(Shot(us, outside, inside, world.voice.saying, eyes, ", ".join(sees), weight))
+
+    def shoot(self) -> Image:
+        """The robot from outside, now."""
+        self._world.stage.place()
+        return self._camera.shoot(self._shadows(self._world.stage.us))
+
+    def _shadows(self, us: int) -> list[tuple[float, float, float, float]]:
+        """Soft shadows on the floor: (x, y, radius, darkness)."""
+        body, stage = self._world.body, self._world.stage
+        feet = [body.sole(side).position for side in "LR"]
+        torso = body.torso().position
+        shadows = [(float(f[0]) + 0.03, float(f[1]), 0.055, 0.38) for f in feet]
+        shadows.append((float(torso[0]) - 0.03, float(torso[1]) + 0.03, 0.16, 0.22))
+        for ball in stage.balls.values():
+            x, y, z = ball.path.at(us)
+            shadows.append((x - 0.1 * z, y + 0.1 * z, ball.radius * (0.9 + z), 0.45 / (1 + 2 * z)))
+        shadows += [(p.face(us)[0], p.face(us)[1], 0.18, 0.45) for p in stage.persons.values()]
+        return shadows
+
+    def write(self) -> None:
+        """Write `film.gif` and `strip.png` into the run's folder."""
+        if self._out is not None and self._shots:
+            from rrp_sheets.sim import strip
+
+            strip.write_film(self._out / "film.gif", self._shots)
+            strip.write_strip(self._out / "strip.png", self._shots, self._title)
+
+
+def _points(scene: Sequence[SceneAction]) -> list[tuple[float, float, float]]:
+    """What should be in the picture: the robot, and the places where things near it will be."""
+    (x0, x1), (y0, y1), (z0, z1) = ROBOT_BOX
+    points = [(x, y, z) for x in (x0, x1) for y in (y0, y1) for z in (z0, z1)]
+    for action in scene:
+        for place in (action.values.get("at"), action.values.get("to"), action.values.get("around")):
+            if place and len(place) >= 2:
+                x, y, *z = place
+                points.append(_near(float(x), float(y), float(z[0]) if z else 0.4))
+        if action.verb == "seen":
+            points.append(_near(FRONT[0], FRONT[1], FRONT[2] + 0.1))
+    return points
+
+
+def _near(x: float, y: float, z: float) -> tuple[float, float, float]:
+    far = math.hypot(x, y)
+    shrink = min(1.0, INTERESTING / far) if far else 1.0
+    return x * shrink, y * shrink, min(max(z, 0.0), 0.9)

@@ -1,0 +1,92 @@
+"""What passes between the simulator's process and the program: plain data only."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from rrp_sheets.devices.catalogue import Robot
+from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.values import Value
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceSpec:
+    """A device as a behaviour uses it: the stream's key and name, the device type's name, its settings by key."""
+
+    stream: str
+    name: str
+    device: str
+    settings: Mapping[str, Value] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """Everything the simulator must know at the start.
+
+    Attributes:
+        robot: the catalogue, with the folder of the robot's model.
+        scene: in the order of their times.
+        seed: for what is random; nothing is in this version.
+        frame_rate: frames a second; divides 240.
+        out: the folder for sound and film, or empty for none.
+        film: whether to record the film and the strip of moments.
+        title: shown on the strip.
+    """
+
+    robot: Robot
+    sensors: tuple[DeviceSpec, ...] = ()
+    actuators: tuple[DeviceSpec, ...] = ()
+    scene: tuple[SceneAction, ...] = ()
+    seed: int = 0
+    frame_rate: int = 30
+    out: str = ""
+    film: bool = False
+    title: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """A value for an actuator; blank stops it. `sensors` are the streams that the sending row descends from."""
+
+    stream: str
+    value: Value
+    row: str = ""
+    sensors: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Notice:
+    """Something to tell: `kind` is `say`, `clamp`, `note` or `error`."""
+
+    kind: str
+    text: str
+    stream: str = ""
+    row: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of one advance: sensor values (records as mappings of their fields) and notices, in order."""
+
+    events: tuple[tuple[str, Value], ...] = ()
+    notices: tuple[Notice, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """The world as it is, for displays and tests.
+
+    Attributes:
+        joints: positions by the joint's name, rad.
+        base: x, y, z (m) of the torso and roll, pitch, yaw (rad).
+        eyes: red, green, blue of both eyes as they shine, 0 to 1.
+        saying: the sentence being spoken, or empty.
+        things: positions (m) of the visible balls and faces by name.
+    """
+
+    joints: Mapping[str, float]
+    base: tuple[float, ...]
+    eyes: tuple[float, ...]
+    saying: str
+    things: Mapping[str, tuple[float, ...]]

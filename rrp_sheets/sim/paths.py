@@ -1,0 +1,62 @@
+"""Where a thing is at a time: standing, moving along a line, circling."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+Point = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Still:
+    """At one place."""
+
+    place: Point
+
+    def at(self, us: int) -> Point:
+        """The place at a time of the run."""
+        return self.place
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """From one place to another at constant speed.
+
+    >>> Line((0, 0, 0), (1, 0, 2), 0, 1_000_000).at(500_000)
+    (0.5, 0.0, 1.0)
+    """
+
+    start: Point
+    end: Point
+    from_us: int
+    for_us: int
+
+    def at(self, us: int) -> Point:
+        """The place at a time of the run."""
+        part = 1.0 if self.for_us <= 0 else min(max((us - self.from_us) / self.for_us, 0.0), 1.0)
+        x, y, z = (a + part * (b - a) for a, b in zip(self.start, self.end, strict=True))
+        return x, y, z
+
+
+@dataclass(frozen=True, slots=True)
+class Circle:
+    """Around a middle, upright (facing the robot) or flat, leaving from `start` without a jump."""
+
+    start: Point
+    middle: Point
+    radius: float
+    period_us: int
+    from_us: int
+    flat: bool = False
+
+    def at(self, us: int) -> Point:
+        """The place at a time of the run: in the first quarter of a round it swings onto the circle."""
+        passed = max(us - self.from_us, 0)
+        turn = 2 * math.pi * passed / self.period_us
+        across, along = self.radius * math.sin(turn), -self.radius * math.cos(turn)
+        mx, my, mz = self.middle
+        on = (mx + along, my + across, mz) if self.flat else (mx, my + across, mz + along)
+        part = min(1.0, 4 * passed / self.period_us)
+        x, y, z = (a + part * (b - a) for a, b in zip(self.start, on, strict=True))
+        return x, y, z

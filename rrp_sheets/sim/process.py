@@ -1,0 +1,164 @@
+"""Starts the simulator's process and talks to it, request by request."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import platform
+import socket
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import rrp_sheets
+from rrp_sheets.errors import MissingPart, RunBroken
+from rrp_sheets.sim.messages import Order, Outcome, Spec, State
+
+if TYPE_CHECKING:  # numpy may be missing; then there is no simulator
+    from rrp_sheets.sim.camera import Image
+
+START_WITHIN = 60.0  # s, on a slow and busy machine; usually 1 s
+ANSWER_WITHIN = 60.0  # s, for one advance; usually some ms
+STOP_WITHIN = 30.0  # s, with writing the film; usually 2 s
+REMEDY_DIED = "Run it again; if it happens again, please report it with the workbook."
+NEEDED = {"pybullet": "pybullet", "cv2": "opencv-python-headless", "numpy": "numpy", "PIL": "pillow"}
+
+
+def missing() -> list[str]:
+    """The packages that the simulator needs and this Python does not have."""
+    return [package for module, package in NEEDED.items() if importlib.util.find_spec(module) is None]
+
+
+def require() -> None:
+    """Raise MissingPart when the simulator cannot run here."""
+    lacking = missing()
+    if lacking:
+        python = platform.python_version()
+        raise MissingPart(
+            f"The simulator needs {', '.join(lacking)}, which Python {python} on this machine does not have.",
+            "Use Python 3.11 on Linux or 3.11–3.13 on a Mac (pip install rrp-sheets brings it); "
+            "checking, diagrams, tests and replay work without it.",
+        )
+
+
+class SimProcess:
+    """A simulated world in a process of its own. Every method waits for the answer, or raises RunBroken."""
+
+    def __init__(self, spec: Spec) -> None:
+        require()
+        self._spec = spec
+        self._link: Connection[Any, Any] | None = None
+        self._child: subprocess.Popen[bytes] | None = None
+        self._log: Any = None
+        self._number = 0
+
+    @property
+    def pid(self) -> int | None:
+        """The process's number, while it runs."""
+        return self._child.pid if self._child is not None else None
+
+    def open(self) -> None:
+        """Start the process and make the world."""
+        ours, theirs = socket.socketpair()
+        self._log = tempfile.TemporaryFile()
+        environment = dict(os.environ)
+        package = str(Path(rrp_sheets.__file__).parent.parent)
+        environment["PYTHONPATH"] = os.pathsep.join(p for p in (package, environment.get("PYTHONPATH")) if p)
+        with theirs:
+            # -P: a file of the user's in the current folder must not be taken for a library's.
+            # A group of its own: Ctrl-C is for the program, which then stops the robot.
+            self._child = subprocess.Popen(
+                [sys.executable, "-P", "-m", "rrp_sheets.sim.child", str(theirs.fileno())],
+                pass_fds=(theirs.fileno(),), env=environment, stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL, stderr=self._log, process_group=0,
+            )  # fmt: skip
+        self._link = Connection(ours.detach())
+        try:
+            self._ask(START_WITHIN, "open", self._spec)
+        except BaseException:
+            self.kill()
+            raise
+
+    def start(self) -> Outcome:
+        """The outcome of time 0."""
+        return self._outcome(self._ask(START_WITHIN, "start"))
+
+    def advance(self, now_us: int, orders: Sequence[Order]) -> Outcome:
+        """Carry out orders and go on until `now_us`."""
+        return self._outcome(self._ask(ANSWER_WITHIN, "advance", now_us, tuple(orders)))
+
+    def state(self) -> State:
+        """The world as it is."""
+        state = self._ask(ANSWER_WITHIN, "state")
+        assert isinstance(state, State)
+        return state
+
+    def look(self) -> Image:
+        """What the robot sees now, (240, 320, 3)."""
+        picture: Image = self._ask(ANSWER_WITHIN, "look")
+        return picture
+
+    def watch(self) -> Image:
+        """The robot from outside now, (360, 480, 3)."""
+        picture: Image = self._ask(ANSWER_WITHIN, "watch")
+        return picture
+
+    def stop(self) -> None:
+        """Bring the robot to rest, write the film, and end the process; it is ended in any case."""
+        if self._link is None:
+            return
+        try:
+            self._ask(STOP_WITHIN, "stop")
+        finally:
+            self.kill()
+
+    def kill(self) -> None:
+        """End the process at once."""
+        link, child, log = self._link, self._child, self._log
+        self._link = self._child = self._log = None
+        if link is not None:
+            link.close()
+        if child is not None:
+            try:
+                child.wait(1.0)  # it ends by itself when the connection closes, unless it is busy
+            except subprocess.TimeoutExpired:
+                child.kill()
+                child.wait()
+        if log is not None:
+            log.close()
+
+    def _ask(self, within: float, request: str, *arguments: object) -> Any:
+        if self._link is None:
+            raise RunBroken("The simulator is not running.", "Start the run again.")
+        self._number += 1
+        try:
+            self._link.send((self._number, request, arguments))
+            while True:
+                if not self._link.poll(within):
+                    raise RunBroken(f"The simulator has not answered for {within:g} s.", REMEDY_DIED)
+                number, answer = self._link.recv()
+                if number == self._number:  # an older one belongs to a request that Ctrl-C broke off
+                    return answer
+        except (EOFError, OSError):
+            raise RunBroken(f"The simulator has ended unexpectedly{self._last_words()}.", REMEDY_DIED) from None
+
+    def _last_words(self) -> str:
+        """How the process ended: its exit code and the last line it wrote."""
+        assert self._child is not None
+        try:
+            code = self._child.wait(2.0)
+        except subprocess.TimeoutExpired:
+            return ""
+        self._log.seek(0)
+        lines = self._log.read().decode(errors="replace").strip().splitlines()
+        how = f"signal {-code}" if code < 0 else f"exit code {code}"
+        return f" ({how}: {lines[-1]})" if lines else f" ({how})"
+
+    @staticmethod
+    def _outcome(answer: Any) -> Outcome:
+        assert isinstance(answer, Outcome)
+        return answer

@@ -1,0 +1,176 @@
+"""The sensors: what each gives, and when."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from rrp_sheets.model.values import Value
+from rrp_sheets.sim.body import Body, Pose
+from rrp_sheets.sim.camera import Eye, Image
+from rrp_sheets.sim.colours import parse_colour
+from rrp_sheets.sim.faces import Faces
+from rrp_sheets.sim.messages import DeviceSpec
+from rrp_sheets.sim.stage import Stage
+from rrp_sheets.sim.vision import Detector, Spot
+
+STEPS_A_SECOND = 240
+STILL = 2.5e-4  # rad: a joint that moves less has not moved (the physics trembles less than that when standing)
+
+
+class Sight:
+    """What the head camera sees now. One picture serves all sensors of the same instant."""
+
+    def __init__(self, eye: Eye, body: Body, stage: Stage) -> None:
+        self._eye, self._body, self._stage = eye, body, stage
+        self.us = -1
+        self.picture: Image | None = None
+        self._pose: Pose | None = None
+        self._detector: Detector | None = None
+
+    def pose(self) -> Pose:
+        """Where the camera is."""
+        self._refresh()
+        assert self._pose is not None
+        return self._pose
+
+    def look(self) -> Image:
+        """The picture."""
+        self._refresh()
+        if self.picture is None:
+            self._stage.place()
+            self.picture = self._eye.look(self.pose())
+        return self.picture
+
+    def detector(self) -> Detector:
+        """Looks for things in the picture."""
+        picture = self.look()
+        if self._detector is None:
+            self._detector = Detector(picture, self._eye.lens)
+        return self._detector
+
+    def _refresh(self) -> None:
+        if self.us != self._stage.us or self._pose is None:
+            self.us = self._stage.us
+            self.picture, self._detector, self._pose = None, None, self._body.camera()
+
+
+@dataclass(frozen=True)
+class Senses:
+    """What sensors work with."""
+
+    body: Body
+    sight: Sight
+    faces: Faces
+
+
+class Sensor(Protocol):
+    """Gives the values of one sensor stream."""
+
+    def read(self) -> list[Value]:
+        """The values of now; records as mappings of their fields."""
+        ...
+
+
+class _Base:
+    def __init__(self, spec: DeviceSpec, senses: Senses) -> None:
+        self.spec = spec
+        self.senses = senses
+
+
+class BallSensor(_Base):
+    """A ball of a colour, or the largest of any colour."""
+
+    def __init__(self, spec: DeviceSpec, senses: Senses) -> None:
+        super().__init__(spec, senses)
+        self._colour = {"RedBall": "red", "GreenBall": "green", "BlueBall": "blue"}.get(spec.device)
+
+    def read(self) -> list[Value]:
+        """The ball, if one is in the picture."""
+        detector = self.senses.sight.detector()
+        if self._colour is None:
+            found = detector.any_ball()
+        else:
+            spot = detector.ball(self._colour)
+            found = (self._colour, spot) if spot else None
+        if found is None:
+            return []
+        colour, ball = found
+        return [{**_angles(ball), "distance": ball.distance, "colour": colour}]
+
+
+class Blob(_Base):
+    """The largest spot of a colour."""
+
+    def read(self) -> list[Value]:
+        """The spot, if there is one."""
+        settings = self.spec.settings
+        colour = parse_colour(settings.get("colour")) or (1.0, 0.0, 0.0)
+        spot = self.senses.sight.detector().spot(colour, float(settings.get("threshold") or 20))
+        return [{**_angles(spot), "area": spot.area}] if spot else []
+
+
+class Face(_Base):
+    """Faces in view."""
+
+    def read(self) -> list[Value]:
+        """Every face in view."""
+        return list(self.senses.faces.look(self.senses.sight.pose()))
+
+
+class JointPosition(_Base):
+    """A joint's position, when it has changed."""
+
+    def __init__(self, spec: DeviceSpec, senses: Senses) -> None:
+        super().__init__(spec, senses)
+        named = str(spec.settings.get("joint") or "").replace(" ", "").casefold()
+        joint = senses.body.robot.joints.get(named)
+        self._joint = joint.name if joint else ""
+        self._last: float | None = None
+
+    def read(self) -> list[Value]:
+        """The position in rad, or nothing when it is the same as before."""
+        if not self._joint:
+            return []
+        position = self.senses.body.position(self._joint)
+        if self._last is not None and abs(position - self._last) < STILL:
+            return []
+        self._last = position
+        return [round(position, 4) + 0.0]
+
+
+SENSORS: Mapping[str, Callable[[DeviceSpec, Senses], Sensor]] = {
+    "RedBall": BallSensor, "GreenBall": BallSensor, "BlueBall": BallSensor, "Ball": BallSensor,
+    "Blob": Blob, "FaceDetection": Face, "JointPosition": JointPosition,
+}  # fmt: skip
+DEFAULT_RATE: Mapping[str, float] = {"FaceDetection": 2.0, "JointPosition": 30.0}  # Hz; the others 10
+
+
+class Clock:
+    """When a sensor is read: every 1/rate s, at the physics' step then or next after."""
+
+    def __init__(self, spec: DeviceSpec) -> None:
+        rate = spec.settings.get("rate")
+        self._rate = float(rate) if rate else DEFAULT_RATE.get(spec.device, 10.0)
+        self._next = 0
+
+    def due(self, step: int) -> bool:
+        """Whether to read at this step; to be asked at every step."""
+        if step * self._rate < self._next * STEPS_A_SECOND - 1e-6:
+            return False
+        self._next += 1
+        return True
+
+
+def tidy(value: Value) -> Value:
+    """Measured numbers in whole millionths, so that traces of two runs are the same to the byte."""
+    if isinstance(value, float):
+        return round(value, 6) + 0.0  # no minus zero
+    if isinstance(value, dict):
+        return {name: tidy(v) for name, v in value.items()}
+    return value
+
+
+def _angles(spot: Spot) -> dict[str, Value]:
+    return {"x": spot.x, "y": spot.y, "width": spot.width, "height": spot.height}

@@ -1,0 +1,127 @@
+"""Lays the shots of a run out: as an animated film, and as a strip of six moments for a report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from PIL import Image, ImageDraw, ImageFont
+
+from rrp_sheets.sim.film import Shot
+
+INK, FAINT, PAPER, EDGE = (38, 44, 52), (110, 118, 128), (255, 255, 255), (214, 218, 222)
+MOMENTS = 6
+FRAME_MS = 333  # ms, of a film picture
+COLOURS = 96  # of a film picture's palette: three MB for 30 s
+BAR = 34  # pixels, below the film's picture
+INSET = (128, 96)  # pixels, of what the robot sees, in the film
+TILE = (352, 264)  # pixels, of the strip's pictures from outside
+EYE = (176, 132)  # pixels, of what the robot saw, in the strip
+GAP, MARGIN = 16, 28
+Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
+
+
+def write_film(path: Path, shots: Sequence[Shot]) -> None:
+    """An animated GIF, three pictures a second, with the clock, what the robot sees and what it says."""
+    font, small = ImageFont.load_default(15), ImageFont.load_default(12)
+    frames = [_film_frame(shot, font, small) for shot in shots]
+    # One palette for all: the background then stays the same to the pixel and costs nothing.
+    sample = Image.new("RGB", (frames[0].width, frames[0].height * 4))
+    for k in range(4):
+        sample.paste(frames[k * (len(frames) - 1) // 3], (0, k * frames[0].height))
+    palette = sample.quantize(COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    pictures = [f.quantize(palette=palette, dither=Image.Dither.NONE) for f in frames]
+    pictures[0].save(
+        path, save_all=True, append_images=pictures[1:], duration=FRAME_MS, loop=0, optimize=False, disposal=1
+    )
+
+
+def _film_frame(shot: Shot, font: Font, small: Font) -> Image.Image:
+    outside = Image.fromarray(shot.outside)
+    frame = Image.new("RGB", (outside.width, outside.height + BAR), PAPER)
+    frame.paste(outside, (0, 0))
+    draw = ImageDraw.Draw(frame)
+    left, top = outside.width - INSET[0] - 10, 10
+    draw.rectangle((left - 2, top - 2, left + INSET[0] + 1, top + INSET[1] + 1), fill=PAPER, outline=EDGE)
+    frame.paste(Image.fromarray(shot.inside).resize(INSET, Image.Resampling.BILINEAR), (left, top))
+    draw.text((left, top + INSET[1] + 4), "what the robot sees", FAINT, small)
+    middle = outside.height + BAR // 2
+    draw.text((12, middle), f"{shot.us / 1e6:.1f} s", INK, font, anchor="lm")
+    _dot(draw, 78, middle, 8, shot.eyes)
+    words = f"“{shot.saying}”" if shot.saying else shot.sees
+    text = _shorten(draw, words, font, outside.width - 110)
+    draw.text((98, middle), text, INK if shot.saying else FAINT, font, anchor="lm")
+    return frame
+
+
+def write_strip(path: Path, shots: Sequence[Shot], title: str = "") -> None:
+    """Six moments side by side: the robot from outside, what it saw, and what it said."""
+    chosen = choose(shots)
+    big, font, small = (ImageFont.load_default(size) for size in (26, 20, 16))
+    head = MARGIN + (44 if title else 0)
+    width = 2 * MARGIN + len(chosen) * TILE[0] + (len(chosen) - 1) * GAP
+    height = head + 34 + TILE[1] + 12 + EYE[1] + MARGIN
+    strip = Image.new("RGB", (width, height), PAPER)
+    draw = ImageDraw.Draw(strip)
+    if title:
+        draw.text((MARGIN, MARGIN - 6), title, INK, big)
+    for k, shot in enumerate(chosen):
+        _tile(strip, draw, shot, MARGIN + k * (TILE[0] + GAP), head, font, small)
+    strip.save(path, optimize=True)
+
+
+def _tile(
+    strip: Image.Image, draw: ImageDraw.ImageDraw, shot: Shot, left: int, top: int, font: Font, small: Font
+) -> None:
+    draw.text((left, top), f"{shot.us / 1e6:.1f} s", INK, font)
+    top += 34
+    strip.paste(Image.fromarray(shot.outside).resize(TILE, Image.Resampling.LANCZOS), (left, top))
+    draw.rectangle((left, top, left + TILE[0] - 1, top + TILE[1] - 1), outline=EDGE)
+    top += TILE[1] + 12
+    strip.paste(Image.fromarray(shot.inside).resize(EYE, Image.Resampling.LANCZOS), (left, top))
+    draw.rectangle((left, top, left + EYE[0] - 1, top + EYE[1] - 1), outline=EDGE)
+    x, room = left + EYE[0] + 12, TILE[0] - EYE[0] - 12
+    _dot(draw, x + 9, top + 10, 9, shot.eyes)
+    draw.text((x + 26, top + 10), "eyes", FAINT, small, anchor="lm")
+    lines = [(line, FAINT) for line in _wrap(draw, f"sees {shot.sees}", small, room, 2)] if shot.sees else []
+    if shot.saying:
+        lines += [(line, INK) for line in _wrap(draw, f"“{shot.saying}”", small, room, 5 - len(lines))]
+    for k, (line, colour) in enumerate(lines):
+        draw.text((x, top + 28 + 21 * k), line, colour, small)
+
+
+def choose(shots: Sequence[Shot], count: int = MOMENTS) -> list[Shot]:
+    """Moments spread over the run: of each part the one where most happened."""
+    count = min(count, len(shots))
+    chosen = []
+    for k in range(count):
+        part = shots[k * len(shots) // count : (k + 1) * len(shots) // count]
+        middle = (part[0].us + part[-1].us) / 2
+        chosen.append(max(part, key=lambda s: (s.weight, -abs(s.us - middle))))
+    return chosen
+
+
+def _dot(draw: ImageDraw.ImageDraw, x: int, y: int, radius: int, rgb: tuple[float, float, float]) -> None:
+    red, green, blue = (round(255 * c) for c in rgb)
+    draw.ellipse((x - radius, y - radius, x + radius, y + radius), fill=(red, green, blue), outline=FAINT)
+
+
+def _wrap(draw: ImageDraw.ImageDraw, text: str, font: Font, room: int, most: int) -> list[str]:
+    lines = [""]
+    for word in text.split():
+        longer = f"{lines[-1]} {word}".strip()
+        if draw.textlength(longer, font) <= room or not lines[-1]:
+            lines[-1] = longer
+        else:
+            lines.append(word)
+    if len(lines) > most:
+        lines = [*lines[: most - 1], " ".join(lines[most - 1 :])]
+    return [_shorten(draw, line, font, room) for line in lines]
+
+
+def _shorten(draw: ImageDraw.ImageDraw, text: str, font: Font, room: int) -> str:
+    if draw.textlength(text, font) <= room:
+        return text
+    while text and draw.textlength(text + "…", font) > room:
+        text = text[:-1]
+    return text.rstrip() + "…"

@@ -1,0 +1,202 @@
+"""Trackers: head, whole body or arms follow what a sensor detects.
+
+They know only the detections (angles in the picture, distance) and the robot's own joints: a closed loop through the
+camera, as on a real robot.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rrp_sheets.model.names import key
+from rrp_sheets.model.values import Record, Value
+from rrp_sheets.sim.body import EASY, STEP, Body, Pose, Vector
+from rrp_sheets.sim.stance import Stance
+
+HEAD_VELOCITY, HEAD_ACCELERATION = 2.5, 18.0  # rad/s, rad/s²: brisk, without jerks
+ARM_VELOCITY, ARM_ACCELERATION = 2.0, 10.0
+CALM = 0.008  # rad: nearer to the middle of the picture the head keeps still
+TURN_FROM, TURN_TO = 0.30, 0.05  # rad of head yaw: the body begins and stops turning
+TURN_GAIN = 1.6  # rad/s of turning per rad of head yaw
+LOST_AFTER = 1.0  # s without a detection: stop turning, it may be gone
+FAR_AWAY = 1.0  # m: where a detection without distance (a face) is taken to be, for pointing
+SIDE_MARGIN = 0.08  # rad: the nearest arm changes only when the target is clearly on the other side
+ARMS = {"leftarm": "L", "rightarm": "R", "botharms": "LR", "nearestarm": "", "none": None}
+
+
+@dataclass(frozen=True)
+class Detection:
+    """Something seen, with where the robot looked from at that moment.
+
+    Attributes:
+        us: when.
+        x, y: rad, to the left of and below the picture's middle.
+        distance: m, or None when the sensor does not tell.
+        yaw, pitch: of the head, rad.
+        camera: the camera's pose, from the robot's own joints.
+    """
+
+    us: int
+    x: float
+    y: float
+    distance: float | None
+    yaw: float
+    pitch: float
+    camera: Pose
+
+    def point(self) -> Vector:
+        """Where it is."""
+        ray = np.array([1.0, math.tan(self.x), -math.tan(self.y)])
+        far = self.distance if self.distance is not None else FAR_AWAY
+        return self.camera.position + self.camera.rotation @ (ray / np.linalg.norm(ray)) * far
+
+
+@dataclass
+class Tracker:
+    """One tracker stream's state."""
+
+    stream: str
+    mode: str
+    arms: str | None
+    active: bool = False
+    sensors: tuple[str, ...] = ()
+    chosen: str = ""  # the arm that the value chose, for the nearest arm
+    pointing: str = ""
+    seen_us: int = -1
+
+    @property
+    def parts(self) -> set[str]:
+        """What it moves."""
+        parts = {"head": {"head"}, "wholebody": {"head", "legs"}}.get(self.mode, set())
+        return parts | {f"{side} arm" for side in ("LR" if self.arms == "" else self.arms or "")}
+
+
+@dataclass
+class Trackers:
+    """All trackers of a run; a newer one takes over what it needs."""
+
+    body: Body
+    stance: Stance
+    seen: dict[str, Detection] = field(default_factory=dict)
+    _all: dict[str, Tracker] = field(default_factory=dict)
+    _turning: bool = False
+
+    def add(self, stream: str, settings: Mapping[str, Value]) -> None:
+        """Make a tracker stream known."""
+        mode, effector = key(str(settings.get("mode") or "Head")), key(str(settings.get("effector") or "None"))
+        self._all[stream] = Tracker(stream, mode, ARMS.get(effector))
+
+    def follow(self, stream: str, value: Value, sensors: Sequence[str], us: int) -> None:
+        """Let a tracker follow the newest detection of these sensors."""
+        tracker = self._all[stream]
+        for other in self._all.values():
+            if other is not tracker and other.active and other.parts & tracker.parts:
+                self.stop(other.stream)
+        tracker.active, tracker.sensors = True, tuple(sensors)
+        tracker.chosen = _side(value)
+        newest = max(
+            (self.seen[s] for s in sensors if s in self.seen), key=lambda d: d.us, default=None
+        )
+        if newest is not None and us - newest.us < LOST_AFTER * 1e6 and newest.us > tracker.seen_us:
+            self._towards(tracker, newest)
+
+    def stop(self, stream: str) -> None:
+        """Let go: the head stays where it looks, arms are lowered, turning ends."""
+        tracker = self._all.get(stream)
+        if tracker is None or not tracker.active:
+            return
+        tracker.active = False
+        if "legs" in tracker.parts:
+            self._turning = False
+            self.stance.turn(0.0)
+        if "head" in tracker.parts:
+            self.body.halt("HeadYaw")
+            self.body.halt("HeadPitch")
+        self._lower(tracker.pointing)
+        tracker.pointing = ""
+
+    def release(self, part: str) -> None:
+        """Stop the trackers that move a part (`head`, `L arm`, `R arm`, `legs`): something else will."""
+        for tracker in self._all.values():
+            if tracker.active and part in tracker.parts:
+                self.stop(tracker.stream)
+
+    def detected(self, detections: Mapping[str, Detection]) -> None:
+        """New detections, by sensor stream."""
+        self.seen.update(detections)
+        for tracker in self._all.values():
+            mine = next((detections[s] for s in tracker.sensors if s in detections), None)
+            if tracker.active and mine is not None:
+                self._towards(tracker, mine)
+
+    def step(self, us: int) -> None:
+        """One step of the physics: turn the body after the head."""
+        tracker = next((t for t in self._all.values() if t.active and t.mode == "wholebody"), None)
+        if tracker is not None:
+            yaw = self.body.aimed("HeadYaw")
+            self._turning = abs(yaw) > (TURN_TO if self._turning else TURN_FROM)
+            if us - tracker.seen_us > LOST_AFTER * 1e6:
+                self._turning = False
+            self.stance.turn(TURN_GAIN * yaw if self._turning else 0.0)
+            if self.stance.turning:  # the head keeps looking where it looks while the body turns below it
+                self._look(yaw - self.stance.turning * STEP, self.body.aimed("HeadPitch"))
+
+    def _towards(self, tracker: Tracker, d: Detection) -> None:
+        tracker.seen_us = d.us
+        if "head" in tracker.parts and max(abs(d.x), abs(d.y)) > CALM:
+            self._look(d.yaw + d.x, d.pitch + d.y)
+        if tracker.arms is not None:
+            self._point(tracker, d)
+
+    def _look(self, yaw: float, pitch: float) -> None:
+        low, high = self.body.limits("HeadYaw")
+        yaw = min(max(yaw, low), high)
+        low, high = self.body.limits("HeadPitch", yaw)
+        self.body.go("HeadYaw", yaw, HEAD_VELOCITY, HEAD_ACCELERATION)
+        self.body.go("HeadPitch", min(max(pitch, low), high), HEAD_VELOCITY, HEAD_ACCELERATION)
+
+    def _point(self, tracker: Tracker, d: Detection) -> None:
+        sides = tracker.arms or tracker.chosen or self._nearest(tracker, d)
+        if tracker.pointing not in (sides, ""):
+            self._lower("".join(s for s in tracker.pointing if s not in sides))
+        tracker.pointing = sides
+        torso, target = self.body.torso(), d.point()
+        for side in sides:
+            towards = torso.rotation.T @ (target - self.body.link(f"{side}Shoulder").position)
+            ahead, left, up = towards / np.linalg.norm(towards)
+            pose = {
+                "ShoulderPitch": math.atan2(-up, ahead) if ahead > 0.05 else -up * math.pi / 2,
+                "ShoulderRoll": math.asin(left), "ElbowYaw": 0.0, "ElbowRoll": 0.0, "WristYaw": 0.0, "Hand": 1.0,
+            }  # fmt: skip
+            for joint, angle in pose.items():
+                low, high = self.body.limits(side + joint)
+                self.body.go(side + joint, min(max(angle, low), high), ARM_VELOCITY, ARM_ACCELERATION)
+
+    def _nearest(self, tracker: Tracker, d: Detection) -> str:
+        angle = d.yaw + d.x
+        if tracker.pointing and abs(angle) < SIDE_MARGIN:
+            return tracker.pointing[:1]
+        return "L" if angle >= 0 else "R"
+
+    def _lower(self, sides: str) -> None:
+        for side in sides:
+            for joint in self.body.robot.groups[key(f"{side}Arm")]:
+                self.body.go(joint, self.body.start[joint], EASY)
+
+
+def _side(value: Value) -> str:
+    """The arm that a value chooses: `left`, `right`, or an angle, positive to the left. Else none.
+
+    >>> _side("Left arm"), _side(-0.3), _side(True)
+    ('L', 'R', '')
+    """
+    if isinstance(value, Record) or isinstance(value, bool):
+        return ""
+    if isinstance(value, (int, float)):
+        return "L" if value >= 0 else "R"
+    word = key(value) if isinstance(value, str) else ""
+    return "L" if word.startswith("left") else "R" if word.startswith("right") else ""

@@ -1,0 +1,116 @@
+"""The robot's voice: one sentence at a time, one waiting; real audio, kept as .wav files."""
+
+from __future__ import annotations
+
+import wave
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from rrp_sheets.model.values import Value
+from rrp_sheets.sim.espeak import Audio, Espeak, NoSpeech
+from rrp_sheets.sim.messages import Notice, Order
+
+Tell = Callable[[Notice], None]
+GUESSED_WORD_LENGTH = 6  # characters, with the space: for the duration when there is no speech library
+FALLBACK = "en"
+
+
+@dataclass
+class Sentence:
+    """Something to say, for an order, with the actuator's settings."""
+
+    text: str
+    order: Order
+    settings: Mapping[str, Value]
+    start_us: int = 0
+    end_us: int = 0
+    audio: Audio | None = None
+    file: Path | None = None
+
+
+class Voice:
+    """Speaks sentences; how long that takes comes from the audio."""
+
+    def __init__(self, out: Path | None, tell: Tell) -> None:
+        self._out = out
+        self._tell = tell
+        self._speaking: Sentence | None = None
+        self._waiting: Sentence | None = None
+        self._count = 0
+        self._library: Espeak | None = None
+        self._missing = False
+
+    @property
+    def saying(self) -> str:
+        """The sentence being spoken, or empty."""
+        return self._speaking.text if self._speaking else ""
+
+    def say(self, text: str, order: Order, settings: Mapping[str, Value], us: int) -> None:
+        """Say a text, at once or after the sentence being spoken; a newer one takes the waiting one's place."""
+        if text.strip():
+            self._waiting = Sentence(text, order, settings)
+            self.go_on(us)
+
+    def stop(self, stream: str | None, us: int) -> None:
+        """Stop what an actuator stream says and has waiting; None stops everything."""
+        if self._waiting and stream in (None, self._waiting.order.stream):
+            self._waiting = None
+        if self._speaking and stream in (None, self._speaking.order.stream):
+            self._cut(self._speaking, us)
+            self._speaking = None
+        self.go_on(us)
+
+    def go_on(self, us: int) -> None:
+        """Let time pass until `us`."""
+        if self._speaking and us >= self._speaking.end_us:
+            self._speaking = None
+        if self._speaking is None and self._waiting is not None:
+            self._speaking, self._waiting = self._waiting, None
+            self._start(self._speaking, us)
+
+    def _start(self, sentence: Sentence, us: int) -> None:
+        order = sentence.order
+        speed = float(sentence.settings.get("speed") or 150)
+        library = self._load(order)
+        if library is None:
+            seconds = len(sentence.text) / GUESSED_WORD_LENGTH / speed * 60
+        else:
+            language = str(sentence.settings.get("language") or FALLBACK)
+            if not library.voice(language):
+                library.voice(FALLBACK)
+                text = f"There is no voice for the language “{language}”; it is spoken in English."
+                self._tell(Notice("error", text, order.stream, order.row))
+            volume = sentence.settings.get("volume")
+            sentence.audio = library.say(sentence.text, speed, 100.0 if volume is None else float(volume))
+            seconds = len(sentence.audio) / library.rate
+            self._count += 1
+            if self._out is not None:
+                sentence.file = self._out / f"say-{self._count:03}.wav"
+                self._write(sentence.file, sentence.audio)
+        sentence.start_us, sentence.end_us = us, us + round(seconds * 1e6)
+        self._tell(Notice("say", sentence.text, order.stream, order.row))
+
+    def _load(self, order: Order) -> Espeak | None:
+        if self._library is None and not self._missing:
+            try:
+                self._library = Espeak()
+            except NoSpeech:
+                self._missing = True
+                text = "There is no sound: the package espeakng-loader is not installed. Durations are estimated."
+                self._tell(Notice("error", text, order.stream, order.row))
+        return self._library
+
+    def _cut(self, sentence: Sentence, us: int) -> None:
+        """What was not spoken any more is not in the file either."""
+        if sentence.file is not None and sentence.audio is not None and self._library is not None:
+            spoken = (us - sentence.start_us) * self._library.rate // 1_000_000
+            self._write(sentence.file, sentence.audio[: max(0, spoken)])
+
+    def _write(self, path: Path, audio: Audio) -> None:
+        assert self._library is not None
+        with wave.open(str(path), "wb") as file:
+            file.setnchannels(1)
+            file.setsampwidth(2)
+            file.setframerate(self._library.rate)
+            file.writeframes(audio.astype("<i2").tobytes())
