@@ -71,9 +71,7 @@ def urdf(facts: Mapping[str, Any]) -> list[str]:
 
 def _link(link: Mapping[str, Any]) -> list[str]:
     mass, size = link["mass"], _extent(link["shapes"])
-    inertia = [
-        max(SMALLEST_INERTIA, mass / 12 * (size[(k + 1) % 3] ** 2 + size[(k + 2) % 3] ** 2)) for k in range(3)
-    ]
+    inertia = [max(SMALLEST_INERTIA, mass / 12 * (size[(k + 1) % 3] ** 2 + size[(k + 2) % 3] ** 2)) for k in range(3)]
     ixx, iyy, izz = (f"{i:.4g}" for i in inertia)
     lines = [
         f'<link name="{link["name"]}">',

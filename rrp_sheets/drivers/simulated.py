@@ -41,6 +41,7 @@ class SimulatedWorld(World):
         sensors: Sequence[DeviceUse],
         actuators: Sequence[DeviceUse],
         scene: Sequence[SceneAction] = (),
+        *,
         seed: int = 0,
         frame_rate: int = 30,
         out: Path | None = None,

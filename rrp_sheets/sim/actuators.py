@@ -73,9 +73,9 @@ class _Base:
         text = f"{self.spec.name} cannot use {show(order.value)}: it needs {needs}."
         self.parts.tell(Notice("error", text, order.stream, order.row))
 
-    def clamp(self, order: Order, what: str, value: float, low: float, high: float, unit: str = "") -> float:
+    def clamp(self, order: Order, what: str, value: float, limits: tuple[float, float], unit: str = "") -> float:
         """The value within its limits, telling when that changes it."""
-        limited = min(max(value, low), high)
+        limited = min(max(value, limits[0]), limits[1])
         if limited != value:
             text = f"{what}: {value:.4g} → {limited:.4g}{unit}, its limit."
             self.parts.tell(Notice("clamp", text, order.stream, order.row))
@@ -127,7 +127,7 @@ class EyeBrightness(_Base):
         colour = parse_colour(self.settings.get("colour"))
         if colour is not None:
             self.parts.eyes.colour = colour
-        self.parts.eyes.brightness = self.clamp(order, "Brightness", number, 0.0, 1.0)
+        self.parts.eyes.brightness = self.clamp(order, "Brightness", number, (0.0, 1.0))
         self.parts.eyes.show()
 
 
@@ -238,7 +238,7 @@ class SetJointPosition(_Base):
             if joint.chain in ("LLeg", "RLeg"):
                 self.parts.stance.follow_legs()
             hand = name.endswith("Hand")
-            limited = self.clamp(order, name, angle, *body.limits(name, yaw), unit="" if hand else " rad")
+            limited = self.clamp(order, name, angle, body.limits(name, yaw), unit="" if hand else " rad")
             velocity = share * joint.max_velocity
             body.go(name, limited, velocity, 4 * velocity)
         if "HeadYaw" in angles and "HeadPitch" not in angles:
@@ -246,7 +246,7 @@ class SetJointPosition(_Base):
             low, high = body.limits("HeadPitch", yaw)
             pitch = body.aimed("HeadPitch")
             if not low <= pitch <= high:
-                limited = self.clamp(order, "HeadPitch", pitch, low, high, " rad")
+                limited = self.clamp(order, "HeadPitch", pitch, (low, high), " rad")
                 body.go("HeadPitch", limited, share * body.robot.joints["headpitch"].max_velocity)
 
 

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +24,7 @@ AMBIENT, DIFFUSE, SPECULAR = 0.62, 0.42, 0.04
 RUG = 0.85  # m, radius of the rug that the robot stands on
 TILE = 0.5  # m, between the lines on the floor: they help to judge distances
 ROOM_FADE = 5.0  # m, over which the floor becomes the wall's colour
+SMOOTHING = 1.5  # how much larger the film is drawn
 Floats = NDArray[np.float32]
 
 
@@ -45,13 +47,11 @@ class Lens:
         fx, fy = self.focal
         u = (np.arange(0, self.width, scale, dtype=np.float32) + scale / 2 - self.width / 2) / np.float32(fx)
         v = (np.arange(0, self.height, scale, dtype=np.float32) + scale / 2 - self.height / 2) / np.float32(fy)
-        return np.stack(
-            [np.ones((len(v), len(u)), np.float32), *np.broadcast_arrays(-u[None, :], -v[:, None])], axis=2
-        )
+        return np.stack([np.ones((len(v), len(u)), np.float32), *np.broadcast_arrays(-u[None, :], -v[:, None])], axis=2)
 
 
-def photograph(bullet: Any, pose: Pose, lens: Lens) -> tuple[Image, NDArray[np.bool_]]:
-    """What has a shape, seen from `pose`: the picture (height, width, 3) and where there is nothing."""
+def photograph(bullet: Any, pose: Pose, lens: Lens) -> tuple[Image, Image]:
+    """What has a shape, seen from `pose`: the picture (height, width, 3), and 1 where there is nothing."""
     ahead = pose.position + pose.rotation[:, 0]
     view = bullet.computeViewMatrix(pose.position.tolist(), ahead.tolist(), pose.rotation[:, 2].tolist())
     aspect = math.tan(lens.hfov / 2) / math.tan(lens.vfov / 2)
@@ -63,7 +63,8 @@ def photograph(bullet: Any, pose: Pose, lens: Lens) -> tuple[Image, NDArray[np.b
     )  # fmt: skip
     rgba = np.asarray(picture[2], dtype=np.uint8).reshape(lens.height, lens.width, 4)
     depth = np.asarray(picture[3], dtype=np.float32).reshape(lens.height, lens.width)
-    return np.ascontiguousarray(rgba[:, :, :3]), depth >= 1.0
+    empty = (depth >= 1.0).view(np.uint8)
+    return np.asarray(cv2.cvtColor(rgba, cv2.COLOR_RGBA2RGB), dtype=np.uint8), empty
 
 
 def floor_points(pose: Pose, rays: Floats) -> tuple[Floats, Floats, Floats]:
@@ -109,42 +110,39 @@ class Eye:
     def look(self, pose: Pose) -> Image:
         """The picture from `pose`, (height, width, 3)."""
         picture, empty = photograph(self._b, pose, self.lens)
-        behind = room(pose, self._rays).astype(np.uint8).repeat(2, axis=0).repeat(2, axis=1)
-        np.copyto(picture, behind, where=empty[:, :, None])
-        return picture
+        size = (self.lens.width, self.lens.height)
+        behind = cv2.resize(room(pose, self._rays).astype(np.uint8), size, interpolation=cv2.INTER_LINEAR)
+        return np.asarray(cv2.copyTo(behind, empty, picture), dtype=np.uint8)
 
 
 class FilmCamera:
-    """A camera that stands still and films the robot, smoothed by drawing at twice the size."""
+    """A camera that stands still and films the robot, smoothed by drawing it larger than it is shown."""
 
     def __init__(self, bullet: Any, points: Sequence[Sequence[float]], width: int, height: int) -> None:
         self._b = bullet
         vfov = math.radians(30.0)
         hfov = 2 * math.atan(math.tan(vfov / 2) * width / height)
-        self.lens = Lens(hfov, vfov, width * 2, height * 2)
+        self._size = (width, height)
+        self.lens = Lens(hfov, vfov, round(width * SMOOTHING), round(height * SMOOTHING))
         self.pose = _viewpoint(np.array(points, dtype=np.float64), self.lens)
-        self._room = room(self.pose, self.lens.rays())
-        coarse = self.lens.rays(8)
-        self._x, self._y, _ = floor_points(self.pose, coarse)
+        self._room = room(self.pose, self.lens.rays()).astype(np.uint8)
+        self._x, self._y, _ = floor_points(self.pose, self.lens.rays(6))
 
     def shoot(self, shadows: Sequence[tuple[float, float, float, float]]) -> Image:
         """The picture, (height, width, 3); shadows on the floor are (x, y, radius, darkness)."""
-        import cv2  # the simulator only; heavy
-
         picture, empty = photograph(self._b, self.pose, self.lens)
-        light = np.ones_like(self._x)
+        light = np.full_like(self._x, 255)
         for x, y, radius, darkness in shadows:
             light *= 1 - darkness * np.exp(-((self._x - x) ** 2 + (self._y - y) ** 2) / (2 * radius * radius))
-        light = cv2.resize(light, (self.lens.width, self.lens.height), interpolation=cv2.INTER_LINEAR)
-        behind = (self._room * light[:, :, None]).astype(np.uint8)
-        np.copyto(picture, behind, where=empty[:, :, None])
-        small = cv2.resize(picture, (self.lens.width // 2, self.lens.height // 2), interpolation=cv2.INTER_AREA)
+        shade = cv2.resize(light.astype(np.uint8), (self.lens.width, self.lens.height), interpolation=cv2.INTER_LINEAR)
+        behind = cv2.multiply(self._room, cv2.cvtColor(shade, cv2.COLOR_GRAY2RGB), scale=1 / 255)
+        small = cv2.resize(cv2.copyTo(behind, empty, picture), self._size, interpolation=cv2.INTER_AREA)
         return np.asarray(small, dtype=np.uint8)
 
 
 def _viewpoint(points: Vector, lens: Lens) -> Pose:
     """Where to stand so that all points are in the picture, as large as can be: in front of the robot, to its right."""
-    azimuth, elevation = math.radians(-42.0), math.radians(13.0)
+    azimuth, elevation = math.radians(-33.0), math.radians(12.0)
     back = np.array(
         [math.cos(azimuth) * math.cos(elevation), math.sin(azimuth) * math.cos(elevation), math.sin(elevation)]
     )

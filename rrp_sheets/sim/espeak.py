@@ -18,7 +18,7 @@ BY_CHARACTER = 1
 OK = 0
 
 
-class NoSpeech(Exception):  # noqa: N818  # it is not always an error
+class NoSpeech(Exception):
     """The speech library is not there."""
 
 

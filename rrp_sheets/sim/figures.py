@@ -89,9 +89,7 @@ def person(bullet: Any, number: int, height: float) -> Figure:
 
 def _ellipsoid(bullet: Any, radii: Sequence[float], colour: RGB) -> int:
     rings = 8
-    outline = [
-        (math.sin(math.pi * i / rings), -radii[2] * math.cos(math.pi * i / rings)) for i in range(rings + 1)
-    ]
+    outline = [(math.sin(math.pi * i / rings), -radii[2] * math.cos(math.pi * i / rings)) for i in range(rings + 1)]
     return _turned(bullet, outline, colour, (radii[0], radii[1]), around=14)
 
 

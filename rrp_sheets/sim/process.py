@@ -64,7 +64,7 @@ class SimProcess:
     def open(self) -> None:
         """Start the process and make the world."""
         ours, theirs = socket.socketpair()
-        self._log = tempfile.TemporaryFile()
+        self._log = tempfile.TemporaryFile()  # noqa: SIM115  # lives as long as the process
         environment = dict(os.environ)
         package = str(Path(rrp_sheets.__file__).parent.parent)
         environment["PYTHONPATH"] = os.pathsep.join(p for p in (package, environment.get("PYTHONPATH")) if p)

@@ -84,10 +84,8 @@ class Stage:
                 act(action)
             else:
                 what = " ".join(str(v) for v in action.values.values())
-                notices.append(
-                    Notice("note", f"{action.thing} {action.verb} {what}: nothing in this simulation notices it yet.",
-                           row=f"Scene!{action.row}")  # fmt: skip
-                )
+                text = f"{action.thing} {action.verb} {what}: nothing in this simulation notices it yet."
+                notices.append(Notice("note", text, row=f"Scene!{action.row}"))
         for name, person in list(self.persons.items()):
             if person.until_us is not None and person.until_us <= us:
                 person.figure.remove()
@@ -160,10 +158,9 @@ class Stage:
 
     def _disappear(self, action: SceneAction) -> None:
         name = key(action.thing)
-        for things in (self.balls, self.persons):
-            thing = things.pop(name, None)  # type: ignore[attr-defined]
-            if thing is not None:
-                thing.figure.remove()
+        thing = self.balls.pop(name, None) or self.persons.pop(name, None)
+        if thing is not None:
+            thing.figure.remove()
 
     def _turn(self, action: SceneAction) -> None:
         person = self.persons.get(key(action.thing))

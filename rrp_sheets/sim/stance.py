@@ -134,9 +134,7 @@ class Stance:
         self._lean += max(-change, min(change, max(-0.35, min(0.35, lean)) - self._lean))
         c, s, cy, sy = math.cos(self._lean), math.sin(self._lean), math.cos(self._yaw), math.sin(self._yaw)
         rotation = np.array([[cy * c, -sy, cy * s], [sy * c, cy, sy * s], [-s, 0, c]])
-        reach = {
-            side: rotation @ torso.rotation.T @ (self._body.sole(side).position - torso.position) for side in "LR"
-        }
+        reach = {side: rotation @ torso.rotation.T @ (self._body.sole(side).position - torso.position) for side in "LR"}
         side = min(reach, key=lambda each: float(reach[each][2]))
         place = np.array([*(self._soles[side] - reach[side])[:2], -reach[side][2]])
         move = place - self._place

@@ -108,7 +108,7 @@ def _dot(draw: ImageDraw.ImageDraw, x: int, y: int, radius: int, rgb: tuple[floa
 
 def _wrap(draw: ImageDraw.ImageDraw, text: str, font: Font, room: int, most: int) -> list[str]:
     lines = [""]
-    for word in text.split():
+    for word in text.split(" "):
         longer = f"{lines[-1]} {word}".strip()
         if draw.textlength(longer, font) <= room or not lines[-1]:
             lines[-1] = longer

@@ -52,7 +52,9 @@ class Detection:
         """Where it is."""
         ray = np.array([1.0, math.tan(self.x), -math.tan(self.y)])
         far = self.distance if self.distance is not None else FAR_AWAY
-        return self.camera.position + self.camera.rotation @ (ray / np.linalg.norm(ray)) * far
+        ray *= far / float(np.linalg.norm(ray))
+        place: Vector = self.camera.position + self.camera.rotation @ ray
+        return place
 
 
 @dataclass
@@ -98,9 +100,7 @@ class Trackers:
                 self.stop(other.stream)
         tracker.active, tracker.sensors = True, tuple(sensors)
         tracker.chosen = _side(value)
-        newest = max(
-            (self.seen[s] for s in sensors if s in self.seen), key=lambda d: d.us, default=None
-        )
+        newest = max((self.seen[s] for s in sensors if s in self.seen), key=lambda d: d.us, default=None)
         if newest is not None and us - newest.us < LOST_AFTER * 1e6 and newest.us > tracker.seen_us:
             self._towards(tracker, newest)
 
@@ -194,7 +194,7 @@ def _side(value: Value) -> str:
     >>> _side("Left arm"), _side(-0.3), _side(True)
     ('L', 'R', '')
     """
-    if isinstance(value, Record) or isinstance(value, bool):
+    if isinstance(value, (Record, bool)):
         return ""
     if isinstance(value, (int, float)):
         return "L" if value >= 0 else "R"

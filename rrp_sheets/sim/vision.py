@@ -84,7 +84,7 @@ class Detector:
         mask = None
         for low, high in bands:
             part = cv2.inRange(self._hsv, (low, saturation, VALUE), (high, 255, 255))
-            mask = part if mask is None else mask | part
+            mask = part if mask is None else cv2.bitwise_or(mask, part)
         return mask
 
     def _as_ball(self, contour: Any, mask: Any) -> Spot | None:
@@ -102,8 +102,8 @@ class Detector:
             if fill < 0.3:
                 return None
         else:
-            round_enough = fill >= (0.80 if area > 150 else 0.68) if area >= 60 else min(width, height) >= 0.6 * max(
-                width, height
+            round_enough = (
+                fill >= (0.80 if area > 150 else 0.68) if area >= 60 else min(width, height) >= 0.6 * max(width, height)
             )
             if not round_enough:
                 return None

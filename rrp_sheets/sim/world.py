@@ -39,7 +39,11 @@ class SimWorld:
         self._b.setGravity(0, 0, -9.81)
         self._b.setTimeStep(STEP)
         self._b.setPhysicsEngineParameter(numSolverIterations=SOLVER_ROUNDS, deterministicOverlappingPairs=1)
-        self._b.createMultiBody(0, self._b.createCollisionShape(self._b.GEOM_PLANE))
+        # The floor is painted behind the pictures; drawn here, its shape would be a checkerboard.
+        unseen = self._b.createVisualShape(
+            self._b.GEOM_MESH, vertices=[[0, 0, -9], [1e-4, 0, -9], [0, 1e-4, -9]], indices=[0, 1, 2]
+        )
+        self._b.createMultiBody(0, self._b.createCollisionShape(self._b.GEOM_PLANE), unseen)
         self._spec = spec
         out = Path(spec.out) if spec.out else None
         self._step = 0
