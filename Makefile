@@ -1,0 +1,45 @@
+# Everything a newcomer needs: `make demo`, `make test`, `make serve`.
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+
+.PHONY: help setup demo test lint bench soak serve lock clean
+
+help:  ## this list
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
+
+setup: $(STAMP)  ## make .venv with everything in it
+
+$(STAMP): requirements.lock pyproject.toml
+	@sh .ci/python-check "$(PYTHON)"
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps -e .
+	@touch $(STAMP)
+
+demo: setup  ## run a workbook on the simulated NAO and say where everything is
+	$(BIN)/rrp-sheets run workbooks/simple-tracking.xlsx --fast --out "runs/demo-$$(date +%Y%m%d-%H%M%S)"
+
+test: setup  ## install what the tests need, and run them
+	@sh .ci/apt-packages
+	$(BIN)/python -m pytest
+
+lint: setup  ## style, types, layers
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: setup  ## the benchmarks, with their ratios
+	$(BIN)/python -m pytest tests/benchmarks -s --benchmarks
+
+soak: setup  ## what is too long for every day
+	$(BIN)/python -m pytest -m soak
+
+lock:  ## renew requirements.lock (needs uv)
+	uv pip compile --universal --python-version 3.11 --generate-hashes --extra dev --no-emit-index-url \
+	  --no-emit-find-links --no-annotate --custom-compile-command "make lock" -o requirements.lock pyproject.toml
+
+clean:  ## remove what was made here
+	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis rrp_sheets/_vendor

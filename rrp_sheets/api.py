@@ -1,0 +1,91 @@
+"""The facade: what the command line, the web and notebooks call.
+
+>>> from rrp_sheets import api
+>>> from rrp_sheets.resources import bundled
+>>> api.check(bundled("workbooks", "simple-tracking.xlsx")).report.errors
+[]
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rrp_sheets.checks import Checked
+    from rrp_sheets.runs import RunResult, RunSettings, RunView
+    from rrp_sheets.workbook import Reading
+
+__all__ = ["RunSettings", "check", "draw", "explain", "new", "read", "run"]
+
+
+def __getattr__(name: str) -> Any:
+    """`api.RunSettings`, without loading the engine for those who only check."""
+    if name == "RunSettings":
+        from rrp_sheets.runs import RunSettings
+
+        return RunSettings
+    raise AttributeError(name)
+
+
+def read(path: Path | str) -> Reading:
+    """Read a workbook: an .xlsx, a folder of CSV files, or a Markdown file.
+
+    Raises:
+        UnreadableFile: when it cannot be read at all, or is refused.
+    """
+    from rrp_sheets.workbook import read as read_workbook
+
+    return read_workbook(Path(path))
+
+
+def check(path: Path | str) -> Checked:
+    """Read and check a workbook; everything that is wrong is in the result's `report`."""
+    from rrp_sheets.checks import check_workbook
+
+    reading = read(path)
+    return check_workbook(reading.workbook, reading.report)
+
+
+def new(path: Path | str, robot: str = "nao") -> Path:
+    """Make a workbook to start from; raises SheetsError when the file exists already."""
+    from rrp_sheets.devices import load_robot
+    from rrp_sheets.runs.copies import make_new
+
+    return make_new(Path(path), load_robot(robot))
+
+
+def draw(path: Path | str, target: Path | str, behaviour: str = "") -> Checked:
+    """Draw a workbook's behaviours (or one of them) into an .svg, .pdf, .png or .dot file."""
+    from rrp_sheets.runs.drawings import draw as draw_checked
+
+    checked = check(path)
+    draw_checked(checked, Path(target), behaviour)
+    return checked
+
+
+def explain(path: Path | str, behaviour: str = "") -> tuple[str, Checked]:
+    """What a workbook does, in plain words."""
+    from rrp_sheets.runs.drawings import explain as explain_checked
+
+    checked = check(path)
+    return explain_checked(checked, behaviour), checked
+
+
+def run(
+    path: Path | str, settings: RunSettings | None = None, view: RunView | None = None
+) -> tuple[Checked, RunResult | None]:
+    """Check a workbook and run it on the simulated robot; no result when it has errors.
+
+    Raises:
+        UnreadableFile: when it cannot be read.
+        MissingPart: when the simulator is not installed here.
+    """
+    from rrp_sheets.checks import check_workbook
+    from rrp_sheets.runs import run as run_checked
+
+    reading = read(path)
+    checked = check_workbook(reading.workbook, reading.report)
+    if checked.report.errors:
+        return checked, None
+    return checked, run_checked(reading, checked, settings, view)

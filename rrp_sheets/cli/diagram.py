@@ -1,0 +1,25 @@
+"""`rrp-sheets diagram FILE -o x.svg`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+@click.command(name="diagram")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="the picture: .svg, .pdf, .png or .dot")
+@click.option("--behaviour", default="", help="only this behaviour (a sheet's name)")
+def command(file: Path, output: Path | None, behaviour: str) -> None:
+    """Draw the behaviours of FILE: sensors at the top, actuators at the bottom, rows numbered as in the sheet.
+
+    A workbook with errors is drawn as far as it is understood, with flags at the rows in question.
+    """
+    from rrp_sheets import api
+    from rrp_sheets.cli.check import print_findings
+
+    target = output or Path(file.name).with_suffix(".svg")
+    checked = api.draw(file, target, behaviour)
+    print_findings(checked.report.errors, err=True)
+    click.echo(f"Drawn: {target}")

@@ -1,0 +1,82 @@
+"""`rrp-sheets`: the commands, loaded when they are used so that help is quick."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from typing import Any
+
+import click
+
+from rrp_sheets import __version__
+from rrp_sheets.errors import SheetsError, UnreadableFile
+
+_COMMANDS = {
+    "new": "Make a workbook to start from.",
+    "check": "Say what is wrong with a workbook, and what to do about it.",
+    "diagram": "Draw a workbook's behaviours.",
+    "explain": "Say in plain words what a workbook does.",
+    "run": "Run a workbook on the simulated robot.",
+}
+UNREADABLE = 2
+
+
+class _Lazy(click.Group):
+    """A group whose commands live in modules of their own."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(_COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in _COMMANDS:
+            return None
+        module = importlib.import_module(f"rrp_sheets.cli.{cmd_name}")
+        command: click.Command = module.command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(_COMMANDS.items()))
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        from rrp_sheets.model.names import nearest
+
+        if args and args[0] not in _COMMANDS and not args[0].startswith("-"):
+            guess = nearest(args[0], _COMMANDS)
+            hint = f" Did you mean {guess}?" if guess else f" The commands are: {', '.join(_COMMANDS)}."
+            raise click.UsageError(f"There is no command “{args[0]}”.{hint}", ctx)
+        return super().resolve_command(ctx, args)
+
+
+@click.group(cls=_Lazy, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="rrp-sheets")
+def group() -> None:
+    """Robot behaviours as rows of a spreadsheet: checked, drawn, explained, and run on a simulated NAO.
+
+    FILE is an .xlsx workbook, a folder of CSV files, or a Markdown file.
+    """
+
+
+def main() -> None:
+    """The entry point. What the user can mend is told in one or two lines, never as a traceback."""
+    for stream in (sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, "reconfigure", None)
+        if reconfigure is not None:  # a terminal that cannot show a letter shows a question mark instead
+            reconfigure(errors="replace")
+    try:
+        group(prog_name="rrp-sheets")
+    except UnreadableFile as error:
+        fail(error, UNREADABLE)
+    except SheetsError as error:
+        fail(error, 2)
+    except BrokenPipeError:
+        sys.stderr.close()  # the reader of our output has gone, as with `| head`
+        sys.exit(0)
+
+
+def fail(error: SheetsError, code: int) -> None:
+    """Tell an error and leave with an exit code."""
+    click.echo(f"{click.style('Error:', fg='red', bold=True)} {error.message}", err=True)
+    if error.remedy:
+        click.echo(f"  → {error.remedy}", err=True)
+    sys.exit(code)

@@ -1,0 +1,88 @@
+"""`rrp-sheets run FILE`."""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+import threading
+from pathlib import Path
+from types import FrameType
+
+import click
+
+from rrp_sheets.cli.watch import Watch
+from rrp_sheets.model.durations import parse_duration
+
+BROKEN, INTERRUPTED = 3, 130
+
+
+@click.command(name="run")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--for", "duration", default="", help="how long, for example 20s or 2 min")
+@click.option("--fast", is_flag=True, help="as fast as the machine can, instead of in real time")
+@click.option("--out", type=click.Path(path_type=Path), help="the folder to leave everything in")
+@click.option("--json", "as_json", is_flag=True, help="print a summary as JSON on the last line")
+@click.option("--seed", type=int, help="of everything random; the Protocol's otherwise")
+@click.option("--mode", type=click.Choice(["simulated", "pilot"]), default="simulated", show_default=True,
+              help="pilot: a rehearsal whose data never counts as a session")  # fmt: skip
+@click.option("--participant", default="", help="the participant's code")
+@click.option("--condition", default="", help="the experimental condition")
+@click.option("--operator", default="", help="who operates the session")
+def command(
+    file: Path, duration: str, fast: bool, out: Path | None, as_json: bool, seed: int | None, mode: str,
+    participant: str, condition: str, operator: str,
+) -> None:  # fmt: skip
+    """Check FILE, run it on the simulated robot, and leave a folder with all there is to see of the run.
+
+    Shown as it happens: what the robot says and does, and what goes wrong. Ctrl-C stops the run in order.
+
+    Exit code: 0 the run came to its end, 1 the workbook has errors, 2 it cannot be read, 3 the run broke off,
+    130 stopped with Ctrl-C.
+    """
+    from rrp_sheets import api
+    from rrp_sheets.cli.check import print_findings
+
+    settings = api.RunSettings(
+        seconds=_seconds(duration), fast=fast, out=out, seed=seed, mode=mode, participant=participant,
+        condition=condition, operator=operator,
+    )  # fmt: skip
+    watch = Watch()
+    _stop_on_interrupt(watch)
+    checked, result = api.run(file, settings, watch)
+    if result is None:
+        print_findings(checked.report, err=True)
+        click.echo("The workbook has errors, so the run does not begin.", err=True)
+        sys.exit(1)
+    watch.ended(result)
+    if as_json:
+        summary = {"folder": str(result.folder), **result.summary.as_dict(wall=True)}
+        if result.broken is not None:
+            summary["broken"] = result.broken.message
+        click.echo(json.dumps(summary, ensure_ascii=False))
+    if result.broken is not None:
+        sys.exit(BROKEN)
+    sys.exit(INTERRUPTED if watch.interrupted else 0)
+
+
+def _seconds(text: str) -> float | None:
+    if not text:
+        return None
+    us = parse_duration(text, bare="s")
+    if not us:
+        raise click.BadParameter(f"“{text}” is not a duration; write for example 20s or 2 min.", param_hint="--for")
+    return us / 1e6
+
+
+def _stop_on_interrupt(watch: Watch) -> None:
+    """Ctrl-C (or a polite kill) asks the run to stop; it ends after the frame, and everything is written."""
+    if threading.current_thread() is not threading.main_thread():
+        return
+
+    def ask(number: int, frame: FrameType | None) -> None:
+        watch.interrupted = True
+
+    signal.signal(signal.SIGINT, ask)
+    signal.signal(signal.SIGTERM, ask)
+
+

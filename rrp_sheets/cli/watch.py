@@ -1,0 +1,99 @@
+"""What a person sees of a run in the terminal: progress, what the robot says and does, and errors, as they happen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from rrp_sheets.model.values import Failure, Value, show
+from rrp_sheets.runs import RunResult, RunView
+from rrp_sheets.runtime.ports import Happening
+
+if TYPE_CHECKING:
+    from rrp_sheets.runtime.plan import Plan
+
+_QUIET_US = 2_000_000  # a stream that keeps driving its actuator is told again only after such a pause
+_TICK_US = 5_000_000  # progress at least this often
+_MOST_ERRORS = 3  # of one row are shown in full; the end counts them all
+
+
+class Watch(RunView):
+    """Prints a run.
+
+    Attributes:
+        interrupted: set by Ctrl-C; the run stops after the frame.
+    """
+
+    def __init__(self) -> None:
+        self.interrupted = False
+        self._names: dict[str, str] = {}
+        self._last: dict[str, int] = {}
+        self._failures: dict[str, int] = {}
+        self._until = 0
+        self._told = 0
+
+    def stopped(self) -> bool:
+        """Whether Ctrl-C was pressed."""
+        return self.interrupted
+
+    def started(self, plan: Plan, until_us: int, folder: Path) -> None:
+        """Say what runs and for how long."""
+        self._names = {a.stream: a.name for a in plan.actuators}
+        self._until = until_us
+        rows = len(plan.steps)
+        title = plan.checked.workbook.protocol.text("Title") or Path(plan.checked.workbook.source).stem
+        click.echo(f"{title}: {rows} rows for {until_us / 1e6:g} s. Ctrl-C stops.")
+
+    def _line(self, us: int, text: str, colour: str | None = None) -> None:
+        self._told = us
+        click.echo(f"{us / 1e6:7.2f} s  {click.style(text, fg=colour) if colour else text}")
+
+    def event(self, us: int, stream: str, row: str, value: Value) -> None:
+        """A command for an actuator, when it is not the same stream of commands going on."""
+        name = self._names.get(stream)
+        if name is None:
+            return
+        last = self._last.get(row)
+        self._last[row] = us
+        if last is None or us - last > _QUIET_US:
+            what = "stops" if value is None else f"← {show(value)}"
+            self._line(us, f"{name} {what}  ({row})")
+
+    def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
+        """A formula failed."""
+        count = self._failures[row] = self._failures.get(row, 0) + 1
+        if count <= _MOST_ERRORS:
+            given = ", ".join(show(v) for v in values)
+            self._line(us, f"error in {row}: {failure.message} (it got {given})", "red")
+
+    def happening(self, us: int, happening: Happening) -> None:
+        """Speech, clamped commands, notes."""
+        colour = {"say": "green", "error": "red", "clamp": "yellow"}.get(happening.kind)
+        text = f"says “{happening.text}”" if happening.kind == "say" else happening.text
+        self._line(us, f"{text}{f'  ({happening.row})' if happening.row else ''}", colour)
+
+    def frame(self, us: int) -> None:
+        """Progress when nothing else was told for a while."""
+        if us - self._told >= _TICK_US:
+            self._line(us, f"… of {self._until / 1e6:g} s")
+
+    def finishing(self) -> None:
+        """The run is over."""
+        click.echo("Stopped: " if self.interrupted else "The run is over: ", nl=False)
+        click.echo("the robot goes to rest, the files are written …")
+
+    def ended(self, result: RunResult) -> None:
+        """Say what was left where."""
+        summary = result.summary
+        if result.broken is not None:
+            click.echo(click.style(f"The run broke off: {result.broken.message}", fg="red"), err=True)
+            click.echo(f"  → {result.broken.remedy}", err=True)
+        speed = summary.simulated / summary.wall if summary.wall else 0
+        click.echo(f"{summary.simulated:g} s in {summary.wall:.1f} s ({speed:.1f} times real time), "
+                   f"{sum(summary.commands.values())} commands, {sum(summary.errors.values())} errors.")  # fmt: skip
+        click.echo(f"In {result.folder}:")
+        width = max((len(n) for n in result.files), default=0)
+        for name, what in result.files.items():
+            click.echo(f"  {name:<{width}}  {what}")

@@ -1,0 +1,119 @@
+"""The folder of a run: what is in it, and making it."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Iterator
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rrp_sheets.checks import Checked
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.runtime.plan import Plan
+from rrp_sheets.runtime.trace import read_trace
+
+if TYPE_CHECKING:
+    from rrp_sheets.workbook import Reading
+
+_WHAT = {
+    "trace.jsonl": "every event of the run",
+    "protocol.xlsx": "the workbook that ran",
+    "robot.toml": "the robot's catalogue",
+    "run.xlsx": "the run as a table, one row per event",
+    "diagram.svg": "the diagram of the behaviours",
+    "film.gif": "the robot, filmed",
+    "strip.png": "six moments of the run, and what the robot saw",
+}
+
+
+class RunFolder:
+    """Makes a run's folder and fills it; `path` is where it is."""
+
+    def __init__(self, reading: Reading, out: Path | None) -> None:
+        self.reading = reading
+        self.source = Path(reading.workbook.source)
+        self.path = (out or self._default()).absolute()
+        if (self.path / "trace.jsonl").exists():
+            raise SheetsError(f"There is a run in “{self.path}” already.", "Name another folder with --out.")
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            message = f"The folder “{self.path}” cannot be made ({error.strerror})."
+            raise SheetsError(message, "Name another folder with --out.") from None
+
+    def _default(self) -> Path:
+        name = re.sub(r"[^\w.-]+", "-", self.source.stem).strip("-") or "run"
+        stem = f"{datetime.now():%Y-%m-%d-%H%M%S}-{name}"
+        folder = self.source.absolute().parent / "runs" / stem
+        number = 2
+        while folder.exists():  # two runs in one second
+            folder = folder.with_name(f"{stem}-{number}")
+            number += 1
+        return folder
+
+    def keep_workbook(self, checked: Checked) -> None:
+        """Copy the workbook that runs, as .xlsx, and the robot's catalogue."""
+        from rrp_sheets.runs.copies import as_xlsx
+
+        target = self.path / "protocol.xlsx"
+        if self.reading.format == "xlsx":
+            shutil.copyfile(self.source, target)
+        else:
+            as_xlsx(self.reading, checked.robot, target)
+        shutil.copyfile(checked.robot.folder / "robot.toml", self.path / "robot.toml")
+
+    def finish(self, checked: Checked, plan: Plan) -> dict[str, str]:
+        """Write the table and the diagram; the files of the folder with what each is."""
+        from rrp_sheets.workbook.table import write_table
+
+        header, rows, widths = tidy(self.path / "trace.jsonl")
+        write_table(self.path / "run.xlsx", "run", header, rows, widths)
+        self._draw(checked)
+        files = {name: what for name, what in _WHAT.items() if (self.path / name).is_file()}
+        for wav in sorted(self.path.glob("*.wav")):
+            files[wav.name] = "what the robot said"
+        return files
+
+    def _draw(self, checked: Checked) -> None:
+        from rrp_sheets.runs.drawings import draw
+
+        draw(checked, self.path / "diagram.svg")
+
+
+def tidy(trace: Path) -> tuple[list[str], Iterator[list[Any]], list[float]]:
+    """A trace as a tidy table: header, rows (one per event), column widths.
+
+    A record's fields stand in columns of their own, so that a plain value is always in the column Value.
+    """
+    fields: dict[str, None] = {}
+    kinds: dict[str, str] = {}
+    for line in read_trace(trace):
+        if line.get("type") == "header":
+            kinds = {s["stream"]: s["kind"] for s in line["streams"]}
+        elif isinstance(line.get("value"), dict):
+            fields.update(dict.fromkeys(line["value"]))
+    header = ["Time (s)", "Kind", "Stream", "Row", "Value", "Message", *fields]
+    return header, _rows(trace, kinds, list(fields)), [10, 11, 24, 16, 18, 40, *[12.0] * len(fields)]
+
+
+def _rows(trace: Path, kinds: dict[str, str], fields: list[str]) -> Iterator[list[Any]]:
+    for line in read_trace(trace):
+        if "type" in line:
+            continue
+        value = line.get("value")
+        record = value if isinstance(value, dict) else {}
+        kind = "error" if "error" in line else line.get("happening") or kinds.get(line.get("stream", ""), "stream")
+        message = line.get("error") or line.get("text")
+        plain = None if record else _plain(value)
+        row = [line["t"], kind, line.get("stream"), line.get("row") or None, plain, message]
+        yield [*row, *(_plain(record.get(f)) for f in fields)]
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, bool):
+        return value
+    if isinstance(value, (list, dict)):
+        return str(value)
+    return value

@@ -1,0 +1,215 @@
+"""Running a workbook on a robot: check, start, loop, stop, and leave everything in a folder."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rrp_sheets import __version__
+from rrp_sheets.checks import Checked
+from rrp_sheets.devices.scene import default_scene, scene_end_us
+from rrp_sheets.errors import RunBroken, SheetsError
+from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.values import Failure, Value
+from rrp_sheets.runs.folder import RunFolder
+from rrp_sheets.runtime.frame import FrameEngine
+from rrp_sheets.runtime.loop import Summary, run_loop
+from rrp_sheets.runtime.plan import Plan, make_plan
+from rrp_sheets.runtime.ports import Happening, World
+from rrp_sheets.runtime.trace import TraceWriter, stream_label
+
+if TYPE_CHECKING:
+    from rrp_sheets.workbook import Reading
+
+AFTER_SCENE_US = 5_000_000
+WITHOUT_SCENE_US = 30_000_000
+MODES = ("simulated", "pilot")
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """How to run.
+
+    Attributes:
+        seconds: of the run's clock; None: the last scene time plus 5 s, 30 s without a Scene sheet.
+        fast: as fast as the machine can, instead of in real time.
+        out: the folder to leave everything in; None: `runs/<time>-<name>/` beside the workbook.
+        seed: None takes the Protocol's.
+        mode: `simulated`, or `pilot` for a rehearsal whose data never counts as a session.
+        participant, condition, operator: of the session, as codes.
+        film: whether to film the robot.
+    """
+
+    seconds: float | None = None
+    fast: bool = False
+    out: Path | None = None
+    seed: int | None = None
+    mode: str = "simulated"
+    participant: str = ""
+    condition: str = ""
+    operator: str = ""
+    film: bool = True
+
+
+class RunView:
+    """What somebody who watches a run is told; subclass it. Nothing here may take long."""
+
+    def started(self, plan: Plan, until_us: int, folder: Path) -> None:
+        """The run begins."""
+
+    def event(self, us: int, stream: str, row: str, value: Value) -> None:
+        """A value on a stream (its id)."""
+
+    def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
+        """A formula failed."""
+
+    def happening(self, us: int, happening: Happening) -> None:
+        """The robot speaks, clamps a command, notes something."""
+
+    def frame(self, us: int) -> None:
+        """A frame is over."""
+
+    def finishing(self) -> None:
+        """The robot is brought to rest and the files are written."""
+
+    def stopped(self) -> bool:
+        """Whether the run should stop now."""
+        return False
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What a run left.
+
+    Attributes:
+        folder: of the run.
+        files: in it, with what each is.
+        summary: counts and times.
+        broken: what broke the run off; None when it ended by itself or by the user.
+    """
+
+    folder: Path
+    files: dict[str, str]
+    summary: Summary
+    broken: RunBroken | None = None
+
+
+@dataclass
+class _Recorder:
+    """An engine's observer: the trace and the view."""
+
+    trace: TraceWriter
+    view: RunView
+    plan: Plan = field(repr=False)
+
+    def event(self, us: int, stream: str, row: str, value: Value) -> None:
+        self.trace.event(us, stream, row, value)
+        self.view.event(us, stream, row, value)
+
+    def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
+        self.trace.error(us, row, failure, values)
+        self.view.error(us, row, failure, values)
+
+
+def run(
+    reading: Reading,
+    checked: Checked,
+    settings: RunSettings | None = None,
+    view: RunView | None = None,
+    world: Callable[[Plan, tuple[SceneAction, ...], int, Path], World] | None = None,
+) -> RunResult:
+    """Run a checked workbook and leave a folder with trace, workbook, catalogue, table, diagram, film and speech.
+
+    Args:
+        reading: the workbook as it was read, for the copy that is kept.
+        checked: it must have no errors.
+        settings: how to run.
+        view: told of everything as it happens; may stop the run.
+        world: makes the robot's world; the simulated NAO when None.
+
+    Raises:
+        SheetsError: when the workbook has errors or the folder cannot be used.
+        MissingPart: when the simulator is not installed here.
+    """
+    settings, view = settings or RunSettings(), view or RunView()
+    if checked.report.errors:
+        raise SheetsError("This workbook has errors and cannot run.", "See `rrp-sheets check`.")
+    plan = make_plan(checked)
+    if not plan.steps:
+        raise SheetsError("No row of this workbook is switched on.", "Write TRUE in the On cells of some rows.")
+    scene = checked.scene if checked.scene is not None else default_scene([s.device for s in plan.sensors], checked.robot)
+    seed = checked.run.seed if settings.seed is None else settings.seed
+    folder = RunFolder(reading, settings.out)
+    live = (world or _simulated(settings))(plan, scene, seed, folder.path)
+    until = _until(checked, settings)
+    header = {
+        "program": __version__, "workbook": reading.digest, "name": Path(reading.workbook.source).name,
+        "robot": checked.robot.name, "engine": "frame", "frame_rate": checked.run.frame_rate, "mode": settings.mode,
+        "seed": seed, "participant": settings.participant, "condition": settings.condition,
+        "operator": settings.operator, "began": datetime.now(UTC).isoformat(timespec="milliseconds"),
+    }  # fmt: skip
+    folder.keep_workbook(checked)
+    trace = TraceWriter(folder.path / "trace.jsonl", plan, header)
+    engine = FrameEngine(plan, _Recorder(trace, view, plan))
+    summary, broken = _go(engine, live, until, trace, view, settings)
+    return RunResult(folder.path, folder.finish(checked, plan), summary, broken)
+
+
+def _go(
+    engine: FrameEngine, world: World, until: int, trace: TraceWriter, view: RunView, settings: RunSettings
+) -> tuple[Summary, RunBroken | None]:
+    """The loop between starting and stopping; the trace is closed whatever happens."""
+    view.started(engine.plan, until, Path())
+    began = time.monotonic()
+    broken: RunBroken | None = None
+    ended = "broken"
+    try:
+        _, ended = run_loop(engine, world, until, trace=trace, paced=not settings.fast, stopped=view.stopped,
+                            tell=view.happening, tick=view.frame)  # fmt: skip
+    except RunBroken as error:
+        broken = error
+    finally:
+        wall = time.monotonic() - began
+        summary = _summary(engine, wall, ended)
+        view.finishing()
+        try:
+            with suppress(RunBroken):  # it broke already, and that is being told
+                world.stop()
+        finally:
+            trace.close(summary.as_dict(wall=False))
+    return summary, broken
+
+
+def _summary(engine: FrameEngine, wall: float, ended: str) -> Summary:
+    labels = {s.id: stream_label(s) for s in engine.plan.streams}
+    counts = {labels[i]: s.count for i, s in engine.streams.items()}
+    commands = {a.name: engine.streams[a.stream].count for a in engine.plan.actuators}
+    return Summary(counts, dict(engine.errors), commands, engine.clock.us / 1e6, wall, ended)
+
+
+def _until(checked: Checked, settings: RunSettings) -> int:
+    """When the run ends, in microseconds."""
+    if settings.seconds is not None:
+        wanted = round(settings.seconds * 1e6)
+    elif checked.scene:
+        wanted = scene_end_us(checked.scene) + AFTER_SCENE_US
+    else:
+        wanted = WITHOUT_SCENE_US
+    limit = checked.run.time_limit_us
+    return wanted if limit is None else min(wanted, limit)
+
+
+def _simulated(settings: RunSettings) -> Callable[[Plan, tuple[SceneAction, ...], int, Path], World]:
+    def make(plan: Plan, scene: tuple[SceneAction, ...], seed: int, out: Path) -> World:
+        from rrp_sheets.drivers.simulated import SimulatedWorld
+
+        checked = plan.checked
+        kwargs: dict[str, Any] = {"seed": seed, "frame_rate": checked.run.frame_rate, "out": out, "film": settings.film}
+        return SimulatedWorld(checked.robot, plan.sensors, plan.actuators, scene, **kwargs)
+
+    return make
