@@ -47,7 +47,9 @@ class Lens:
         fx, fy = self.focal
         u = (np.arange(0, self.width, scale, dtype=np.float32) + scale / 2 - self.width / 2) / np.float32(fx)
         v = (np.arange(0, self.height, scale, dtype=np.float32) + scale / 2 - self.height / 2) / np.float32(fy)
-        return np.stack([np.ones((len(v), len(u)), np.float32), *np.broadcast_arrays(-u[None, :], -v[:, None])], axis=2)
+        ahead = np.ones((len(v), len(u)), np.float32)
+        rays: Floats = np.stack([ahead, *np.broadcast_arrays(-u[None, :], -v[:, None])], axis=2).astype(np.float32)
+        return rays
 
 
 def photograph(bullet: Any, pose: Pose, lens: Lens) -> tuple[Image, Image]:
@@ -96,7 +98,9 @@ def room(pose: Pose, rays: Floats) -> Floats:
     floor += inside[:, :, None] * (rug - floor)
     wall = np.array([236, 238, 240], np.float32)
     fade = np.exp(-np.minimum(distance, 50) / np.float32(ROOM_FADE))
-    return wall + np.where(np.isfinite(distance), fade, 0)[:, :, None] * (floor - wall)
+    seen = np.where(np.isfinite(distance), fade, 0)[:, :, None]
+    painted: Floats = (wall + seen * (floor - wall)).astype(np.float32)
+    return painted
 
 
 class Eye:
@@ -152,7 +156,7 @@ def _viewpoint(points: Vector, lens: Lens) -> Pose:
     up = np.cross(ahead, left)
     rotation = np.stack([ahead, left, up], axis=1)
     centre = (points.min(axis=0) + points.max(axis=0)) / 2
-    limits = np.array([math.tan(lens.hfov / 2), math.tan(lens.vfov / 2)]) * 0.92  # a margin around
+    limits = np.array([math.tan(lens.hfov / 2), math.tan(lens.vfov / 2)]) * 0.95  # a margin around
     distance = 1.0
     for _ in range(40):  # move the middle and the distance until the points just fit
         seen = (points - (centre + back * distance)) @ rotation

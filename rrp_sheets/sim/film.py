@@ -72,9 +72,9 @@ class Film:
         """A sensor gave a value."""
         if isinstance(value, dict):
             far = value.get("distance")
-            words = self._names.get(stream, stream) + (
-                f" at {far:.2f}\N{NO-BREAK SPACE}m" if isinstance(far, float) else ""
-            )
+            words = self._names.get(stream, stream)
+            if isinstance(far, float):
+                words += f" at {far:.2f}\N{NO-BREAK SPACE}m"
             who = value.get("name")
             self._seen[stream] = (us, f"{words}: {who}" if who else words)
 
@@ -133,7 +133,7 @@ def _points(scene: Sequence[SceneAction]) -> list[tuple[float, float, float]]:
     """What should be in the picture: the robot, and the places where things near it will be."""
     (x0, x1), (y0, y1), (z0, z1) = ROBOT_BOX
     points = [(x, y, z) for x in (x0, x1) for y in (y0, y1) for z in (z0, z1)]
-    last = {}
+    last: dict[str, Value] = {}
     for action in scene:
         last[action.thing] = action.values.get("to") or action.values.get("at") or last.get(action.thing)
         if action.verb == "circle" and (middle := action.values.get("around") or last[action.thing]):

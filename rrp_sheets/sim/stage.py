@@ -84,7 +84,8 @@ class Stage:
                 act(action)
             else:
                 what = " ".join(str(v) for v in action.values.values())
-                text = f"{action.thing} {action.verb} {what}: nothing in this simulation notices it yet."
+                does = {"press": "presses", "touch": "touches", "say": "says"}.get(action.verb, action.verb)
+                text = f"{action.thing} {does} {what}: nothing in this simulation notices it yet."
                 notices.append(Notice("note", text, row=f"Scene!{action.row}"))
         for name, person in list(self.persons.items()):
             if person.until_us is not None and person.until_us <= us:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from rrp_sheets.sim.film import Shot
@@ -12,12 +14,13 @@ from rrp_sheets.sim.film import Shot
 INK, FAINT, PAPER, EDGE = (38, 44, 52), (110, 118, 128), (255, 255, 255), (214, 218, 222)
 MOMENTS = 6
 FRAME_MS = 333  # ms, of a film picture
-COLOURS = 96  # of a film picture's palette: three MB for 30 s
+COLOURS = 224  # of the film's palette
 BAR = 34  # pixels, below the film's picture
 INSET = (128, 96)  # pixels, of what the robot sees, in the film
 TILE = (352, 264)  # pixels, of the strip's pictures from outside
 EYE = (176, 132)  # pixels, of what the robot saw, in the strip
 GAP, MARGIN = 16, 28
+NBSP = "\N{NO-BREAK SPACE}"
 Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
 
 
@@ -25,15 +28,22 @@ def write_film(path: Path, shots: Sequence[Shot]) -> None:
     """An animated GIF, three pictures a second, with the clock, what the robot sees and what it says."""
     font, small = ImageFont.load_default(15), ImageFont.load_default(12)
     frames = [_film_frame(shot, font, small) for shot in shots]
-    # One palette for all: the background then stays the same to the pixel and costs nothing.
-    sample = Image.new("RGB", (frames[0].width, frames[0].height * 4))
-    for k in range(4):
-        sample.paste(frames[k * (len(frames) - 1) // 3], (0, k * frames[0].height))
-    palette = sample.quantize(COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    palette = _palette([np.asarray(frames[k * (len(frames) - 1) // 5]) for k in range(6)])
     pictures = [f.quantize(palette=palette, dither=Image.Dither.NONE) for f in frames]
     pictures[0].save(
         path, save_all=True, append_images=pictures[1:], duration=FRAME_MS, loop=0, optimize=False, disposal=1
     )
+
+
+def _palette(pictures: Sequence[NDArray[np.uint8]]) -> Image.Image:
+    """One palette for all pictures: the background then stays the same to the pixel and costs nothing.
+
+    What is small but coloured (a ball, the eyes) counts more than its pixels, else the floor would take all colours.
+    """
+    pixels = np.concatenate([p.reshape(-1, 3) for p in pictures])
+    _, first, counts = np.unique((pixels >> 3) @ np.array([1024, 32, 1]), return_index=True, return_counts=True)
+    sample = np.repeat(pixels[first], np.ceil(counts**0.4).astype(int), axis=0)
+    return Image.fromarray(sample[None]).quantize(COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
 
 
 def _film_frame(shot: Shot, font: Font, small: Font) -> Image.Image:
@@ -41,14 +51,14 @@ def _film_frame(shot: Shot, font: Font, small: Font) -> Image.Image:
     frame = Image.new("RGB", (outside.width, outside.height + BAR), PAPER)
     frame.paste(outside, (0, 0))
     draw = ImageDraw.Draw(frame)
-    left, top = outside.width - INSET[0] - 10, 10
+    left, top = outside.width - INSET[0] - 10, outside.height - INSET[1] - 10
     draw.rectangle((left - 2, top - 2, left + INSET[0] + 1, top + INSET[1] + 1), fill=PAPER, outline=EDGE)
     frame.paste(Image.fromarray(shot.inside).resize(INSET, Image.Resampling.BILINEAR), (left, top))
-    draw.text((left, top + INSET[1] + 4), "what the robot sees", FAINT, small)
+    draw.text((left, top - 6), "what the robot sees", FAINT, small, anchor="ls")
     middle = outside.height + BAR // 2
     draw.text((12, middle), f"{shot.us / 1e6:.1f} s", INK, font, anchor="lm")
     _dot(draw, 78, middle, 8, shot.eyes)
-    words = f"“{shot.saying}”" if shot.saying else shot.sees
+    words = f"“{shot.saying}”" if shot.saying else shot.sees.replace(NBSP, " ")
     text = _shorten(draw, words, font, outside.width - 110)
     draw.text((98, middle), text, INK if shot.saying else FAINT, font, anchor="lm")
     return frame
@@ -66,13 +76,13 @@ def write_strip(path: Path, shots: Sequence[Shot], title: str = "") -> None:
     if title:
         draw.text((MARGIN, MARGIN - 6), title, INK, big)
     for k, shot in enumerate(chosen):
-        _tile(strip, draw, shot, MARGIN + k * (TILE[0] + GAP), head, font, small)
+        _tile(strip, shot, (MARGIN + k * (TILE[0] + GAP), head), font, small)
     strip.save(path, optimize=True)
 
 
-def _tile(
-    strip: Image.Image, draw: ImageDraw.ImageDraw, shot: Shot, left: int, top: int, font: Font, small: Font
-) -> None:
+def _tile(strip: Image.Image, shot: Shot, place: tuple[int, int], font: Font, small: Font) -> None:
+    left, top = place
+    draw = ImageDraw.Draw(strip)
     draw.text((left, top), f"{shot.us / 1e6:.1f} s", INK, font)
     top += 34
     strip.paste(Image.fromarray(shot.outside).resize(TILE, Image.Resampling.LANCZOS), (left, top))
@@ -116,7 +126,7 @@ def _wrap(draw: ImageDraw.ImageDraw, text: str, font: Font, room: int, most: int
             lines.append(word)
     if len(lines) > most:
         lines = [*lines[: most - 1], " ".join(lines[most - 1 :])]
-    return [_shorten(draw, line, font, room) for line in lines]
+    return [_shorten(draw, line.replace(NBSP, " "), font, room) for line in lines]
 
 
 def _shorten(draw: ImageDraw.ImageDraw, text: str, font: Font, room: int) -> str:

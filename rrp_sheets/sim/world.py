@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pybullet
-from pybullet_utils.bullet_client import BulletClient
+from pybullet_utils.bullet_client import BulletClient  # type: ignore[import-untyped]
 
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim.actuators import ACTUATORS, Eyes, Parts
