@@ -1,0 +1,57 @@
+"""Behaviour sheets: rows of input streams, connector, formula and output stream."""
+
+from __future__ import annotations
+
+import math
+
+from rrp_sheets.model.workbook import Behaviour, Row
+from rrp_sheets.workbook.columns import Line, Table
+
+# The words for on and off that spreadsheet programs write in other languages are accepted too.
+_ON = {"true", "yes", "on", "1", "wahr", "vrai", "verdadero", "vero", "waar"}
+_OFF = {"false", "no", "off", "0", "falsch", "faux", "falso", "onwaar"}
+
+
+def read_behaviour(table: Table) -> Behaviour:
+    """The behaviour that a sheet describes."""
+    rows = [_row(table, line) for line in table.lines()]
+    table.report_hidden({row.number: row for row in rows if row.on})
+    header = table.address(table.header_row, table.columns["Input streams"])
+    return Behaviour(table.sheet.name, tuple(rows), header)
+
+
+def _row(table: Table, line: Line) -> Row:
+    inputs = table.name(line, "Input streams")
+    return Row(
+        number=line.number,
+        inputs=table.names(inputs),
+        inputs_cell=inputs,
+        connector=table.name(line, "Connector"),
+        formula=table.formula(line, "Formula"),
+        output=table.name(line, "Output stream"),
+        on=_is_on(table, line),
+        priority=_priority(table, line),
+        notes=table.notes(line),
+    )
+
+
+def _is_on(table: Table, line: Line) -> bool:
+    cell = table.name(line, "On")
+    word = cell.text.casefold()
+    if word and word not in _ON | _OFF:
+        table.report.add("SHEET011", cell.address, value=cell.text)
+    return word not in _OFF
+
+
+def _priority(table: Table, line: Line) -> float:
+    cell = table.name(line, "Priority")
+    if not cell:
+        return 0.0
+    try:
+        priority = float(cell.text)
+    except ValueError:
+        priority = math.nan
+    if not math.isfinite(priority) or "_" in cell.text:
+        table.report.add("SHEET012", cell.address, value=cell.text)
+        return 0.0
+    return priority

@@ -1,0 +1,59 @@
+"""Sheets of the user's own that formulas name as tables (design: 3-formulas)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.model.cells import Address
+from rrp_sheets.model.names import argument_name, key
+from rrp_sheets.workbook import limits
+from rrp_sheets.workbook.cleaning import clean_prose
+from rrp_sheets.workbook.raw import RawSheet
+
+_WORD = re.compile(r"\w+")
+
+
+def words(texts: Iterable[str]) -> set[str]:
+    """The keys of all words in formulas.
+
+    >>> sorted(words(["INDEX(Parts; step)"]))
+    ['index', 'parts', 'step']
+    """
+    return {key(word) for text in texts for word in _WORD.findall(text)}
+
+
+def is_named(sheet: str, named: set[str]) -> bool:
+    """Whether a sheet's name is one of the words, as it can be written in a formula."""
+    return key(sheet) in named or key(argument_name(sheet)) in named
+
+
+def read_table(sheet: RawSheet, report: Report) -> tuple[tuple[str, ...], ...]:
+    """Header and rows to the first blank one, as texts; a blank cell is an empty text."""
+    filled = {at: text for at, cell in sheet.cells.items() if (text := clean_prose(cell.text or cell.formula))}
+    if not filled:
+        report.add("SHEET020", Address(sheet.name), sheet=sheet.name)
+        return ()
+    top = min(row for row, _ in filled)
+    header = sorted(column for row, column in filled if row == top)
+    left, right = header[0], header[-1]
+    if right - left >= limits.TABLE_COLUMNS:
+        right = left + limits.TABLE_COLUMNS - 1
+        _too_large(sheet, report, Address(sheet.name, top, right + 1), limits.TABLE_COLUMNS, "columns")
+    rows = []
+    present = {row for row, column in filled if left <= column <= right}
+    row = top
+    while row in present:
+        if row > top + limits.TABLE_ROWS:
+            _too_large(sheet, report, Address(sheet.name, row, left), limits.TABLE_ROWS, "rows")
+            break
+        rows.append(tuple(filled.get((row, column), "") for column in range(left, right + 1)))
+        row += 1
+    if len(rows) < 2:
+        report.add("SHEET020", Address(sheet.name, top, left), sheet=sheet.name)
+    return tuple(rows)
+
+
+def _too_large(sheet: RawSheet, report: Report, address: Address, limit: int, what: str) -> None:
+    report.add("SHEET019", address, sheet=sheet.name, limit=f"{limit:,}", what=what)

@@ -1,0 +1,32 @@
+"""How large a workbook may be. It may come from a stranger, so everything has a bound (design: 2-workbook)."""
+
+from __future__ import annotations
+
+FILE_BYTES = 5_000_000
+INFLATED_BYTES = 40_000_000
+PART_BYTES = 20_000_000
+RATIO = 150
+RATIO_FROM_BYTES = 100_000
+"""Smaller parts may be compressed better than RATIO: 200 equal formatted rows are honest and harmless."""
+PARTS = 200
+SHEETS = 60
+
+ROWS = 10_000
+COLUMNS = 200
+CELLS = 100_000
+MERGED_CELLS = 20_000
+CELL_ELEMENTS = 400_000
+"""Cells of a sheet including the formatted blank ones, which are skipped but take time."""
+SHARED_STRINGS = 300_000
+
+HEADER_ROWS = 20
+HEAD_CELLS = HEADER_ROWS * COLUMNS
+TABLE_ROWS = 1_000
+TABLE_COLUMNS = 30
+CELL_CHARACTERS = 32_767
+
+XML_ELEMENTS = 1_500_000
+"""Of all parts that are read; takes about a second."""
+XML_DEPTH = 100
+XML_TOKEN_BYTES = 1_000_000
+"""The longest text or tag."""

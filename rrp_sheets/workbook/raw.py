@@ -1,0 +1,136 @@
+"""Sheets as the formats give them, before anything is understood: the one structure all backends produce."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any, Protocol
+
+from rrp_sheets.diagnostics import CODES
+from rrp_sheets.errors import UnreadableFile
+from rrp_sheets.model.cells import Address
+from rrp_sheets.workbook import limits
+
+
+class Kind(Enum):
+    """What a spreadsheet program takes a cell's content for."""
+
+    TEXT = "text"
+    NUMBER = "number"
+    TRUTH = "truth"
+    DATE = "date"
+    TIME = "time"
+    ERROR = "error"
+
+
+@dataclass(frozen=True, slots=True)
+class RawCell:
+    """A filled cell.
+
+    Attributes:
+        text: the content as text; of an evaluated formula the value that the user sees.
+        kind: what it was in the file; CSV and Markdown know only text.
+        formula: what the spreadsheet program evaluates here, without the leading `=`; empty for plain contents.
+    """
+
+    text: str
+    kind: Kind = Kind.TEXT
+    formula: str = ""
+
+    @property
+    def typed(self) -> str:
+        """What the user typed, as far as the file tells."""
+        return f"={self.formula}" if self.formula else self.text
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """A block of cells, both corners included."""
+
+    top: int
+    left: int
+    bottom: int
+    right: int
+
+    @property
+    def area(self) -> int:
+        """How many cells it covers."""
+        return (self.bottom - self.top + 1) * (self.right - self.left + 1)
+
+
+@dataclass(frozen=True, slots=True)
+class RawSheet:
+    """One sheet: its filled cells by row and column (counted from 1), and what hides or joins them."""
+
+    name: str
+    cells: Mapping[tuple[int, int], RawCell]
+    merged: tuple[Range, ...] = ()
+    hidden_rows: frozenset[int] = frozenset()
+    hidden: bool = False
+
+    def rows(self) -> dict[int, dict[int, RawCell]]:
+        """The filled rows in order, each with its filled cells by column."""
+        rows: dict[int, dict[int, RawCell]] = {}
+        for row, column in sorted(self.cells):
+            rows.setdefault(row, {})[column] = self.cells[row, column]
+        return rows
+
+
+class Extent(Enum):
+    """How much of a sheet to read: enough to recognise it, what a table may have, or all of it."""
+
+    HEAD = "head"
+    TABLE = "table"
+    WHOLE = "whole"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Something a backend noticed, reported only if the sheet turns out to be ours."""
+
+    code: str
+    address: Address
+    details: Mapping[str, object] = field(default_factory=dict)
+
+
+class Book(Protocol):
+    """What a backend offers: the sheets' names in order, and each sheet as far as it is wanted."""
+
+    @property
+    def format(self) -> str:
+        """`xlsx`, `csv` or `markdown`."""
+        ...
+
+    @property
+    def names(self) -> Sequence[str]:
+        """The sheets' names."""
+        ...
+
+    @property
+    def findings(self) -> Sequence[Finding]:
+        """What was noticed while taking the file apart."""
+        ...
+
+    def sheet(self, index: int, extent: Extent) -> RawSheet:
+        """Read a sheet; raises UnreadableFile where it is broken or beyond the limits."""
+        ...
+
+
+def unreadable(code: str, **details: object) -> UnreadableFile:
+    """The exception for a code of the catalogue; `details` fill its texts."""
+    entry: Any = CODES[code]
+    return UnreadableFile(code, entry.message.format(**details), entry.remedy.format(**details))
+
+
+def check_size(sheet: RawSheet) -> None:
+    """Raise UnreadableFile when a sheet of ours is beyond the limits. Counts what is filled, not where it stands."""
+    rows, columns = len({row for row, _ in sheet.cells}), len({column for _, column in sheet.cells})
+    for count, limit, what in (
+        (rows, limits.ROWS, "rows"),
+        (columns, limits.COLUMNS, "columns"),
+        (len(sheet.cells), limits.CELLS, "filled cells"),
+        (sum(r.area for r in sheet.merged), limits.MERGED_CELLS, "merged cells"),
+    ):
+        if count > limit:
+            raise unreadable("FILE013", sheet=sheet.name, what=f"{count:,} {what}", limit=f"{limit:,}")

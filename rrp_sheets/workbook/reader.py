@@ -1,0 +1,118 @@
+"""From a backend's sheets to the model: recognise each, read ours whole, leave the user's own alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.model.cells import Address, Cell
+from rrp_sheets.model.names import key
+from rrp_sheets.model.workbook import Behaviour, Device, GestureRow, Helper, Protocol, SceneRow, TestSheet, Workbook
+from rrp_sheets.workbook.columns import Table
+from rrp_sheets.workbook.headers import NearMiss, Recognised, recognise
+from rrp_sheets.workbook.kinds.behaviour import read_behaviour
+from rrp_sheets.workbook.kinds.devices import read_devices
+from rrp_sheets.workbook.kinds.gestures import read_gestures
+from rrp_sheets.workbook.kinds.helpers import read_helpers
+from rrp_sheets.workbook.kinds.protocol import read_protocol
+from rrp_sheets.workbook.kinds.scene import read_scene
+from rrp_sheets.workbook.kinds.tables import is_named, read_table, words
+from rrp_sheets.workbook.kinds.tests import read_test
+from rrp_sheets.workbook.raw import Book, Extent, RawSheet
+
+
+class Reader:
+    """Reads a book once; the result is in `workbook`, `report` and `sheets`."""
+
+    def __init__(self, book: Book, source: str) -> None:
+        self.report = Report()
+        self.report.order_by(book.names)
+        self._book = book
+        self._behaviours: list[Behaviour] = []
+        self._devices: list[Device] = []
+        self._helpers: list[Helper] = []
+        self._scene: list[SceneRow] | None = None
+        self._gestures: list[GestureRow] = []
+        self._tests: list[TestSheet] = []
+        self._fields: dict[str, Cell] = {}
+        self._names: dict[str, str] = {}
+        self.sheets: list[RawSheet] = []
+        own = [index for index in range(len(book.names)) if not self._read(index)]
+        tables = self._tables(own)
+        self._check_names()
+        if not self._behaviours:
+            self.report.add("SHEET001", None)
+        self.workbook = Workbook(
+            source=source,
+            behaviours=tuple(self._behaviours),
+            devices=tuple(self._devices),
+            helpers=tuple(self._helpers),
+            protocol=Protocol(self._fields, self._names),
+            scene=None if self._scene is None else tuple(self._scene),
+            gestures=tuple(self._gestures),
+            tests=tuple(self._tests),
+            tables=tables,
+            sheets=tuple(book.names),
+        )
+
+    def _read(self, index: int) -> bool:
+        """Read a sheet of ours; False for one of the user's own."""
+        head = self._book.sheet(index, Extent.HEAD)
+        recognised = recognise(head)
+        if recognised.kind is None:
+            self.sheets.append(head)
+            if recognised.near:
+                self._report_near(head.name, recognised.near)
+            return False
+        sheet = self._book.sheet(index, Extent.WHOLE)
+        self.sheets.append(sheet)
+        table = Table(sheet, recognised, self.report)
+        table.report_findings([f for f in self._book.findings if f.address.sheet == sheet.name])
+        table.report_merged()
+        self._add(recognised, table)
+        return True
+
+    def _add(self, recognised: Recognised, table: Table) -> None:
+        match recognised.kind.name if recognised.kind else "":
+            case "behaviour":
+                self._behaviours.append(read_behaviour(table))
+            case "devices":
+                self._devices.extend(read_devices(table))
+            case "helpers":
+                self._helpers.extend(read_helpers(table))
+            case "scene":
+                self._scene = [*(self._scene or ()), *read_scene(table)]
+            case "gestures":
+                self._gestures.extend(read_gestures(table))
+            case "test":
+                self._tests.append(read_test(table))
+            case "protocol":
+                read_protocol(table, self._fields, self._names)
+
+    def _report_near(self, sheet: str, near: NearMiss) -> None:
+        kind = near.kind.shown
+        if not near.column:
+            address = Address(sheet, near.row, 1)
+            self.report.add("SHEET004", address, sheet=sheet, kind=kind, wanted=near.wanted, row=near.row)
+            return
+        address = Address(sheet, near.row, near.column)
+        code = "SHEET002" if near.certain else "SHEET003"
+        self.report.add(code, address, sheet=sheet, kind=kind, wanted=near.wanted, header=near.header)
+
+    def _tables(self, own: list[int]) -> Mapping[str, tuple[tuple[str, ...], ...]]:
+        formulas = [row.formula.text for b in self._behaviours for row in b.rows]
+        named = words([*formulas, *(h.formula.text for h in self._helpers)])
+        tables = {}
+        for index in own:
+            name = self._book.names[index]
+            if is_named(name, named):
+                sheet = self._book.sheet(index, Extent.TABLE)
+                tables[key(name)] = read_table(sheet, self.report)
+        return tables
+
+    def _check_names(self) -> None:
+        first: dict[str, str] = {}
+        for name in self._book.names:
+            if key(name) in first:
+                self.report.add("SHEET014", Address(name), first=first[key(name)], sheet=name)
+            first.setdefault(key(name), name)

@@ -1,0 +1,114 @@
+"""Opening a workbook of any format; everything that keeps it from being read ends as UnreadableFile."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.workbook import limits
+from rrp_sheets.workbook.raw import Book, RawSheet, unreadable
+from rrp_sheets.workbook.reader import Reader
+from rrp_sheets.workbook.text_books import decode, read_csv, read_markdown
+
+_MARKDOWN = {".md", ".markdown"}
+_MACROS = {".xlsm", ".xltm", ".xlam"}
+
+
+@dataclass(frozen=True)
+class Reading:
+    r"""A workbook that was read.
+
+    Attributes:
+        workbook: what it says.
+        report: what was noticed while reading; checks add to it.
+        digest: SHA-256 (hexadecimal) of the .xlsx file's bytes; of CSV and Markdown of the texts with `\n` as line
+            break and without byte order mark, so that a copy made by another program keeps it.
+        format: `xlsx`, `csv` or `markdown`.
+        sheets: the sheets as the file has them; of an .xlsx the user's own only to row 20.
+    """
+
+    workbook: Workbook
+    report: Report
+    digest: str
+    format: str
+    sheets: tuple[RawSheet, ...] = field(default=(), repr=False, compare=False)
+
+
+def read(path: Path | str) -> Reading:
+    """Read a workbook: an .xlsx file, a folder of CSV files (or one), or a Markdown file.
+
+    Raises:
+        UnreadableFile: when it cannot be read at all, or is refused. What is wrong inside the sheets is in the
+            reading's report.
+    """
+    path = Path(path)
+    try:
+        book, digest = _open(path)
+    except OSError as error:
+        why = error.strerror or "the system refuses it"
+        raise unreadable("FILE016", name=path.name or str(path), why=why) from error
+    reader = Reader(book, str(path))
+    return Reading(reader.workbook, reader.report, digest, book.format, tuple(reader.sheets))
+
+
+def _open(path: Path) -> tuple[Book, str]:
+    if "\0" in str(path) or not path.exists():
+        raise unreadable("FILE001", name=path.name or str(path))
+    if path.is_dir():
+        return _open_folder(path)
+    suffix = path.suffix.casefold()
+    if not path.is_file():
+        raise unreadable("FILE002", name=path.name)
+    data = _bytes(path, limits.FILE_BYTES)
+    if suffix in _MACROS:
+        raise unreadable("FILE004", name=path.name)
+    if not data:
+        raise unreadable("FILE015", name=path.name)
+    if suffix in _MARKDOWN:
+        return read_markdown(data, path.name), _digest({path.name: data}, named=False)
+    if suffix == ".csv":
+        return read_csv({path.stem: data}, path.name), _digest({path.stem: data}, named=True)
+    from rrp_sheets.workbook.xlsx import XlsxBook
+
+    return XlsxBook(data, path.name), hashlib.sha256(data).hexdigest()
+
+
+def _open_folder(folder: Path) -> tuple[Book, str]:
+    paths = sorted(p for p in folder.iterdir() if p.suffix.casefold() == ".csv" and p.name[0] not in ".~")
+    if len(paths) > limits.SHEETS:
+        raise unreadable("FILE012", name=folder.name, count=len(paths), limit=limits.SHEETS)
+    files: dict[str, bytes] = {}
+    left = limits.FILE_BYTES
+    for p in paths:
+        if p.is_file():
+            files[p.stem] = _bytes(p, left)
+            left -= len(files[p.stem])
+    return read_csv(files, folder.name or str(folder)), _digest(files, named=True)
+
+
+def _bytes(path: Path, most: int) -> bytes:
+    """The bytes of a file, read once so that what is checked, hashed and parsed is the same."""
+    with path.open("rb") as file:
+        data = file.read(limits.FILE_BYTES + 1)
+        size = max(len(data), os.fstat(file.fileno()).st_size)
+    if size > most:
+        megabytes = f"{size / 1e6:.1f} MB"
+        limit = f"{limits.FILE_BYTES / 1e6:g} MB in all"
+        raise unreadable("FILE006", name=path.name, size=megabytes, limit=limit)
+    return data
+
+
+def _digest(files: Mapping[str, bytes], named: bool) -> str:
+    """One SHA-256 over texts in the order of their names; with length and name of each where there are several."""
+    total = hashlib.sha256()
+    for name in sorted(files):
+        content = decode(files[name], name).encode()
+        if named:
+            total.update(f"{name}\0{len(content)}\0".encode())
+        total.update(content)
+    return total.hexdigest()

@@ -1,0 +1,148 @@
+"""The CSV and Markdown backends. Row 1 is the header and rows count as in a sheet.
+
+A folder of CSV files is a workbook: one file is one sheet, the file's name is the sheet's name, and the sheets stand
+in the order of the names, numbers counting as numbers (`2 Greet.csv` before `10 Look.csv`). The delimiter (comma,
+semicolon or tab) is the one that gives the header row most columns.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Mapping
+
+from rrp_sheets.model.cells import Address
+from rrp_sheets.workbook import limits
+from rrp_sheets.workbook.headers import recognise
+from rrp_sheets.workbook.raw import Extent, Finding, RawCell, RawSheet, check_size, unreadable
+
+_DELIMITERS = ",;\t"
+_HEADING = re.compile(r"##[ \t]+(.*?)[ \t]*#*[ \t]*")
+_RULE = re.compile(r"\|[\s:|-]*-[\s:|-]*\|?\s*")
+_CELL_END = re.compile(r"(?<!\\)\|")
+_BREAK = re.compile(r"<br\s*/?>", re.IGNORECASE)
+
+
+class TextBook:
+    """Sheets that are in memory already."""
+
+    def __init__(self, format: str, sheets: list[RawSheet], findings: list[Finding], name: str) -> None:
+        if not sheets:
+            raise unreadable("FILE017", name=name)
+        if len(sheets) > limits.SHEETS:
+            raise unreadable("FILE012", name=name, count=len(sheets), limit=limits.SHEETS)
+        self.format = format
+        self.names = [s.name for s in sheets]
+        self.findings = findings
+        self._sheets = sheets
+
+    def sheet(self, index: int, extent: Extent) -> RawSheet:
+        """A sheet; see Book."""
+        sheet = self._sheets[index]
+        if extent is Extent.WHOLE:
+            check_size(sheet)
+        return sheet
+
+
+def decode(data: bytes, name: str) -> str:
+    """The text of a file: UTF-8 with or without mark, UTF-16 with mark, or else what Excel writes (Windows-1252)."""
+    marked = data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    encodings = ["utf-16"] if marked else ["utf-8-sig", "cp1252"]
+    for encoding in encodings:
+        try:
+            text = data.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" not in text:
+            return text.replace("\r\n", "\n").replace("\r", "\n")
+    raise unreadable("FILE014", name=name)
+
+
+def read_csv(files: Mapping[str, bytes], name: str) -> TextBook:
+    """A workbook from the contents of CSV files by sheet name."""
+    sheets, findings = [], []
+    for sheet in sorted(files, key=_natural):
+        rows = _csv_rows(decode(files[sheet], f"{sheet}.csv"), f"{sheet}.csv")
+        sheets.append(_sheet(sheet, rows))
+        findings.extend(_overlong(sheet, rows))
+    return TextBook("csv", sheets, findings, name)
+
+
+def read_markdown(data: bytes, name: str) -> TextBook:
+    """A workbook from a Markdown text: `## Name of the sheet`, below it a table."""
+    sheets: list[RawSheet] = []
+    findings: list[Finding] = []
+    heading, rows, done = "", list[list[str]](), False
+
+    def close() -> None:
+        if heading and rows:
+            sheets.append(_sheet(heading, rows))
+            findings.extend(_overlong(heading, rows))
+
+    for line in decode(data, name).split("\n"):
+        line = line.strip()  # noqa: PLW2901 – the line without its edges
+        match = _HEADING.fullmatch(line)
+        if match:
+            close()
+            heading, rows, done = match[1], [], False
+        elif line.startswith("|") and heading:
+            if done:
+                findings.append(Finding("SHEET018", Address(heading), {"sheet": heading}))
+            elif not (len(rows) == 1 and _RULE.fullmatch(line)):
+                rows.append(_markdown_cells(line))
+        else:
+            done = bool(rows)
+    close()
+    return TextBook("markdown", sheets, findings, name)
+
+
+def _markdown_cells(line: str) -> list[str]:
+    cells = [c.strip().replace("\\|", "|") for c in _CELL_END.split(line[1:])]
+    if cells and not cells[-1]:
+        cells.pop()  # what follows the closing bar
+    return [_BREAK.sub("\n", c) for c in cells]
+
+
+def _csv_rows(text: str, name: str) -> list[list[str]]:
+    first, _, rest = text.partition("\n")
+    if first.strip().casefold() in ("sep=,", "sep=;", "sep=\t"):  # Excel's own hint; it is no row of the sheet
+        return _parsed(rest, first.strip()[-1] if first.strip() != "sep=" else "\t", name)
+    best: tuple[tuple[bool, int], list[list[str]]] | None = None
+    for delimiter in _DELIMITERS:
+        if delimiter not in text and best is not None:
+            continue
+        rows = _parsed(text, delimiter, name)
+        ours = recognise(_sheet(name, rows[: limits.HEADER_ROWS])).kind is not None
+        width = max((len(r) for r in rows[: limits.HEADER_ROWS]), default=0)
+        if best is None or (ours, width) > best[0]:
+            best = ((ours, width), rows)
+    return best[1] if best else []
+
+
+def _parsed(text: str, delimiter: str, name: str) -> list[list[str]]:
+    try:
+        return list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
+    except csv.Error as error:
+        raise unreadable("FILE008", name=name, what="a cell is too long or a double quote is not closed") from error
+
+
+def _sheet(name: str, rows: list[list[str]]) -> RawSheet:
+    cells = {(r, c): RawCell(text) for r, row in enumerate(rows, 1) for c, text in enumerate(row, 1) if text.strip()}
+    return RawSheet(name, cells)
+
+
+def _overlong(sheet: str, rows: list[list[str]]) -> list[Finding]:
+    """Rows with more filled cells than the first filled row has: a delimiter inside a text, most likely."""
+    width = next((len(r) for r in rows if any(c.strip() for c in r)), 0)
+    return [
+        Finding("SHEET017", Address(sheet, number, width + 1))
+        for number, row in enumerate(rows, 1)
+        if any(c.strip() for c in row[width:])
+    ][:20]
+
+
+def _natural(name: str) -> list[tuple[int, int, str]]:
+    """The order of names in which numbers count as numbers."""
+    parts = re.split(r"(\d{1,9})", name.casefold())
+    return [(0, int(p), "") if p.isascii() and p.isdigit() else (1, 0, p) for p in parts if p]

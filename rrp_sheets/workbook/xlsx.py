@@ -1,0 +1,53 @@
+"""The .xlsx backend: the checked package, its sheets read one by one and only as far as they are wanted.
+
+The XML is read as a stream, so that the limits hold while reading and sheets of the user's own are left after
+their first rows. openpyxl knows what is hard: which number formats are dates, how dates count, how shared
+formulas are written out; it also makes new workbooks.
+"""
+
+from __future__ import annotations
+
+from rrp_sheets.workbook import limits
+from rrp_sheets.workbook.package import Package
+from rrp_sheets.workbook.raw import Extent, Finding, RawSheet, unreadable
+from rrp_sheets.workbook.xlsx_parts import SharedStrings, SheetEntry, StylesHandler, WorkbookHandler
+from rrp_sheets.workbook.xlsx_sheet import SheetHandler
+
+
+class XlsxBook:
+    """An opened .xlsx file; raises UnreadableFile for what is broken or refused."""
+
+    format = "xlsx"
+
+    def __init__(self, data: bytes, name: str) -> None:
+        self._package = package = Package(data, name)
+        part = next((t for k, t in package.relations("").values() if k == "officedocument"), "xl/workbook.xml")
+        if part not in package or not part.endswith(".xml"):
+            raise unreadable("FILE002", name=name)
+        workbook = WorkbookHandler()
+        package.parse(part, workbook)
+        relations = package.relations(part)
+        by_kind = {kind: target for kind, target in relations.values() if target in package}
+        styles = StylesHandler()
+        if "styles" in by_kind:
+            package.parse(by_kind["styles"], styles)
+        self._styles, self._mac_epoch = styles.kinds(), workbook.mac_epoch
+        self._strings = SharedStrings(package, by_kind.get("sharedstrings"))
+        self._sheets = [
+            SheetEntry(title, relations[relation][1], hidden)
+            for title, relation, hidden in workbook.sheets
+            if relation in relations and relations[relation][0] == "worksheet"  # not a chart on a sheet of its own
+        ]
+        if len(self._sheets) > limits.SHEETS:
+            raise unreadable("FILE012", name=name, count=len(self._sheets), limit=limits.SHEETS)
+        if not self._sheets:
+            raise unreadable("FILE008", name=name, what="it lists no sheets")
+        self.names = [s.name for s in self._sheets]
+        self.findings: list[Finding] = []
+
+    def sheet(self, index: int, extent: Extent) -> RawSheet:
+        """Read a sheet; see Book."""
+        entry = self._sheets[index]
+        handler = SheetHandler(entry.name, extent, self._strings, self._styles, self._mac_epoch)
+        self._package.parse(entry.part, handler)
+        return RawSheet(entry.name, handler.cells, tuple(handler.merged), frozenset(handler.hidden_rows), entry.hidden)

@@ -1,0 +1,162 @@
+"""The small parts of an .xlsx that its sheets refer to: the list of sheets, date formats, shared texts."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+from rrp_sheets.workbook import limits
+from rrp_sheets.workbook.package import Package
+from rrp_sheets.workbook.raw import Kind, unreadable
+from rrp_sheets.workbook.xml_stream import Handler
+
+_ESCAPED = re.compile(r"_x([0-9A-Fa-f]{4})_")
+_TRUE = {"1", "true", "on"}
+
+
+def number(text: str | None, default: int = 0) -> int:
+    """A whole number of an attribute; the default where it is none, so that broken files stay readable."""
+    return int(text) if text and text.isascii() and text.isdigit() and len(text) < 10 else default
+
+
+def truth(text: str | None) -> bool:
+    """A yes/no attribute."""
+    return (text or "").casefold() in _TRUE
+
+
+def unescape(text: str) -> str:
+    r"""Undo Excel's `_x000D_` for characters that XML cannot hold; a carriage return is a line break.
+
+    >>> unescape("a_x000D_b")
+    'a\nb'
+    """
+    if "_x" in text:
+        text = _ESCAPED.sub(lambda m: chr(int(m[1], 16)) if not 0xD800 <= int(m[1], 16) < 0xE000 else "", text)
+    return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
+
+
+@dataclass(frozen=True, slots=True)
+class SheetEntry:
+    """A sheet as the workbook part lists it: its name, its part in the package, whether it is hidden."""
+
+    name: str
+    part: str
+    hidden: bool
+
+
+class WorkbookHandler(Handler):
+    """Reads the list of sheets and the epoch of dates."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.sheets: list[tuple[str, str, bool]] = []
+        self.mac_epoch = False
+
+    def start(self, name: str, attributes: Any) -> None:
+        """Note a sheet."""
+        if name == "sheet":
+            relation = next((v for n, v in attributes.items() if n.rpartition(":")[2] == "id"), "")
+            hidden = attributes.get("state", "visible") != "visible"
+            self.sheets.append((attributes.get("name", ""), relation, hidden))
+        elif name == "workbookPr":
+            self.mac_epoch = truth(attributes.get("date1904"))
+
+
+class StylesHandler(Handler):
+    """Finds the cell styles that show numbers as dates or times."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._formats: dict[int, str] = {}
+        self._styles: list[int] = []
+        self._inside = False
+
+    def start(self, name: str, attributes: Any) -> None:
+        """Note a number format, or the number format of a cell style."""
+        if name == "numFmt":
+            self._formats[number(attributes.get("numFmtId"))] = attributes.get("formatCode", "")
+        elif name == "cellXfs":
+            self._inside = True
+        elif name == "xf" and self._inside:
+            self._styles.append(number(attributes.get("numFmtId")))
+
+    def end(self, name: str) -> None:
+        """The list of cell styles ends."""
+        if name == "cellXfs":
+            self._inside = False
+
+    def kinds(self) -> dict[int, Kind]:
+        """By style number: DATE or TIME, for styles that show one."""
+        from openpyxl.styles.numbers import BUILTIN_FORMATS, is_date_format, is_timedelta_format
+
+        found: dict[int, Kind] = {}
+        known: dict[int, Kind | None] = {}
+        for style, format_id in enumerate(self._styles):
+            if format_id not in known:
+                code = self._formats.get(format_id, BUILTIN_FORMATS.get(format_id, ""))
+                if not code or len(code) > 255:
+                    known[format_id] = None
+                elif is_timedelta_format(code) or (is_date_format(code) and not re.search("[dyDY]", _bare(code))):
+                    known[format_id] = Kind.TIME
+                else:
+                    known[format_id] = Kind.DATE if is_date_format(code) else None
+            kind = known[format_id]
+            if kind:
+                found[style] = kind
+        return found
+
+
+def _bare(code: str) -> str:
+    """A number format without its literal texts and bracketed parts."""
+    return re.sub(r'"[^"]*"|\[[^\]]*\]|\\.|_.', "", code)
+
+
+class _StringsHandler(Handler):
+    """Collects the shared texts. Phonetic readings of Japanese texts (`rPh`) are no part of the text."""
+
+    def __init__(self, refuse: Exception) -> None:
+        super().__init__()
+        self.texts: list[str] = []
+        self._refuse = refuse
+        self._phonetic = False
+
+    def start(self, name: str, attributes: Any) -> None:
+        """A text or a run of one begins."""
+        if name == "t":
+            self.wanted = not self._phonetic
+        elif name == "rPh":
+            self._phonetic = True
+        elif name == "si":
+            self.take_text()
+
+    def end(self, name: str) -> None:
+        """A text ends."""
+        if name == "t":
+            self.wanted = False
+        elif name == "rPh":
+            self._phonetic = False
+        elif name == "si":
+            self.texts.append(unescape(self.take_text()))
+            if len(self.texts) > limits.SHARED_STRINGS:
+                raise self._refuse
+
+
+class SharedStrings:
+    """The shared texts, read only as far as a sheet asks for them."""
+
+    def __init__(self, package: Package, part: str | None) -> None:
+        self._name = package.name
+        refuse = unreadable("FILE007", name=package.name, what=f"more than {limits.SHARED_STRINGS:,} texts")
+        self._handler = _StringsHandler(refuse)
+        self._reader = package.reader(part, self._handler) if part else None
+
+    def get(self, index: int) -> str:
+        """The text of that number; raises UnreadableFile when there is none."""
+        texts = self._handler.texts
+        while len(texts) <= index:
+            if self._reader is None or not self._reader.step():
+                if len(texts) > index:
+                    break
+                raise unreadable("FILE008", name=self._name, what="a cell refers to a text that is missing")
+        return texts[index]

@@ -1,0 +1,226 @@
+"""Reading one sheet's XML: existing cells only, in one pass that counts while it reads."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from rrp_sheets.errors import UnreadableFile
+from rrp_sheets.workbook import limits
+from rrp_sheets.workbook.raw import Extent, Kind, Range, RawCell, unreadable
+from rrp_sheets.workbook.xlsx_parts import SharedStrings, number, truth, unescape
+from rrp_sheets.workbook.xml_stream import Handler, Stop
+
+_REFERENCE = re.compile(r"\$?([A-Z]{1,3})\$?([0-9]{1,7})")
+_LAST_ROW, _LAST_COLUMN = 1_048_576, 16_384
+
+
+def place(reference: str) -> tuple[int, int] | None:
+    """Row and column of a reference such as `B7`, or None.
+
+    >>> place("B7"), place("XFE1")
+    ((7, 2), None)
+    """
+    match = _REFERENCE.fullmatch(reference)
+    if not match:
+        return None
+    column = 0
+    for letter in match[1]:
+        column = column * 26 + ord(letter) - 64
+    row = int(match[2])
+    return (row, column) if 1 <= row <= _LAST_ROW and column <= _LAST_COLUMN else None
+
+
+class SheetHandler(Handler):
+    """Collects the filled cells, merged ranges and hidden rows of a sheet.
+
+    Args:
+        sheet: its name, for messages.
+        extent: how much of it is wanted; reading stops after that.
+        strings: the shared texts.
+        styles: the styles that show dates or times.
+        mac_epoch: whether dates count from 1904.
+    """
+
+    def __init__(
+        self, sheet: str, extent: Extent, strings: SharedStrings, styles: dict[int, Kind], mac_epoch: bool
+    ) -> None:
+        super().__init__()
+        self.cells: dict[tuple[int, int], RawCell] = {}
+        self.merged: list[Range] = []
+        self.hidden_rows: set[int] = set()
+        self._sheet, self._extent = sheet, extent
+        self._strings, self._styles, self._mac_epoch = strings, styles, mac_epoch
+        self._row = self._column = self._elements = self._merged_area = self._filled_rows = 0
+        self._at: tuple[int, int] = (0, 0)
+        self._type = self._style = self._value = self._formula = ""
+        self._formula_kind = self._shared = ""
+        self._masters: dict[str, tuple[str, str]] = {}
+        self._phonetic = self._in_cell = False
+
+    def start(self, name: str, attributes: Any) -> None:
+        """A row, a cell, or a part of a cell begins."""
+        if name == "c":
+            self._start_cell(attributes)
+        elif name == "row":
+            self._row = number(attributes.get("r"), self._row + 1)
+            self._column = 0
+            self._stop_after(self._row)
+            if truth(attributes.get("hidden")) and len(self.hidden_rows) < limits.CELLS:
+                self.hidden_rows.add(self._row)
+        elif self._in_cell and (name in ("v", "f") or (name == "t" and not self._phonetic)):
+            if name == "f":
+                self._formula_kind, self._shared = attributes.get("t", "normal"), attributes.get("si", "")
+            self.take_text()
+            self.wanted = True
+        elif name == "rPh":
+            self._phonetic = True
+        elif name == "mergeCell":
+            self._merge(attributes.get("ref", ""))
+
+    def end(self, name: str) -> None:
+        """A part of a cell, or a cell, ends."""
+        if name in ("v", "f", "t"):
+            if self.wanted:
+                text = unescape(self.take_text())
+                self.wanted = False
+                if name == "f":
+                    self._formula = text
+                else:
+                    self._value += text
+        elif name == "c":
+            self._end_cell()
+        elif name == "rPh":
+            self._phonetic = False
+
+    def _start_cell(self, attributes: Any) -> None:
+        self._elements += 1
+        at = place(attributes.get("r", "")) or (self._row, self._column + 1)
+        self._at, self._column = at, at[1]
+        self._type, self._style = attributes.get("t", "n"), attributes.get("s", "")
+        self._value = self._formula = self._formula_kind = self._shared = ""
+        self._in_cell = True
+        if self._elements > (limits.HEAD_CELLS if self._extent is Extent.HEAD else limits.CELL_ELEMENTS):
+            if self._extent is not Extent.WHOLE:
+                raise Stop
+            raise self._too_large(f"more than {limits.CELL_ELEMENTS:,} cells", limits.CELLS)
+
+    def _end_cell(self) -> None:
+        self._in_cell = False
+        cell = self._finish()
+        if cell is None or (self._extent is Extent.TABLE and self._at[1] > _LAST_TABLE_COLUMN):
+            return
+        self.cells[self._at] = cell
+        if self._extent is Extent.WHOLE and len(self.cells) > limits.CELLS:
+            raise self._too_large(f"more than {limits.CELLS:,} filled cells", limits.CELLS)
+
+    def _finish(self) -> RawCell | None:
+        formula = self._formula
+        if self._formula_kind == "shared":
+            formula = self._shared_formula()
+        value, kind = self._typed()
+        if not formula and not value:
+            return None
+        return RawCell(value, kind, formula.lstrip("=") if formula else "")
+
+    def _shared_formula(self) -> str:
+        """A formula that stands once for several cells is written out for this one, as Excel shows it."""
+        from openpyxl.formula.tokenizer import TokenizerError
+        from openpyxl.formula.translate import Translator, TranslatorError
+
+        here = f"{_letters(self._at[1])}{self._at[0]}"
+        if self._formula:
+            self._masters[self._shared] = (self._formula, here)
+            return self._formula
+        if self._shared not in self._masters:
+            return ""
+        formula, origin = self._masters[self._shared]
+        try:
+            return str(Translator("=" + formula, origin).translate_formula(here))
+        except (TokenizerError, TranslatorError):
+            return formula
+
+    def _typed(self) -> tuple[str, Kind]:
+        """The value as text, and what Excel takes it for."""
+        value, kind = self._value, self._type
+        if kind == "s":
+            index = value.strip()
+            return (
+                (self._strings.get(number(index)), Kind.TEXT)
+                if index.isascii() and index.isdigit()
+                else ("", Kind.TEXT)
+            )
+        if kind in ("str", "inlineStr"):
+            return value, Kind.TEXT
+        value = value.strip()
+        if kind == "b":
+            return ("TRUE" if truth(value) else "FALSE") if value else "", Kind.TRUTH
+        if kind == "e":
+            return value, Kind.ERROR
+        if kind == "d":
+            return value, Kind.DATE
+        return self._number(value)
+
+    def _number(self, value: str) -> tuple[str, Kind]:
+        try:
+            parsed = float(value)
+        except ValueError:
+            return value, Kind.TEXT
+        style = self._styles.get(number(self._style))
+        if style:
+            return _date_text(parsed, style, self._mac_epoch)
+        return number_text(parsed), Kind.NUMBER
+
+    def _stop_after(self, row: int) -> None:
+        if self._extent is Extent.HEAD and row > limits.HEADER_ROWS:
+            raise Stop
+        self._filled_rows += 1
+        if self._extent is Extent.TABLE and self._filled_rows > _TABLE_ROWS_READ:
+            raise Stop
+
+    def _merge(self, reference: str) -> None:
+        first, _, last = reference.partition(":")
+        start, end = place(first), place(last or first)
+        if start is None or end is None:
+            return
+        block = Range(min(start[0], end[0]), min(start[1], end[1]), max(start[0], end[0]), max(start[1], end[1]))
+        self.merged.append(block)
+        self._merged_area += block.area
+        if self._extent is Extent.WHOLE and self._merged_area > limits.MERGED_CELLS:
+            raise self._too_large(f"{self._merged_area:,} merged cells", limits.MERGED_CELLS)
+
+    def _too_large(self, what: str, limit: int) -> UnreadableFile:
+        return unreadable("FILE013", sheet=self._sheet, what=what, limit=f"{limit:,}")
+
+
+_LAST_TABLE_COLUMN = limits.TABLE_COLUMNS + limits.COLUMNS
+"""A table may begin further right; what is beyond its own 30 columns is found out later."""
+_TABLE_ROWS_READ = limits.TABLE_ROWS + limits.HEADER_ROWS + 2
+
+
+def number_text(value: float) -> str:
+    """A number as its text; whole ones without a fraction.
+
+    >>> number_text(1000.0), number_text(0.1), number_text(-0.0)
+    ('1000', '0.1', '0')
+    """
+    if value == int(value) if abs(value) < 1e15 else False:
+        return str(int(value))
+    return repr(value)
+
+
+def _date_text(value: float, kind: Kind, mac_epoch: bool) -> tuple[str, Kind]:
+    from openpyxl.utils.datetime import MAC_EPOCH, WINDOWS_EPOCH, from_excel
+
+    try:
+        moment = from_excel(value, MAC_EPOCH if mac_epoch else WINDOWS_EPOCH, timedelta=False)
+    except (OverflowError, ValueError):
+        return number_text(value), Kind.NUMBER
+    text = str(moment).removesuffix(" 00:00:00") if kind is Kind.DATE else str(moment).rpartition(" ")[2]
+    return text, kind
+
+
+def _letters(column: int) -> str:
+    from rrp_sheets.model.cells import column_letters
+
+    return column_letters(column)
