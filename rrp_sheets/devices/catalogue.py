@@ -134,7 +134,8 @@ def load_robot(name: str = "nao") -> Robot:
         for entry in data[kind]:
             device = _device(kind, entry)
             devices[key(device.name)] = device
-            names[key(device.name)] = Found(entry.get("title", device.name), device)
+            title = entry.get("title", device.name)
+            names[key(device.name)] = names[key(title)] = Found(title, device)
             for preset in entry.get("names", ()):
                 preset = dict(preset)
                 shown = preset.pop("name")

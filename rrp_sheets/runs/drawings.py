@@ -1,0 +1,41 @@
+"""Drawing and explaining a checked workbook."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rrp_sheets.checks import Checked
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.graph import BehaviourGraph
+from rrp_sheets.model.names import key, nearest
+
+
+def draw(checked: Checked, target: Path, behaviour: str = "") -> None:
+    """Draw the behaviours (or one) into a file; raises SheetsError when it cannot be written or drawn."""
+    from rrp_sheets.render.diagram import draw_diagram
+    from rrp_sheets.render.output import write_diagram
+
+    pages = []
+    for graph in chosen(checked, behaviour):
+        flags = {d.address.row: n for n, d in enumerate(checked.report, 1) if d.address and key(d.address.sheet) == graph.key}
+        pages += draw_diagram(checked.graph, graph, problems=flags)
+    write_diagram(pages, target)
+
+
+def explain(checked: Checked, behaviour: str = "") -> str:
+    """The behaviours (or one) in plain words."""
+    from rrp_sheets.render.sentences import explain_text
+
+    return explain_text(checked.graph, checked.workbook, checked.robot, chosen(checked, behaviour))
+
+
+def chosen(checked: Checked, name: str) -> list[BehaviourGraph]:
+    """All behaviours, or the one of that name; raises SheetsError when there is none."""
+    behaviours = checked.graph.behaviours
+    found = [b for b in behaviours if not name or b.key == key(name)]
+    if name and not found:
+        names = [b.name for b in behaviours]
+        guess = nearest(name, names)
+        hint = f"Did you mean {guess}?" if guess else f"The behaviours are: {', '.join(names)}."
+        raise SheetsError(f"There is no behaviour “{name}” in this workbook.", hint)
+    return found
