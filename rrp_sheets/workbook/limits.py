@@ -17,6 +17,8 @@ CELLS = 100_000
 MERGED_CELLS = 20_000
 CELL_ELEMENTS = 400_000
 """Cells of a sheet including the formatted blank ones, which are skipped but take time."""
+TEXT_CELLS = 1_000_000
+"""Cells of a CSV or Markdown file, blank ones included."""
 SHARED_STRINGS = 300_000
 
 HEADER_ROWS = 20

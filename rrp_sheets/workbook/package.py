@@ -175,7 +175,10 @@ class Package:
         handler = Relations()
         self.parse(rels, handler)
         return {
-            id: (kind, target.lstrip("/") if target.startswith("/") else posixpath.normpath(f"{folder}/{target}"))
+            id: (
+                kind,
+                target.lstrip("/") if target.startswith("/") else posixpath.normpath(posixpath.join(folder, target)),
+            )
             for id, (kind, target) in handler.found.items()
         }
 

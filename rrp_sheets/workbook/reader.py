@@ -18,7 +18,7 @@ from rrp_sheets.workbook.kinds.protocol import read_protocol
 from rrp_sheets.workbook.kinds.scene import read_scene
 from rrp_sheets.workbook.kinds.tables import is_named, read_table, words
 from rrp_sheets.workbook.kinds.tests import read_test
-from rrp_sheets.workbook.raw import Book, Extent, RawSheet
+from rrp_sheets.workbook.raw import Book, Extent, RawSheet, check_size
 
 
 class Reader:
@@ -65,6 +65,7 @@ class Reader:
                 self._report_near(head.name, recognised.near)
             return False
         sheet = self._book.sheet(index, Extent.WHOLE)
+        check_size(sheet)
         self.sheets.append(sheet)
         table = Table(sheet, recognised, self.report)
         table.report_findings([f for f in self._book.findings if f.address.sheet == sheet.name])

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from rrp_sheets.model.cells import Address
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.headers import recognise
-from rrp_sheets.workbook.raw import Extent, Finding, RawCell, RawSheet, check_size, unreadable
+from rrp_sheets.workbook.raw import Extent, Finding, RawCell, RawSheet, unreadable
 
 _DELIMITERS = ",;\t"
 _HEADING = re.compile(r"##[ \t]+(.*?)[ \t]*#*[ \t]*")
@@ -39,10 +39,7 @@ class TextBook:
 
     def sheet(self, index: int, extent: Extent) -> RawSheet:
         """A sheet; see Book."""
-        sheet = self._sheets[index]
-        if extent is Extent.WHOLE:
-            check_size(sheet)
-        return sheet
+        return self._sheets[index]
 
 
 def decode(data: bytes, name: str) -> str:
@@ -55,6 +52,8 @@ def decode(data: bytes, name: str) -> str:
         except UnicodeDecodeError:
             continue
         if "\0" not in text:
+            if max(text.count(mark) for mark in "|,;\t\n") > limits.TEXT_CELLS:
+                raise unreadable("FILE007", name=name, what=f"more than {limits.TEXT_CELLS:,} cells")
             return text.replace("\r\n", "\n").replace("\r", "\n")
     raise unreadable("FILE014", name=name)
 

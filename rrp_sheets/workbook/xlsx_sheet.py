@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import Any
 
@@ -95,8 +96,9 @@ class SheetHandler(Handler):
 
     def _start_cell(self, attributes: Any) -> None:
         self._elements += 1
-        at = place(attributes.get("r", "")) or (self._row, self._column + 1)
-        self._at, self._column = at, at[1]
+        reference = attributes.get("r", "")  # old writers leave it out: the next cell of the row
+        self._at = (place(reference) or (0, 0)) if reference else (self._row, self._column + 1)
+        self._column = self._at[1]
         self._type, self._style = attributes.get("t", "n"), attributes.get("s", "")
         self._value = self._formula = self._formula_kind = self._shared = ""
         self._in_cell = True
@@ -108,7 +110,7 @@ class SheetHandler(Handler):
     def _end_cell(self) -> None:
         self._in_cell = False
         cell = self._finish()
-        if cell is None or (self._extent is Extent.TABLE and self._at[1] > _LAST_TABLE_COLUMN):
+        if cell is None or not self._at[0] or (self._extent is Extent.TABLE and self._at[1] > _LAST_TABLE_COLUMN):
             return
         self.cells[self._at] = cell
         if self._extent is Extent.WHOLE and len(self.cells) > limits.CELLS:
@@ -166,6 +168,8 @@ class SheetHandler(Handler):
             parsed = float(value)
         except ValueError:
             return value, Kind.TEXT
+        if not math.isfinite(parsed):
+            return value, Kind.TEXT
         style = self._styles.get(number(self._style))
         if style:
             return _date_text(parsed, style, self._mac_epoch)
@@ -204,9 +208,7 @@ def number_text(value: float) -> str:
     >>> number_text(1000.0), number_text(0.1), number_text(-0.0)
     ('1000', '0.1', '0')
     """
-    if value == int(value) if abs(value) < 1e15 else False:
-        return str(int(value))
-    return repr(value)
+    return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
 
 
 def _date_text(value: float, kind: Kind, mac_epoch: bool) -> tuple[str, Kind]:
