@@ -27,12 +27,13 @@ def build_graph(workbook: Workbook, robot: Robot, connectors: Registry[Connector
     behaviours = []
     rank = 0
     for behaviour in workbook.behaviours:
+        before = len(report)
         builder = _Builder(behaviour, devices, connectors, streams, report)
         found = builder.steps()
         steps = set_in_order(found, streams, report, rank, complete=not builder.failed)
         rank += len(steps)
         behaviours.append(BehaviourGraph(behaviour.name, key(behaviour.name), steps))
-        if behaviour.rows and not any(s.active for s in steps) and not builder.failed:
+        if behaviour.rows and not any(s.active for s in steps) and len(report) == before and not builder.failed:
             report.add("GRAPH014", behaviour.address)
     return Graph(tuple(behaviours), streams)
 

@@ -75,7 +75,8 @@ class DeviceTable:
                 continue
             values[k] = self._setting(setting, cell)
         for k, setting in found.type.settings.items():
-            if setting.required and values.get(k) in (None, ""):
+            blank = k not in cells or not cells[k]
+            if setting.required and blank and values.get(k) in (None, ""):
                 cell_address = cells[k].address if k in cells else row
                 self.report.add("DEV003", cell_address, device=found.name, setting=setting.name, help=setting.help)
         return values

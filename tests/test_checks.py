@@ -1,0 +1,182 @@
+"""What the check says, and at which cell (design: 2-workbook, 3-formulas, 4-streams)."""
+
+from __future__ import annotations
+
+import pytest
+from play import check, findings, rows
+
+ON = "| On | Input streams | Connector | Formula | Output stream |\n|---|---|---|---|---|\n"
+OUT = "| X | subscribe | | Print |"
+
+WRONG = [
+    # rows, the expected findings
+    ("| Red bal | map | 1 | X |\n" + OUT, [("GRAPH001", "A2")]),
+    ("| Red ball | mapp | 1 | X |\n" + OUT, [("CONN002", "B2")]),
+    ("| Red ball | | 1 | X |\n" + OUT, [("CONN001", "B2")]),
+    ("| Red ball | map | | X |\n" + OUT, [("CONN005", "C2")]),
+    ("| Red ball | filter | | X |\n" + OUT, [("CONN005", "C2")]),
+    ("| Red ball | sample | | X |\n" + OUT, [("CONN007", "C2")]),
+    ("| Red ball | sample | often | X |\n" + OUT, [("CONN008", "C2")]),
+    ("| Red ball | sample | 0 | X |\n" + OUT, [("CONN008", "C2")]),
+    ("| Red ball | timestamp | 5 | X |\n" + OUT, [("CONN006", "C2")]),
+    ("| Red ball | merge | | X |\n" + OUT, [("CONN003", "A2")]),
+    ("| Red ball, Head yaw | sample | 1 s | X |\n" + OUT, [("CONN004", "A2")]),
+    ("| | map | 1 | X |\n" + OUT, [("GRAPH003", "A2")]),
+    ("| Red ball | map | 1 | |\n| Red ball | subscribe | | Print |", [("GRAPH004", "D2")]),
+    ("| Red ball | subscribe | | |", [("GRAPH005", "D2")]),
+    ("| Red ball | subscribe | | Tell |", [("GRAPH006", "D2")]),
+    ("| Red ball | subscribe | | Blue ball |", [("GRAPH006", "D2")]),
+    ("| Red ball | map | 1 | Say |", [("GRAPH007", "D2")]),
+    ("| Say | subscribe | | Print |", [("GRAPH009", "A2")]),
+    ("| Red ball | map | 1 | X |\n| Ball | map | 2 | X |\n" + OUT, [("GRAPH002", "D3")]),
+    ("| B | map | b | A |\n| A | map | a | B |\n| A | subscribe | | Print |", [("GRAPH010", "D2")]),
+    ("| X | map | x | X |\n" + OUT, [("GRAPH010", "D2")]),
+    ("| Red ball | map | 1 | X |\n| Red ball | subscribe | | Print |", [("GRAPH011", "D2")]),
+    ("| Red ball | map | 1 | ?? |\n| ?? | subscribe | | Print |", [("GRAPH013", "D2")]),
+    ("| Red ball | map | redBall.distence | X |\n" + OUT, [("FORM007", "C2")]),
+    ("| Red ball | map | redBal.distance | X |\n" + OUT, [("FORM004", "C2")]),
+    ("| Red ball | map | sqr(4) | X |\n" + OUT, [("FORM005", "C2")]),
+    ("| Red ball | map | sqrt() | X |\n" + OUT, [("FORM006", "C2")]),
+    ("| Red ball | map | (1 | X |\n" + OUT, [("FORM001", "C2")]),
+    ("| Red ball | map | redBall.__class__ | X |\n" + OUT, [("FORM003", "C2")]),
+    ("| Red ball | subscribe | | Say parameter |", [("DEV008", "D2")]),
+    ("| Red ball, red_ball | combineLatest | 1 | X |\n" + OUT, [("FORM009", "C2")]),
+]
+
+
+@pytest.mark.parametrize(("text", "expected"), WRONG)
+def test_one_mistake_one_finding_at_its_cell(text, expected):
+    assert findings(rows(text)) == expected
+
+
+def test_everything_is_reported_at_once():
+    text = "| Red bal | map | 1 | X |\n| X | mapp | 1 | Y |\n| Y | subscribe | | Tell |"
+    assert [code for code, _ in findings(rows(text))] == ["GRAPH001", "CONN002", "GRAPH006"]
+
+
+def test_a_circle_prints_its_whole_path_with_cells():
+    report = check(rows("| C | map | c | A |\n| A | map | a | B |\n| B | map | b | C |")).report
+    (finding,) = report.errors
+    assert "A (T!D2) → B (T!D3) → C (T!D4) → A (T!D2)" in finding.message
+
+
+def test_two_producers_name_both_rows_and_propose_merge():
+    report = check(rows("| Red ball | map | 1 | X |\n| Ball | map | 2 | X |\n" + OUT)).report
+    (finding,) = report.errors
+    assert "T!D2" in finding.message and "T!D3" in finding.message and "merge" in finding.remedy
+
+
+@pytest.mark.parametrize(
+    ("text", "guess"),
+    [
+        ("| Red bal | subscribe | | Print |", "Red ball"),
+        ("| Red ball | subscrib | | Print |", "subscribe"),
+        ("| Red ball | subscribe | | Head trackr |", "Head tracker"),
+        ("| Red ball | subscribe | redBall.distence | Print |", "distance"),
+        ("| Red ball | map | redBall.distance | Distance |\n| Distnce | subscribe | | Print |", "Distance"),
+    ],
+)
+def test_the_nearest_name_is_proposed(text, guess):
+    (finding,) = check(rows(text)).report.errors
+    assert f"Did you mean {guess}?" in finding.remedy
+
+
+def test_a_row_that_is_off_may_be_wrong():
+    text = "| no | Red bal | mapp | ( | X |\n| | Red ball | subscribe | | Print |"
+    assert findings(rows(text, header=ON)) == []
+
+
+def test_streams_fed_only_by_off_rows_are_inactive_and_no_error():
+    checked = check(rows(
+        "| no | Red ball | map | 1 | X |\n| | X | subscribe | | Print |\n| | Red ball | subscribe | | Print |", header=ON
+    ))  # fmt: skip
+    assert checked.report.flatten(["code"]) == []
+    assert [s.active for s in checked.graph.behaviours[0].steps] == [False, False, True]
+
+
+def test_a_switched_off_producer_leaves_its_name_to_another_row():
+    text = "| no | Red ball | map | 1 | X |\n| | Ball | map | 2 | X |\n| | X | subscribe | | Print |"
+    assert findings(rows(text, header=ON)) == []
+
+
+def test_a_behaviour_with_every_row_off_is_a_warning():
+    assert findings(rows("| no | Red ball | subscribe | | Print |", header=ON)) == [("GRAPH014", "B1")]
+
+
+DEVICES = "## Devices\n| Stream | Device | Joint | Text | Rate |\n|---|---|---|---|---|\n"
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("| Neck | JointPosition | HeadYaw | | |", []),
+        ("| Neck | JointPosition | Head yaw | | |", []),
+        ("| Neck | JointPosition | Nose | | |", [("DEV004", "C2")]),
+        ("| Neck | JointPosition | | | |", [("DEV003", "C2")]),
+        ("| Neck | Jointposition | HeadYaw | hello | |", [("DEV007", "D2")]),
+        ("| Neck | JointPositon | HeadYaw | | |", [("DEV001", "B2")]),
+        ("| Neck | | HeadYaw | | |", [("DEV006", "B2")]),
+        ("| | JointPosition | HeadYaw | | |", [("DEV005", "A2")]),
+        ("| Neck | JointPosition | HeadYaw | | 1000 |", [("DEV004", "E2")]),
+        ("| Neck | JointPosition | HeadYaw | | fast |", [("DEV004", "E2")]),
+    ],
+)
+def test_devices(line, expected):
+    reader = "| Neck | subscribe | | Print |" if line.startswith("| Neck") else "| Ball | subscribe | | Print |"
+    found = findings(rows(reader, DEVICES + line))
+    assert found == expected
+
+
+def test_a_device_declared_twice():
+    book = rows("| Neck | subscribe | | Print |", DEVICES + "| Neck | JointPosition | HeadYaw | | |\n"
+                "| neck | JointPosition | HeadPitch | | |")  # fmt: skip
+    assert findings(book) == [("DEV002", "A3")]
+
+
+HELPERS = "## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n"
+
+
+@pytest.mark.parametrize(
+    ("lines", "use", "expected"),
+    [
+        ("| Twice | x | 2 * x |", "twice(redBall.x)", []),
+        ("| Twice | x | 2 * y |", "twice(redBall.x)", [("FORM004", "C2")]),
+        ("| Twice | x | |", "twice(redBall.x)", [("FORM015", "C2")]),
+        ("| | x | 2 * x |", "1", [("FORM016", "A2")]),
+        ("| Twice | x | 2 * x |\n| twice | x | 3 * x |", "1", [("FORM013", "A3")]),
+        ("| Sqrt | x | 2 * x |", "sqrt(4)", [("FORM012", "A2")]),
+        ("| Both | x, y | x + y |", "Both", [("FORM014", "C2")]),
+        ("| A | x | b(x) |\n| B | x | a(x) |", "1", [("FORM011", "C2")]),
+    ],
+)
+def test_helpers(lines, use, expected):
+    found = check(rows(f"| Red ball | map | {use} | X |\n{OUT}", HELPERS + lines)).report
+    assert found.flatten(["code", "cell"]) == expected
+
+
+def test_a_circle_of_helpers_prints_the_whole_circle():
+    report = check(rows("| Red ball | subscribe | | Print |", HELPERS + "| A | x | b(x) |\n| B | x | a(x) |")).report
+    assert "a (C2) → b (C3) → a (C2)" in report.errors[0].message
+
+
+PROTOCOL = "## Protocol\n| Field | Value |\n|---|---|\n"
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("| Robot | NAO |", []),
+        ("| Robot | peper |", [("PROT001", "B2")]),
+        ("| Engine | warp |", [("PROT002", "B2")]),
+        ("| Frame rate | 30 Hz |", []),
+        ("| Frame rate | 50 |", [("PROT003", "B2")]),
+        ("| Run | Tx |", [("PROT004", "B2")]),
+        ("| Run | t |", []),
+        ("| Seed | abc |", [("PROT005", "B2")]),
+        ("| Time limit | soon |", [("PROT006", "B2")]),
+        ("| Time limit | 10 min |", []),
+        ("| Favourite colour | blue |", []),
+    ],
+)
+def test_protocol(line, expected):
+    assert findings(rows("| Red ball | subscribe | | Print |", PROTOCOL + line)) == expected
