@@ -15,7 +15,8 @@ from typing import Any
 
 HERE = Path(__file__).parent
 AROUND = 16  # faces around a solid: a compromise between its outline and the time to draw it
-SMALLEST_INERTIA = 2e-5  # kg m²; lighter links make the physics stiff
+SMALLEST_INERTIA = 1e-3  # kg m²; the geared motors' rotors add about as much, and lighter arms shake themselves apart
+SLACK = 0.1  # rad: the program keeps to the limits (robot.toml); a motor pushing against a hard one would shake
 SOLIDS = {"ell": (1.0, 1.0), "rbox": (0.45, 0.45), "caps": (0.6, 1.0)}
 """Squareness of each solid's outline along and around its axis; 1 is round (superellipsoid exponents)."""
 
@@ -98,9 +99,10 @@ def _joint(joint: Mapping[str, Any]) -> list[str]:
     if joint["type"] != "fixed":
         axis = joint["axis"]
         length = math.sqrt(sum(c * c for c in axis))
+        lower, upper = joint["lower"] - SLACK, joint["upper"] + SLACK
         lines.append(
             f' <axis xyz="{" ".join(_num(c / length, 6) for c in axis)}"/>'
-            f'<limit lower="{joint["lower"]}" upper="{joint["upper"]}" effort="{joint["effort"]}"'
+            f'<limit lower="{lower:g}" upper="{upper:g}" effort="{joint["effort"]}"'
             f' velocity="{joint["velocity"]}"/><dynamics damping="0.05" friction="0"/>'
         )
     return [*lines, "</joint>"]

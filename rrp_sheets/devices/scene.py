@@ -6,7 +6,7 @@
 | | moves | `to 0.5, 0, 0.4 in 2 s` |
 | | circles | `radius 0.3 period 4 s`, with `around 0.8, 0, 0.4`, and `flat` for a level circle |
 | | disappears | |
-| `Person`, `Child` or a name | enters | `at 1, 0` or `at 1, 0, 0.75` (height of the face), with `name Emma`, `id 2` |
+| `Person`, `Child` or a name | enters | `at 1, 0` or `at 1, 0, 0.62` (height of the face), with `name Emma`, `id 2` |
 | | moves, leaves | as for a ball |
 | | looks away, looks back | |
 | | is seen | `id, name, seconds`: in view, 1 m in front, for that long; a name makes the person known |
@@ -37,7 +37,7 @@ BALL_COLOURS = (
 PERSONS = ("Person", "Child", "Adult", "Visitor", "Therapist", "Parent")
 OPERATOR = "Operator"
 BALL_SIZE = 0.06  # m: the size that the robot takes every ball to have
-FACE_HEIGHT = 0.75  # m: of a child who sits or kneels; a standing NAO sees it without moving its head
+FACE_HEIGHT = 0.62  # m: of a child who sits on the floor; a standing NAO sees it without moving its head
 MOVING = 2.0  # s, when a row does not say how long a move takes
 FARTHEST = 20.0  # m; farther is surely a typing mistake
 SIZES = (0.01, 1.0)  # m, of balls

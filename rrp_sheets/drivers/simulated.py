@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rrp_sheets.devices.catalogue import Robot
+from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.runtime.ports import Arrivals, Command, DeviceUse, Happening, World
@@ -98,7 +99,9 @@ class SimulatedWorld(World):
         return Arrivals(events, happenings)
 
     def _value(self, stream: str, value: Value) -> Value:
-        return self._records[stream].make(**value) if isinstance(value, Mapping) else value
+        if not isinstance(value, Mapping):
+            return value
+        return self._records[stream].make(**{key(name): v for name, v in value.items()})
 
 
 def _specs(uses: Sequence[DeviceUse]) -> tuple[DeviceSpec, ...]:

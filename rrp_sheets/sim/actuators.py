@@ -237,6 +237,8 @@ class SetJointPosition(_Base):
             self.parts.trackers.release({"Head": "head", "LArm": "L arm", "RArm": "R arm"}.get(joint.chain, "legs"))
             if joint.chain in ("LLeg", "RLeg"):
                 self.parts.stance.follow_legs()
+            elif joint.chain != "Head":
+                self.parts.stance.steady()
             hand = name.endswith("Hand")
             limited = self.clamp(order, name, angle, body.limits(name, yaw), unit="" if hand else " rad")
             velocity = share * joint.max_velocity

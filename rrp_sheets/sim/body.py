@@ -41,7 +41,7 @@ class Body:
     def __init__(self, bullet: Any, robot: Robot) -> None:
         self._b = bullet
         self.robot = robot
-        flags = bullet.URDF_ENABLE_CACHED_GRAPHICS_SHAPES
+        flags = bullet.URDF_USE_INERTIA_FROM_FILE
         self.id: int = bullet.loadURDF(str(robot.folder / robot.data["robot"]["urdf"]), flags=flags)
         infos = [bullet.getJointInfo(self.id, i) for i in range(bullet.getNumJoints(self.id))]
         self.index: dict[str, int] = {i[1].decode(): i[0] for i in infos}

@@ -19,8 +19,10 @@ from rrp_sheets.sim.body import Pose, Vector
 
 Image = NDArray[np.uint8]
 NEAR, FAR = 0.03, 12.0  # m
-LIGHT = (1.6, -1.4, 3.0)  # where the light comes from: in front of the robot, from its right, above
-AMBIENT, DIFFUSE, SPECULAR = 0.62, 0.42, 0.04
+AHEAD, ASIDE = (-1.5, -0.6, 2.6), (0.1, -1.8, 2.5)
+"""Where the light comes from: for the robot's own pictures from behind it, so that faces before it are lit; for the
+film from its right."""
+AMBIENT, DIFFUSE, SPECULAR = 0.68, 0.38, 0.03
 RUG = 0.85  # m, radius of the rug that the robot stands on
 TILE = 0.5  # m, between the lines on the floor: they help to judge distances
 ROOM_FADE = 5.0  # m, over which the floor becomes the wall's colour
@@ -52,14 +54,14 @@ class Lens:
         return rays
 
 
-def photograph(bullet: Any, pose: Pose, lens: Lens) -> tuple[Image, Image]:
+def photograph(bullet: Any, pose: Pose, lens: Lens, light: Sequence[float]) -> tuple[Image, Image]:
     """What has a shape, seen from `pose`: the picture (height, width, 3), and 1 where there is nothing."""
     ahead = pose.position + pose.rotation[:, 0]
     view = bullet.computeViewMatrix(pose.position.tolist(), ahead.tolist(), pose.rotation[:, 2].tolist())
     aspect = math.tan(lens.hfov / 2) / math.tan(lens.vfov / 2)
     projection = bullet.computeProjectionMatrixFOV(math.degrees(lens.vfov), aspect, NEAR, FAR)
     picture = bullet.getCameraImage(
-        lens.width, lens.height, view, projection, shadow=0, lightDirection=LIGHT, lightColor=[1, 1, 1],
+        lens.width, lens.height, view, projection, shadow=0, lightDirection=light, lightColor=[1, 1, 1],
         lightAmbientCoeff=AMBIENT, lightDiffuseCoeff=DIFFUSE, lightSpecularCoeff=SPECULAR,
         renderer=bullet.ER_TINY_RENDERER, flags=bullet.ER_NO_SEGMENTATION_MASK,
     )  # fmt: skip
@@ -113,7 +115,7 @@ class Eye:
 
     def look(self, pose: Pose) -> Image:
         """The picture from `pose`, (height, width, 3)."""
-        picture, empty = photograph(self._b, pose, self.lens)
+        picture, empty = photograph(self._b, pose, self.lens, AHEAD)
         size = (self.lens.width, self.lens.height)
         behind = cv2.resize(room(pose, self._rays).astype(np.uint8), size, interpolation=cv2.INTER_LINEAR)
         return np.asarray(cv2.copyTo(behind, empty, picture), dtype=np.uint8)
@@ -122,19 +124,20 @@ class Eye:
 class FilmCamera:
     """A camera that stands still and films the robot, smoothed by drawing it larger than it is shown."""
 
-    def __init__(self, bullet: Any, points: Sequence[Sequence[float]], width: int, height: int) -> None:
+    def __init__(self, bullet: Any, points: Sequence[Sequence[float]], azimuth: float, size: tuple[int, int]) -> None:
+        width, height = size
         self._b = bullet
         vfov = math.radians(30.0)
         hfov = 2 * math.atan(math.tan(vfov / 2) * width / height)
         self._size = (width, height)
         self.lens = Lens(hfov, vfov, round(width * SMOOTHING), round(height * SMOOTHING))
-        self.pose = _viewpoint(np.array(points, dtype=np.float64), self.lens)
+        self.pose = _viewpoint(np.array(points, dtype=np.float64), azimuth, self.lens)
         self._room = room(self.pose, self.lens.rays()).astype(np.uint8)
         self._x, self._y, _ = floor_points(self.pose, self.lens.rays(6))
 
     def shoot(self, shadows: Sequence[tuple[float, float, float, float]]) -> Image:
         """The picture, (height, width, 3); shadows on the floor are (x, y, radius, darkness)."""
-        picture, empty = photograph(self._b, self.pose, self.lens)
+        picture, empty = photograph(self._b, self.pose, self.lens, ASIDE)
         light = np.full_like(self._x, 255)
         for x, y, radius, darkness in shadows:
             light *= 1 - darkness * np.exp(-((self._x - x) ** 2 + (self._y - y) ** 2) / (2 * radius * radius))
@@ -144,9 +147,12 @@ class FilmCamera:
         return np.asarray(small, dtype=np.uint8)
 
 
-def _viewpoint(points: Vector, lens: Lens) -> Pose:
-    """Where to stand so that all points are in the picture, as large as can be: in front of the robot, to its right."""
-    azimuth, elevation = math.radians(-33.0), math.radians(12.0)
+def _viewpoint(points: Vector, azimuth: float, lens: Lens) -> Pose:
+    """Where to stand so that all points are in the picture, as large as can be.
+
+    It looks from `azimuth` (rad, 0 is ahead of the robot).
+    """
+    elevation = math.radians(12.0)
     back = np.array(
         [math.cos(azimuth) * math.cos(elevation), math.sin(azimuth) * math.cos(elevation), math.sin(elevation)]
     )

@@ -88,9 +88,9 @@ def person(bullet: Any, number: int, height: float) -> Figure:
 
 
 def _ellipsoid(bullet: Any, radii: Sequence[float], colour: RGB) -> int:
-    rings = 8
+    rings = 10
     outline = [(math.sin(math.pi * i / rings), -radii[2] * math.cos(math.pi * i / rings)) for i in range(rings + 1)]
-    return _turned(bullet, outline, colour, (radii[0], radii[1]), around=14)
+    return _turned(bullet, outline, colour, (radii[0], radii[1]), around=18)
 
 
 def _turned(

@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim.camera import FilmCamera, Image
 from rrp_sheets.sim.messages import Notice, Spec
+from rrp_sheets.sim.paths import Point
 from rrp_sheets.sim.stage import FRONT
 
 if TYPE_CHECKING:
@@ -56,7 +58,7 @@ class Film:
         self._out = out
         self._title = spec.title
         self._names = {s.stream: s.name for s in spec.sensors}
-        self._camera = FilmCamera(bullet, _points(spec.scene), *SIZE)
+        self._camera = FilmCamera(bullet, *_view(spec.scene), SIZE)
         self._shots: list[Shot] = []
         self._every = EVERY
         self._next = 0
@@ -129,28 +131,36 @@ class Film:
             strip.write_strip(self._out / "strip.png", self._shots, self._title)
 
 
-def _points(scene: Sequence[SceneAction]) -> list[tuple[float, float, float]]:
-    """What should be in the picture: the robot, and the places where things near it will be."""
-    (x0, x1), (y0, y1), (z0, z1) = ROBOT_BOX
-    points = [(x, y, z) for x in (x0, x1) for y in (y0, y1) for z in (z0, z1)]
-    last: dict[str, Value] = {}
+def _view(scene: Sequence[SceneAction]) -> tuple[list[Point], float]:
+    """What should be in the picture, and from which side (rad).
+
+    The robot and the places where things near it will be; from its right front, or more from the side when persons
+    sit in front of it.
+    """
+    points = [(x, y, z) for x in ROBOT_BOX[0] for y in ROBOT_BOX[1] for z in ROBOT_BOX[2]]
+    persons = False
+    last: dict[str, Sequence[float]] = {}
     for action in scene:
-        last[action.thing] = action.values.get("to") or action.values.get("at") or last.get(action.thing)
-        if action.verb == "circle" and (middle := action.values.get("around") or last[action.thing]):
-            x, y, *z = middle
-            radius, height = float(action.values["radius"]), float(z[0]) if z else 0.4
-            points += [_near(x, y + side * radius, height) for side in (1, -1)]
-            points += [_near(x, y, height + side * radius) for side in (1, -1)]
-        for place in (action.values.get("at"), action.values.get("to"), action.values.get("around")):
-            if place and len(place) >= 2:
-                x, y, *z = place
-                points.append(_near(float(x), float(y), float(z[0]) if z else 0.4))
-        if action.verb == "seen":
-            points.append(_near(FRONT[0], FRONT[1], FRONT[2] + 0.1))
-    return points
+        values, ball = action.values, "ball" in key(action.thing)
+        place = values.get("to") or values.get("at") or (FRONT if action.verb == "seen" else None)
+        if action.verb == "circle":
+            place, radius = values.get("around") or last.get(action.thing), float(values["radius"])
+            if place:
+                points += [_near(place, (0, radius * side, radius * side)) for side in (1, -1)]
+        if place:
+            last[action.thing] = place
+            points.append(_near(place))
+            if not ball:
+                persons = True
+                points += [
+                    _near(place, (dx, dy, dz)) for dx in (-0.1, 0.1) for dy in (-0.1, 0.1) for dz in (-0.6, 0.12)
+                ]
+    return points, math.radians(-68.0 if persons else -33.0)
 
 
-def _near(x: float, y: float, z: float) -> tuple[float, float, float]:
+def _near(place: Sequence[float], offset: Point = (0.0, 0.0, 0.0)) -> Point:
+    """The place, or one on the way to it when it is far from the robot."""
+    x, y, z = place[0] + offset[0], place[1] + offset[1], (place[2] if len(place) > 2 else 0.4) + offset[2]
     far = math.hypot(x, y)
     shrink = min(1.0, INTERESTING / far) if far else 1.0
     return x * shrink, y * shrink, min(max(z, 0.0), 0.9)

@@ -51,12 +51,19 @@ class Circle:
     flat: bool = False
 
     def at(self, us: int) -> Point:
-        """The place at a time of the run: in the first quarter of a round it swings onto the circle."""
+        """The place at a time of the run: in the first quarter of a round it swings onto the circle.
+
+        >>> c = Circle((1.0, 0.0, 0.4), (0.0, 0.0, 0.4), 0.5, 4_000_000, 0, flat=True)
+        >>> c.at(0), [round(x, 3) for x in c.at(1_000_000)]
+        ((1.0, 0.0, 0.4), [0.0, 0.5, 0.4])
+        """
         passed = max(us - self.from_us, 0)
-        turn = 2 * math.pi * passed / self.period_us
-        across, along = self.radius * math.sin(turn), -self.radius * math.cos(turn)
-        mx, my, mz = self.middle
-        on = (mx + along, my + across, mz) if self.flat else (mx, my + across, mz + along)
         part = min(1.0, 4 * passed / self.period_us)
-        x, y, z = (a + part * (b - a) for a, b in zip(self.start, on, strict=True))
-        return x, y, z
+        mx, my, mz = self.middle
+        dx, dy, dz = self.start[0] - mx, self.start[1] - my, self.start[2] - mz
+        a, b, off = (dx, dy, dz) if self.flat else (dy, dz, dx)
+        far = math.hypot(a, b)
+        angle = (math.atan2(b, a) if far > 1e-9 else -math.pi / 2) + 2 * math.pi * passed / self.period_us
+        radius = far + part * (self.radius - far)
+        a, b, off = radius * math.cos(angle), radius * math.sin(angle), off * (1 - part)
+        return (mx + a, my + b, mz + off) if self.flat else (mx + off, my + a, mz + b)

@@ -166,7 +166,7 @@ class Clock:
 def tidy(value: Value) -> Value:
     """Measured numbers in whole millionths, so that traces of two runs are the same to the byte."""
     if isinstance(value, float):
-        return round(value, 6) + 0.0  # no minus zero
+        return round(float(value), 6) + 0.0  # no minus zero, no numpy number
     if isinstance(value, dict):
         return {name: tidy(v) for name, v in value.items()}
     return value

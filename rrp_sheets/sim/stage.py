@@ -16,7 +16,7 @@ from rrp_sheets.sim.paths import Circle, Line, Point, Still
 
 BESIDE = 0.4  # m, between persons who are seen at the same time
 AWAY = math.radians(110)  # how far a person who looks away turns
-FRONT: Point = (1.0, 0.0, 0.75)  # where a person who "is seen" has the face: in view without moving the head
+FRONT: Point = (1.0, 0.0, 0.62)  # where a person who "is seen" has the face: in view without moving the head
 
 
 @dataclass

@@ -1,7 +1,8 @@
-"""How the robot stands: free, being turned, or with legs that were told to move.
+"""How the robot stands: free, held, being turned, or with legs that were told to move.
 
-Standing is physics. Turning and moving legs are *guided*: the torso is held by a constraint that follows what the legs
-do, so that the robot never falls. It is not dynamic walking, and does not claim to be.
+Standing and looking around are physics. Moving arms and legs
+and turning are *guided*: the torso is held by a constraint that follows what the legs do, so that the robot never
+falls. It is not dynamic walking, and does not claim to be.
 """
 
 from __future__ import annotations
@@ -31,6 +32,8 @@ class Stance:
         self._legs = body.robot.data["legs"]
         self._guide: int | None = None
         self._on_feet = False
+        self._turns = False
+        self._steady = False
         self._wanted = 0.0
         self._rate = 0.0
         self._calm = 0.0
@@ -48,28 +51,37 @@ class Stance:
     def turn(self, rate: float) -> None:
         """Turn the whole body at a rate (rad/s) until told otherwise; 0 stops."""
         self._wanted = 0.0 if self._on_feet else max(-FASTEST_TURN, min(FASTEST_TURN, rate))
-        if self._wanted and self._guide is None:
+        if self._wanted and not self._turns:
             self._hold()
+            self._turns = True
             self._body.grip(False)
+
+    def steady(self) -> None:
+        """From now on hold the torso: swinging arms would make the robot fall, as it has no balance of its own."""
+        self._steady = True
+        self._hold()
 
     def follow_legs(self) -> None:
         """From now on the torso follows the legs' joints: the lower sole stays on the floor, level."""
         if self._on_feet:
             return
-        if self._guide is None:
-            self._hold()
+        self._hold()
+        if self._turns:
+            self._body.grip(True)
         self._wanted = self._rate = 0.0
-        self._on_feet = True
+        self._on_feet, self._turns = True, False
         self._soles = {side: self._body.sole(side).position for side in "LR"}
 
     def step(self) -> None:
         """One step of the physics."""
         if self._on_feet:
             self._follow()
-        elif self._guide is not None:
+        elif self._turns:
             self._turn()
 
     def _hold(self) -> None:
+        if self._guide is not None:
+            return
         torso = self._body.torso()
         _, self._lean, self._yaw = self._body.tilt()
         self._place = torso.position
@@ -117,8 +129,10 @@ class Stance:
     def _release(self) -> None:
         for side in "LR":
             self._lift(side, 0.0)
-        self._b.removeConstraint(self._guide)
-        self._guide = None
+        if not self._steady:
+            self._b.removeConstraint(self._guide)
+            self._guide = None
+        self._turns = False
         self._calm = self._phase = 0.0
         self._body.grip(True)
 
@@ -129,7 +143,7 @@ class Stance:
             side: -sum(self._body.position(f"{side}{j}") for j in ("HipPitch", "KneePitch", "AnklePitch"))
             for side in "LR"
         }
-        lean = min(leans.values(), key=abs)
+        lean = min(leans.values(), key=lambda each: abs(each - self._lean))  # the leg that stands moves less
         change = STEP * 1.0  # rad
         self._lean += max(-change, min(change, max(-0.35, min(0.35, lean)) - self._lean))
         c, s, cy, sy = math.cos(self._lean), math.sin(self._lean), math.cos(self._yaw), math.sin(self._yaw)

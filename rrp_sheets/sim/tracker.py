@@ -164,6 +164,7 @@ class Trackers:
         if tracker.pointing not in (sides, ""):
             self._lower("".join(s for s in tracker.pointing if s not in sides))
         tracker.pointing = sides
+        self.stance.steady()
         torso, target = self.body.torso(), d.point()
         for side in sides:
             towards = torso.rotation.T @ (target - self.body.link(f"{side}Shoulder").position)

@@ -24,6 +24,7 @@ from rrp_sheets.sim.voice import Voice
 
 STEPS_A_SECOND = 240
 SOLVER_ROUNDS = 30  # of 50 usual: joints stay within 0.003 rad, a fifth faster
+SETTLING = 120  # steps before time 0, in which the feet come to stand on the floor
 PICTURE = (320, 240)  # pixels of the head camera
 REST_POSTURE = "Crouch"
 HOLD_US = 1_000_000  # after Stop the robot first holds still
@@ -51,6 +52,8 @@ class SimWorld:
         self._notices: list[Notice] = []
         self._told: dict[tuple[str, str, str], int] = {}
         self.body = Body(self._b, spec.robot)
+        for _ in range(SETTLING):
+            self._b.stepSimulation()
         self.stage = Stage(self._b, spec.scene)
         self.stance = Stance(self._b, self.body)
         lens = Lens(self.body.hfov, self.body.vfov, *PICTURE)
