@@ -32,7 +32,7 @@ lint: setup  ## style, types, layers
 	$(BIN)/lint-imports
 
 bench: setup  ## the benchmarks, with their ratios
-	$(BIN)/python -m pytest tests/benchmarks -s --benchmarks
+	$(BIN)/python -m pytest tests/benchmarks -s -o python_files='bench_*.py' -o addopts=-q
 
 soak: setup  ## what is too long for every day
 	$(BIN)/python -m pytest -m soak
