@@ -175,10 +175,7 @@ class Package:
         handler = Relations()
         self.parse(rels, handler)
         return {
-            id: (
-                kind,
-                target.lstrip("/") if target.startswith("/") else posixpath.normpath(posixpath.join(folder, target)),
-            )
+            id: (kind, posixpath.normpath(posixpath.join("/", folder, target)).lstrip("/"))
             for id, (kind, target) in handler.found.items()
         }
 

@@ -1,0 +1,132 @@
+"""Making one styled sheet: its texts, its looks, its page, its marks."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.cells import column_letters
+from rrp_sheets.workbook import limits, style
+from rrp_sheets.workbook.headers import Recognised
+from rrp_sheets.workbook.marks import Block, add_name_marks, add_prompt, add_row_marks
+
+_CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
+
+
+class SheetMaker:
+    """One sheet being made: openpyxl's sheet, its rows, what it is, and the defined names of the lists."""
+
+    def __init__(self, sheet: Any, rows: Sequence[Sequence[str]], what: Recognised, lists: Mapping[str, str]) -> None:
+        self.sheet, self.rows, self.what, self.lists = sheet, rows, what, lists
+        self.kind = what.kind.name if what.kind else ""
+        self.header = what.row or next((n for n, row in enumerate(rows, 1) if any(row)), 1)
+        self.width = max((len(row) for row in rows), default=1) or 1
+        self.prose = not self.kind and self.width == 1
+        self.last = max(len(rows), self.header + (style.ROWS if not self.prose else 0))
+        self.names = {c: n for n, c in what.columns.items()} | dict(what.others)
+
+    def make(self) -> None:
+        """Fill and style the sheet."""
+        self._fill()
+        self._set_page()
+        if self.prose:
+            self.sheet.column_dimensions["A"].width = 110
+            self.sheet.sheet_view.showGridLines = False
+            return
+        self.sheet.freeze_panes = f"A{self.header + 1}"
+        self.sheet.print_title_rows = f"{self.header}:{self.header}"
+        self._set_columns()
+        self._add_marks()
+
+    def _fill(self) -> None:
+        from openpyxl.styles import Alignment, Border, Font, PatternFill, Side
+
+        wrapped = Alignment(vertical="top", wrap_text=True)
+        body = Font(name=style.FONT, size=style.SIZE, color=style.INK)
+        notes = Font(name=style.FONT, size=style.SIZE, color=style.PALE_INK)
+        head = Font(name=style.FONT, size=style.SIZE, bold=True, color=style.INK)
+        title = Font(name=style.FONT, size=16, bold=True, color=style.INK)
+        colour = style.HEADERS.get(self.kind, style.HEADERS[""])
+        fill = PatternFill("solid", fgColor=colour)
+        line = Border(bottom=Side("medium", color="8FA3B2"))
+        self.sheet.sheet_properties.tabColor = colour
+        for number in range(1, self.last + 1):
+            texts = self.rows[number - 1] if number <= len(self.rows) else ()
+            for column in range(1, self.width + 1):
+                cell = self.sheet.cell(number, column)
+                _set_text(cell, texts[column - 1] if column <= len(texts) else "")
+                cell.alignment = wrapped
+                cell.font = notes if self.names.get(column) == "Notes" else body
+                if self.prose:
+                    cell.font = self._prose_font(number, title, head, body)
+                elif number == self.header:
+                    cell.font, cell.fill, cell.border = head, fill, line
+                    cell.alignment = Alignment(vertical="center", wrap_text=True)
+        if not self.prose:
+            self.sheet.row_dimensions[self.header].height = 24
+
+    def _prose_font(self, number: int, title: Any, head: Any, body: Any) -> Any:
+        """The first line is the title; a short line after a blank one is a heading."""
+        texts = [row[0] if row else "" for row in self.rows]
+        text = texts[number - 1]
+        if number == self.header:
+            return title
+        heading = number > 1 and not texts[number - 2] and len(text) < 40 and text[-1:].isalnum()
+        return head if heading else body
+
+    def _set_page(self) -> None:
+        sheet = self.sheet
+        sheet.page_setup.orientation = "portrait" if self.prose else "landscape"
+        sheet.page_setup.paperSize = 9  # A4
+        sheet.page_setup.fitToWidth, sheet.page_setup.fitToHeight = 1, 0
+        sheet.sheet_properties.pageSetUpPr.fitToPage = True
+        sheet.page_margins.left = sheet.page_margins.right = 0.5
+        sheet.page_margins.top, sheet.page_margins.bottom = 0.7, 0.6
+        sheet.oddHeader.left.text, sheet.oddHeader.right.text = "&F", "&A"
+        sheet.oddFooter.right.text = "&P / &N"
+        for part in (sheet.oddHeader.left, sheet.oddHeader.right, sheet.oddFooter.right):
+            part.size, part.font = 8, style.FONT
+
+    def _set_columns(self) -> None:
+        offered = frozenset(self.lists)
+        for column in range(1, self.width + 1):
+            letter, header = column_letters(column), self.names.get(column, "")
+            look = style.column(self.kind, header, offered)
+            longest = max((len(r[column - 1]) for r in self.rows if len(r) >= column), default=0)
+            width = look.width if self.kind and header else min(max(look.width, longest + 2), 60)
+            self.sheet.column_dimensions[letter].width = width
+            cells = f"{letter}{self.header + 1}:{letter}{self.last}"
+            add_prompt(self.sheet, cells, header, look, self.lists)
+
+    def _add_marks(self) -> None:
+        first, last, row = "A", column_letters(self.width), self.header + 1
+        columns = {n: column_letters(c) for n, c in self.what.columns.items()}
+        if self.kind == "behaviour":
+            inputs, output, connector = (columns[n] for n in ("Input streams", "Output stream", "Connector"))
+            names = [f"${output}${row}:${output}${self.last}"]
+            names += [self.lists[n] for n in ("Streams", "Sensors") if n in self.lists]
+            add_name_marks(self.sheet, f"{inputs}{row}:{inputs}{self.last}", f"${inputs}{row}", names)
+            known = [self.lists["Connectors"]] if "Connectors" in self.lists else []
+            add_name_marks(self.sheet, f"{connector}{row}:{connector}{self.last}", f"${connector}{row}", known)
+        if self.kind == "devices" and "All devices" in self.lists:
+            device = columns["Device"]
+            cells = f"{device}{row}:{device}{self.last}"
+            add_name_marks(self.sheet, cells, f"${device}{row}", [self.lists["All devices"]])
+        on = columns.get("On", "") if self.kind == "behaviour" else ""
+        add_row_marks(self.sheet, Block(first, last, row, self.last), on)
+
+
+def _set_text(cell: Any, text: str) -> None:
+    """Put a text into a cell as text, whatever it begins with."""
+    if len(text) > limits.CELL_CHARACTERS:
+        raise SheetsError(
+            f"The text of {cell.parent.title}!{cell.coordinate} has {len(text):,} characters; a cell holds "
+            f"{limits.CELL_CHARACTERS:,}.",
+            "Shorten it.",
+        )
+    if text:
+        cell.value = _CONTROL.sub("\ufffd", text)
+        cell.data_type = "s"  # after the value: a text that begins with = must not become a formula
+    cell.number_format = "@"

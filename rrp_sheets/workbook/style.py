@@ -1,0 +1,101 @@
+"""How a new workbook looks: colours, fonts, the width and the prompt of every column, and what a drop-down offers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+FONT = "Arial"  # on every machine, or with a replacement of the same widths
+SIZE = 10
+INK, PALE_INK, RULE = "1F2D3A", "5F6B76", "C9D3DB"
+HEADERS = {  # fill of the header row, and of the tab
+    "behaviour": "D5E5EF",
+    "devices": "DDEBDD",
+    "helpers": "E9E2F0",
+    "scene": "F4E8D3",
+    "gestures": "F4E8D3",
+    "test": "F1DFDF",
+    "protocol": "E3E6E9",
+    "": "ECEFF1",
+}
+MARK, OFF_INK = "FFE9B8", "8A949C"
+ROWS = 200
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A column: width in characters, the drop-down's list, and the prompt shown in its cells."""
+
+    width: float = 16
+    offers: str = ""
+    prompt: str = ""
+
+
+_NOTES = Column(40, "", "Anything you want to remember. The robot does not read it.")
+_ANY = Column()
+COLUMNS: dict[str, dict[str, Column]] = {
+    "behaviour": {
+        "Input streams": Column(24, "Streams", "What this row listens to: a sensor, or the output of another row. "
+                                "Several are separated by commas. Blank: the output of the row above."),
+        "Connector": Column(16, "Connectors", "What this row does with the input: map calculates, filter lets pass, "
+                            "subscribe lets the robot act."),
+        "Formula": Column(42, "", "A calculation with the inputs, such as redBall.distance < 0.5. A space in a "
+                          "stream's name is left out: Red ball is redBall. No = is needed."),
+        "Output stream": Column(24, "Streams", "A new name for the result; for subscribe the actuator that acts. "
+                                "Blank: the next row takes it."),
+        "Notes": _NOTES,
+        "On": Column(8, "On or off", "FALSE switches this row off. Blank is on."),
+        "Priority": Column(9, "", "A number: the larger one wins when two rows want the same part of the robot. "
+                           "Blank is 0."),
+    },
+    "devices": {
+        "Stream": Column(24, "", "The name you give this sensor or actuator; behaviours use it."),
+        "Device": Column(24, "All devices", "Which sensor or actuator of the robot it is."),
+        "Text": Column(46, "", "What the robot says."),
+        "Notes": _NOTES,
+    },
+    "helpers": {
+        "Name": Column(24, "", "The helper's name; write it into the Formula of a row."),
+        "Inputs": Column(24, "", "Names for what the helper calculates with, separated by commas. Blank: a constant."),
+        "Formula": Column(56, "", "The calculation, with the names of Inputs."),
+        "Notes": _NOTES,
+    },
+    "scene": {
+        "Time (s)": Column(14, "", "Seconds after the start, or after an event: Ask done + 2"),
+        "Thing": Column(18, "Thing", "Who or what: Red ball, Person, Operator, …"),
+        "Does": Column(18, "Does", "What happens: appears, moves to, says, touches, …"),
+        "Value": Column(34, "", "Where, what or how long. Places are in metres from the robot: forward, left, up."),
+        "Notes": _NOTES,
+    },
+    "gestures": {
+        "Name": Column(20, "", "The gesture's name, the same in all its rows."),
+        "Time (s)": Column(10, "", "When the joints are there, in seconds from the gesture's beginning."),
+        "Notes": _NOTES,
+    },
+    "test": {
+        "Time (ms)": Column(12, "", "Milliseconds after the start."),
+        "Stream": Column(24, "Streams", "The stream that gets the value, or that is looked at."),
+        "Send": Column(34, "", "What arrives: a value, or the fields of a sensor: distance=0.3; x=0"),
+        "Expect": Column(34, "", "What must come out: a value, any, or nothing."),
+        "Notes": _NOTES,
+    },
+    "protocol": {
+        "Field": Column(24, "", "The name of a field; you may add your own."),
+        "Value": Column(90, "", ""),
+    },
+}  # fmt: skip
+
+
+def column(kind: str, header: str, choices: frozenset[str] = frozenset()) -> Column:
+    """The look of a column; columns of the user's own, and settings, have a plain one.
+
+    Args:
+        kind: of the sheet; empty for the user's own.
+        header: as the design names it, or as spelt.
+        choices: titles of lists that may be offered for a setting.
+    """
+    known = COLUMNS.get(kind, {}).get(header)
+    if known:
+        return known
+    if kind in ("devices", "gestures"):
+        return Column(18, header if header in choices else "", f"The setting {header}; blank is the usual one.")
+    return _ANY

@@ -1,0 +1,113 @@
+"""The guided template: a small behaviour that works, and everything a protocol needs around it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.offers import Offers
+
+_READ_ME = (
+    "Your robot's protocol",
+    "",
+    "This workbook tells the robot what to do, one step a row. Nothing in it can break the robot or this computer.",
+    "",
+    "Begin with the sheet Tracking. Read its three rows from top to bottom:",
+    "1.  Whenever the robot sees a red ball, its distance is worked out. The result is called Distance.",
+    "2.  Only distances below half a metre go on. They are called Near.",
+    "3.  Whenever there is a near ball, the head follows it.",
+    "",
+    "Try it: change 0.5 to 1 in the sheet Helpers, save the workbook, and look how the simulated robot changes.",
+    "",
+    "The sheets",
+    "•  Tracking is a behaviour. A workbook may have several; the name of the sheet is the name of the behaviour.",
+    "•  Devices names the robot's sensors and actuators, with their settings.",
+    "•  Helpers keeps calculations and numbers that you use in several places.",
+    "•  Scene is what happens in the simulator: when a ball appears, when somebody speaks.",
+    "•  Check is a test: it sends values and looks at what comes out.",
+    "•  Protocol says what the session is for, who takes part and which data are kept.",
+    "•  Lists holds the names for the drop-down lists. You may add sheets of your own, such as this one.",
+    "",
+    "Good to know",
+    "•  Click on a cell: a note says what belongs there. A yellow cell holds a name that is not known.",
+    "•  Capitals, spaces, hyphens and underscores in names make no difference: Red ball and red_ball are one name.",
+    "•  Inside a formula a name is written without spaces: Red ball is redBall.",
+    "•  To switch a row off, write FALSE into its column On. A row that begins with # is a comment.",
+    "•  Before every session: rrp-sheets check shows what is wrong, and in which cell.",
+)
+
+_TRACKING = (
+    ("Input streams", "Connector", "Formula", "Output stream", "On", "Notes"),
+    ("Red ball", "map", "redBall.distance", "Distance", "", "how far the ball is from the robot, in metres"),
+    ("Distance", "filter", "distance < reach", "Near", "", "reach is a number in the sheet Helpers"),
+    ("Near", "subscribe", "", "Head tracker", "", "the head follows the ball"),
+)
+_DEVICES = (
+    ("Stream", "Device", "Mode", "Text", "Notes"),
+    ("Red ball", "Red ball", "", "", "a red ball in the picture of the robot's camera"),
+    ("Head tracker", "Tracker", "Head", "", "follows with the head only"),
+)
+_HELPERS = (
+    ("Name", "Inputs", "Formula", "Notes"),
+    ("Reach", "", "0.5", "metres: nearer than this the head follows the ball"),
+)
+_SCENE = (
+    ("Time (s)", "Thing", "Does", "Value", "Notes"),
+    ("1", "Red ball", "appears at", "1, 0, 0.4", "metres from the robot: forward, left, up"),
+    ("3", "Red ball", "moves to", "0.4, 0.1, 0.4; 3", "in 3 seconds"),
+    ("9", "Red ball", "disappears", "", ""),
+)
+_CHECK = (
+    ("Time (ms)", "Stream", "Send", "Expect", "Notes"),
+    ("0", "Red ball", "distance=0.8", "", "too far away"),
+    ("100", "Near", "", "nothing", ""),
+    ("1000", "Red ball", "distance=0.3", "", ""),
+    ("1000", "Near", "", "0.3", ""),
+)
+_PROTOCOL = (
+    ("Field", "Value"),
+    ("Title", "My first protocol"),
+    ("Authors", ""),
+    ("Version", "0.1"),
+    ("Purpose", "The robot's head follows a red ball that is near."),
+    ("Participants", ""),
+    ("Ethics reference", ""),
+    ("Contact", ""),
+    ("Data kept", "Distances of the ball with their times; no pictures"),
+    ("Retention", ""),
+    ("Robot", "nao"),
+    ("Engine", "frame"),
+    ("Frame rate", "30"),
+    ("Run", "Tracking"),
+    ("Seed", "1"),
+    ("Time limit", "10 min"),
+    ("Face memory", "ends with the run"),
+)
+
+
+def template_sheets(robot: str = "nao") -> dict[str, list[list[str]]]:
+    """The rows of the guided template by sheet name."""
+    protocol = [(f, robot if f == "Robot" else v) for f, v in _PROTOCOL]
+    sheets = {
+        "Read me": [(line,) for line in _READ_ME], "Tracking": _TRACKING, "Devices": _DEVICES, "Helpers": _HELPERS,
+        "Scene": _SCENE, "Check": _CHECK, "Protocol": protocol,
+    }  # fmt: skip
+    return {name: [list(row) for row in rows] for name, rows in sheets.items()}
+
+
+def new_workbook(path: Path | str, offers: Offers, *, robot: str = "nao", language: str = "en") -> Path:
+    """Make a new workbook from the guided template; an existing file is never overwritten.
+
+    Raises:
+        SheetsError: when there is such a file already, when its name does not end in .xlsx, or when it cannot be
+            written.
+    """
+    path = Path(path)
+    if path.suffix.casefold() != ".xlsx":
+        raise SheetsError(f"A new workbook's name ends in .xlsx; “{path.name}” does not.", f"Try “{path.stem}.xlsx”.")
+    if path.exists():
+        raise SheetsError(
+            f"There is already a file “{path.name}”; it was left as it is.", "Choose another name, or move that file."
+        )
+    return make_workbook(template_sheets(robot), path, offers, language=language, replace=False)
