@@ -153,7 +153,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
                 try:
                     return owner.get(index)
                 except KeyError:
-                    raise FormulaProblem("FORM106", index=index, length=len(owner.type.positions)) from None
+                    raise FormulaProblem("FORM106", index=index, count=len(owner.type.positions)) from None
             raise FormulaProblem("FORM103", what="Write a field's name between the brackets")
         if not isinstance(owner, (list, tuple, str)):
             raise wrong_kind("a list", owner)
@@ -162,7 +162,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         if type(index) is not int:
             raise wrong_kind("a whole number as the place in a list", index)
         if not -len(owner) <= index < len(owner):
-            raise FormulaProblem("FORM106", index=index, length=len(owner))
+            raise FormulaProblem("FORM106", index=index, count=len(owner))
         return owner[index]
 
     def on_slice(self, node: Any) -> slice:

@@ -36,7 +36,7 @@ CODES = (
     Code("FORM103", _W, "Wrong kind of value", "{what}.", "Check what the inputs give."),
     Code("FORM104", _W, "No such field", "{record} has no field “{field}”.", "{remedy}"),
     Code("FORM105", _W, "Result too large", "The result is too large: {reason}.", "Make the formula's values smaller."),
-    Code("FORM106", _W, "Outside the list", "There is no place {index} in a list of {length}.",
+    Code("FORM106", _W, "Outside the list", "There is no place {index} in a list of {count}.",
          "The first place is [0], the last [-1]."),
     Code("FORM107", _W, "Outside the function", "{what}.", "Check the value before, for example with IF or CLAMP."),
     Code("FORM108", _W, "Neither TRUE nor FALSE", "A condition must be TRUE or FALSE (or a number), but this is {what}.",

@@ -52,7 +52,7 @@ def index(values: Value, place: Value) -> Value:
     """
     members, at = listing(values), whole(place)
     if not 1 <= at <= len(members):
-        raise FormulaProblem("FORM106", index=at, length=len(members))
+        raise FormulaProblem("FORM106", index=at, count=len(members))
     return members[at - 1]
 
 

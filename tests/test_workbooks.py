@@ -1,0 +1,227 @@
+"""Every workbook of the thesis: it checks, it runs for its scene, and the robot is told what its rows say."""
+
+from __future__ import annotations
+
+import functools
+import json
+import wave
+from pathlib import Path
+
+import pytest
+
+from rrp_sheets import api
+from rrp_sheets.resources import bundled
+from rrp_sheets.runtime.trace import read_trace
+
+FOLDER = bundled("workbooks")
+NAMES = sorted(p.stem for p in FOLDER.glob("*.xlsx"))
+EXPECTED_WARNINGS: dict[str, list[str]] = {}
+
+
+class Ran:
+    """A finished run: its folder, and what its trace says of a stream, as pairs of (seconds, value)."""
+
+    def __init__(self, folder: Path, result) -> None:
+        self.folder, self.result = folder, result
+        self.lines = list(read_trace(folder / "trace.jsonl"))
+
+    def __getitem__(self, stream: str):
+        return [(e["t"], e["value"]) for e in self.lines if e.get("stream") == stream and "value" in e]
+
+    def said(self):
+        return [(e["t"], e["text"]) for e in self.lines if e.get("happening") == "say"]
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """Runs a workbook once, whatever number of tests look at it."""
+    base = tmp_path_factory.mktemp("runs of 日本")
+
+    @functools.cache
+    def run(name: str) -> Ran:
+        folder = base / name
+        _, result = api.run(FOLDER / f"{name}.xlsx", api.RunSettings(fast=True, out=folder, film=name in FILMED))
+        assert result is not None and result.broken is None
+        return Ran(folder, result)
+
+    return run
+
+
+FILMED = ("simple-tracking", "greeter")
+
+
+def test_the_workbooks_of_the_thesis_are_there():
+    assert NAMES == [
+        "complex-tracking", "complex-tracking-fixed", "debugging-exercise", "distance-to-brightness", "greeter",
+        "reflect-ball-colour", "say-ball-colour", "say-ball-colour-ja", "say-ball-colour-merge", "simple-tracking",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_checks_with_the_expected_warnings_only(name):
+    assert api.check(FOLDER / f"{name}.xlsx").report.flatten(["code"]) == EXPECTED_WARNINGS.get(name, [])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_its_markdown_twin_says_the_same(name):
+    book, twin = api.check(FOLDER / f"{name}.xlsx"), api.check(FOLDER / "source" / f"{name}.md")
+    for graph in (book, twin):
+        assert not graph.report.errors
+    assert [[s.row.formula.text for s in b.steps] for b in book.graph.behaviours] == [
+        [s.row.formula.text for s in b.steps] for b in twin.graph.behaviours
+    ]
+    assert book.graph.streams.keys() == twin.graph.streams.keys()
+    assert book.scene is not None and twin.scene is not None
+    assert [(a.time_us, a.thing, a.verb, a.values) for a in book.scene] == [
+        (a.time_us, a.thing, a.verb, a.values) for a in twin.scene
+    ]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_runs_for_its_scene_without_errors(ran, name):
+    run = ran(name)
+    assert run.result.summary.errors == {}
+    assert run.result.summary.ended == "time"
+    assert [e for e in run.lines if e.get("happening") == "error"] == []
+    assert sum(run.result.summary.commands.values()) > 0
+
+
+def seconds(events, first=0.0, last=1e9):
+    return [value for t, value in events if first <= t <= last]
+
+
+def test_reflect_ball_colour(ran):
+    eyes = ran("reflect-ball-colour")["Eye LED color"]
+    assert set(map(tuple, seconds(eyes, 1.5, 5))) == {(1, 0, 0)}
+    assert set(map(tuple, seconds(eyes, 6.5, 10))) == {(0, 1, 0)}
+    assert set(map(tuple, seconds(eyes, 11.5, 15))) == {(0, 0, 1)}
+
+
+def test_say_ball_colour(ran):
+    said = [text for _, text in ran("say-ball-colour").said()]
+    assert list(dict.fromkeys(said)) == ["Red", "Green", "Blue"]
+
+
+def test_say_ball_colour_with_merge(ran):
+    said = [text for _, text in ran("say-ball-colour-merge").said()]
+    assert list(dict.fromkeys(said)) == ["I see a red ball", "I see a green ball", "I see a blue ball"]
+
+
+def test_say_ball_colour_in_japanese(ran):
+    said = [text for _, text in ran("say-ball-colour-ja").said()]
+    assert list(dict.fromkeys(said)) == ["赤いボールです", "緑のボールです", "青いボールです"]
+
+
+def test_speech_is_audio_with_its_duration(ran):
+    folder = ran("say-ball-colour").folder
+    wavs = sorted(folder.glob("*.wav"))
+    assert len(wavs) == len(ran("say-ball-colour").said())
+    for path in wavs:
+        with wave.open(str(path)) as sound:
+            assert 0.2 < sound.getnframes() / sound.getframerate() < 3
+
+
+def test_distance_to_brightness(ran):
+    run = ran("distance-to-brightness")
+    brightness = run["Eye brightness"]
+    assert max(seconds(brightness, 0, 3)) <= 0.1  # far: dark
+    assert min(seconds(brightness, 7.6, 9)) >= 0.9  # near: bright
+    assert max(seconds(brightness, 14, 18)) <= 0.1
+    pairs = list(zip(seconds(run["Brightness!Distance"]), seconds(brightness), strict=True))
+    assert all(b1 >= b2 for d1, b1 in pairs for d2, b2 in pairs if d1 < d2)
+
+
+def test_the_debugging_exercise_has_its_mistake(ran):
+    run = ran("debugging-exercise")
+    pairs = list(zip(seconds(run["Brightness!Distance"]), seconds(run["Eye brightness"]), strict=True))
+    assert all(b1 <= b2 for d1, b1 in pairs for d2, b2 in pairs if d1 < d2)
+    assert min(seconds(run["Eye brightness"], 7.6, 9)) <= 0.1
+
+
+def test_simple_tracking(ran):
+    run = ran("simple-tracking")
+    assert seconds(run["Head tracker"], 0.5, 5) and not seconds(run["Head and body tracker"], 0.5, 5)
+    assert seconds(run["Head and body tracker"], 7.5, 11.9) and not seconds(run["Head tracker"], 7.5, 11.9)
+    assert seconds(run["Head tracker"], 15, 18)
+    assert all(d >= 0.8 for d in seconds(run["Head tracker"]))
+    # the ball is kept near the middle of the picture: that is what tracking means
+    late = [b["x"] for t, b in run["Red ball"] if 4.5 <= t <= 5 or 11.5 <= t <= 12]
+    assert late and max(map(abs, late)) < 0.15
+
+
+def test_greeter(ran):
+    run = ran("greeter")
+    said = run.said()
+    assert [text for _, text in said] == ["Hello", "Hello again", "Hello"]
+    assert [round(t) for t, _ in said] == [10, 30, 40]
+    assert [round(t) for t, _ in run["Remember face"]] == [10, 40]
+
+
+def far_intervals(run):
+    """Times of arm commands, and for each how long ago the ball was last seen close."""
+    close = [t for t, _ in run["Tracking!Close ball"]]
+    return [(t, t - max((c for c in close if c <= t), default=-1e9)) for t, _ in run["Arm tracker"]]
+
+
+def test_complex_tracking_drives_the_arm_while_the_ball_is_far(ran):
+    run = ran("complex-tracking")
+    assert seconds(run["Head tracker"]) and seconds(run["Head and body tracker"])
+    assert max(age for _, age in far_intervals(run)) > 3
+    far = [t for t, d in run["Tracking!Distance"] if d >= 1.5 and t > 11.5]
+    assert any(far[0] <= t <= far[-1] for t, _ in run["Arm tracker"])
+
+
+def test_with_timestamps_the_arm_is_never_driven_later_than_a_second_after_close(ran):
+    run = ran("complex-tracking-fixed")
+    intervals = far_intervals(run)
+    assert len(intervals) > 10 and max(age for _, age in intervals) <= 1.0
+    assert any(t > 11 for t, _ in run["Head tracker"])  # the ball went away again, and the head followed
+
+
+def test_a_run_leaves_everything_in_its_folder(ran):
+    folder = ran("simple-tracking").folder
+    names = {p.name for p in folder.iterdir()}
+    assert names == {"trace.jsonl", "protocol.xlsx", "robot.toml", "run.xlsx", "diagram.svg", "film.gif", "strip.png"}
+    assert (folder / "protocol.xlsx").read_bytes() == (FOLDER / "simple-tracking.xlsx").read_bytes()
+
+
+def test_the_trace_has_header_events_and_summary(ran):
+    run = ran("simple-tracking")
+    header, summary = run.lines[0], run.lines[-1]
+    assert header["type"] == "header" and header["robot"] == "nao" and header["engine"] == "frame"
+    assert header["mode"] == "simulated" and header["seed"] == 7 and len(header["workbook"]) == 64
+    assert summary["type"] == "summary" and summary["simulated_seconds"] == 19
+    assert summary["events"]["Red ball"] == len(run["Red ball"])
+
+
+def test_the_table_of_the_run_is_tidy(ran):
+    import openpyxl
+
+    run = ran("simple-tracking")
+    sheet = openpyxl.load_workbook(run.folder / "run.xlsx", read_only=True).active
+    header, *lines = list(sheet.iter_rows(values_only=True))
+    assert header[:6] == ("Time (s)", "Kind", "Stream", "Row", "Value", "Message")
+    assert len(lines) == len(run.lines) - 2
+    distances = [dict(zip(header, line, strict=True)) for line in lines]
+    first = next(d for d in distances if d["Stream"] == "Tracking!Distance")
+    assert first["Row"] == "Tracking!2" and 1 < first["Value"] < 2 and first["Kind"] == "stream"
+
+
+def test_film_and_strip_show_something(ran):
+    from PIL import Image
+
+    folder = ran("simple-tracking").folder
+    with Image.open(folder / "film.gif") as film:
+        assert film.n_frames > 30
+        first = film.convert("RGB").tobytes()
+        film.seek(film.n_frames // 2)
+        assert film.convert("RGB").tobytes() != first
+    with Image.open(folder / "strip.png") as strip:
+        assert strip.width > 3 * strip.height
+        reds = sum(1 for r, g, b in strip.convert("RGB").get_flattened_data() if r > 150 and g < 60 and b < 60)
+        assert reds > 200  # the ball is in it
+
+
+def test_json_lines_are_plain_json(ran):
+    for line in (ran("greeter").folder / "trace.jsonl").read_text(encoding="utf-8").splitlines():
+        json.loads(line)
