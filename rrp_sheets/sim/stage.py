@@ -64,7 +64,7 @@ class Stage:
 
     def __init__(self, bullet: Any, actions: Sequence[SceneAction]) -> None:
         self._b = bullet
-        self._waiting = sorted(actions, key=lambda a: a.time_us)  # stable: rows of one time keep their order
+        self._waiting: list[SceneAction] = []
         self.balls: dict[str, Ball] = {}
         self.persons: dict[str, Person] = {}
         self._numbers: dict[str, int] = {}
@@ -73,6 +73,11 @@ class Stage:
             "appear": self._appear, "move": self._move, "circle": self._circle, "disappear": self._disappear,
             "away": self._turn, "look": self._turn, "seen": self._seen,
         }  # fmt: skip
+        self.plan(actions)
+
+    def plan(self, actions: Sequence[SceneAction]) -> None:
+        """Let further actions happen at their times; those of one time in their order."""
+        self._waiting = sorted([*self._waiting, *actions], key=lambda a: a.time_us)
 
     def go_on(self, us: int) -> list[Notice]:
         """Let everything act that is due until `us`."""

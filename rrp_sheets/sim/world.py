@@ -98,16 +98,20 @@ class SimWorld:
         end = self._us + HOLD_US
         while self._us < end or self.stance.turning:
             self._move()
-            self._after()
+            self._ease()
         self.stance.follow_legs()
         for name, angle in self.body.robot.data["postures"][REST_POSTURE].items():
             self.body.go(name, angle, EASY)
         end = self._us + REST_WITHIN_US
         while self._us < end and self.body.moving():
             self._move()
-            self._after()
+            self._ease()
         if self._film is not None:
             self._film.write()
+
+    def close(self) -> None:
+        """Free the physics."""
+        self._b.disconnect()
 
     def state(self) -> State:
         """The world as it is."""
@@ -151,6 +155,10 @@ class SimWorld:
             self.trackers.detected(seen)
         self._after()
         return events
+
+    def _ease(self) -> None:
+        self.stage.us = self._us  # what moves goes on moving, but nothing new happens
+        self._after()
 
     def _after(self) -> None:
         self.voice.go_on(self._us)
