@@ -124,14 +124,17 @@ class Eye:
 class FilmCamera:
     """A camera that stands still and films the robot, smoothed by drawing it larger than it is shown."""
 
-    def __init__(self, bullet: Any, points: Sequence[Sequence[float]], azimuth: float, size: tuple[int, int]) -> None:
+    def __init__(
+        self, bullet: Any, points: Sequence[Sequence[float]], azimuths: Sequence[float], size: tuple[int, int]
+    ) -> None:
         width, height = size
         self._b = bullet
         vfov = math.radians(30.0)
         hfov = 2 * math.atan(math.tan(vfov / 2) * width / height)
         self._size = (width, height)
         self.lens = Lens(hfov, vfov, round(width * SMOOTHING), round(height * SMOOTHING))
-        self.pose = _viewpoint(np.array(points, dtype=np.float64), azimuth, self.lens)
+        views = [_viewpoint(np.array(points, dtype=np.float64), azimuth, self.lens) for azimuth in azimuths]
+        self.pose = min(views, key=lambda view: view[0])[1]  # the nearest shows the robot largest
         self._room = room(self.pose, self.lens.rays()).astype(np.uint8)
         self._x, self._y, _ = floor_points(self.pose, self.lens.rays(6))
 
@@ -147,10 +150,10 @@ class FilmCamera:
         return np.asarray(small, dtype=np.uint8)
 
 
-def _viewpoint(points: Vector, azimuth: float, lens: Lens) -> Pose:
+def _viewpoint(points: Vector, azimuth: float, lens: Lens) -> tuple[float, Pose]:
     """Where to stand so that all points are in the picture, as large as can be.
 
-    It looks from `azimuth` (rad, 0 is ahead of the robot).
+    It looks from `azimuth` (rad, 0 is ahead of the robot). Returns the distance and the pose.
     """
     elevation = math.radians(12.0)
     back = np.array(
@@ -170,4 +173,4 @@ def _viewpoint(points: Vector, azimuth: float, lens: Lens) -> Pose:
         low, high = across.min(axis=0), across.max(axis=0)
         centre = centre + distance * (rotation[:, 1] * (low[0] + high[0]) / 2 + rotation[:, 2] * (low[1] + high[1]) / 2)
         distance *= float(np.clip(((high - low) / (2 * limits)).max(), 0.7, 1.4))
-    return Pose(centre + back * distance, rotation)
+    return distance, Pose(centre + back * distance, rotation)

@@ -131,8 +131,8 @@ class Film:
             strip.write_strip(self._out / "strip.png", self._shots, self._title)
 
 
-def _view(scene: Sequence[SceneAction]) -> tuple[list[Point], float]:
-    """What should be in the picture, and from which side (rad).
+def _view(scene: Sequence[SceneAction]) -> tuple[list[Point], Sequence[float]]:
+    """What should be in the picture, and from which sides (rad) it may be seen.
 
     The robot and the places where things near it will be; from its right front, or more from the side when persons
     sit in front of it.
@@ -149,13 +149,13 @@ def _view(scene: Sequence[SceneAction]) -> tuple[list[Point], float]:
                 points += [_near(place, (0, radius * side, radius * side)) for side in (1, -1)]
         if place:
             last[action.thing] = place
-            points.append(_near(place))
+            points += [_near(place, (0, side * 0.05, side * 0.05)) for side in (1, -1)]
             if not ball:
                 persons = True
                 points += [
                     _near(place, (dx, dy, dz)) for dx in (-0.1, 0.1) for dy in (-0.1, 0.1) for dz in (-0.6, 0.12)
                 ]
-    return points, math.radians(-68.0 if persons else -33.0)
+    return points, [math.radians(a) for a in ((-62, -70) if persons else (-24, -30, -36, -42))]
 
 
 def _near(place: Sequence[float], offset: Point = (0.0, 0.0, 0.0)) -> Point:
