@@ -24,7 +24,8 @@ def packed(book: Any) -> bytes:
             if name == "docProps/core.xml":
                 data = _MODIFIED.sub(_STAMP, data)
             elif name.startswith("xl/worksheets/") and data.endswith(b"</worksheet>"):
-                data = data.removesuffix(b"</worksheet>") + _AS_TEXT
+                # A height without this attribute is adapted when the row's text changes.
+                data = data.replace(b' customHeight="1"', b"").removesuffix(b"</worksheet>") + _AS_TEXT
             entry = zipfile.ZipInfo(name, _MOMENT)
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.external_attr = 0o644 << 16

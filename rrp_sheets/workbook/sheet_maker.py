@@ -33,11 +33,13 @@ class SheetMaker:
         self._set_page()
         if self.prose:
             self.sheet.column_dimensions["A"].width = 110
+            self._set_heights()
             self.sheet.sheet_view.showGridLines = False
             return
         self.sheet.freeze_panes = f"A{self.header + 1}"
         self.sheet.print_title_rows = f"{self.header}:{self.header}"
         self._set_columns()
+        self._set_heights()
         self._add_marks()
 
     def _fill(self) -> None:
@@ -99,6 +101,20 @@ class SheetMaker:
             self.sheet.column_dimensions[letter].width = width
             cells = f"{letter}{self.header + 1}:{letter}{self.last}"
             add_prompt(self.sheet, cells, header, look, self.lists)
+
+    def _set_heights(self) -> None:
+        """Make room for wrapped texts. Not every program does it on opening; all of them do after an edit."""
+        widths = [self.sheet.column_dimensions[column_letters(c)].width for c in range(1, self.width + 1)]
+        for number, row in enumerate(self.rows, 1):
+            lines = max(
+                (
+                    sum(1 + int(len(t) * 1.05 / width) for t in text.split("\n"))
+                    for text, width in zip(row, widths, strict=False)
+                ),
+                default=1,
+            )
+            if lines > 1 and number != self.header:
+                self.sheet.row_dimensions[number].height = min(2 + 13 * lines, 400)
 
     def _add_marks(self) -> None:
         first, last, row = "A", column_letters(self.width), self.header + 1

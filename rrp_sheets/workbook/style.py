@@ -30,17 +30,17 @@ class Column:
     prompt: str = ""
 
 
-_NOTES = Column(40, "", "Anything you want to remember. The robot does not read it.")
+_NOTES = Column(32, "", "Anything you want to remember. The robot does not read it.")
 _ANY = Column()
 COLUMNS: dict[str, dict[str, Column]] = {
     "behaviour": {
-        "Input streams": Column(24, "Streams", "What this row listens to: a sensor, or the output of another row. "
+        "Input streams": Column(22, "Streams", "What this row listens to: a sensor, or the output of another row. "
                                 "Several are separated by commas. Blank: the output of the row above."),
-        "Connector": Column(16, "Connectors", "What this row does with the input: map calculates, filter lets pass, "
+        "Connector": Column(15, "Connectors", "What this row does with the input: map calculates, filter lets pass, "
                             "subscribe lets the robot act."),
-        "Formula": Column(42, "", "A calculation with the inputs, such as redBall.distance < 0.5. A space in a "
+        "Formula": Column(36, "", "A calculation with the inputs, such as redBall.distance < 0.5. A space in a "
                           "stream's name is left out: Red ball is redBall. No = is needed."),
-        "Output stream": Column(24, "Streams", "A new name for the result; for subscribe the actuator that acts. "
+        "Output stream": Column(20, "Streams", "A new name for the result; for subscribe the actuator that acts. "
                                 "Blank: the next row takes it."),
         "Notes": _NOTES,
         "On": Column(8, "On or off", "FALSE switches this row off. Blank is on."),
@@ -50,19 +50,19 @@ COLUMNS: dict[str, dict[str, Column]] = {
     "devices": {
         "Stream": Column(24, "", "The name you give this sensor or actuator; behaviours use it."),
         "Device": Column(24, "All devices", "Which sensor or actuator of the robot it is."),
-        "Text": Column(46, "", "What the robot says."),
+        "Text": Column(38, "", "What the robot says."),
         "Notes": _NOTES,
     },
     "helpers": {
         "Name": Column(24, "", "The helper's name; write it into the Formula of a row."),
         "Inputs": Column(24, "", "Names for what the helper calculates with, separated by commas. Blank: a constant."),
-        "Formula": Column(56, "", "The calculation, with the names of Inputs."),
+        "Formula": Column(46, "", "The calculation, with the names of Inputs."),
         "Notes": _NOTES,
     },
     "scene": {
         "Time (s)": Column(14, "", "Seconds after the start, or after an event: Ask done + 2"),
         "Thing": Column(18, "Thing", "Who or what: Red ball, Person, Operator, …"),
-        "Does": Column(18, "Does", "What happens: appears, moves to, says, touches, …"),
+        "Does": Column(18, "Does", "What happens: appears, moves, says, touches, …"),
         "Value": Column(34, "", "Where, what or how long. Places are in metres from the robot: forward, left, up."),
         "Notes": _NOTES,
     },
@@ -74,8 +74,8 @@ COLUMNS: dict[str, dict[str, Column]] = {
     "test": {
         "Time (ms)": Column(12, "", "Milliseconds after the start."),
         "Stream": Column(24, "Streams", "The stream that gets the value, or that is looked at."),
-        "Send": Column(34, "", "What arrives: a value, or the fields of a sensor: distance=0.3; x=0"),
-        "Expect": Column(34, "", "What must come out: a value, any, or nothing."),
+        "Send": Column(28, "", "What arrives: a value, or the fields of a sensor: distance=0.3; x=0"),
+        "Expect": Column(28, "", "What must come out: a value, any, or nothing."),
         "Notes": _NOTES,
     },
     "protocol": {

@@ -54,8 +54,8 @@ _HELPERS = (
 )
 _SCENE = (
     ("Time (s)", "Thing", "Does", "Value", "Notes"),
-    ("1", "Red ball", "appears at", "1, 0, 0.4", "metres from the robot: forward, left, up"),
-    ("3", "Red ball", "moves to", "0.4, 0.1, 0.4; 3", "in 3 seconds"),
+    ("1", "Red ball", "appears", "at 1, 0, 0.4", "metres from the robot: forward, left, up"),
+    ("3", "Red ball", "moves", "to 0.4, 0.1, 0.4 in 3 s", "comes near"),
     ("9", "Red ball", "disappears", "", ""),
 )
 _CHECK = (
