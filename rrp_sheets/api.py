@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rrp_sheets.runs import RunResult, RunSettings, RunView
     from rrp_sheets.workbook import Reading
 
-__all__ = ["RunSettings", "check", "draw", "explain", "new", "read", "run"]
+__all__ = ["RunSettings", "check", "convert", "draw", "explain", "new", "read", "run"]
 
 
 def __getattr__(name: str) -> Any:
@@ -53,6 +53,14 @@ def new(path: Path | str, robot: str = "nao") -> Path:
     from rrp_sheets.runs.copies import make_new
 
     return make_new(Path(path), load_robot(robot))
+
+
+def convert(path: Path | str, target: Path | str) -> Path:
+    """Make a styled .xlsx from a workbook of any format (CSV, Markdown)."""
+    from rrp_sheets.devices import load_robot
+    from rrp_sheets.runs.copies import as_xlsx
+
+    return as_xlsx(read(path), load_robot(), Path(target))
 
 
 def draw(path: Path | str, target: Path | str, behaviour: str = "") -> Checked:

@@ -111,7 +111,7 @@ class Robot:
 
     def device_names(self, kind: str) -> list[str]:
         """The names that the drop-downs offer, for `sensor` or `actuator`."""
-        return [f.name for f in self.names.values() if f.type.kind == kind]
+        return list(dict.fromkeys(f.name for f in self.names.values() if f.type.kind == kind))
 
 
 def robot_names() -> list[str]:

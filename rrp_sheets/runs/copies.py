@@ -1,0 +1,50 @@
+"""Making .xlsx files: a new workbook, and one from CSV or Markdown. Here the robot's names meet the maker."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rrp_sheets.connectors import connectors
+from rrp_sheets.devices import Robot
+from rrp_sheets.devices.scene import thing_names, verb_names
+from rrp_sheets.model.names import key
+
+if TYPE_CHECKING:
+    from rrp_sheets.workbook import Reading
+    from rrp_sheets.workbook.offers import Offers
+
+
+def offers(robot: Robot) -> Offers:
+    """The names that a workbook for this robot offers in its drop-downs."""
+    from rrp_sheets.workbook.offers import Offers
+
+    everyday = [c for c in connectors() if not c.advanced] + [c for c in connectors() if c.advanced]
+    joints = tuple(j.name for j in robot.joints.values())
+    choices: dict[str, tuple[str, ...]] = {"Joint": (*joints, *robot.data["groups"])}
+    for device in robot.devices.values():
+        for setting in device.settings.values():
+            if setting.kind == "choice" and key(setting.name) not in {key(c) for c in choices}:
+                choices[setting.name] = setting.choices
+    choices |= {"Thing": tuple(thing_names()), "Does": tuple(verb_names())}
+    return Offers(
+        connectors=tuple(dict.fromkeys(c.name for c in everyday)),
+        sensors=tuple(robot.device_names("sensor")),
+        actuators=tuple(robot.device_names("actuator")),
+        choices=choices,
+    )
+
+
+def make_new(path: Path, robot: Robot) -> Path:
+    """A new workbook from the guided template; raises SheetsError when the file exists."""
+    from rrp_sheets.workbook.template import new_workbook
+
+    return new_workbook(path, offers(robot), robot=robot.name)
+
+
+def as_xlsx(reading: Reading, robot: Robot, target: Path) -> Path:
+    """A workbook of any format as a styled .xlsx."""
+    from rrp_sheets.workbook import to_sheets
+    from rrp_sheets.workbook.maker import make_workbook
+
+    return make_workbook(to_sheets(reading), target, offers(robot))
