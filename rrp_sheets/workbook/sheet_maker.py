@@ -12,6 +12,7 @@ from rrp_sheets.workbook import limits, style
 from rrp_sheets.workbook.headers import Recognised
 from rrp_sheets.workbook.marks import Block, add_name_marks, add_prompt, add_row_marks
 
+_LETTER = 0.88  # the mean width of a letter, in widths of a digit, with room to spare
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
 
@@ -23,7 +24,7 @@ class SheetMaker:
         self.kind = what.kind.name if what.kind else ""
         self.header = what.row or next((n for n, row in enumerate(rows, 1) if any(row)), 1)
         self.width = max((len(row) for row in rows), default=1) or 1
-        self.prose = not self.kind and self.width == 1
+        self.prose = not self.kind and self.width == 1 and any(len(t) > 40 for row in rows for t in row)
         self.last = max(len(rows), self.header + (style.ROWS if not self.prose else 0))
         self.names = {c: n for n, c in what.columns.items()} | dict(what.others)
 
@@ -108,7 +109,7 @@ class SheetMaker:
         for number, row in enumerate(self.rows, 1):
             lines = max(
                 (
-                    sum(1 + int(len(t) * 1.05 / width) for t in text.split("\n"))
+                    sum(1 + int(len(t) * _LETTER / width) for t in text.split("\n"))
                     for text, width in zip(row, widths, strict=False)
                 ),
                 default=1,
