@@ -68,7 +68,9 @@ def test_several_formulas_with_helpers_that_call_helpers():
         | Four times | x | twice(twice(x)) |
         | Offset | | 0.5 |
         """
-    book = rows("| Head yaw | map | Four times | X |\n| X | map | x + offset | Y |\n| Y | subscribe | | Print |", helpers)
+    book = rows(
+        "| Head yaw | map | Four times | X |\n| X | map | x + offset | Y |\n| Y | subscribe | | Print |", helpers
+    )
     assert play(book, [(0, YAW, 3)]).values("Y") == [12.5]
 
 

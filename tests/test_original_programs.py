@@ -110,9 +110,7 @@ def test_distance_to_brightness(size, expected):
     assert commands(DISTANCE_TO_BRIGHTNESS, "RedBall", blob, ["EyeBrightness"]) == {"EyeBrightness": [expected]}
 
 
-@pytest.mark.parametrize(
-    ("stream", "expected"), [("blue", [0, 0, 1]), ("green", [0, 1, 0]), ("red", [1, 0, 0])]
-)
+@pytest.mark.parametrize(("stream", "expected"), [("blue", [0, 0, 1]), ("green", [0, 1, 0]), ("red", [1, 0, 0])])
 def test_mirror_ball_colors(stream, expected):
     blob = example("Blob", x=0.4, y=0.5, area=0.1)
     assert commands(MIRROR_BALL_COLORS, stream, blob, ["LedColor"]) == {"LedColor": [expected]}

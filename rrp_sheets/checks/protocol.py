@@ -40,9 +40,8 @@ def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
             rate = int(digits[1])
         else:
             report.add("PROT003", protocol.fields["framerate"].address, text=text)
-    if text := protocol.text("Engine"):
-        if key(text) != "frame":
-            report.add("PROT002", protocol.fields["engine"].address, name=text)
+    if (text := protocol.text("Engine")) and key(text) != "frame":
+        report.add("PROT002", protocol.fields["engine"].address, name=text)
     if text := protocol.text("Seed"):
         if re.fullmatch(r"\d{1,15}", text):
             seed = int(text)

@@ -55,7 +55,7 @@ def print_findings(findings: Iterable[Diagnostic], err: bool = False) -> None:
 
 
 def verdict(findings: Iterable[Diagnostic]) -> str:
-    """`2 errors, 1 warning.`"""
+    """The findings counted, in words: `2 errors, 1 warning`."""
     counts = {"error": 0, "warning": 0}
     for d in findings:
         if d.severity.value in counts:

@@ -84,5 +84,3 @@ def _stop_on_interrupt(watch: Watch) -> None:
 
     signal.signal(signal.SIGINT, ask)
     signal.signal(signal.SIGTERM, ask)
-
-

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from reactivex import Observable
-from reactivex.abc import ObserverBase, SchedulerBase
-from reactivex.disposable import Disposable
+from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
 
 from rrp_sheets.connectors.spec import Connector, Parameter
 from rrp_sheets.connectors.wiring import Wiring
@@ -15,7 +14,7 @@ def build(wiring: Wiring) -> Observable[Value]:
     """Values at once; a blank once when nothing has arrived for the period, armed again by the next value."""
     clock, period, rank = wiring.clock, wiring.period_us, wiring.rank
 
-    def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> Disposable:
+    def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> DisposableBase:
         due = 0  # when the value now held is forgotten; 0: nothing to forget
         waiting = False  # whether a check is on the agenda: one at a time, however many values arrive
 
@@ -37,7 +36,7 @@ def build(wiring: Wiring) -> Observable[Value]:
                 waiting = True
                 clock.push(due, rank, check)
 
-        return wiring.inputs[0].subscribe(take)  # type: ignore[return-value]
+        return wiring.inputs[0].subscribe(take)
 
     return Observable(subscribe)
 

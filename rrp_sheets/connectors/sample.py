@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from reactivex import Observable
-from reactivex.abc import ObserverBase, SchedulerBase
-from reactivex.disposable import Disposable, SingleAssignmentDisposable
+from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
+from reactivex.disposable import SingleAssignmentDisposable
 
 from rrp_sheets.connectors.spec import Connector, Parameter
 from rrp_sheets.connectors.wiring import Wiring
@@ -15,7 +15,7 @@ def build(wiring: Wiring) -> Observable[Value]:
     """Ticks have absolute due times (no drift); a value of the tick's own instant counts."""
     clock, period, rank = wiring.clock, wiring.period_us, wiring.rank
 
-    def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> Disposable:
+    def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> DisposableBase:
         waiting: list[Value] = []
         due = period
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from reactivex import Observable
-from reactivex.abc import ObserverBase, SchedulerBase
-from reactivex.disposable import CompositeDisposable, Disposable
+from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
+from reactivex.disposable import CompositeDisposable
 
 from rrp_sheets.model.values import Failure, Value
 
@@ -62,7 +62,7 @@ def settle(
     `flush` gets the arrivals as (input number, value), in the order of their arrival, and a function to emit with.
     """
 
-    def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> Disposable:
+    def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> DisposableBase:
         arrived: list[tuple[int, Value]] = []
         clock, rank, emit = wiring.clock, wiring.rank, observer.on_next
 
@@ -92,7 +92,7 @@ def by_input(batch: list[tuple[int, Value]]) -> list[tuple[int, Value]]:
 def first_with_latest(
     wiring: Wiring, use: Callable[[tuple[Value, ...], Callable[[Value], None]], None]
 ) -> Observable[Value]:
-    """For each value of the first input: `use` the values of all inputs, of the others their latest, this instant's too.
+    """For each value of the first input: `use` it and the latest values of the others, this instant's too.
 
     Nothing passes before each further input has had a value.
     """

@@ -137,9 +137,8 @@ def load_robot(name: str = "nao") -> Robot:
             title = entry.get("title", device.name)
             names[key(device.name)] = names[key(title)] = Found(title, device)
             for preset in entry.get("names", ()):
-                preset = dict(preset)
-                shown = preset.pop("name")
-                names[key(shown)] = Found(shown, device, {key(k): v for k, v in preset.items()})
+                shown = preset["name"]
+                names[key(shown)] = Found(shown, device, {key(k): v for k, v in preset.items() if k != "name"})
             if entry.get("names_of") == "joints":
                 for joint in joints.values():
                     names[key(joint.name)] = Found(_spaced(joint.name), device, {"joint": joint.name})
@@ -149,9 +148,7 @@ def load_robot(name: str = "nao") -> Robot:
 def _device(kind: str, entry: Mapping[str, Any]) -> DeviceType:
     settings = {}
     for s in entry.get("settings", ()):
-        s = dict(s)
-        s["choices"] = tuple(s.get("choices", ()))
-        settings[key(s["name"])] = Setting(**s)
+        settings[key(s["name"])] = Setting(**{**s, "choices": tuple(s.get("choices", ()))})
     payload = None
     example = entry.get("example")
     if "fields" in entry:

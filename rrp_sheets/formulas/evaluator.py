@@ -189,7 +189,8 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         if kind is ast.Add and isinstance(left, (str, list, tuple)) and type(left) is type(right):
             if len(left) + len(right) > (LONGEST_TEXT if isinstance(left, str) else LONGEST_LIST):
                 raise FormulaProblem("FORM105", reason="it becomes too long")
-            return left + right
+            joined: Any = left
+            return joined + right
         if kind is ast.Mult:
             pair = (left, right) if isinstance(left, (str, list, tuple)) else (right, left)
             if isinstance(pair[0], (str, list, tuple)) and type(pair[1]) is int:
@@ -240,7 +241,8 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         if node.single is not None:
             right = self.run(node.comparators[0])
             if type(left) in _NUMBERS and type(right) in _NUMBERS:
-                return node.single(left, right)
+                held: bool = node.single(left, right)
+                return held
             return _compare(node.ops[0], left, right)
         for op, comparator in zip(node.ops, node.comparators, strict=True):
             right = self.run(comparator)

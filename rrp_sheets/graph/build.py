@@ -109,7 +109,9 @@ class _Builder:
         before = len(self.report)
         count = len(inputs)
         if count < connector.least:
-            self.report.add("CONN003", row.inputs_cell.address, connector=connector.name, least=connector.least, count=count)
+            self.report.add(
+                "CONN003", row.inputs_cell.address, connector=connector.name, least=connector.least, count=count
+            )
         if connector.most is not None and count > connector.most:
             most = "one input stream" if connector.most == 1 else f"{connector.most} input streams"
             self.report.add("CONN004", row.inputs_cell.address, connector=connector.name, most=most, count=count)

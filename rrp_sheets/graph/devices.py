@@ -138,7 +138,9 @@ def understand(setting: Setting, text: str, robot: Robot) -> tuple[Value, str]:
         return None, f"a joint such as {guess or 'HeadYaw'}"
     if setting.kind == "colour":
         good = key(text) in COLOURS or _HEX.fullmatch(text)
-        return (text.casefold() if _HEX.fullmatch(text) else key(text)), "" if good else "a colour such as red or #ff8000"
+        return (
+            text.casefold() if _HEX.fullmatch(text) else key(text)
+        ), "" if good else "a colour such as red or #ff8000"
     if setting.kind == "duration":
         us = parse_duration(text, bare="s")
         return us, "" if us is not None else "a time such as 2 s"

@@ -127,13 +127,13 @@ class Names:
         setting = self.devices.needs_declaring(declared)
         if setting is not None:
             if row.on:
-                self.report.add("DEV008", cell.address, device=declared.found.name, setting=setting.name, stream=cell.text)
+                self.report.add(
+                    "DEV008", cell.address, device=declared.found.name, setting=setting.name, stream=cell.text
+                )
             return None
         stream_id = key(cell.text)
         address = declared.address or cell.address
         kind = _KINDS[declared.found.type.kind]
         name = declared.name if declared.address else cell.text
-        self.streams.setdefault(
-            stream_id, Stream(stream_id, name, kind, address, declared.found, declared.settings)
-        )
+        self.streams.setdefault(stream_id, Stream(stream_id, name, kind, address, declared.found, declared.settings))
         return stream_id

@@ -17,7 +17,9 @@ def draw(checked: Checked, target: Path, behaviour: str = "") -> None:
 
     pages = []
     for graph in chosen(checked, behaviour):
-        flags = {d.address.row: n for n, d in enumerate(checked.report, 1) if d.address and key(d.address.sheet) == graph.key}
+        flags = {
+            d.address.row: n for n, d in enumerate(checked.report, 1) if d.address and key(d.address.sheet) == graph.key
+        }
         pages += draw_diagram(checked.graph, graph, problems=flags)
     write_diagram(pages, target)
 

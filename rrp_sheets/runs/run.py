@@ -142,7 +142,9 @@ def run(
     plan = make_plan(checked)
     if not plan.steps:
         raise SheetsError("No row of this workbook is switched on.", "Write TRUE in the On cells of some rows.")
-    scene = checked.scene if checked.scene is not None else default_scene([s.device for s in plan.sensors], checked.robot)
+    scene = (
+        checked.scene if checked.scene is not None else default_scene([s.device for s in plan.sensors], checked.robot)
+    )
     seed = checked.run.seed if settings.seed is None else settings.seed
     folder = RunFolder(reading, settings.out)
     live = (world or _simulated(settings))(plan, scene, seed, folder.path)
@@ -187,8 +189,8 @@ def _go(
 
 def _summary(engine: FrameEngine, wall: float, ended: str) -> Summary:
     labels = {s.id: stream_label(s) for s in engine.plan.streams}
-    counts = {labels[i]: s.count for i, s in engine.streams.items()}
-    commands = {a.name: engine.streams[a.stream].count for a in engine.plan.actuators}
+    counts = {labels[i]: s.arrived for i, s in engine.streams.items()}
+    commands = {a.name: engine.streams[a.stream].arrived for a in engine.plan.actuators}
     return Summary(counts, dict(engine.errors), commands, engine.clock.us / 1e6, wall, ended)
 
 

@@ -19,7 +19,7 @@ class LiveStream(Observable[Value]):
     Attributes:
         latest: the last value.
         at_us: when it came; -1 before the first.
-        count: how many have come.
+        arrived: how many have come.
     """
 
     def __init__(self, stream_id: str, clock: FrameClock) -> None:
@@ -27,7 +27,7 @@ class LiveStream(Observable[Value]):
         self.id = stream_id
         self.latest: Value = None
         self.at_us = -1
-        self.count = 0
+        self.arrived = 0
         self._clock = clock
         self._sinks: tuple[Callable[[Value], Any], ...] = ()
 
@@ -35,7 +35,7 @@ class LiveStream(Observable[Value]):
         """A new value."""
         self.latest = value
         self.at_us = self._clock.us
-        self.count += 1
+        self.arrived += 1
         for sink in self._sinks:
             sink(value)
 

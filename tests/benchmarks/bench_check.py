@@ -23,7 +23,9 @@ def workbook(path, count):
     sheet.write_row(0, 0, ["Input streams", "Connector", "Formula", "Output stream"])
     for i in range(1, count):
         source = "Red ball" if i % 50 == 1 else f"Stream {i - 1}"
-        formula = "redBall.distance" if i % 50 == 1 else f"IF(stream{i - 1} > {i}, stream{i - 1} * 2, abs(stream{i - 1}))"
+        formula = (
+            "redBall.distance" if i % 50 == 1 else f"IF(stream{i - 1} > {i}, stream{i - 1} * 2, abs(stream{i - 1}))"
+        )
         output = f"Stream {i}"
         if i % 50 == 0:
             sheet.write_row(i, 0, [source, "subscribe", "", "Eye brightness"])

@@ -17,12 +17,22 @@ _DEVICES: tuple[Code, ...] = (
          "Declare it in the Devices sheet: Stream “{stream}”, Device “{device}”, and the column {setting}."),
 )  # fmt: skip
 _SCENE: tuple[Code, ...] = (
-    Code("SCENE001", _E, "Time not understood", "“{text}” is not a time of the scene.",
-         "Write seconds from the start of the run, for example 2.5."),
+    Code(
+        "SCENE001",
+        _E,
+        "Time not understood",
+        "“{text}” is not a time of the scene.",
+        "Write seconds from the start of the run, for example 2.5.",
+    ),
     Code("SCENE002", _E, "Unknown thing", "The scene has no thing “{text}”.", "{remedy}"),
     Code("SCENE003", _E, "Unknown verb", "A thing of this kind ({kind}) does not know how to do “{text}”.", "{remedy}"),
     Code("SCENE004", _E, "Value not understood", "“{text}” does not go with “{does}”.", "{remedy}"),
-    Code("SCENE005", _W, "Not there yet", "{thing} is told to do something at a time when it is not there.",
-         "Add a row before it, in which it appears."),
+    Code(
+        "SCENE005",
+        _W,
+        "Not there yet",
+        "{thing} is told to do something at a time when it is not there.",
+        "Add a row before it, in which it appears.",
+    ),
 )
 CODES = (*_DEVICES, *_SCENE)

@@ -15,8 +15,8 @@ CODES = (
     Code("FORM007", _E, "Unknown field", "{record} has no field “{field}”.", "{remedy}"),
     Code("FORM008", _E, "Number too large", "{number} is too large for a formula.",
          "Use numbers up to 1e15 (a 1 with 15 zeros)."),
-    Code("FORM009", _E, "Two inputs with one name", "The inputs “{first}” and “{second}” are both called {name} in the "
-         "formula.", "Rename one of the two streams."),
+    Code("FORM009", _E, "Two inputs with one name",
+         "The inputs “{first}” and “{second}” are both called {name} in the formula.", "Rename one of the two streams."),
     Code("FORM010", _E, "Format not allowed", "“{spec}” is not a format that can be used here.",
          "Use for example {{distance:.1f}} for one decimal place."),
     Code("FORM011", _E, "Circle of helpers", "These helpers need each other in a circle: {path}.",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -128,7 +129,7 @@ def bounded(value: Value) -> Value:
     if kind is float or kind is int:
         if -LARGEST_NUMBER <= value <= LARGEST_NUMBER:
             return value
-        raise FormulaProblem("FORM105", reason="numbers go up to 1e15" if value == value else "it is not a number")
+        raise FormulaProblem("FORM105", reason="it is not a number" if math.isnan(value) else "numbers go up to 1e15")
     if kind is str and len(value) > LONGEST_TEXT:
         raise FormulaProblem("FORM105", reason=f"texts have at most {LONGEST_TEXT} characters")
     if (kind is list or kind is tuple) and len(value) > LONGEST_LIST:

@@ -12,6 +12,7 @@ class IfError(ast.expr):
     """The node of IFERROR: `value`, or `otherwise` when evaluating it fails."""
 
     _fields = ("value", "otherwise")
+
     value: ast.expr
     otherwise: ast.expr
 
@@ -47,6 +48,12 @@ def _lazy(*_arguments: Value) -> Value:
     raise AssertionError("evaluated as a node of its own")
 
 
+def _iferror(args: list[ast.expr]) -> ast.expr:
+    node = IfError()  # nodes are copied, so it must be possible to make one without arguments
+    node.value, node.otherwise = args
+    return node
+
+
 def _if(args: list[ast.expr]) -> ast.expr:
     return ast.IfExp(args[0], args[1], args[2] if len(args) == 3 else ast.Constant(False))
 
@@ -61,7 +68,7 @@ FUNCTIONS = (
     Function(("NOT",), _lazy, 1, 1, "NOT(condition)", "TRUE when the condition does not hold.",
              lambda args: ast.UnaryOp(ast.Not(), args[0])),
     Function(("IFERROR",), _lazy, 2, 2, "IFERROR(value, otherwise)",
-             "The first value, or the second when working out the first fails.", lambda args: IfError(args[0], args[1])),
+             "The first value, or the second when working out the first fails.", _iferror),
     define(isblank),
     define(istext),
     define(isnumber),

@@ -74,7 +74,7 @@ def power(base: Value, exponent: Value) -> Number:
     """
     a, b = number(base), number(exponent)
     try:
-        rough = float(a) ** float(b)
+        rough: float | complex = float(a) ** float(b)
     except ZeroDivisionError:
         raise FormulaProblem("FORM101") from None
     except OverflowError:
@@ -84,7 +84,10 @@ def power(base: Value, exponent: Value) -> Number:
     if abs(rough) > 1e15:
         raise FormulaProblem("FORM105", reason="numbers go up to 1e15")
     # the rough value is within bounds, so the exact whole-number power is small too
-    return int(a) ** int(b) if isinstance(a, int) and isinstance(b, int) and b >= 0 else rough
+    if isinstance(a, int) and isinstance(b, int) and b >= 0:
+        exact: int = a**b
+        return exact
+    return rough
 
 
 def round_(value: Value, places: Value = 0) -> Number:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 
-from rrp_sheets.formulas.functions.define import LONGEST_TEXT, define, listing, number, shown, text, whole
+from rrp_sheets.formulas.functions.define import define, listing, number, shown, text, whole
+from rrp_sheets.formulas.limits import LONGEST_TEXT
 from rrp_sheets.formulas.problems import FormulaProblem, wrong_kind
 from rrp_sheets.model.values import Value
 
