@@ -1,0 +1,182 @@
+"""A behaviour as diagram pages: boxes, layout by Graphviz, our own picture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from functools import partial
+
+from rrp_sheets.graph import BehaviourGraph, Graph
+from rrp_sheets.render.boxes import Drawing, Marks, make_drawing
+from rrp_sheets.render.dot import dot_text
+from rrp_sheets.render.layout import TIMEOUT, Layout, lay_out
+from rrp_sheets.render.measure import clean
+from rrp_sheets.render.parts import Part, cut_notes, split
+from rrp_sheets.render.style import FEWEST_ROWS, LANDSCAPE, LEAST_SCALE, MOST_ROWS, PADDING, PAGE, WRAPPINGS
+from rrp_sheets.render.svg import draw_svg
+
+_AT_ONCE = 4  # Graphviz processes side by side
+
+
+@dataclass(frozen=True)
+class Page:
+    """A drawn behaviour, or a part of one.
+
+    Attributes:
+        title: the behaviour's title; with "part 1 of 3" in `caption`.
+        svg: the picture; ids are `b1-r4` for the row 4 of the first behaviour, `b1-s2` for a stream.
+        dot: what Graphviz got.
+        width: in points, as are `height` and the sizes in the picture.
+        scale: by which it fits an A4 page, at most 1.
+        landscape: whether the page has to be turned for that.
+        rows: the first and the last row.
+        alt: for people who do not see the picture.
+        elements: the id in the picture of every stream.
+    """
+
+    title: str
+    caption: str
+    svg: str
+    dot: str
+    width: float
+    height: float
+    scale: float
+    landscape: bool
+    rows: tuple[int, int]
+    alt: str
+    part: int = 1
+    parts: int = 1
+    elements: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class _Fitted:
+    """A drawing with its layout, and how well it fits a page (smaller is better)."""
+
+    badness: tuple[bool, bool, bool, float, int]
+    drawing: Drawing
+    dot: str
+    layout: Layout
+    scale: float
+    landscape: bool
+
+
+def draw_diagram(
+    graph: Graph,
+    behaviour: BehaviourGraph,
+    *,
+    problems: Mapping[int, int] | None = None,
+    words: Mapping[int, str] | None = None,
+    title: str = "",
+    whole: bool = False,
+    binary: str | None = None,
+    timeout: float = TIMEOUT,
+) -> list[Page]:
+    """Draw a behaviour for A4 pages, in parts when it is long.
+
+    Args:
+        graph: of the whole workbook.
+        behaviour: one of the graph's.
+        problems: the number of the flag that a row bears, by the row's number.
+        words: a short word on a row ("changed"), by the row's number.
+        title: shown as heading; the behaviour's name by default.
+        whole: draw it as one picture however large it becomes, for a screen that scrolls.
+        binary: the Graphviz program; by default the best of this machine.
+        timeout: of each layout, in seconds.
+
+    Raises:
+        SheetsError: Graphviz is missing or took too long.
+    """
+    marks = Marks(dict(problems or {}), dict(words or {}))
+    if not behaviour.steps:
+        return []
+    number = next((n for n, b in enumerate(graph.behaviours, 1) if b.key == behaviour.key), 1)
+    job = _Job(graph, behaviour, marks, partial(lay_out, binary=binary, timeout=timeout))
+    most = len(behaviour.steps) if whole else MOST_ROWS
+    while True:
+        parts = split(graph, behaviour.steps, most)
+        notes = cut_notes(graph, parts)
+        with ThreadPoolExecutor(_AT_ONCE) as pool:
+            fitted = list(pool.map(job.draw, parts, notes, range(1, len(parts) + 1)))
+        longest = max((len(p) for p, f in zip(parts, fitted, strict=True) if f.badness[0]), default=0)
+        if whole or longest <= FEWEST_ROWS or most <= FEWEST_ROWS:
+            break
+        most = max(FEWEST_ROWS, min(most, longest) - 2)
+    name = clean(title or behaviour.name)
+    return [
+        _page(name, f"b{number}", (part, place, len(parts)), fit)
+        for place, (part, fit) in enumerate(zip(parts, fitted, strict=True), 1)
+    ]
+
+
+def to_dot(graph: Graph, behaviour: BehaviourGraph, *, title: str = "") -> str:
+    """A whole behaviour in the DOT language; the same on every machine."""
+    drawing = make_drawing(graph, behaviour, behaviour.steps, wrapping=WRAPPINGS[0], marks=Marks(), notes={})
+    return dot_text(drawing, title or behaviour.name)
+
+
+@dataclass(frozen=True)
+class _Job:
+    """What the drawing of every part of a behaviour needs."""
+
+    graph: Graph
+    behaviour: BehaviourGraph
+    marks: Marks
+    lay_out: partial[Layout]
+
+    def draw(self, part: Part, notes: Mapping[str, str], number: int) -> _Fitted:
+        """The first way of setting the formulas that fits the page at full size, else the best one."""
+        best: _Fitted | None = None
+        for candidate in self._candidates(part, notes, number):
+            if best is None or candidate.badness < best.badness:
+                best = candidate
+            if (best.scale >= 1 and not best.landscape) or len(part) > MOST_ROWS:
+                break
+        assert best is not None
+        return best
+
+    def _candidates(self, part: Part, notes: Mapping[str, str], number: int) -> Iterator[_Fitted]:
+        entries = any(note.startswith("from") for note in notes.values())
+        for wrapping in WRAPPINGS:
+            drawing = make_drawing(
+                self.graph, self.behaviour, part, wrapping=wrapping, marks=self.marks, notes=notes, part=number
+            )
+            for pinned in (True, False) if entries else (True,):
+                dot = dot_text(drawing, self.behaviour.name, pin_entries=pinned)
+                layout = self.lay_out(dot)
+                wide, high = layout.width + 2 * PADDING, layout.height + 2 * PADDING
+                for landscape, (most_wide, most_high) in ((False, PAGE), (True, LANDSCAPE)):
+                    scale = min(1.0, most_wide / wide, most_high / high)
+                    badness = (scale < LEAST_SCALE, landscape, not pinned, -round(scale, 2), -wrapping.columns)
+                    yield _Fitted(badness, drawing, dot, layout, scale, landscape)
+
+
+def _page(title: str, prefix: str, place: tuple[Part, int, int], fit: _Fitted) -> Page:
+    part, part_number, parts = place
+    first, last = part[0].number, part[-1].number
+    caption = f"Part {part_number} of {parts}: rows {first} to {last}" if parts > 1 else ""
+    whole_title = f"{title}, part {part_number} of {parts}" if parts > 1 else title
+    alt = _alternative(fit.drawing, whole_title, first, last)
+    svg = draw_svg(fit.drawing, fit.layout, prefix=prefix, title=whole_title, description=alt)
+    elements = {box.stream: f"{prefix}-{box.id}" for box in fit.drawing.boxes.values() if box.stream}
+    return Page(
+        title, caption, svg, fit.dot, fit.layout.width + 2 * PADDING, fit.layout.height + 2 * PADDING, fit.scale,
+        fit.landscape, (first, last), alt, part_number, parts, elements,
+    )  # fmt: skip
+
+
+def _alternative(drawing: Drawing, title: str, first: int, last: int) -> str:
+    def names(kind: str) -> str:
+        return ", ".join(box.name for box in drawing.boxes.values() if box.kind == kind) or "none"
+
+    rows = f"rows {first} to {last}" if first != last else f"row {first}"
+    return (
+        f"Diagram of the behaviour {title}, {rows}. Sensors at the top: {names('sensor')}. "
+        f"Actuators at the bottom: {names('actuator')}. The explanation of the rows says the same in words."
+    )
+
+
+def row_ids(behaviours: Sequence[BehaviourGraph]) -> dict[str, str]:
+    """The id in the pictures of every row, by the row's reference: `{"Tracking!4": "b1-r4"}`."""
+    return {step.ref: f"b{n}-r{step.number}" for n, b in enumerate(behaviours, 1) for step in b.steps}

@@ -1,0 +1,105 @@
+"""The text that Graphviz gets: boxes with explicit sizes, so that it only has to place them."""
+
+from __future__ import annotations
+
+from rrp_sheets.render.boxes import Arrow, Box, Drawing
+from rrp_sheets.render.measure import clean
+from rrp_sheets.render.style import (
+    BOX,
+    EDGE,
+    FILL_AND_LINE,
+    MONO_PT,
+    NAME_PT,
+    NODE_GAP,
+    OFF_FILL,
+    OFF_LINE,
+    RANK_GAP,
+)  # fmt: skip
+
+_SHAPES = {
+    "sensor": "shape=box, penwidth=2",
+    "stream": "shape=ellipse",
+    "actuator": "shape=box, peripheries=2",
+}
+MANY_ROWS = 500
+# Above that many rows in one picture a full search takes several seconds; these settings cut it to a tenth.
+_QUICK = "splines=line, nslimit=1, nslimit1=1, mclimit=0.1"
+_THOROUGH = "splines=spline, remincross=true, mclimit=4, searchsize=100"
+
+
+def quoted(text: str) -> str:
+    r"""The text as a DOT string. Within quotes nothing is markup, and no escape (`\G`, `\L`) is left alive.
+
+    >>> print(quoted('a "b" \\L'))
+    "a \"b\" \\L"
+    """
+    return '"' + clean(text).replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+def dot_text(drawing: Drawing, title: str, *, pin_entries: bool = True) -> str:
+    """The drawing in the DOT language; `pin_entries`: streams from other parts stand at the top, beside the sensors."""
+    rows = sum(box.kind == "row" for box in drawing.boxes.values())
+    lines = [
+        "digraph behaviour {",
+        f"  graph [rankdir=TB, {_QUICK if rows > MANY_ROWS else _THOROUGH}, ranksep={_inches(RANK_GAP)}, "
+        f'nodesep={_inches(NODE_GAP)}, margin=0, pad=0, charset="UTF-8", label="", tooltip={quoted(title)}];',
+        f'  node [fixedsize=true, margin=0, fontname="Helvetica", fontsize={NAME_PT:g}, style=filled, penwidth=1.2];',
+        f'  edge [arrowsize=0.55, penwidth=0.9, color="{EDGE}"];',
+        *(_node(box) for box in drawing.boxes.values()),
+        *_ranks(drawing, pin_entries),
+        *(_edge(arrow, drawing) for arrow in drawing.arrows),
+        "}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _inches(points: float) -> str:
+    return f"{points / 72:.4f}"
+
+
+def _name(box_id: str) -> str:
+    return f'"{box_id}"' if "-" in box_id else box_id
+
+
+def _node(box: Box) -> str:
+    second_border = 8 if box.kind == "actuator" else 0  # dot adds 4 pt all round for it
+    size = f"width={_inches(box.width - second_border)}, height={_inches(box.height - second_border)}"
+    if box.kind == "anonymous":
+        look = 'shape=box, style=invis, label=""' if box.note else "shape=point"
+    elif box.kind == "row":
+        style = f"filled,rounded{',dashed' if box.off else ''}"
+        words = [f"{box.row} {box.name}", *box.lines]
+        if box.beside:
+            words = ["  ".join(words)]
+        look = (
+            f'shape=box, label={_label(words)}, fontsize={MONO_PT:g}, fillcolor=white, color="{BOX}", style="{style}"'
+        )
+    else:
+        fill, line = (OFF_FILL, OFF_LINE) if box.off else FILL_AND_LINE[box.kind]
+        dashed = ', style="filled,dashed"' if box.off else ""
+        words = [*box.lines, box.note] if box.note else list(box.lines)
+        look = f'label={_label(words)}, {_SHAPES[box.kind]}, fillcolor="{fill}", color="{line}"{dashed}'
+    return f"  {_name(box.id)} [{size}, {look}];"
+
+
+def _label(lines: list[str]) -> str:
+    return '"' + "\\n".join(quoted(line)[1:-1] for line in lines) + '"'
+
+
+def _ranks(drawing: Drawing, pin_entries: bool) -> list[str]:
+    boxes = drawing.boxes.values()
+    top = [_name(b.id) for b in boxes if b.kind == "sensor" or (pin_entries and b.entry)]
+    bottom = [_name(b.id) for b in boxes if b.kind == "actuator"]
+    ranks = (("source", top), ("sink", bottom))
+    return [f"  {{ rank={rank}; {'; '.join(names)}; }}" for rank, names in ranks if names]
+
+
+def _edge(arrow: Arrow, drawing: Drawing) -> str:
+    kinds = {drawing.boxes[arrow.tail].kind, drawing.boxes[arrow.head].kind}
+    # A row stays straight above its output; the long ways from sensors and to actuators may bend.
+    weight = 1 if kinds & {"sensor", "actuator"} else 4 if drawing.boxes[arrow.tail].kind == "row" else 2
+    if "anonymous" in kinds:
+        weight = 4
+    looks = [f'style=dashed, color="{OFF_LINE}"'] if arrow.off else []
+    looks += ["arrowhead=none"] if arrow.headless else []
+    return f"  {_name(arrow.tail)} -> {_name(arrow.head)} [{', '.join([*looks, f'weight={weight}'])}];"

@@ -1,0 +1,54 @@
+"""What the diagrams look like: colours, fonts, sizes (points). Kinds differ by shape too, for grey printers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+SERIF = "Libertinus Serif, Noto Sans JP, Liberation Serif, Liberation Sans, Arial, DejaVu Sans, serif"
+MONO = "DejaVu Sans Mono, Noto Sans JP, Liberation Mono, monospace"
+
+INK = "#1a1a1a"
+SOFT = "#444"
+EDGE = "#4a4a4a"
+BOX = "#6b6b6b"
+BADGE = "#3a3a3a"  # behind the row's number
+FLAG = "#9a3300"
+OFF_LINE = "#8a8a8a"
+OFF_FILL = "#f5f5f5"
+OFF_INK = "#5f5f5f"
+FILL_AND_LINE = {
+    "sensor": ("#dbe8f8", "#1f5fa8"),
+    "stream": ("#e4f3e2", "#2e7d32"),
+    "actuator": ("#fadff1", "#a0176f"),
+}
+DASHES = "3 2.2"
+
+NAME_PT = 10.0
+SMALL_PT = 8.5
+MONO_PT = 8.0
+LEAST_PT = 7.0  # nothing is printed smaller
+
+NAME_LINE = 12.0  # from line to line
+FORMULA_LINE = 10.0
+NAME_COLUMNS = 16  # a name longer than this is broken into two lines
+RANK_GAP = 14.0
+NODE_GAP = 10.0
+PADDING = 9.0  # around a whole drawing
+
+MOST_ROWS = 18  # per page, before a behaviour is split into parts
+FEWEST_ROWS = 6
+PAGE = (482.0, 640.0)  # an A4 page's width of text, and the height that a diagram may take
+LANDSCAPE = (728.0, 400.0)
+LEAST_SCALE = LEAST_PT / MONO_PT
+
+
+@dataclass(frozen=True)
+class Wrapping:
+    """How formulas are set: characters per line, lines, and up to how many characters beside the connector's name."""
+
+    columns: int = 22
+    lines: int = 3
+    beside: int = 8
+
+
+WRAPPINGS = (Wrapping(), Wrapping(beside=16), Wrapping(20, 4), Wrapping(17, 4))

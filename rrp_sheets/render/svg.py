@@ -1,0 +1,207 @@
+"""Draws boxes and arrows as SVG. Every user's text is escaped; every id is ours."""
+
+from __future__ import annotations
+
+from rrp_sheets.render.boxes import ROW_TEXT_LEFT, Arrow, Box, Drawing
+from rrp_sheets.render.layout import Layout, Point, Way
+from rrp_sheets.render.measure import clean, escape, width
+from rrp_sheets.render.style import (
+    BADGE,
+    BOX,
+    DASHES,
+    EDGE,
+    FILL_AND_LINE,
+    FLAG,
+    FORMULA_LINE,
+    INK,
+    MONO,
+    MONO_PT,
+    NAME_LINE,
+    NAME_PT,
+    OFF_FILL,
+    OFF_INK,
+    OFF_LINE,
+    PADDING,
+    SERIF,
+    SMALL_PT,
+    SOFT,
+)  # fmt: skip
+
+
+def draw_svg(drawing: Drawing, layout: Layout, *, prefix: str, title: str, description: str) -> str:
+    """The picture of a drawing; `prefix` starts every id, title and description are for screen readers."""
+    wide, high = layout.width + 2 * PADDING, layout.height + 2 * PADDING
+    arrows = {(a.tail, a.head): a for a in drawing.arrows}
+    parts = [draw_arrow(way, arrows[way.tail, way.head], f"{prefix}-a-{way.tail}-{way.head}") for way in layout.ways]
+    parts += [draw_box(box, _moved(layout.places[box.id]), prefix) for box in drawing.boxes.values()]
+    first = next(iter(drawing.boxes), "none")
+    return frame("\n".join(parts), wide, high, ident=f"{prefix}-{first}", title=title, description=description)
+
+
+def frame(body: str, wide: float, high: float, *, ident: str, title: str, description: str) -> str:
+    """An SVG picture of that size in points, with title and description for screen readers."""
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide:.0f}pt" height="{high:.0f}pt" '
+        f'viewBox="0 0 {_n(wide)} {_n(high)}" role="img" aria-labelledby="{ident}-title {ident}-desc">\n'
+        f'<title id="{ident}-title">{escape(title)}</title>\n<desc id="{ident}-desc">{escape(description)}</desc>\n'
+        f"{body}\n</svg>\n"
+    )
+
+
+def text(
+    x: float, y: float, words: str, size: float, *,
+    fill: str = INK, mono: bool = False, bold: bool = False, italic: bool = False, middle: bool = False,
+) -> str:  # fmt: skip
+    """A line of text."""
+    looks = [
+        f'font-family="{escape(MONO if mono else SERIF)}" font-size="{size:g}" fill="{fill}" xml:space="preserve"',
+        'font-weight="bold"' if bold else "",
+        'font-style="italic"' if italic else "",
+        'text-anchor="middle"' if middle else "",
+    ]
+    return f'<text x="{_n(x)}" y="{_n(y)}" {" ".join(filter(None, looks))}>{escape(words)}</text>'
+
+
+def draw_icon(icon: str, x: float, y: float, colour: str, scale: float = 0.95) -> str:
+    """A connector's icon with its upper left corner at that place."""
+    elements = icon or '<circle cx="6" cy="6" r="4"/>'
+    elements = elements.replace('class="f"', f'fill="{colour}" stroke="none"')
+    return (
+        f'<g transform="translate({_n(x)} {_n(y)}) scale({scale:g})" fill="none" stroke="{colour}" '
+        f'stroke-width="1.25" stroke-linejoin="round" stroke-linecap="round">{elements}</g>'
+    )
+
+
+def draw_arrow(way: Way, arrow: Arrow, ident: str) -> str:
+    """An arrow along its way."""
+    colour = OFF_LINE if arrow.off else EDGE
+    dashes = f' stroke-dasharray="{DASHES}"' if arrow.off else ""
+    points = [_moved(p) for p in way.points]
+    tip = _moved(way.tip) if way.tip and not arrow.headless else None
+    path = f"M{_xy(points[0])}" + "".join(
+        f" C{_xy(points[i])} {_xy(points[i + 1])} {_xy(points[i + 2])}" for i in range(1, len(points) - 2, 3)
+    )
+    head = ""
+    if tip:
+        last = points[-1]
+        dx, dy = tip[0] - last[0], tip[1] - last[1]
+        length = max((dx * dx + dy * dy) ** 0.5, 0.01)
+        ux, uy = dx / length, dy / length
+        base = (tip[0] - ux * 5.5, tip[1] - uy * 5.5)
+        if length > 5.5:
+            path += f" L{_xy(base)}"
+        left, right = (base[0] - uy * 2.3, base[1] + ux * 2.3), (base[0] + uy * 2.3, base[1] - ux * 2.3)
+        head = f'<path d="M{_xy(tip)}L{_xy(left)}L{_xy(right)}z" fill="{colour}"/>'
+    return (
+        f'<g id="{ident}" class="arrow{" off" if arrow.off else ""}">'
+        f'<path d="{path}" fill="none" stroke="{colour}" stroke-width="1"{dashes}/>{head}</g>'
+    )
+
+
+def draw_box(box: Box, centre: Point, prefix: str) -> str:
+    """A box with its centre at that place, as a group with a stable id."""
+    about = f' data-row="{box.row}"' if box.kind == "row" else f' data-stream="{escape(clean(box.stream))}"'
+    hint = f"{box.row} {box.name}" + (f": {clean(box.formula)}" if box.formula else "") if box.row else box.name
+    title = f"<title>{escape(hint)}</title>" if hint else ""
+    kinds = {"anonymous": _anonymous, "row": _row, "stream": _stream, "sensor": _stream, "actuator": _stream}
+    inside = kinds[box.kind](box, centre)
+    if box.flag is not None:
+        inside += draw_flag(box.flag, centre[0] + box.width / 2 - 7, centre[1] - box.height / 2 - 8.5)
+    return f'<g id="{prefix}-{box.id}" class="{box.kind}{" off" if box.off else ""}"{about}>{title}{inside}</g>'
+
+
+def draw_flag(number: int, x: float, y: float) -> str:
+    """The flag of a problem; it stands at the upper right corner of its row."""
+    return (
+        f'<path d="M{_n(x)} {_n(y)}h15l-3.6 5.5 3.6 5.5h-15z" fill="{FLAG}" stroke="#fff" stroke-width="0.6"/>'
+        f'<path d="M{_n(x)} {_n(y - 0.3)}v16" stroke="{FLAG}" stroke-width="1.5"/>'
+        + text(x + 5.8, y + 8.3, str(number), 8 if number < 10 else 7, fill="#fff", bold=True, middle=True)
+    )
+
+
+def _anonymous(box: Box, centre: Point) -> str:
+    x, y = centre
+    dot_x = x - box.width / 2 + 4 if box.note else x
+    dot = f'<circle cx="{_n(dot_x)}" cy="{_n(y)}" r="3.2" fill="{OFF_LINE if box.off else INK}"/>'
+    return dot + (text(dot_x + 7, y + 3, box.note, SMALL_PT, fill=SOFT, italic=True) if box.note else "")
+
+
+def _stream(box: Box, centre: Point) -> str:
+    cx, cy = centre
+    x, y, w, h = cx - box.width / 2, cy - box.height / 2, box.width, box.height
+    fill, line = (OFF_FILL, OFF_LINE) if box.off else FILL_AND_LINE[box.kind]
+    if box.kind == "stream":
+        dashes = f' stroke-dasharray="{DASHES}"' if box.off else ""
+        shape = (
+            f'<ellipse cx="{_n(cx)}" cy="{_n(cy)}" rx="{_n(w / 2)}" ry="{_n(h / 2)}" '
+            f'fill="{fill}" stroke="{line}" stroke-width="1.2"{dashes}/>'
+        )
+    elif box.kind == "sensor":
+        shape = _rect((x, y, w, h), fill, line, 2.2)
+    else:
+        shape = _rect((x, y, w, h), "#fff", line, 1.1) + _rect((x + 2.6, y + 2.6, w - 5.2, h - 5.2), fill, line, 1.1)
+    base = cy - (NAME_LINE * len(box.lines) + (10 if box.note else 0)) / 2 + 9.2
+    ink = OFF_INK if box.off else INK
+    for number, words in enumerate(box.lines):
+        y = base + NAME_LINE * number
+        shape += text(cx, y, words, NAME_PT, fill=ink, bold=box.kind != "stream", middle=True)
+    if box.note:
+        y = base + NAME_LINE * len(box.lines) - 1
+        shape += text(cx, y, box.note, SMALL_PT, fill=SOFT, italic=True, middle=True)
+    return shape
+
+
+def _row(box: Box, centre: Point) -> str:
+    x, y, w, h = centre[0] - box.width / 2, centre[1] - box.height / 2, box.width, box.height
+    ink = OFF_INK if box.off else INK
+    fill, line = (OFF_FILL, OFF_LINE) if box.off else ("#fff", BOX)
+    dashes = f' stroke-dasharray="{DASHES}"' if box.off else ""
+    parts = [
+        f'<rect x="{_n(x)}" y="{_n(y)}" width="{_n(w)}" height="{_n(h)}" rx="3" fill="{fill}" stroke="{line}" '
+        f'stroke-width="0.9"{dashes}/>',
+        draw_badge(box.row, x, y, h, OFF_LINE if box.off else BADGE),
+        draw_icon(box.icon, x + 20.5, y + 3.4, ink),
+        text(x + ROW_TEXT_LEFT, y + 12.4, box.name, SMALL_PT, fill=ink),
+    ]
+    for number, words in enumerate(box.lines):
+        line_y = 12.3 if box.beside else 23.6 + FORMULA_LINE * number
+        parts.append(text(x + ROW_TEXT_LEFT + box.beside, y + line_y, words, MONO_PT, fill=ink, mono=True))
+    if box.switched_off:
+        parts.append(_rect((x + w - 18, y - 6.5, 17, 10), "#fff", OFF_LINE, 0.7, radius=2))
+        parts.append(text(x + w - 9.5, y + 1.4, "off", 8, fill="#555", middle=True))
+    if box.mark:
+        across = width(box.mark, MONO_PT, bold=True) + 7
+        parts.append(_rect((x + w - across - 4, y + 3.8, across, 11), INK, "none", 0, radius=2))
+        middle = x + w - across / 2 - 4
+        parts.append(text(middle, y + 12, box.mark, MONO_PT, fill="#fff", bold=True, middle=True))
+    return "".join(parts)
+
+
+def draw_badge(number: int, x: float, y: float, high: float, colour: str) -> str:
+    """The dark left end of a row's box with its number."""
+    size = 9 if number < 100 else 7.5 if number < 1000 else 6
+    shape = f"M{_n(x + 3)} {_n(y)}H{_n(x + 17)}V{_n(y + high)}H{_n(x + 3)}a3 3 0 0 1 -3 -3V{_n(y + 3)}a3 3 0 0 1 3 -3z"
+    digits = text(x + 8.6, y + 12.6, str(number), size, fill="#fff", bold=True, middle=True)
+    return f'<path d="{shape}" fill="{colour}"/>{digits}'
+
+
+def _rect(box: tuple[float, float, float, float], fill: str, line: str, thick: float, *, radius: float = 0) -> str:
+    x, y, w, h = box
+    corners = f' rx="{radius:g}"' if radius else ""
+    return (
+        f'<rect x="{_n(x)}" y="{_n(y)}" width="{_n(w)}" height="{_n(h)}"{corners} fill="{fill}" stroke="{line}" '
+        f'stroke-width="{thick:g}"/>'
+    )
+
+
+def _moved(point: Point) -> Point:
+    return point[0] + PADDING, point[1] + PADDING
+
+
+def _xy(point: Point) -> str:
+    return f"{_n(point[0])} {_n(point[1])}"
+
+
+def _n(value: float) -> str:
+    """A coordinate with at most one decimal, and no minus zero."""
+    return f"{round(value, 1) + 0:g}" if abs(value) < 100_000 else f"{value:.1f}"
