@@ -90,7 +90,7 @@ class SimulatedWorld(World):
         return self._process.look()
 
     def watch(self) -> Image:
-        """The robot from outside now: (360, 480, 3), 0 to 255."""
+        """The robot from outside now: (320, 560, 3), 0 to 255."""
         return self._process.watch()
 
     def _arrivals(self, outcome: Outcome) -> Arrivals:

@@ -26,6 +26,7 @@ AMBIENT, DIFFUSE, SPECULAR = 0.68, 0.38, 0.03
 RUG = 0.85  # m, radius of the rug that the robot stands on
 TILE = 0.5  # m, between the lines on the floor: they help to judge distances
 ROOM_FADE = 5.0  # m, over which the floor becomes the wall's colour
+CLOSEST = 0.7  # m from the film's camera to anything
 SMOOTHING = 1.5  # how much larger the film is drawn
 Floats = NDArray[np.float32]
 
@@ -153,7 +154,8 @@ class FilmCamera:
 def _viewpoint(points: Vector, azimuth: float, lens: Lens) -> tuple[float, Pose]:
     """Where to stand so that all points are in the picture, as large as can be.
 
-    It looks from `azimuth` (rad, 0 is ahead of the robot). Returns the distance and the pose.
+    It looks from `azimuth` (rad, 0 is ahead of the robot). Returns the distance (infinite when they do
+    not fit) and the pose.
     """
     elevation = math.radians(12.0)
     back = np.array(
@@ -166,11 +168,15 @@ def _viewpoint(points: Vector, azimuth: float, lens: Lens) -> tuple[float, Pose]
     rotation = np.stack([ahead, left, up], axis=1)
     centre = (points.min(axis=0) + points.max(axis=0)) / 2
     limits = np.array([math.tan(lens.hfov / 2), math.tan(lens.vfov / 2)]) * 0.95  # a margin around
-    distance = 1.0
-    for _ in range(40):  # move the middle and the distance until the points just fit
+    distance, fits = 1.0, False
+    for _ in range(120):  # move the middle and the distance, in small steps, until the points just fit
         seen = (points - (centre + back * distance)) @ rotation
         across = seen[:, 1:] / np.maximum(seen[:, :1], 0.1)
         low, high = across.min(axis=0), across.max(axis=0)
-        centre = centre + distance * (rotation[:, 1] * (low[0] + high[0]) / 2 + rotation[:, 2] * (low[1] + high[1]) / 2)
-        distance *= float(np.clip(((high - low) / (2 * limits)).max(), 0.7, 1.4))
-    return distance, Pose(centre + back * distance, rotation)
+        far_enough = bool(seen[:, 0].min() > CLOSEST)
+        fits = far_enough and bool((np.maximum(high, -low) <= limits * 1.03).all())
+        shift = 0.5 * distance * (low + high) / 2
+        centre = centre + rotation[:, 1] * shift[0] + rotation[:, 2] * shift[1]
+        grow = float(np.clip(((high - low) / (2 * limits)).max(), 0.9, 1.1))
+        distance *= grow if far_enough else 1.05
+    return distance if fits else math.inf, Pose(centre + back * distance, rotation)

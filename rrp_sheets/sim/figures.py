@@ -53,7 +53,7 @@ def ball(bullet: Any, colour: str, radius: float) -> Figure:
     """A ball of a colour by name."""
     rgb = BALL_COLOURS.get(colour) or COLOURS.get(colour, COLOURS["grey"])
     figure = Figure(bullet)
-    figure.add(bullet.createVisualShape(bullet.GEOM_SPHERE, radius=radius, rgbaColor=[*rgb, 1]), (0, 0, 0))
+    figure.add(_ellipsoid(bullet, (radius, radius, radius), rgb, fine=1.6), (0, 0, 0))
     return figure
 
 
@@ -87,10 +87,10 @@ def person(bullet: Any, number: int, height: float) -> Figure:
     return figure
 
 
-def _ellipsoid(bullet: Any, radii: Sequence[float], colour: RGB) -> int:
-    rings = 10
+def _ellipsoid(bullet: Any, radii: Sequence[float], colour: RGB, fine: float = 1.0) -> int:
+    rings = round(10 * fine)
     outline = [(math.sin(math.pi * i / rings), -radii[2] * math.cos(math.pi * i / rings)) for i in range(rings + 1)]
-    return _turned(bullet, outline, colour, (radii[0], radii[1]), around=18)
+    return _turned(bullet, outline, colour, (radii[0], radii[1]), around=round(18 * fine))
 
 
 def _turned(
@@ -104,7 +104,7 @@ def _turned(
     points, normals, faces = [], [], []
     for i, (radius, z) in enumerate(outline):
         below, above = outline[max(i - 1, 0)], outline[min(i + 1, len(outline) - 1)]
-        slope = (above[1] - below[1], below[0] - above[0])
+        slope = (above[1] - below[1], (below[0] - above[0]) * (stretch[0] + stretch[1]) / 2)
         length = math.hypot(*slope) or 1.0
         for j in range(around):
             u = 2 * math.pi * j / around

@@ -19,11 +19,11 @@ from rrp_sheets.sim.stage import FRONT
 if TYPE_CHECKING:
     from rrp_sheets.sim.world import SimWorld
 
-SIZE = (480, 360)  # pixels
+SIZE = (560, 320)  # pixels
 EVERY = 80  # physics steps between two pictures: 3 a second
 MOST = 120  # pictures kept; of a longer run every second is dropped, again and again
 ROBOT_BOX = ((-0.12, 0.16), (-0.20, 0.20), (0.0, 0.60))  # m, what must be in the picture
-INTERESTING = 1.3  # m from the robot: things farther away need not be in the picture
+INTERESTING = 2.3  # m from the robot: things farther away need not be in the picture
 RECENT_US = 700_000  # a detection is shown so long
 
 
@@ -155,7 +155,7 @@ def _view(scene: Sequence[SceneAction]) -> tuple[list[Point], Sequence[float]]:
                 points += [
                     _near(place, (dx, dy, dz)) for dx in (-0.1, 0.1) for dy in (-0.1, 0.1) for dz in (-0.6, 0.12)
                 ]
-    return points, [math.radians(a) for a in ((-62, -70) if persons else (-24, -30, -36, -42))]
+    return points, [math.radians(a) for a in ((-62, -70) if persons else (-26, -34, -42, -50, -58))]
 
 
 def _near(place: Sequence[float], offset: Point = (0.0, 0.0, 0.0)) -> Point:

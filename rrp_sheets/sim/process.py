@@ -103,7 +103,7 @@ class SimProcess:
         return picture
 
     def watch(self) -> Image:
-        """The robot from outside now, (360, 480, 3)."""
+        """The robot from outside now, (320, 560, 3)."""
         picture: Image = self._ask(ANSWER_WITHIN, "watch")
         return picture
 

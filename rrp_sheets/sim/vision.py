@@ -25,7 +25,7 @@ SPOT_SATURATION = 90  # a spot may be paler
 FEWEST = 4  # pixels of the smallest spot
 BALL_RADIUS = 0.03  # m: a ball is taken for one of 6 cm
 PIXEL_OFFSET = (0.0, 1.0)  # measured: where the drawing program's pixel centres are off
-ROUNDER = 0.964  # measured: balls are drawn with flat faces and look so much smaller
+ROUNDER = 0.995  # measured: balls are drawn with flat faces and look so much smaller
 
 
 @dataclass(frozen=True)
