@@ -36,7 +36,7 @@ UNDERSTOOD = [
     ("| 1 | Ball | circles | radius 0.3, period 4 s, around 1, 0, 0.4, flat |", "circle",
      {"radius": 0.3, "period": 4.0, "around": (1, 0, 0.4), "flat": True}),
     ("| 1 | Green ball | disappears | |", "disappear", {}),
-    ("| 1 | Person | enters | at 1.2, 0.1 |", "appear", {"at": (1.2, 0.1, 0.75)}),
+    ("| 1 | Person | enters | at 1.2, 0.1 |", "appear", {"at": (1.2, 0.1, 0.62)}),
     ("| 1 | Emma | appears | at 1, 0, 0.9 name Emma id 3 |", "appear", {"at": (1, 0, 0.9), "name": "Emma", "id": 3}),
     ("| 1 | Person 2 | moves | to 1, 0.5 in 3 s |", "move", {"to": (1, 0.5), "seconds": 3.0}),
     ("| 1 | Child | looks away | |", "away", {}),

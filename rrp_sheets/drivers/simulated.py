@@ -74,7 +74,7 @@ class SimulatedWorld(World):
 
     def advance(self, now_us: int, commands: Sequence[Command]) -> Arrivals:
         """Carry out commands, go on until `now_us`. Raises RunBroken when the simulator has died."""
-        orders = [Order(c.stream, c.value, c.row, tuple(c.sensors)) for c in commands]
+        orders = [Order(c.stream, c.value, c.row, tuple(c.sensors), c.priority) for c in commands]
         return self._arrivals(self._process.advance(now_us, orders))
 
     def stop(self) -> None:

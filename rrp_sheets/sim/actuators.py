@@ -52,6 +52,7 @@ class Parts:
     faces: Faces
     trackers: Trackers
     tell: Tell
+    seeing: frozenset[str]  # the sensor streams that tell where something is
 
 
 class Actuator(Protocol):
@@ -71,6 +72,11 @@ class _Base:
     def wrong(self, order: Order, needs: str) -> None:
         """Tell that a value cannot be used here."""
         text = f"{self.spec.name} cannot use {show(order.value)}: it needs {needs}."
+        self.parts.tell(Notice("error", text, order.stream, order.row))
+
+    def refused(self, order: Order) -> None:
+        """Tell that something of a larger priority is going on."""
+        text = f"{self.spec.name} does nothing now: what moves the robot has a higher priority."
         self.parts.tell(Notice("error", text, order.stream, order.row))
 
     def clamp(self, order: Order, what: str, value: float, limits: tuple[float, float], unit: str = "") -> float:
@@ -174,6 +180,8 @@ class RememberFace(_Base):
             given = as_number(value.values.get("id"))
             number = int(given) if given is not None else None
         if not self.parts.faces.anyone:
+            self.parts.faces.look(self.parts.body.camera())
+        if not self.parts.faces.anyone:
             self.parts.tell(Notice("note", "There is no face to remember in view.", order.stream, order.row))
             return
         remembered = self.parts.faces.remember(name, number)
@@ -192,14 +200,14 @@ class Track(_Base):
         """Follow, or let go."""
         if order.value is None:
             self.parts.trackers.stop(order.stream)
-        elif not order.sensors:
+        elif not self.parts.seeing.intersection(order.sensors):
             text = f"{self.spec.name} has nothing to follow: its row does not come from a sensor that sees something."
             self.parts.tell(Notice("error", text, order.stream, order.row))
         elif key(str(self.settings.get("mode"))) == "move" and key(str(self.settings.get("effector"))) == "none":
             text = f"{self.spec.name} moves nothing: in the mode Move it needs an Effector, for example Nearest arm."
             self.parts.tell(Notice("error", text, order.stream, order.row))
-        else:
-            self.parts.trackers.follow(order.stream, order.value, order.sensors, us)
+        elif not self.parts.trackers.follow(order, us):
+            self.refused(order)
 
 
 class SetJointPosition(_Base):
@@ -232,9 +240,13 @@ class SetJointPosition(_Base):
         speed = as_number(self.settings.get("speed"))
         share = min(max(0.3 if speed is None else speed, SLOWEST), 1.0)
         yaw = angles.get("HeadYaw", body.aimed("HeadYaw"))
+        chains = {body.robot.joints[key(name)].chain for name in angles}
+        moved = sorted({"Head": "head", "LArm": "L arm", "RArm": "R arm"}.get(chain, "legs") for chain in chains)
+        if not all(self.parts.trackers.release(part, order.priority) for part in moved):
+            self.refused(order)
+            return
         for name, angle in angles.items():
             joint = body.robot.joints[key(name)]
-            self.parts.trackers.release({"Head": "head", "LArm": "L arm", "RArm": "R arm"}.get(joint.chain, "legs"))
             if joint.chain in ("LLeg", "RLeg"):
                 self.parts.stance.follow_legs()
             elif joint.chain != "Head":

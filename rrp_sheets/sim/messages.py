@@ -47,12 +47,21 @@ class Spec:
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """A value for an actuator; blank stops it. `sensors` are the streams that the sending row descends from."""
+    """A value for an actuator; blank stops it.
+
+    Attributes:
+        stream: the actuator stream's key.
+        value: what the row sent.
+        row: for messages.
+        sensors: the sensor streams that the row descends from.
+        priority: of the row; larger wins.
+    """
 
     stream: str
     value: Value
     row: str = ""
     sensors: tuple[str, ...] = ()
+    priority: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ camera, as on a real robot.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record, Value
 from rrp_sheets.sim.body import EASY, STEP, Body, Pose, Vector
+from rrp_sheets.sim.messages import Order
 from rrp_sheets.sim.stance import Stance
 
 HEAD_VELOCITY, HEAD_ACCELERATION = 2.5, 18.0  # rad/s, rad/s²: brisk, without jerks
@@ -69,6 +70,7 @@ class Tracker:
     chosen: str = ""  # the arm that the value chose, for the nearest arm
     pointing: str = ""
     seen_us: int = -1
+    priority: float = 0.0
 
     @property
     def parts(self) -> set[str]:
@@ -92,17 +94,24 @@ class Trackers:
         mode, effector = key(str(settings.get("mode") or "Head")), key(str(settings.get("effector") or "None"))
         self._all[stream] = Tracker(stream, mode, ARMS.get(effector))
 
-    def follow(self, stream: str, value: Value, sensors: Sequence[str], us: int) -> None:
-        """Let a tracker follow the newest detection of these sensors."""
-        tracker = self._all[stream]
-        for other in self._all.values():
-            if other is not tracker and other.active and other.parts & tracker.parts:
-                self.stop(other.stream)
+    def follow(self, order: Order, us: int) -> bool:
+        """Let a tracker follow the newest detection of the order's sensors.
+
+        False when a tracker of a larger priority moves the same parts.
+        """
+        tracker, sensors = self._all[order.stream], order.sensors
+        rivals = [t for t in self._all.values() if t is not tracker and t.active and t.parts & tracker.parts]
+        if any(rival.priority > order.priority for rival in rivals):
+            return False
+        for rival in rivals:
+            self.stop(rival.stream)
+        tracker.priority = order.priority
         tracker.active, tracker.sensors = True, tuple(sensors)
-        tracker.chosen = _side(value)
+        tracker.chosen = _side(order.value)
         newest = max((self.seen[s] for s in sensors if s in self.seen), key=lambda d: d.us, default=None)
         if newest is not None and us - newest.us < LOST_AFTER * 1e6 and newest.us > tracker.seen_us:
             self._towards(tracker, newest)
+        return True
 
     def stop(self, stream: str) -> None:
         """Let go: the head stays where it looks, arms are lowered, turning ends."""
@@ -119,11 +128,17 @@ class Trackers:
         self._lower(tracker.pointing)
         tracker.pointing = ""
 
-    def release(self, part: str) -> None:
-        """Stop the trackers that move a part (`head`, `L arm`, `R arm`, `legs`): something else will."""
-        for tracker in self._all.values():
-            if tracker.active and part in tracker.parts:
-                self.stop(tracker.stream)
+    def release(self, part: str, priority: float) -> bool:
+        """Stop the trackers that move a part (`head`, `L arm`, `R arm`, `legs`): something else will.
+
+        False, and nothing is stopped, when one of them has a larger priority.
+        """
+        movers = [t for t in self._all.values() if t.active and part in t.parts]
+        if any(mover.priority > priority for mover in movers):
+            return False
+        for mover in movers:
+            self.stop(mover.stream)
+        return True
 
     def detected(self, detections: Mapping[str, Detection]) -> None:
         """New detections, by sensor stream."""

@@ -47,10 +47,22 @@ class Voice:
         return self._speaking.text if self._speaking else ""
 
     def say(self, text: str, order: Order, settings: Mapping[str, Value], us: int) -> None:
-        """Say a text, at once or after the sentence being spoken; a newer one takes the waiting one's place."""
-        if text.strip():
-            self._waiting = Sentence(text, order, settings)
-            self.go_on(us)
+        """Say a text, at once or after the sentence being spoken; a newer one takes the waiting one's place.
+
+        A larger priority interrupts, a smaller one is refused.
+        """
+        if not text.strip():
+            return
+        for other in (self._speaking, self._waiting):
+            if other is not None and other.order.priority > order.priority:
+                told = f"“{text}” is not said: what is being said has a higher priority."
+                self._tell(Notice("error", told, order.stream, order.row))
+                return
+        if self._speaking is not None and self._speaking.order.priority < order.priority:
+            self._cut(self._speaking, us)
+            self._speaking = None
+        self._waiting = Sentence(text, order, settings)
+        self.go_on(us)
 
     def stop(self, stream: str | None, us: int) -> None:
         """Stop what an actuator stream says and has waiting; None stops everything."""

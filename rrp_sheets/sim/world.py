@@ -63,7 +63,8 @@ class SimWorld:
         self.voice = Voice(out, self._tell)
         self.trackers = Trackers(self.body, self.stance)
         senses = Senses(self.body, self.sight, self.faces)
-        parts = Parts(self.body, self.stance, self.eyes, self.voice, self.faces, self.trackers, self._tell)
+        seeing = frozenset(s.stream for s in spec.sensors if s.device != "JointPosition")
+        parts = Parts(self.body, self.stance, self.eyes, self.voice, self.faces, self.trackers, self._tell, seeing)
         self._sensors = [
             (s.stream, SENSORS[s.device](s, senses), Clock(s)) for s in spec.sensors if s.device in SENSORS
         ]
