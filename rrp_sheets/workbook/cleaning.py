@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 import re
 
 _DROPPED = dict.fromkeys(map(ord, "\u200b\u200c\u200d\u2060\ufeff\u200e\u200f\u00ad"))
@@ -15,8 +16,8 @@ _FULL_WIDTH = {code: chr(code - 0xFEE0) for code in range(0xFF01, 0xFF5F)}
 _DOUBLE, _SINGLE = "“”„‟", "‘’‚‛"
 _QUOTES = {**{ord(c): '"' for c in _DOUBLE}, **{ord(c): "'" for c in _SINGLE}}
 _NAME = {**_FULL_WIDTH, **_QUOTES}
-_EXCEL_PREFIXES = re.compile(r"_xl(?:fn|ws|pm|udf)\.", re.IGNORECASE)
-_SINGLE_CALL = re.compile(r"\bSINGLE\(")
+_EXCEL_TOKENS = re.compile(r'"(?:[^"]|"")*"|_xlfn\.SINGLE\(|_xl(?:fn|ws|pm|udf)\.|[()]', re.IGNORECASE)
+_FIELDS = re.compile(r"\w[\w -]*[=＝]")
 
 ERROR_VALUES = frozenset(
     f"#{name}"
@@ -62,6 +63,16 @@ def clean_prose(text: str) -> str:
     return _without_apostrophe(text)
 
 
+def clean_fields(text: str) -> str:
+    """A value to send or expect: fields are written like formulas (`zone="Head"`), all else is a text for people.
+
+    >>> clean_fields("zone＝“Head”"), clean_fields("Don’t “go”")
+    ('zone="Head"', 'Don’t “go”')
+    """
+    text = clean_spaces(text)
+    return clean_formula(text) if _FIELDS.match(text) else clean_prose(text)
+
+
 def clean_formula(text: str) -> str:
     r"""A formula: one leading apostrophe and then one leading `=` go; inside its texts the letters stay.
 
@@ -79,32 +90,29 @@ def from_excel(formula: str) -> str:
     >>> from_excel('_xlfn.SINGLE(ball)+_xlfn._xlws.FILTER(a,"SINGLE(b)")')
     'ball+FILTER(a,"SINGLE(b)")'
     """
-    if "_xl" not in formula.casefold() and "SINGLE(" not in formula:
+    if "_xl" not in formula.casefold():
         return formula
-    pieces = re.split(r'("(?:[^"]|"")*")', formula)  # texts stand at the odd places
-    pieces[::2] = [_EXCEL_PREFIXES.sub("", p) for p in pieces[::2]]
-    joined = "".join(pieces)
-    for _ in range(50):
-        start = next((m.start() for m in _SINGLE_CALL.finditer(joined) if joined.count('"', 0, m.start()) % 2 == 0), -1)
-        end = _closing(joined, start + 6) if start >= 0 else -1
-        if end < 0:
-            break
-        joined = joined[:start] + joined[start + 7 : end] + joined[end + 1 :]
-    return joined
-
-
-def _closing(text: str, opening: int) -> int:
-    """Where the bracket at `opening` is closed; -1 if nowhere. Brackets inside texts do not count."""
-    depth, in_text = 0, False
-    for i in range(opening, len(text)):
-        c = text[i]
-        if c == '"':
-            in_text = not in_text
-        elif not in_text:
-            depth += (c == "(") - (c == ")")
-            if depth == 0:
-                return i
-    return -1
+    out: list[str] = []
+    brackets: list[int] = []  # where in `out` the open ones stand
+    last = 0
+    for match in _EXCEL_TOKENS.finditer(formula):
+        token = match[0]
+        out.append(formula[last : match.start()])
+        last = match.end()
+        if token.casefold().endswith("single("):
+            brackets.append(len(out))
+            out.append("")
+        elif token == "(":
+            brackets.append(-1)
+            out.append(token)
+        elif token == ")":
+            out.append("" if brackets and brackets.pop() >= 0 else token)
+        elif token.startswith('"'):
+            out.append(token)
+    for at in brackets:
+        if at >= 0:  # never closed: as it stands
+            out[at] = "SINGLE("
+    return "".join([*out, formula[last:]])
 
 
 def _without_apostrophe(text: str) -> str:
@@ -121,6 +129,7 @@ def _fold_formula(text: str) -> str:
     A text that begins with a straight quote ends with one; one that begins with a smart quote ends with the next
     smart quote of its kind, or if there is none with a straight one. An apostrophe after a letter begins no text.
     """
+    closers = _closers(text)
     out: list[str] = []
     i = 0
     while i < len(text):
@@ -131,27 +140,37 @@ def _fold_formula(text: str) -> str:
             i += 1
             continue
         straight = '"' if double else "'"
-        end = _end_of_text(text, i + 1, c, straight, _DOUBLE if double else _SINGLE)
-        inner = text[i + 1 : end]
-        if c != straight and end < len(text) and text[end] != straight and straight in inner:
+        end = -1 if c == straight else _next(closers[_DOUBLE if double else _SINGLE], i)
+        end = _next(closers[straight], i) if end < 0 else end
+        inner = text[i + 1 : end if end >= 0 else len(text)]
+        if c != straight and end >= 0 and text[end] != straight:
             inner = inner.replace(straight, straight * 2)
-        out.append(straight + inner + (straight if end < len(text) else ""))
-        i = end + 1
+        out.append(straight + inner + (straight if end >= 0 else ""))
+        i = end + 1 if end >= 0 else len(text)
     return "".join(out)
 
 
-def _end_of_text(text: str, start: int, opener: str, straight: str, smart: str) -> int:
-    """Where a text ends that begins before `start`; the formula's end if it is never closed."""
+def _closers(text: str) -> dict[str, list[int]]:
+    """Where quotes stand that can end a text, by kind: not after a backslash, no apostrophe between two letters."""
+    found: dict[str, list[int]] = {'"': [], "'": [], _DOUBLE: [], _SINGLE: []}
+    kinds = {
+        '"': '"',
+        "＂": '"',
+        "'": "'",
+        "＇": "'",
+        **dict.fromkeys(_DOUBLE, _DOUBLE),
+        **dict.fromkeys(_SINGLE, _SINGLE),
+    }
+    for i, c in enumerate(text):
+        kind = kinds.get(c)
+        if kind is None or text[i - 1 : i] == "\\":
+            continue
+        if kind in ('"', _DOUBLE) or not (text[i - 1 : i].isalnum() and text[i + 1 : i + 2].isalnum()):
+            found[kind].append(i)
+    return found
 
-    def find(closers: str) -> int:
-        for i in range(start, len(text)):
-            if text[i] in closers and text[i - 1] != "\\":
-                apostrophe = straight == "'" and text[i - 1].isalnum() and text[i + 1 : i + 2].isalnum()
-                if not apostrophe:
-                    return i
-        return len(text)
 
-    if opener == straight:
-        return find(straight + ("＂" if straight == '"' else "＇"))
-    end = find(smart)
-    return end if end < len(text) else find(straight)
+def _next(places: list[int], after: int) -> int:
+    """The first place after another one; -1 if there is none."""
+    at = bisect.bisect_right(places, after)
+    return places[at] if at < len(places) else -1

@@ -12,6 +12,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.cleaning import (
     ERROR_VALUES,
+    clean_fields,
     clean_formula,
     clean_name,
     clean_prose,
@@ -19,7 +20,7 @@ from rrp_sheets.workbook.cleaning import (
     from_excel,
 )
 from rrp_sheets.workbook.headers import Recognised
-from rrp_sheets.workbook.raw import Finding, Kind, Range, RawCell, RawSheet
+from rrp_sheets.workbook.raw import Kind, Range, RawCell, RawSheet
 
 _SEPARATORS = re.compile(r"[,、，\n]")
 _BLANK = RawCell("")
@@ -53,7 +54,12 @@ class Table:
         for column, first in recognised.twice.items():
             text = clean_spaces(headers[self.header_row, column].text)
             first_cell = self.address(self.header_row, first).cell
-            report.add("SHEET005", self.address(self.header_row, column), header=text, first=first_cell)
+            self.add("SHEET005", self.address(self.header_row, column), header=text, first=first_cell)
+
+    def add(self, code: str, address: Address, **details: object) -> None:
+        """Report a finding, unless there are too many already."""
+        if len(self.report) < limits.FINDINGS:
+            self.report.add(code, address, span=None, **details)
 
     def address(self, row: int, column: int) -> Address:
         """The address of a cell."""
@@ -99,6 +105,10 @@ class Table:
         """A cell that holds a text for people."""
         return self._cell(line, self.columns.get(header, 0), clean_prose)
 
+    def fields(self, line: Line, header: str) -> Cell:
+        """A cell that holds a value to send or to expect."""
+        return self._cell(line, self.columns.get(header, 0), clean_fields)
+
     def other(self, line: Line, column: int) -> Cell:
         """A cell of a column with a header of its own: a device's setting, a gesture's joint."""
         return self._cell(line, column, clean_prose)
@@ -109,14 +119,16 @@ class Table:
 
     def names(self, cell: Cell) -> tuple[Cell, ...]:
         """The names in a cell, separated by commas or line breaks."""
-        parts = (clean_spaces(p) for p in _SEPARATORS.split(cell.text))
-        return tuple(Cell(p, cell.address, cell.original) for p in parts if p)
+        parts = [name for part in _SEPARATORS.split(cell.text) if (name := clean_spaces(part))]
+        if len(parts) > limits.NAMES:
+            self.add("SHEET021", cell.address, count=len(parts), limit=limits.NAMES)
+        return tuple(Cell(name, cell.address, cell.original) for name in parts[: limits.NAMES])
 
     def _cell(self, line: Line, column: int, clean: Callable[[str], str]) -> Cell:
         address = self.address(line.number, column) if column else Address(self.sheet.name, line.number, 1)
         raw = line.cells.get(column, _BLANK) if column else _BLANK
         if raw.kind in (Kind.DATE, Kind.TIME):
-            self.report.add("SHEET006", address, value=raw.text)
+            self.add("SHEET006", address, value=raw.text)
             return Cell(raw.text, address, raw.typed)
         if raw.formula and (raw.kind is Kind.ERROR or not raw.text):
             return self._checked(clean(from_excel(raw.formula)), raw.typed, address)  # typed with = by habit
@@ -124,10 +136,10 @@ class Table:
 
     def _checked(self, text: str, original: str, address: Address) -> Cell:
         if len(text) > limits.CELL_CHARACTERS:
-            self.report.add("SHEET016", address, count=len(text), limit=limits.CELL_CHARACTERS)
+            self.add("SHEET016", address, count=len(text), limit=limits.CELL_CHARACTERS)
             text, original = text[: limits.CELL_CHARACTERS], original[: limits.CELL_CHARACTERS]
         elif is_error_value(text):
-            self.report.add("SHEET007", address, value=text)
+            self.add("SHEET007", address, value=text)
         return Cell(text, address, original)
 
     def report_hidden(self, lines: Mapping[int, object]) -> None:
@@ -137,7 +149,7 @@ class Table:
             lines: the active rows by number.
         """
         if self.sheet.hidden and lines:
-            self.report.add("SHEET010", Address(self.sheet.name), sheet=self.sheet.name)
+            self.add("SHEET010", Address(self.sheet.name), sheet=self.sheet.name)
         hidden = sorted(self.sheet.hidden_rows & lines.keys())
         blocks: list[list[int]] = []
         for row in hidden:
@@ -148,16 +160,16 @@ class Table:
         for first, last in blocks:
             rows = f"Row {first}" if first == last else f"Rows {first} to {last}"
             address = self.address(first, min(self.columns.values()))
-            self.report.add("SHEET009", address, rows=rows, sheet=self.sheet.name)
+            self.add("SHEET009", address, rows=rows, sheet=self.sheet.name)
 
     def report_merged(self) -> None:
         """Warn of merged cells that reach into the table."""
         last = max((row for row, _ in self.sheet.cells), default=0)
         reaching = [r for r in self.sheet.merged if r.bottom >= self.header_row and r.top <= last and r.area > 1]
-        for block in [r for r in reaching if self._second(r)][:_MOST_MERGES]:
+        found = [(block, second) for block in reaching if (second := self._second(block))]
+        for block, second in found[:_MOST_MERGES]:
             first, end = self.address(block.top, block.left), self.address(block.bottom, block.right)
-            second = self._second(block)
-            self.report.add("SHEET008", second, range=f"{first.cell}:{end.cell}", first=first.cell)
+            self.add("SHEET008", second, range=f"{first.cell}:{end.cell}", first=first.cell)
 
     def _second(self, block: Range) -> Address | None:
         """The first cell of a merged range that is one of ours and not the one with the content."""
@@ -168,11 +180,6 @@ class Table:
                     return self.address(row, column)
         return None
 
-    def report_findings(self, findings: list[Finding]) -> None:
-        """Take over what the backend noticed about this sheet."""
-        for finding in findings:
-            self.report.add(finding.code, finding.address, span=None, **finding.details)
-
 
 def is_error_value(text: str) -> bool:
     """Whether a text is one of Excel's or LibreOffice's error values.
@@ -180,7 +187,7 @@ def is_error_value(text: str) -> bool:
     >>> is_error_value("#NAME?"), is_error_value("Err:508"), is_error_value("# note")
     (True, True, False)
     """
-    return text.upper() in ERROR_VALUES or re.fullmatch(r"Err:\d{3}", text) is not None
+    return text[:1] in ("#", "E") and (text.upper() in ERROR_VALUES or re.fullmatch(r"Err:\d{3}", text) is not None)
 
 
 def header_keys(table: Table) -> dict[int, str]:

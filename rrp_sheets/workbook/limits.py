@@ -26,6 +26,12 @@ HEAD_CELLS = HEADER_ROWS * COLUMNS
 TABLE_ROWS = 1_000
 TABLE_COLUMNS = 30
 CELL_CHARACTERS = 32_767
+TEXT_CHARACTERS = 3_000_000
+"""Of all sheets of ours together."""
+NAMES = 50
+"""Names in one cell."""
+FINDINGS = 1_000
+"""After so many, reading tells of no more: nobody reads them, and a hostile file could hold a million."""
 
 XML_ELEMENTS = 1_500_000
 """Of all parts that are read; takes about a second."""

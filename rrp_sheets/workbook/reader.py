@@ -8,6 +8,7 @@ from rrp_sheets.diagnostics import Report
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Behaviour, Device, GestureRow, Helper, Protocol, SceneRow, TestSheet, Workbook
+from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.columns import Table
 from rrp_sheets.workbook.headers import NearMiss, Recognised, recognise
 from rrp_sheets.workbook.kinds.behaviour import read_behaviour
@@ -18,7 +19,7 @@ from rrp_sheets.workbook.kinds.protocol import read_protocol
 from rrp_sheets.workbook.kinds.scene import read_scene
 from rrp_sheets.workbook.kinds.tables import is_named, read_table, words
 from rrp_sheets.workbook.kinds.tests import read_test
-from rrp_sheets.workbook.raw import Book, Extent, RawSheet, check_size
+from rrp_sheets.workbook.raw import Book, Extent, RawSheet, check_size, unreadable
 
 
 class Reader:
@@ -28,6 +29,7 @@ class Reader:
         self.report = Report()
         self.report.order_by(book.names)
         self._book = book
+        self._characters = 0
         self._behaviours: list[Behaviour] = []
         self._devices: list[Device] = []
         self._helpers: list[Helper] = []
@@ -66,12 +68,22 @@ class Reader:
             return False
         sheet = self._book.sheet(index, Extent.WHOLE)
         check_size(sheet)
+        self._characters += sum(len(c.text) + len(c.formula) for c in sheet.cells.values())
+        if self._characters > limits.TEXT_CHARACTERS:
+            limit = f"{limits.TEXT_CHARACTERS:,}, with the sheets before it,"
+            raise unreadable("FILE013", sheet=sheet.name, what="too many letters", limit=limit)
         self.sheets.append(sheet)
         table = Table(sheet, recognised, self.report)
-        table.report_findings([f for f in self._book.findings if f.address.sheet == sheet.name])
+        self._report_findings(sheet.name)
         table.report_merged()
         self._add(recognised, table)
         return True
+
+    def _report_findings(self, sheet: str) -> None:
+        """Take over what the backend noticed about a sheet that is used."""
+        for finding in self._book.findings:
+            if finding.address.sheet == sheet:
+                self.report.add(finding.code, finding.address, span=None, **finding.details)
 
     def _add(self, recognised: Recognised, table: Table) -> None:
         match recognised.kind.name if recognised.kind else "":
@@ -108,6 +120,7 @@ class Reader:
             name = self._book.names[index]
             if is_named(name, named):
                 sheet = self._book.sheet(index, Extent.TABLE)
+                self._report_findings(name)
                 tables[key(name)] = read_table(sheet, self.report)
         return tables
 

@@ -109,6 +109,6 @@ def _digest(files: Mapping[str, bytes], named: bool) -> str:
     for name in sorted(files):
         content = decode(files[name], name).encode()
         if named:
-            total.update(f"{name}\0{len(content)}\0".encode())
+            total.update(f"{name}\0{len(content)}\0".encode("utf-8", "surrogateescape"))
         total.update(content)
     return total.hexdigest()

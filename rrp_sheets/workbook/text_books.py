@@ -72,7 +72,7 @@ def read_markdown(data: bytes, name: str) -> TextBook:
     """A workbook from a Markdown text: `## Name of the sheet`, below it a table."""
     sheets: list[RawSheet] = []
     findings: list[Finding] = []
-    heading, rows, done = "", list[list[str]](), False
+    heading, rows, done = "", list[list[str]](), ""
 
     def close() -> None:
         if heading and rows:
@@ -84,14 +84,17 @@ def read_markdown(data: bytes, name: str) -> TextBook:
         match = _HEADING.fullmatch(line)
         if match:
             close()
-            heading, rows, done = match[1], [], False
+            heading, rows, done = match[1], [], ""
         elif line.startswith("|") and heading:
+            if done == "told":
+                continue
             if done:
+                done = "told"
                 findings.append(Finding("SHEET018", Address(heading), {"sheet": heading}))
             elif not (len(rows) == 1 and _RULE.fullmatch(line)):
                 rows.append(_markdown_cells(line))
         else:
-            done = bool(rows)
+            done = done or ("ended" if rows else "")
     close()
     return TextBook("markdown", sheets, findings, name)
 

@@ -31,7 +31,7 @@ class XlsxBook:
         styles = StylesHandler()
         if "styles" in by_kind:
             package.parse(by_kind["styles"], styles)
-        self._styles, self._mac_epoch = styles.kinds(), workbook.mac_epoch
+        self._styles, self._mac_epoch = styles, workbook.mac_epoch
         self._strings = SharedStrings(package, by_kind.get("sharedstrings"))
         self._sheets = [
             SheetEntry(title, relations[relation][1], hidden)

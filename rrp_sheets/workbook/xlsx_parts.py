@@ -70,6 +70,7 @@ class StylesHandler(Handler):
         super().__init__()
         self._formats: dict[int, str] = {}
         self._styles: list[int] = []
+        self._kinds: dict[int, Kind | None] = {}
         self._inside = False
 
     def start(self, name: str, attributes: Any) -> None:
@@ -86,25 +87,24 @@ class StylesHandler(Handler):
         if name == "cellXfs":
             self._inside = False
 
-    def kinds(self) -> dict[int, Kind]:
-        """By style number: DATE or TIME, for styles that show one."""
+    def kind(self, style: int) -> Kind | None:
+        """DATE or TIME for a style that shows one. Found out when asked for, because few cells are numbers."""
+        format_id = self._styles[style] if style < len(self._styles) else 0
+        if format_id not in self._kinds:
+            self._kinds[format_id] = self._find_kind(format_id)
+        return self._kinds[format_id]
+
+    def _find_kind(self, format_id: int) -> Kind | None:
+        if format_id == 0:
+            return None
         from openpyxl.styles.numbers import BUILTIN_FORMATS, is_date_format, is_timedelta_format
 
-        found: dict[int, Kind] = {}
-        known: dict[int, Kind | None] = {}
-        for style, format_id in enumerate(self._styles):
-            if format_id not in known:
-                code = self._formats.get(format_id, BUILTIN_FORMATS.get(format_id, ""))
-                if not code or len(code) > 255:
-                    known[format_id] = None
-                elif is_timedelta_format(code) or (is_date_format(code) and not re.search("[dyDY]", _bare(code))):
-                    known[format_id] = Kind.TIME
-                else:
-                    known[format_id] = Kind.DATE if is_date_format(code) else None
-            kind = known[format_id]
-            if kind:
-                found[style] = kind
-        return found
+        code = self._formats.get(format_id, BUILTIN_FORMATS.get(format_id, ""))
+        if not code or len(code) > 255:
+            return None
+        if is_timedelta_format(code) or (is_date_format(code) and not re.search("[dyDY]", _bare(code))):
+            return Kind.TIME
+        return Kind.DATE if is_date_format(code) else None
 
 
 def _bare(code: str) -> str:
@@ -118,7 +118,7 @@ class _StringsHandler(Handler):
     def __init__(self, refuse: Exception) -> None:
         super().__init__()
         self.texts: list[str] = []
-        self._refuse = refuse
+        self._too_many = refuse
         self._phonetic = False
 
     def start(self, name: str, attributes: Any) -> None:
@@ -139,7 +139,7 @@ class _StringsHandler(Handler):
         elif name == "si":
             self.texts.append(unescape(self.take_text()))
             if len(self.texts) > limits.SHARED_STRINGS:
-                raise self._refuse
+                raise self._too_many
 
 
 class SharedStrings:

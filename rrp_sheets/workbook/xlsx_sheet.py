@@ -9,7 +9,7 @@ from typing import Any
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.raw import Extent, Kind, Range, RawCell, unreadable
-from rrp_sheets.workbook.xlsx_parts import SharedStrings, number, truth, unescape
+from rrp_sheets.workbook.xlsx_parts import SharedStrings, StylesHandler, number, truth, unescape
 from rrp_sheets.workbook.xml_stream import Handler, Stop
 
 _REFERENCE = re.compile(r"\$?([A-Z]{1,3})\$?([0-9]{1,7})")
@@ -44,7 +44,7 @@ class SheetHandler(Handler):
     """
 
     def __init__(
-        self, sheet: str, extent: Extent, strings: SharedStrings, styles: dict[int, Kind], mac_epoch: bool
+        self, sheet: str, extent: Extent, strings: SharedStrings, styles: StylesHandler, mac_epoch: bool
     ) -> None:
         super().__init__()
         self.cells: dict[tuple[int, int], RawCell] = {}
@@ -170,7 +170,7 @@ class SheetHandler(Handler):
             return value, Kind.TEXT
         if not math.isfinite(parsed):
             return value, Kind.TEXT
-        style = self._styles.get(number(self._style))
+        style = self._styles.kind(number(self._style))
         if style:
             return _date_text(parsed, style, self._mac_epoch)
         return number_text(parsed), Kind.NUMBER

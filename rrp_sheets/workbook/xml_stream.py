@@ -37,6 +37,7 @@ class Handler(ContentHandler):
         super().__init__()
         self.wanted = False
         self._text: list[str] = []
+        self._depth = 0
 
     def start(self, name: str, attributes: Any) -> None:
         """An element begins."""
@@ -50,37 +51,25 @@ class Handler(ContentHandler):
         self._text.clear()
         return text
 
+    def guard(self, budget: Budget, refuse: UnreadableFile) -> None:
+        """Count elements and depth from now on; `refuse` is raised when there are too many."""
+        self._budget, self._refuse = budget, refuse
+
     # The names below are those of xml.sax.
     def startElement(self, name: str, attrs: Any) -> None:  # noqa: N802, D102
-        self.start(name.rpartition(":")[2], attrs)
-
-    def endElement(self, name: str) -> None:  # noqa: N802, D102
-        self.end(name.rpartition(":")[2])
-
-    def characters(self, content: str) -> None:  # noqa: D102
-        if self.wanted:
-            self._text.append(content)
-
-
-class _Guard(ContentHandler):
-    """Counts elements and depth before the handler sees them; a million elements would take memory and time."""
-
-    def __init__(self, handler: Handler, budget: Budget, refuse: UnreadableFile) -> None:
-        super().__init__()
-        self._handler, self._budget, self._refuse = handler, budget, refuse
-        self._depth = 0
-        self.characters = handler.characters  # type: ignore[method-assign]  # one call less for each text
-
-    def startElement(self, name: str, attrs: Any) -> None:  # noqa: N802
         self._depth += 1
         self._budget.left -= 1
         if self._depth > limits.XML_DEPTH or self._budget.left < 0:
             raise self._refuse
-        self._handler.startElement(name, attrs)
+        self.start(name.rpartition(":")[2] if ":" in name else name, attrs)
 
-    def endElement(self, name: str) -> None:  # noqa: N802
+    def endElement(self, name: str) -> None:  # noqa: N802, D102
         self._depth -= 1
-        self._handler.endElement(name)
+        self.end(name.rpartition(":")[2] if ":" in name else name)
+
+    def characters(self, content: str) -> None:  # noqa: D102
+        if self.wanted:
+            self._text.append(content)
 
 
 class XmlReader:
@@ -101,7 +90,8 @@ class XmlReader:
         self._name, self._part = name, part
         self._swollen = unreadable("FILE007", name=name, what=f"{part} is too long or too deep")
         self._parser = DefusedExpatParser(forbid_dtd=True)
-        self._parser.setContentHandler(_Guard(handler, budget, self._swollen))
+        handler.guard(budget, self._swollen)
+        self._parser.setContentHandler(handler)
         self._piece = _FIRST_PIECE
         self._token = 0
         self.finished = False

@@ -108,4 +108,9 @@ CODES: tuple[Code, ...] = (
         "The sheet “{sheet}” is used by a formula as a table, but its header row or its rows are missing.",
         "Write the names of the columns into the sheet's first row and the entries below, without a blank row between.",
     ),
+    Code(
+        "SHEET021", _E, "Too many names",
+        "This cell lists {count} names; at most {limit} are read.",
+        "Merge some of the streams in a row of their own before.",
+    ),
 )  # fmt: skip

@@ -39,7 +39,7 @@ def _is_on(table: Table, line: Line) -> bool:
     cell = table.name(line, "On")
     word = cell.text.casefold()
     if word and word not in _ON | _OFF:
-        table.report.add("SHEET011", cell.address, value=cell.text)
+        table.add("SHEET011", cell.address, value=cell.text)
     return word not in _OFF
 
 
@@ -52,6 +52,6 @@ def _priority(table: Table, line: Line) -> float:
     except ValueError:
         priority = math.nan
     if not math.isfinite(priority) or "_" in cell.text:
-        table.report.add("SHEET012", cell.address, value=cell.text)
+        table.add("SHEET012", cell.address, value=cell.text)
         return 0.0
     return priority

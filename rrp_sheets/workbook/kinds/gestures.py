@@ -16,7 +16,7 @@ def read_gestures(table: Table) -> tuple[GestureRow, ...]:
         name, time = table.name(line, "Name"), table.duration(line, "Time (s)")
         for cell, what in ((name, "name"), (time, "time")):
             if not cell:
-                table.report.add("SHEET013", cell.address, what=what)
+                table.add("SHEET013", cell.address, what=what)
         joints = {keys[c]: table.other(line, c) for c in sorted(keys) if c in line.cells}
         rows.append(GestureRow(name, time, {k: cell for k, cell in joints.items() if cell}))
     return tuple(rows)

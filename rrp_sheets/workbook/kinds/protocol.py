@@ -19,9 +19,9 @@ def read_protocol(table: Table, fields: dict[str, Cell], names: dict[str, str]) 
         value = _value(table, line, table.columns)
         k = key(name.text)
         if not name:
-            table.report.add("SHEET013", name.address, what="field name")
+            table.add("SHEET013", name.address, what="field name")
         elif k in fields:
-            table.report.add("SHEET015", name.address, field=name.text, first=str(fields[k].address))
+            table.add("SHEET015", name.address, field=name.text, first=str(fields[k].address))
         else:
             fields[k], names[k] = value, name.text
 

@@ -14,8 +14,8 @@ def read_test(table: Table) -> TestSheet:
         table.sheet.name,
         tuple(
             TestRow(
-                table.duration(line, "Time (ms)"), table.name(line, "Stream"), table.prose(line, "Send"),
-                table.prose(line, "Expect"),
+                table.duration(line, "Time (ms)"), table.name(line, "Stream"), table.fields(line, "Send"),
+                table.fields(line, "Expect"),
             )
             for line in lines
         ),
