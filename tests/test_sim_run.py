@@ -277,8 +277,7 @@ def test_a_dead_simulator_is_told_at_once() -> None:
     before = time.monotonic()
     with pytest.raises(RunBroken, match="simulator has ended unexpectedly"):
         world.advance(10_000_000, ())
-    with pytest.raises(RunBroken):
-        world.stop()
+    world.stop()  # has nothing left to do, and does not complain a second time
     assert time.monotonic() - before < 5
     assert world.pid is None
 

@@ -55,6 +55,7 @@ class SimProcess:
         self._child: subprocess.Popen[bytes] | None = None
         self._log: Any = None
         self._number = 0
+        self._broken = False
 
     @property
     def pid(self) -> int | None:
@@ -108,11 +109,15 @@ class SimProcess:
         return picture
 
     def stop(self) -> None:
-        """Bring the robot to rest, write the film, and end the process; it is ended in any case."""
+        """Bring the robot to rest, write the film, and end the process; it is ended in any case.
+
+        After a break that was told already there is nothing to bring to rest, and nothing more to tell.
+        """
         if self._link is None:
             return
         try:
-            self._ask(STOP_WITHIN, "stop")
+            if not self._broken:
+                self._ask(STOP_WITHIN, "stop")
         finally:
             self.kill()
 
@@ -139,11 +144,13 @@ class SimProcess:
             self._link.send((self._number, request, arguments))
             while True:
                 if not self._link.poll(within):
+                    self._broken = True
                     raise RunBroken(f"The simulator has not answered for {within:g} s.", REMEDY_DIED)
                 number, answer = self._link.recv()
                 if number == self._number:  # an older one belongs to a request that Ctrl-C broke off
                     return answer
         except (EOFError, OSError):
+            self._broken = True
             raise RunBroken(f"The simulator has ended unexpectedly{self._last_words()}.", REMEDY_DIED) from None
 
     def _last_words(self) -> str:

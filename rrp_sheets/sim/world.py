@@ -6,9 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import pybullet
-from pybullet_utils.bullet_client import BulletClient  # type: ignore[import-untyped]
-
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim.actuators import ACTUATORS, Eyes, Parts
 from rrp_sheets.sim.body import EASY, STEP, Body
@@ -36,6 +33,10 @@ class SimWorld:
     """A world that goes on only when it is told to."""
 
     def __init__(self, spec: Spec) -> None:
+        # Here, not above: on machines without pybullet everything else can still be imported and tested.
+        import pybullet
+        from pybullet_utils.bullet_client import BulletClient  # type: ignore[import-untyped]
+
         self._b: Any = BulletClient(connection_mode=pybullet.DIRECT)
         self._b.setGravity(0, 0, -9.81)
         self._b.setTimeStep(STEP)
