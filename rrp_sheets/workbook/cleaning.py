@@ -15,6 +15,13 @@ _ALWAYS = {**_DROPPED, **_SPACES, **_LINES}
 _FULL_WIDTH = {code: chr(code - 0xFEE0) for code in range(0xFF01, 0xFF5F)}
 _DOUBLE, _SINGLE = "“”„‟", "‘’‚‛"
 _QUOTES = {**{ord(c): '"' for c in _DOUBLE}, **{ord(c): "'" for c in _SINGLE}}
+_QUOTE_KINDS = {
+    **{'"': '"', "＂": '"', "'": "'", "＇": "'"},
+    **dict.fromkeys(_DOUBLE, _DOUBLE),
+    **dict.fromkeys(_SINGLE, _SINGLE),
+}
+_QUOTE = re.compile(f"[{''.join(_QUOTE_KINDS)}]")
+_LONGEST_FORMULA = 2_000  # longer ones are refused later on, so their quotes do not matter
 _NAME = {**_FULL_WIDTH, **_QUOTES}
 _EXCEL_TOKENS = re.compile(r'"(?:[^"]|"")*"|_xlfn\.SINGLE\(|_xl(?:fn|ws|pm|udf)\.|[()]', re.IGNORECASE)
 _FIELDS = re.compile(r"\w[\w -]*[=＝]")
@@ -80,7 +87,7 @@ def clean_formula(text: str) -> str:
     ('ball.x > 3', '"don’t" & \'a\'', "'a' & 'b'")
     """
     text = _without_apostrophe(clean_spaces(text))
-    text = text if text.isascii() else _fold_formula(text)
+    text = text if text.isascii() or len(text) > _LONGEST_FORMULA else _fold_formula(text)
     return text[1:].lstrip() if text.startswith("=") else text
 
 
@@ -132,38 +139,33 @@ def _fold_formula(text: str) -> str:
     closers = _closers(text)
     out: list[str] = []
     i = 0
-    while i < len(text):
-        c = text[i].translate(_FULL_WIDTH) if text[i] in "＂＇" else text[i]
-        double = c == '"' or c in _DOUBLE
-        if not double and ((c not in _SINGLE and c != "'") or (i > 0 and text[i - 1].isalnum())):
-            out.append(c.translate(_FULL_WIDTH))
-            i += 1
+    while match := _QUOTE.search(text, i):
+        start = match.start()
+        out.append(text[i:start].translate(_FULL_WIDTH))
+        opener = text[start]
+        kind = _QUOTE_KINDS[opener]
+        straight = '"' if kind in ('"', _DOUBLE) else "'"
+        if straight == "'" and start and text[start - 1].isalnum():
+            out.append(opener)  # an apostrophe
+            i = start + 1
             continue
-        straight = '"' if double else "'"
-        end = -1 if c == straight else _next(closers[_DOUBLE if double else _SINGLE], i)
-        end = _next(closers[straight], i) if end < 0 else end
-        inner = text[i + 1 : end if end >= 0 else len(text)]
-        if c != straight and end >= 0 and text[end] != straight:
+        end = -1 if kind == straight else _next(closers[kind], start)
+        end = _next(closers[straight], start) if end < 0 else end
+        inner = text[start + 1 : end if end >= 0 else len(text)]
+        if kind != straight and end >= 0 and _QUOTE_KINDS[text[end]] != straight:
             inner = inner.replace(straight, straight * 2)
         out.append(straight + inner + (straight if end >= 0 else ""))
         i = end + 1 if end >= 0 else len(text)
-    return "".join(out)
+    return "".join([*out, text[i:].translate(_FULL_WIDTH)])
 
 
 def _closers(text: str) -> dict[str, list[int]]:
     """Where quotes stand that can end a text, by kind: not after a backslash, no apostrophe between two letters."""
     found: dict[str, list[int]] = {'"': [], "'": [], _DOUBLE: [], _SINGLE: []}
-    kinds = {
-        '"': '"',
-        "＂": '"',
-        "'": "'",
-        "＇": "'",
-        **dict.fromkeys(_DOUBLE, _DOUBLE),
-        **dict.fromkeys(_SINGLE, _SINGLE),
-    }
-    for i, c in enumerate(text):
-        kind = kinds.get(c)
-        if kind is None or text[i - 1 : i] == "\\":
+    for match in _QUOTE.finditer(text):
+        i = match.start()
+        kind = _QUOTE_KINDS[match[0]]
+        if text[i - 1 : i] == "\\":
             continue
         if kind in ('"', _DOUBLE) or not (text[i - 1 : i].isalnum() and text[i + 1 : i + 2].isalnum()):
             found[kind].append(i)
