@@ -200,12 +200,23 @@ def test_other_findings(markdown) -> None:  # type: ignore[no-untyped-def]
         f"## a{HEAD}"
         "## Protocol\n| Field | Value |\n|---|---|\n| Seed | 1 |\n| seed | 2 |\n| | 3 |\n"
         "## Gestures\n| Name | Time (s) |\n|---|---|\n| | 1 |\n| Nod | |\n"
+        "## T\n| Time (ms) | Stream | Send | Expect |\n|---|---|---|---|\n| | X | | any |\n| 0 | | zone=“Head” | |\n"
     )
     assert reading.report.flatten(["code", "sheet", "cell"]) == [
         ("SHEET018", "A", ""), ("SHEET011", "A", "E2"), ("SHEET017", "A", "H2"), ("SHEET014", "a", ""),
         ("SHEET015", "Protocol", "A3"), ("SHEET013", "Protocol", "A4"),
         ("SHEET013", "Gestures", "A2"), ("SHEET013", "Gestures", "B3"),
+        ("SHEET013", "T", "A2"), ("SHEET013", "T", "B3"),
     ]  # fmt: skip
+
+
+def test_values_of_tests(markdown) -> None:  # type: ignore[no-untyped-def]
+    reading = markdown(
+        f"## A{HEAD}## T\n| Time (ms) | Stream | Send | Expect |\n|---|---|---|---|\n"
+        "| 0 | X | zone=“Head”; x=１ | Don’t stop！ |\n"
+    )
+    (row,) = reading.workbook.tests[0].rows
+    assert (row.send.text, row.expect.text) == ('zone="Head"; x=1', "Don’t stop！")
 
 
 def test_braces_of_the_user_do_no_harm(markdown) -> None:  # type: ignore[no-untyped-def]

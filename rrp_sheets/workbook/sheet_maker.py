@@ -12,7 +12,7 @@ from rrp_sheets.workbook import limits, style
 from rrp_sheets.workbook.headers import Recognised
 from rrp_sheets.workbook.marks import Block, add_name_marks, add_prompt, add_row_marks
 
-_LETTER = 0.88  # the mean width of a letter, in widths of a digit, with room to spare
+_LETTER = 0.75  # the mean width of a letter, in widths of a digit, with room to spare
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
 
@@ -46,7 +46,7 @@ class SheetMaker:
     def _fill(self) -> None:
         from openpyxl.styles import Alignment, Border, Font, PatternFill, Side
 
-        wrapped = Alignment(vertical="top", wrap_text=True)
+        wrapped = Alignment(vertical="center", wrap_text=True)
         body = Font(name=style.FONT, size=style.SIZE, color=style.INK)
         notes = Font(name=style.FONT, size=style.SIZE, color=style.PALE_INK)
         head = Font(name=style.FONT, size=style.SIZE, bold=True, color=style.INK)
@@ -114,8 +114,10 @@ class SheetMaker:
                 ),
                 default=1,
             )
-            if lines > 1 and number != self.header:
-                self.sheet.row_dimensions[number].height = min(2 + 13 * lines, 400)
+            if number != self.header:
+                self.sheet.row_dimensions[number].height = min(5 + 13 * lines, 400)
+        for number in range(len(self.rows) + 1, self.last + 1):
+            self.sheet.row_dimensions[number].height = 18
 
     def _add_marks(self) -> None:
         first, last, row = "A", column_letters(self.width), self.header + 1
