@@ -11,7 +11,7 @@ from rrp_sheets.workbook.offers import Offers
 _READ_ME = (
     "Your robot's protocol",
     "",
-    "This workbook tells the robot what to do, one step a row. Try things out: nothing here can harm the simulated robot.",
+    "This workbook tells the robot what to do, one step a row. Try it out: nothing can harm the simulated robot.",
     "",
     "Begin with the sheet Tracking. Read its three rows from top to bottom:",
     "1.  Whenever the robot sees a red ball, its distance is worked out. The result is called Distance.",
