@@ -53,6 +53,8 @@ def command(
     if result is None:
         print_findings(checked.report, err=True)
         click.echo("The workbook has errors, so the run does not begin.", err=True)
+        if as_json:
+            click.echo(json.dumps({"findings": [d.as_dict() for d in checked.report]}, ensure_ascii=False))
         sys.exit(1)
     watch.ended(result)
     if as_json:

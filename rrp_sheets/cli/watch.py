@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from rrp_sheets.cli.check import print_findings
 from rrp_sheets.model.values import Failure, Value, show
 from rrp_sheets.runs import RunResult, RunView
 from rrp_sheets.runtime.ports import Happening
@@ -44,6 +45,7 @@ class Watch(RunView):
         self._until = until_us
         rows = len(plan.steps)
         title = plan.checked.workbook.protocol.text("Title") or Path(plan.checked.workbook.source).stem
+        print_findings(plan.checked.report)
         click.echo(f"{title}: {rows} rows for {until_us / 1e6:g} s. Ctrl-C stops.")
 
     def _line(self, us: int, text: str, colour: str | None = None) -> None:
@@ -90,6 +92,8 @@ class Watch(RunView):
         if result.broken is not None:
             click.echo(click.style(f"The run broke off: {result.broken.message}", fg="red"), err=True)
             click.echo(f"  → {result.broken.remedy}", err=True)
+        for problem in result.problems:
+            click.echo(click.style(problem, fg="red"), err=True)
         speed = summary.simulated / summary.wall if summary.wall else 0
         click.echo(f"{summary.simulated:g} s in {summary.wall:.1f} s ({speed:.1f} times real time), "
                    f"{sum(summary.commands.values())} commands, {sum(summary.errors.values())} errors.")  # fmt: skip

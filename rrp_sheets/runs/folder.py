@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.checks import Checked
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runtime.plan import Plan
 from rrp_sheets.runtime.trace import read_trace
 
 if TYPE_CHECKING:
@@ -64,17 +63,27 @@ class RunFolder:
             as_xlsx(self.reading, checked.robot, target)
         shutil.copyfile(checked.robot.folder / "robot.toml", self.path / "robot.toml")
 
-    def finish(self, checked: Checked, plan: Plan) -> dict[str, str]:
-        """Write the table and the diagram; the files of the folder with what each is."""
+    def finish(self, checked: Checked) -> tuple[dict[str, str], tuple[str, ...]]:
+        """Write the table and the diagram; the files of the folder with what each is, and what could not be made.
+
+        A diagram that cannot be drawn must not take the rest of the run with it.
+        """
+        problems = []
+        for name, make in (("run.xlsx", self._table), ("diagram.svg", self._draw)):
+            try:
+                make(checked)
+            except (SheetsError, OSError) as error:
+                problems.append(f"{name} could not be made: {error}")
+        files = {name: what for name, what in _WHAT.items() if (self.path / name).is_file()}
+        for wav in sorted(self.path.glob("*.wav")):
+            files[wav.name] = "what the robot said"
+        return files, tuple(problems)
+
+    def _table(self, checked: Checked) -> None:
         from rrp_sheets.workbook.table import write_table
 
         header, rows, widths = tidy(self.path / "trace.jsonl")
         write_table(self.path / "run.xlsx", "run", header, rows, widths)
-        self._draw(checked)
-        files = {name: what for name, what in _WHAT.items() if (self.path / name).is_file()}
-        for wav in sorted(self.path.glob("*.wav")):
-            files[wav.name] = "what the robot said"
-        return files
 
     def _draw(self, checked: Checked) -> None:
         from rrp_sheets.runs.drawings import draw

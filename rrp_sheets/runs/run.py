@@ -91,12 +91,14 @@ class RunResult:
         files: in it, with what each is.
         summary: counts and times.
         broken: what broke the run off; None when it ended by itself or by the user.
+        problems: files that could not be made, in words.
     """
 
     folder: Path
     files: dict[str, str]
     summary: Summary
     broken: RunBroken | None = None
+    problems: tuple[str, ...] = ()
 
 
 @dataclass
@@ -158,15 +160,16 @@ def run(
     folder.keep_workbook(checked)
     trace = TraceWriter(folder.path / "trace.jsonl", plan, header)
     engine = FrameEngine(plan, _Recorder(trace, view, plan))
+    view.started(plan, until, folder.path)
     summary, broken = _go(engine, live, until, trace, view, settings)
-    return RunResult(folder.path, folder.finish(checked, plan), summary, broken)
+    files, problems = folder.finish(checked)
+    return RunResult(folder.path, files, summary, broken, problems)
 
 
 def _go(
     engine: FrameEngine, world: World, until: int, trace: TraceWriter, view: RunView, settings: RunSettings
 ) -> tuple[Summary, RunBroken | None]:
     """The loop between starting and stopping; the trace is closed whatever happens."""
-    view.started(engine.plan, until, Path())
     began = time.monotonic()
     broken: RunBroken | None = None
     ended = "broken"

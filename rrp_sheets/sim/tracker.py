@@ -25,6 +25,7 @@ TURN_FROM, TURN_TO = 0.30, 0.05  # rad of head yaw: the body begins and stops tu
 TURN_GAIN = 1.6  # rad/s of turning per rad of head yaw
 LOST_AFTER = 1.0  # s without a detection: stop turning, it may be gone
 FAR_AWAY = 1.0  # m: where a detection without distance (a face) is taken to be, for pointing
+YIELDS_AFTER = 1.0  # s without an event: a tracker of another mode that gets one takes its place
 SIDE_MARGIN = 0.08  # rad: the nearest arm changes only when the target is clearly on the other side
 ARMS = {"leftarm": "L", "rightarm": "R", "botharms": "LR", "nearestarm": "", "none": None}
 
@@ -70,6 +71,7 @@ class Tracker:
     chosen: str = ""  # the arm that the value chose, for the nearest arm
     pointing: str = ""
     seen_us: int = -1
+    ordered_us: int = -1
     priority: float = 0.0
 
     @property
@@ -103,8 +105,11 @@ class Trackers:
         rivals = [t for t in self._all.values() if t is not tracker and t.active and t.parts & tracker.parts]
         if any(rival.priority > order.priority for rival in rivals):
             return False
-        for rival in rivals:
-            self.stop(rival.stream)
+        # an event switches to this tracker's mode, as in the original: one that gets no more events lets go
+        old = [t for t in self._all.values() if t is not tracker and us - t.ordered_us > YIELDS_AFTER * 1e6]
+        for other in (*rivals, *(t for t in old if t.active and t.priority <= order.priority)):
+            self.stop(other.stream)
+        tracker.ordered_us = us
         tracker.priority = order.priority
         tracker.active, tracker.sensors = True, tuple(sensors)
         tracker.chosen = _side(order.value)

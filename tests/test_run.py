@@ -1,0 +1,200 @@
+"""`rrp-sheets run` and the other commands, as a person uses them: real processes, real files, real signals."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from rrp_sheets.resources import bundled
+
+BOOK = bundled("workbooks", "simple-tracking.xlsx")
+COMMAND = [sys.executable, "-c", "from rrp_sheets.cli.main import main; main()"]
+ENV = {**os.environ, "PYTHONIOENCODING": "utf-8"}
+
+
+def rrp(*arguments, cwd=None, env=None):
+    done = subprocess.run([*COMMAND, *map(str, arguments)], cwd=cwd, env=env or ENV, capture_output=True, text=True,
+                          encoding="utf-8", timeout=120)  # fmt: skip
+    assert "Traceback" not in done.stderr, done.stderr
+    return done
+
+
+def events(folder: Path) -> list[str]:
+    """The lines of a trace after its header."""
+    return (folder / "trace.jsonl").read_text(encoding="utf-8").splitlines()[1:]
+
+
+@pytest.fixture
+def load():
+    """Both cores busy."""
+    busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2)]
+    yield
+    for process in busy:
+        process.kill()
+        process.wait()
+
+
+def test_the_same_run_gives_the_same_bytes_however_busy_the_machine(tmp_path, load):
+    quiet, busy = tmp_path / "a", tmp_path / "b"
+    book = bundled("workbooks", "complex-tracking.xlsx")
+    assert rrp("run", book, "--fast", "--for", "9s", "--out", busy).returncode == 0
+    load_free = rrp("run", book, "--fast", "--for", "9s", "--out", quiet)
+    assert load_free.returncode == 0
+    assert events(quiet) == events(busy) and len(events(quiet)) > 500
+
+
+def test_a_run_tells_what_happens_and_what_it_left(tmp_path):
+    done = rrp("run", bundled("workbooks", "say-ball-colour.xlsx"), "--fast", "--for", "5s", "--out", tmp_path / "o", "--json")
+    assert done.returncode == 0
+    assert "says “Red”" in done.stdout and "trace.jsonl" in done.stdout
+    summary = json.loads(done.stdout.splitlines()[-1])
+    assert summary["simulated_seconds"] == 5 and summary["wall_seconds"] > 0 and summary["errors"] == {}
+    assert summary["actuator_commands"] == {"Say red": 1, "Say green": 0, "Say blue": 0}
+    assert summary["events"]["Red ball"] > 30 and summary["folder"] == str(tmp_path / "o")
+
+
+def test_a_path_with_spaces_and_japanese_letters_and_the_default_folder(tmp_path):
+    folder = tmp_path / "実験 1 (a & b)"
+    folder.mkdir()
+    book = folder / "追跡 one.xlsx"
+    book.write_bytes(BOOK.read_bytes())
+    done = rrp("run", book, "--fast", "--for", "1s", cwd="/")
+    assert done.returncode == 0
+    (run,) = (folder / "runs").iterdir()
+    assert run.name.endswith("追跡-one") and (run / "strip.png").is_file()
+
+
+def test_ctrl_c_stops_in_order_and_leaves_everything(tmp_path):
+    out = tmp_path / "o"
+    process = subprocess.Popen([*COMMAND, "run", str(BOOK), "--out", str(out)], env=ENV, stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE, text=True, encoding="utf-8", start_new_session=True)  # fmt: skip
+    assert process.stdout is not None
+    for line in process.stdout:
+        if "Head tracker" in line:
+            break
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to every process of the group
+    output, errors = process.communicate(timeout=40)
+    assert process.returncode == 130 and "Traceback" not in errors
+    assert "Stopped" in output
+    assert json.loads(events(out)[-1])["ended"] == "stopped"
+    assert {"run.xlsx", "strip.png", "film.gif", "diagram.svg"} <= {p.name for p in out.iterdir()}
+
+
+def test_a_killed_simulator_breaks_the_run_off_with_a_readable_trace(tmp_path):
+    out = tmp_path / "o"
+    process = subprocess.Popen([*COMMAND, "run", str(BOOK), "--out", str(out)], env=ENV, stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE, text=True, encoding="utf-8")  # fmt: skip
+    assert process.stdout is not None
+    for line in process.stdout:
+        if "Head tracker" in line:
+            break
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    simulators = [int(c) for c in children if b"rrp_sheets.sim" in Path(f"/proc/{c}/cmdline").read_bytes()
+                  or b"spawn_main" in Path(f"/proc/{c}/cmdline").read_bytes()]  # fmt: skip
+    assert simulators
+    os.kill(simulators[0], signal.SIGKILL)
+    _, errors = process.communicate(timeout=40)
+    assert process.returncode == 3 and "broke off" in errors and "Traceback" not in errors
+    assert json.loads(events(out)[-1])["ended"] == "broken"
+    assert (out / "run.xlsx").is_file()
+
+
+def test_no_process_is_left_behind(tmp_path):
+    rrp("run", BOOK, "--fast", "--for", "1s", "--out", tmp_path / "o")
+    deadline = time.monotonic() + 5
+    mark = str(tmp_path).encode()
+
+    def left():
+        found = []
+        for entry in Path("/proc").iterdir():
+            if entry.name.isdigit():
+                try:
+                    if mark in (entry / "cmdline").read_bytes():
+                        found.append(entry.name)
+                except OSError:
+                    continue
+        return found
+
+    while left() and time.monotonic() < deadline:
+        os.sched_yield()
+    assert left() == []
+
+
+def test_without_the_simulator_one_line_says_what_is_needed(tmp_path):
+    hide = "import sys; sys.modules['pybullet'] = None; from rrp_sheets.cli.main import main; main()"
+    done = subprocess.run([sys.executable, "-c", hide, "run", str(BOOK), "--out", str(tmp_path / "o")], env=ENV,
+                          capture_output=True, text=True, encoding="utf-8", timeout=60)  # fmt: skip
+    assert done.returncode == 2 and "Traceback" not in done.stderr
+    assert "simulator" in done.stderr and "3.11" in done.stderr
+    checked = subprocess.run([sys.executable, "-c", hide, "check", str(BOOK)], env=ENV, capture_output=True, timeout=60)
+    assert checked.returncode == 0
+
+
+def test_a_workbook_with_errors_does_not_run(tmp_path):
+    book = tmp_path / "b.md"
+    book.write_text("## T\n| Input | Connector | Formula | Output |\n|---|---|---|---|\n| Red bal | subscribe | | Say |\n")
+    done = rrp("run", book, "--out", tmp_path / "o", "--json")
+    assert done.returncode == 1 and "Red ball" in done.stderr and not (tmp_path / "o").exists()
+    assert json.loads(done.stdout.splitlines()[-1])["findings"][0]["code"] == "GRAPH001"
+
+
+def test_a_run_never_overwrites_another(tmp_path):
+    for code in (0, 2):
+        assert rrp("run", BOOK, "--fast", "--for", "1s", "--out", tmp_path / "o").returncode == code
+
+
+@pytest.mark.parametrize("wrong", ["soon", "0", "-3s"])
+def test_a_wrong_duration_says_how_to_write_one(wrong):
+    done = rrp("run", BOOK, f"--for={wrong}")
+    assert done.returncode == 2 and "20s" in done.stderr
+
+
+def test_check_json_and_its_exit_codes(tmp_path):
+    fine = rrp("check", BOOK, "--json")
+    assert (fine.returncode, json.loads(fine.stdout)) == (0, [])
+    gone = rrp("check", tmp_path / "gone.xlsx", "--json")
+    assert gone.returncode == 2 and json.loads(gone.stdout)[0]["code"] == "FILE001"
+    (tmp_path / "wrong.md").write_text(
+        "## T\n| Input | Connector | Formula | Output |\n|---|---|---|---|\n| Red ball | map | redBall.q | X |\n"
+    )
+    wrong = rrp("check", tmp_path / "wrong.md", "--json")
+    found = json.loads(wrong.stdout)
+    assert wrong.returncode == 1
+    assert [set(f) for f in found] == [{"code", "severity", "sheet", "cell", "message", "remedy"}] * len(found)
+    assert (found[0]["code"], found[0]["sheet"], found[0]["cell"]) == ("FORM007", "T", "C2")
+
+
+def test_new_makes_a_workbook_that_checks_draws_and_explains(tmp_path):
+    book = tmp_path / "my first.xlsx"
+    assert rrp("new", book).returncode == 0
+    assert rrp("new", book).returncode == 2  # never overwritten
+    assert rrp("check", book).stdout.strip() == "Everything is in order."
+    for suffix, begins in ((".svg", b"<"), (".pdf", b"%PDF"), (".png", b"\x89PNG")):
+        target = tmp_path / f"drawn{suffix}"
+        assert rrp("diagram", book, "-o", target).returncode == 0
+        assert target.read_bytes().startswith(begins)
+    assert "red ball" in rrp("explain", book).stdout
+
+
+def test_diagrams_do_without_a_system_graphviz(tmp_path):
+    env = {**ENV, "PATH": str(tmp_path)}
+    done = rrp("diagram", BOOK, "-o", tmp_path / "d.svg", env=env)
+    assert done.returncode == 0 and (tmp_path / "d.svg").stat().st_size > 1000
+
+
+@pytest.mark.parametrize("command", ["new", "check", "diagram", "explain", "run"])
+def test_every_command_has_help(command):
+    done = rrp(command, "--help")
+    assert done.returncode == 0 and len(done.stdout) > 200
+
+
+def test_an_unknown_command_proposes_the_nearest():
+    done = rrp("chek", BOOK)
+    assert done.returncode == 2 and "check" in done.stderr
