@@ -50,7 +50,7 @@ class Report:
     """
 
     def __init__(self, diagnostics: Iterable[Diagnostic] = ()) -> None:
-        self._found: list[Diagnostic] = list(diagnostics)
+        self._found: dict[Diagnostic, None] = dict.fromkeys(diagnostics)  # in order, each once
         self._sheets: dict[str, int] = {}
 
     def order_by(self, sheets: Iterable[str]) -> None:
@@ -64,13 +64,12 @@ class Report:
         entry = CODES[code]
         message, remedy = entry.message.format(**details), entry.remedy.format(**details)
         diagnostic = Diagnostic(code, entry.severity, address, message, remedy, span)
-        if diagnostic not in self._found:
-            self._found.append(diagnostic)
+        self._found[diagnostic] = None
         return diagnostic
 
     def extend(self, other: Iterable[Diagnostic]) -> None:
         """Add the findings of another report."""
-        self._found.extend(d for d in other if d not in self._found)
+        self._found.update(dict.fromkeys(other))
 
     def _place(self, d: Diagnostic) -> tuple[int, str, int, int, str]:
         if d.address is None:

@@ -44,7 +44,7 @@ class Behaviour:
 
 @dataclass(frozen=True, slots=True)
 class Device:
-    """A row of the Devices sheet: a stream, the device behind it, and the device's settings by key."""
+    """A row of the Devices sheet: a stream, the device behind it, and a cell for every setting's column, by key."""
 
     stream: Cell
     device: Cell

@@ -7,15 +7,13 @@ from rrp_sheets.workbook.columns import Table, header_keys
 
 
 def read_devices(table: Table) -> tuple[Device, ...]:
-    """The rows of a Devices sheet; blank settings are not among a device's settings."""
+    """The rows of a Devices sheet; a blank cell stands for a setting left out."""
     keys = header_keys(table)
     devices = []
     lines = list(table.lines())
     for line in lines:
-        settings = {keys[c]: table.other(line, c) for c in sorted(keys) if c in line.cells}
-        device = Device(
-            table.name(line, "Stream"), table.name(line, "Device"), {k: cell for k, cell in settings.items() if cell}
-        )
+        settings = {keys[c]: table.other(line, c) for c in sorted(keys)}
+        device = Device(table.name(line, "Stream"), table.name(line, "Device"), settings)
         devices.append(device)
     table.report_hidden({line.number: line for line in lines})
     return tuple(devices)
