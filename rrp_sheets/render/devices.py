@@ -1,0 +1,75 @@
+"""The devices' own sentences (`says` in robot.toml), filled with their settings.
+
+`says` may offer several texts, each for some settings: `mode=head: follow {source} with the head | follow {source}`;
+the first whose conditions hold is taken. Places are settings by key, and `{source}`: what the value comes from.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from rrp_sheets.graph import Graph, Stream
+from rrp_sheets.model.names import key
+from rrp_sheets.model.values import show
+from rrp_sheets.render.contents import Content
+from rrp_sheets.render.measure import clean
+from rrp_sheets.render.texts import Texts
+
+_CONDITIONS = re.compile(r"\s*((?:\w+=[\w ]*)(?:,\s*\w+=[\w ]*)*):\s+(.*)", re.DOTALL)
+
+
+def device_says(stream: Stream, texts: Texts, source: str = "") -> str:
+    """What a device does, or what happens when it gives a value."""
+    name = texts.get("name.quoted", name=clean(stream.name))
+    if stream.device is None or not stream.device.type.says:
+        sensor = stream.kind.value == "sensor"
+        ended = sensor and key(stream.name).endswith("done")
+        entry = "event.done" if ended else "event.unknown" if sensor else "does.unknown"
+        if ended:
+            name = texts.get("name.quoted", name=re.sub(r"\s*done$", "", clean(stream.name), flags=re.IGNORECASE))
+        return texts.get(entry, name=name)
+    settings = {**stream.device.preset, **stream.settings}
+    return _filled(_chosen(stream.device.type.says, settings), settings, source, name)
+
+
+def source_of(content: Content, graph: Graph, texts: Texts) -> str:
+    """What a value comes from, in words: the things that the sensors behind it see."""
+    streams = [graph.streams[i] for i in content.sensors]
+    seen = [s for s in streams if s.device and s.device.type.payload]
+    names = [texts.get("name.sensor", name=_lowered(s.device.name)) for s in seen if s.device]
+    names = list(dict.fromkeys(names))
+    if len(names) == 1:
+        return names[0]
+    return texts.get("does.several", list=texts.listed(names, "or")) if names else texts.get("does.nothing_seen")
+
+
+def _chosen(says: str, settings: Mapping[str, object]) -> str:
+    text = ""
+    for choice in says.split(" | "):
+        match = _CONDITIONS.fullmatch(choice)
+        if match is None:
+            return choice
+        conditions = (c.split("=", 1) for c in match[1].split(","))
+        text = text or match[2]
+        if all(key(str(settings.get(key(name)) or "")) == key(value) for name, value in conditions):
+            return match[2]
+    return text
+
+
+def _filled(template: str, settings: Mapping[str, object], source: str, name: str) -> str:
+    def value(match: re.Match[str]) -> str:
+        if match[1] == "source":
+            return source or name
+        if match[1] == "name":
+            return name
+        found = settings.get(key(match[1]))
+        shown = found if isinstance(found, str) else show(found)
+        return clean(shown)
+
+    return re.sub(r"\{(\w+)\}", value, template)
+
+
+def _lowered(name: str) -> str:
+    """`Red ball` → `red ball`; `NAO` stays."""
+    return name if name[1:2].isupper() else name[:1].lower() + name[1:]

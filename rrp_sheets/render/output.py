@@ -1,0 +1,113 @@
+"""Writes diagrams as .svg, .pdf, .png or .dot."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.render.diagram import Page
+from rrp_sheets.render.legend import draw_legend
+from rrp_sheets.render.style import NAME_PT, PADDING, PAGE, SMALL_PT, SOFT
+from rrp_sheets.render.svg import frame, text
+from rrp_sheets.render.texts import texts
+from rrp_sheets.render.typeset import typeset
+from rrp_sheets.workbook.atomic import write_atomically
+
+SUFFIXES = (".svg", ".pdf", ".png", ".dot")
+_HEADING = 15.0  # points above a picture
+_GAP = 14.0
+_TALLEST = 6000.0  # points; a longer stack goes on in a further column, as no program shows taller pictures well
+_PPI = 144
+_MOST_PIXELS = 40_000_000
+
+
+def write_diagram(pages: Sequence[Page], path: str | os.PathLike[str]) -> list[str]:
+    """Write diagram pages into a file whose suffix tells the format; returns warnings for the user.
+
+    The file appears whole or not at all. An .svg or .png stacks all pages into one picture; a .pdf has one page each.
+
+    Raises:
+        SheetsError: an unknown suffix, nothing to draw, a folder that cannot be written, or Typst failed.
+    """
+    target = Path(path)
+    suffix = target.suffix.casefold()
+    if suffix not in SUFFIXES:
+        raise SheetsError(
+            f"A diagram cannot be written as “{target.suffix or target.name}”.",
+            f"Let the file's name end with one of: {', '.join(SUFFIXES)}.",
+        )
+    if not pages:
+        raise SheetsError("There is nothing to draw: no behaviour has a row.")
+    content, warnings = render_diagram(pages, suffix)
+    write_atomically(target, content)
+    return warnings
+
+
+def render_diagram(pages: Sequence[Page], suffix: str) -> tuple[bytes, list[str]]:
+    """The bytes of a diagram file of that suffix, and warnings for the user."""
+    if suffix == ".dot":
+        return "\n".join(page.dot for page in pages).encode(), []
+    if suffix == ".svg":
+        return stack(pages)[0].encode(), []
+    if suffix == ".png":
+        svg, wide, high = stack(pages)
+        ppi = min(_PPI, int(72 * (_MOST_PIXELS / (wide * high)) ** 0.5))
+        data = {"title": _title(pages), "width": wide, "height": high}
+        return typeset("picture.typ", data, {"picture.svg": svg}, "png", ppi=ppi)
+    return _pdf(pages)
+
+
+def stack(pages: Sequence[Page]) -> tuple[str, float, float]:
+    """All pages in one SVG, one below the other under their headings; and its width and height in points."""
+    pieces: list[str] = []
+    x = y = column = highest = 0.0
+    for page in pages:
+        need = _HEADING + page.height + _GAP
+        if y and y + need > _TALLEST:
+            x, y, column = x + column + _GAP, 0.0, 0.0
+        heading = page.title if page.part == 1 else ""
+        caption_x = x + PADDING + (len(heading) * NAME_PT * 0.75 + 10 if heading else 0)
+        if heading:
+            pieces.append(text(x + PADDING, y + 13, heading, NAME_PT + 2, bold=True))
+        if page.caption:
+            pieces.append(text(caption_x, y + 13, page.caption, SMALL_PT, fill=SOFT, italic=True))
+        inner = re.sub(
+            r' width="\d+pt" height="\d+pt"', f' width="{page.width:.1f}" height="{page.height:.1f}"', page.svg, count=1
+        )
+        pieces.append(inner.replace("<svg ", f'<svg x="{x:.1f}" y="{y + _HEADING:.1f}" ', 1).strip())
+        y += need
+        column = max(column, page.width, caption_x - x + 160)
+        highest = max(highest, y)
+    wide, high = x + column, highest - _GAP + PADDING
+    title = _title(pages)
+    alt = " ".join(page.alt for page in pages)
+    return frame("\n".join(pieces), wide, high, ident="all", title=title, description=alt), wide, high
+
+
+def _pdf(pages: Sequence[Page]) -> tuple[bytes, list[str]]:
+    legend, wide, high = draw_legend()
+    last = pages[-1]
+    room = (PAGE[1] if not last.landscape else 0) - last.height * last.scale
+    words = texts()
+    data = {
+        "title": _title(pages),
+        "lang": words.language,
+        "page_n_of_m": words.get("page.n_of_m"),
+        "legend": {"width": wide, "alt": words.get("legend.alt")},
+        "pages": [
+            {
+                "title": page.title, "caption": page.caption, "part": page.part, "alt": page.alt,
+                "landscape": page.landscape, "width": page.width * page.scale, "legend": page is last and room > high,
+            }
+            for page in pages
+        ],
+    }  # fmt: skip
+    pictures = {f"page-{n}.svg": page.svg for n, page in enumerate(pages)}
+    return typeset("diagram.typ", data, {**pictures, "legend.svg": legend}, "pdf")
+
+
+def _title(pages: Sequence[Page]) -> str:
+    return ", ".join(dict.fromkeys(page.title for page in pages))

@@ -1,0 +1,172 @@
+"""One plain sentence per row."""
+
+from __future__ import annotations
+
+from rrp_sheets.graph import Graph, Step, StreamKind
+from rrp_sheets.model.durations import show_duration
+from rrp_sheets.model.names import argument_name, key
+from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.render.contents import Content, contents
+from rrp_sheets.render.devices import device_says, source_of
+from rrp_sheets.render.measure import clean
+from rrp_sheets.render.texts import Texts
+from rrp_sheets.render.words import Named, Wording, shown
+
+
+class Rows:
+    """Makes the sentences of a workbook's rows."""
+
+    def __init__(self, graph: Graph, workbook: Workbook, texts: Texts) -> None:
+        self.graph = graph
+        self.texts = texts
+        self.contents = contents(graph)
+        self.helpers = {key(h.name.text): h.name.text for h in workbook.helpers}
+        self.makers = {s.output: s for b in graph.behaviours for s in b.steps}
+
+    def sentence(self, step: Step) -> str:
+        """A row in words, also of a row that is switched off."""
+        said = self.bare_sentence(step)
+        if not step.row.on:
+            return self.texts.get("row.off", sentence=said)
+        return said if step.active else self.texts.get("row.unfed", sentence=said)
+
+    def bare_sentence(self, step: Step) -> str:
+        """A row in words, as if it were on."""
+        kind, get = step.connector.name, self.texts.get
+        values = self._values(step)
+        if kind == "subscribe":
+            return self._subscribe(step, values)
+        if kind == "map":
+            wording = self.wording(step, pronoun=self.is_sensor(step.inputs[0]))
+            return get("row.map", **values, event=self.event(step), work=wording.work(step.row.formula.text))
+        if kind == "filter":
+            return self._filter(step, values)
+        if kind == "combineLatest":
+            formula = step.row.formula.text
+            work = self.wording(step).work(formula) if formula else get("value.record")
+            return get("row.combineLatest", **values, work=work)
+        name = self._entry(step)
+        if self.texts.has(name):
+            return _capital(get(name, **values))
+        return _capital(step.connector.sentence.format_map(_Places(values)))
+
+    def _entry(self, step: Step) -> str:
+        """The entry of a connector that has several ways of being used."""
+        name = f"row.{step.connector.name}"
+        formula, more = bool(step.row.formula.text), len(set(step.inputs)) > 1
+        for suffix, holds in (("_key", formula), ("_count", not formula), ("_reset", more)):
+            if holds and self.texts.has(name + suffix):
+                name += suffix
+        return name
+
+    def _filter(self, step: Step, values: dict[str, str]) -> str:
+        get, first = self.texts.get, step.inputs[0]
+        if self.is_sensor(first) and len(step.inputs) == 1:
+            condition = self.wording(step, pronoun=True).condition(step.row.formula.text)
+            return get("row.filter_sensor", **values, event=self.event(step), condition=condition)
+        values["condition"] = self.wording(step).condition(step.row.formula.text)
+        if len(set(step.inputs)) > 1:
+            return get("row.filter_latest", **values)
+        return get("row.filter", **{**values, "input": get("name.it")})
+
+    def _subscribe(self, step: Step, values: dict[str, str]) -> str:
+        said = self.action(step, event=self.event(step))
+        blank = any(self.contents.get(i, Content()).may_be_blank for i in step.inputs)
+        return self.texts.get("row.stops", sentence=said) if blank else said
+
+    def action(self, step: Step, *, event: str) -> str:
+        """What a `subscribe` does, after the words for when it does it."""
+        formula, get = step.row.formula.text, self.texts.get
+        if not formula:
+            return get("row.subscribe", event=event, does=self.does(step))
+        wording = self.wording(step)
+        stream = self.graph.streams[step.output]
+        speaks = stream.device is not None and stream.device.type.takes == "text"
+        if speaks and (words := wording.says_words(formula)):
+            return get("row.subscribe_words", event=event, work=words)
+        return get("row.subscribe_formula", event=event, work=wording.work(formula), does=self.does(step))
+
+    def does(self, step: Step) -> str:
+        """What the actuator of a `subscribe` does."""
+        sensors = {s: None for i in step.inputs for s in self.contents.get(i, Content()).sensors}
+        source = source_of(Content(sensors=sensors), self.graph, self.texts)
+        return device_says(self.graph.streams[step.output], self.texts, source)
+
+    def event(self, step: Step) -> str:
+        """When a row does something."""
+        get = self.texts.get
+        inputs = list(dict.fromkeys(step.inputs))
+        triggers = inputs if step.connector.drives and not step.row.formula.text else inputs[:1]
+        stream = self.graph.streams[triggers[0]]
+        if len(triggers) == 1 and stream.kind is StreamKind.SENSOR:
+            says, name = device_says(stream, self.texts), self.noun(stream.id)
+            known = stream.device is None or key(stream.device.name) == key(stream.name)
+            event = get("event.sensor", says=says) if known else get("event.sensor_named", says=says, name=name)
+        else:
+            event = get("event.value", input=self.texts.listed([self.noun(i) for i in triggers], "or"))
+        others = [self.noun(i) for i in inputs if i not in triggers]
+        return get("event.latest", event=event, others=self.texts.listed(others)) if others else event
+
+    def is_sensor(self, stream: str) -> bool:
+        """Whether a sensor feeds the stream."""
+        return self.graph.streams[stream].kind is StreamKind.SENSOR
+
+    def noun(self, stream: str) -> str:
+        """A stream's name in quotes; for an anonymous stream the row that makes it."""
+        found = self.graph.streams[stream]
+        if found.name:
+            return self.texts.get("name.quoted", name=clean(found.name))
+        maker = self.makers.get(stream)
+        return self.texts.get("name.result", n=maker.number if maker else "?")
+
+    def wording(self, step: Step, *, pronoun: bool = False) -> Wording:
+        """How the formula of a row is put into words; `pronoun`: the first input is "it"."""
+        names: dict[str, Named] = {}
+        for place, stream in enumerate(step.inputs):
+            is_it = pronoun and place == 0
+            noun = self.texts.get("name.it") if is_it else self.noun(stream)
+            named = Named(noun, self.contents.get(stream, Content()), is_it)
+            name = self.graph.streams[stream].name
+            for spelling in (argument_name(name), name):
+                if spelling:
+                    names.setdefault(key(spelling), named)
+            if len(step.inputs) == 1:
+                names.setdefault("value", named)
+        return Wording(self.texts, names, self.helpers)
+
+    def _values(self, step: Step) -> dict[str, str]:
+        """What the templates of rows may name."""
+        nouns = [self.noun(i) for i in dict.fromkeys(step.inputs)]
+        named = bool(self.graph.streams[step.output].name)
+        output = self.noun(step.output) if named else ""
+        period = show_duration(step.period_us) if step.period_us is not None else clean(step.row.formula.text)
+        formula = self.texts.get("value.code", formula=shown(clean(step.row.formula.text)))
+        plain = {
+            "input": nouns[0] if nouns else "", "inputs": self.texts.listed(nouns), "formula": formula,
+            "inputs_or": self.texts.listed(nouns, "or"), "others": self.texts.listed(nouns[1:], "or"),
+            "period": period, "pace": self._pace(step), "output": output,
+            "as": self.texts.get("row.as", name=output) if named else "",
+            "onto": self.texts.get("row.onto", name=output) if named else "",
+        }  # fmt: skip
+        return {**plain, **{name.capitalize(): _capital(value) for name, value in plain.items() if value}}
+
+    def _pace(self, step: Step) -> str:
+        us, get = step.period_us, self.texts.get
+        if not us:
+            return ""
+        if us <= 1_000_000 and 1_000_000 % us == 0:
+            times = 1_000_000 // us
+            return get("pace.once") if times == 1 else get("pace.twice") if times == 2 else get("pace.times", n=times)
+        return get("pace.every", period=show_duration(us))
+
+
+class _Places(dict[str, str]):
+    """A third party's template may name places that we do not know: they stay empty."""
+
+    def __missing__(self, name: str) -> str:
+        return ""
+
+
+def _capital(text: str) -> str:
+    """The text with a capital letter at its start; a quoted name stays as it is."""
+    return text[:1].upper() + text[1:]

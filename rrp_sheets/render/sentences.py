@@ -1,0 +1,163 @@
+"""A behaviour in plain words: one sentence per row, and one paragraph that joins what belongs together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from rrp_sheets.devices import Robot
+from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream, StreamKind
+from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.render.measure import clean
+from rrp_sheets.render.rows import Rows
+from rrp_sheets.render.texts import Texts, texts
+
+_JOINED = ("map", "filter")  # their result may be called "it" in the sentence that follows
+
+
+@dataclass(frozen=True)
+class RowText:
+    """A row in words; `active` is False when it is switched off or nothing feeds it."""
+
+    number: int
+    text: str
+    active: bool
+
+
+@dataclass(frozen=True)
+class BehaviourText:
+    """A behaviour in words: what it takes in and acts on (active rows only), the paragraph, and the rows."""
+
+    name: str
+    paragraph: str
+    rows: tuple[RowText, ...]
+    sensors: tuple[str, ...]
+    actuators: tuple[str, ...]
+
+
+def explain(
+    graph: Graph,
+    workbook: Workbook,
+    robot: Robot,
+    behaviours: Sequence[BehaviourGraph] | None = None,
+    *,
+    language: str = "en",
+) -> list[BehaviourText]:
+    """All behaviours (or some) in plain words."""
+    words = texts(language)
+    rows = Rows(graph, workbook, words)
+    chosen = graph.behaviours if behaviours is None else behaviours
+    return [_behaviour(behaviour, rows, words) for behaviour in chosen]
+
+
+def explain_text(
+    graph: Graph,
+    workbook: Workbook,
+    robot: Robot,
+    behaviours: Sequence[BehaviourGraph] | None = None,
+    *,
+    language: str = "en",
+) -> str:
+    """The same as one text for the terminal."""
+    words = texts(language)
+    blocks = []
+    for said in explain(graph, workbook, robot, behaviours, language=language):
+        lists = [
+            words.get(f"behaviour.{kind}", list=words.listed(list(names)))
+            if names
+            else words.get(f"behaviour.no_{kind}")
+            for kind, names in (("sensors", said.sensors), ("actuators", said.actuators))
+        ]
+        wide = max((len(str(row.number)) for row in said.rows), default=1)
+        rows = [f"  {row.number:>{wide}}  {row.text}" for row in said.rows]
+        blocks.append("\n".join([said.name, "=" * len(said.name), said.paragraph, "", *lists, "", *rows]))
+    return "\n\n".join(blocks) + "\n"
+
+
+def _behaviour(behaviour: BehaviourGraph, rows: Rows, words: Texts) -> BehaviourText:
+    active = [step for step in behaviour.steps if step.row.on and step.active]
+    streams = rows.graph.streams
+    used = dict.fromkeys(i for step in active for i in step.inputs if rows.is_sensor(i))
+    driven = dict.fromkeys(step.output for step in active if streams[step.output].kind is StreamKind.ACTUATOR)
+    return BehaviourText(
+        clean(behaviour.name),
+        _paragraph(behaviour, active, rows, words),
+        tuple(RowText(s.number, rows.sentence(s), s.row.on and s.active) for s in behaviour.steps),
+        tuple(_sensor(streams[i], words) for i in used),
+        tuple(clean(streams[i].name) for i in driven),
+    )
+
+
+def _sensor(stream: Stream, words: Texts) -> str:
+    told = stream.device is not None and stream.device.type.knowledge
+    return f"{clean(stream.name)} ({words.get('behaviour.told')})" if told else clean(stream.name)
+
+
+def _paragraph(behaviour: BehaviourGraph, active: list[Step], rows: Rows, words: Texts) -> str:
+    sentences: list[str] = []
+    place = 0
+    while place < len(active):
+        step, following = active[place], active[place + 1] if place + 1 < len(active) else None
+        before = active[place - 1] if place else None
+        chained = before is not None and _follows(step, before)
+        if (
+            step.connector.name == "filter" and following is not None and len(set(step.inputs)) == 1
+            and _follows(following, step) and _only_use(step.output, following, active)
+            and following.connector.name in ("map", "subscribe") and (chained or not rows.is_sensor(step.inputs[0]))
+        ):  # fmt: skip
+            sentences.append(_when(step, following, chained, active, rows, words))
+            place += 2
+            continue
+        sentences.append(_sentence(step, chained, before, active, place, rows, words))
+        place += 1
+    off = [str(step.number) for step in behaviour.steps if not step.row.on]
+    if off:
+        name = words.get("behaviour.rows" if len(off) > 1 else "behaviour.row", n=words.listed(off))
+        sentences.append(words.get("behaviour.rows_off", rows=name))
+    return " ".join(sentences) if active else " ".join([words.get("behaviour.nothing"), *sentences])
+
+
+def _follows(step: Step, before: Step) -> bool:
+    """Whether a row takes nothing but the result of the row before it, so that the result may be called "it"."""
+    alone = set(step.inputs) == {before.output}
+    return alone and before.connector.name in _JOINED and step.connector.name in (*_JOINED, "subscribe")
+
+
+def _only_use(stream: str, by: Step, active: list[Step]) -> bool:
+    return all(step is by for step in active if stream in step.inputs)
+
+
+def _when(test: Step, act: Step, chained: bool, active: list[Step], rows: Rows, words: Texts) -> str:
+    """A filter and the one row that takes what it lets through, in one sentence."""
+    condition = rows.wording(test, pronoun=chained).condition(test.row.formula.text)
+    if act.connector.drives:
+        stops = rows.bare_sentence(act) != rows.action(act, event=rows.event(act))
+        said = rows.action(act, event=words.get("chain.does", condition=condition, does="").removesuffix(", ."))
+        return words.get("row.stops", sentence=said) if stops else said
+    work = rows.wording(act, pronoun=True).work(act.row.formula.text)
+    return words.get("chain.when", condition=condition, work=work, **{"as": _name(act, active, rows, words)})
+
+
+def _sentence(
+    step: Step, chained: bool, before: Step | None, active: list[Step], place: int, rows: Rows, words: Texts
+) -> str:
+    if chained and step.connector.name == "map":
+        work = rows.wording(step, pronoun=True).work(step.row.formula.text)
+        return words.get("chain.next", work=work, **{"as": _name(step, active, rows, words)})
+    said = rows.bare_sentence(step)
+    if step.connector.name in ("map", "combineLatest") and not _name(step, active, rows, words):
+        name = words.get("row.as", name=rows.noun(step.output))
+        said = said.replace(f"{name}.", ".")
+    return said
+
+
+def _name(step: Step, active: list[Step], rows: Rows, words: Texts) -> str:
+    """The result's name, when a later sentence uses it and not just "it"."""
+    place = active.index(step)
+    following = active[place + 1] if place + 1 < len(active) else None
+    is_it = following is not None and _follows(following, step)
+    if is_it and following is not None and _only_use(step.output, following, active):
+        return ""
+    if not rows.graph.streams[step.output].name:
+        return ""
+    return words.get("row.as", name=rows.noun(step.output))

@@ -1,0 +1,240 @@
+"""Puts formulas into words where they are simple, and quotes them where they are not: never a wrong paraphrase."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from rrp_sheets.formulas.problems import FormulaProblem
+from rrp_sheets.formulas.spelling import to_python
+from rrp_sheets.model.names import key
+from rrp_sheets.render.contents import Content, find_field
+from rrp_sheets.render.texts import Texts
+
+_COMPARED: dict[type[ast.cmpop], str] = {
+    ast.Lt: "under", ast.LtE: "at_most", ast.Gt: "over", ast.GtE: "at_least", ast.Eq: "equal", ast.NotEq: "unequal",
+}  # fmt: skip
+_TURNED: dict[type[ast.cmpop], type[ast.cmpop]] = {
+    ast.Lt: ast.Gt, ast.LtE: ast.GtE, ast.Gt: ast.Lt, ast.GtE: ast.LtE, ast.Eq: ast.Eq, ast.NotEq: ast.NotEq,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Named:
+    """An input as a formula sees it: its noun (“Distance”, or "it"), and what it carries."""
+
+    noun: str
+    content: Content
+    pronoun: bool = False
+
+
+class _NotSimple(Exception):
+    """The formula is better quoted than described."""
+
+
+class Wording:
+    """Describes the formulas of one row.
+
+    Args:
+        texts: the language.
+        names: the inputs, by the keys that formulas use for them.
+        helpers: the helpers' names as spelt, by key.
+    """
+
+    def __init__(self, texts: Texts, names: Mapping[str, Named], helpers: Mapping[str, str]) -> None:
+        self.texts = texts
+        self.names = names
+        self.helpers = helpers
+
+    def condition(self, formula: str) -> str:
+        """A filter's formula: `“Distance” is under 0.5 m`."""
+        if key(shown(formula)) in self.helpers and key(shown(formula)) not in self.names:
+            return self.texts.get("condition.helper", name=_spaced(self.helpers[key(shown(formula))]))
+        try:
+            return self._condition(_parse(formula))
+        except _NotSimple:
+            return self.texts.get("condition.holds", formula=shown(formula))
+
+    def work(self, formula: str) -> str:
+        """What a formula gives, as something to do: `take its distance`."""
+        if key(shown(formula)) in self.helpers and key(shown(formula)) not in self.names:
+            return self.texts.get("value.helper", name=_spaced(self.helpers[key(shown(formula))]))
+        try:
+            return self._work(_parse(formula))
+        except _NotSimple:
+            code = self.texts.get("value.code", formula=shown(formula))
+            return self.texts.get("value.work", formula=code)
+
+    def says_words(self, formula: str) -> str:
+        """The constant text that a formula is, in words; empty when it is something else."""
+        try:
+            tree = _parse(formula)
+        except _NotSimple:
+            return ""
+        return self._value(tree) if isinstance(tree, ast.Constant) and isinstance(tree.value, str) else ""
+
+    def _work(self, tree: ast.expr) -> str:
+        if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and key(tree.func.id) in self.helpers:
+            name = _spaced(self.helpers[key(tree.func.id)])
+            inputs = self.texts.listed([self._subject(a)[0] for a in tree.args])
+            entry = "value.helper_of" if inputs else "value.helper"
+            return self.texts.get(entry, name=name, inputs=inputs)
+        if isinstance(tree, (ast.Name, ast.Attribute)):
+            return self.texts.get("value.take", what=self._subject(tree)[0])
+        if isinstance(tree, ast.Constant) and isinstance(tree.value, str):
+            return self.texts.get("value.prepare", what=self._value(tree))
+        return self.texts.get("value.give", what=self._value(tree))
+
+    def _value(self, tree: ast.expr) -> str:
+        get = self.texts.get
+        if isinstance(tree, ast.Constant):
+            value = tree.value
+            if isinstance(value, bool) or value is None:
+                return get({True: "value.true", False: "value.false", None: "value.blank"}[value])
+            if isinstance(value, str):
+                return get("value.words", text=value) if value else get("value.empty")
+            return get("value.number", n=_number(value, ""))
+        if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.USub):
+            return get("value.number", n=_number(_constant(tree), ""))
+        if isinstance(tree, (ast.Tuple, ast.List)):
+            return get("value.values", formula=ast.unparse(tree))
+        if isinstance(tree, (ast.Name, ast.Attribute)):
+            return self._subject(tree)[0]
+        if isinstance(tree, ast.IfExp):
+            return self._either(tree.test, tree.body, tree.orelse)
+        if _called(tree) == "if" and isinstance(tree, ast.Call) and len(tree.args) == 3:
+            return self._either(*tree.args)
+        raise _NotSimple
+
+    def _either(self, test: ast.expr, yes: ast.expr, no: ast.expr) -> str:
+        if any(isinstance(part, ast.IfExp) or _called(part) for part in (yes, no)):
+            raise _NotSimple  # a nested choice reads worse than the formula
+        words = {"yes": self._value(yes), "condition": self._condition(test), "no": self._value(no)}
+        return self.texts.get("value.either", **words)
+
+    def _condition(self, tree: ast.expr) -> str:
+        called = _called(tree)
+        if isinstance(tree, ast.Compare):
+            return self._comparison(tree)
+        if isinstance(tree, ast.BoolOp):
+            return self._joined(tree.values, "and" if isinstance(tree.op, ast.And) else "or")
+        if called in ("and", "or") and isinstance(tree, ast.Call):
+            return self._joined(tree.args, called)
+        negated = tree.operand if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.Not) else None
+        if called == "not" and isinstance(tree, ast.Call) and len(tree.args) == 1:
+            negated = tree.args[0]
+        if negated is not None:
+            return self._truth(negated, "not_")
+        return self._truth(tree, "")
+
+    def _truth(self, tree: ast.expr, negation: str) -> str:
+        if _called(tree) == "isblank" and isinstance(tree, ast.Call) and len(tree.args) == 1:
+            return self.texts.get(f"condition.{negation}blank", what=self._subject(tree.args[0])[0])
+        what, _, kind = self._subject(tree)
+        if kind != "truth":  # a number or a text is not simply true
+            raise _NotSimple
+        return self.texts.get(f"condition.{negation}true", what=what)
+
+    def _joined(self, parts: list[ast.expr], joiner: str) -> str:
+        between = self._between(parts) if joiner == "and" else ""
+        if any(isinstance(p, ast.BoolOp) or _called(p) in ("and", "or") for p in parts):
+            raise _NotSimple  # brackets do not survive in a sentence
+        return between or self.texts.listed([self._condition(p) for p in parts], joiner)
+
+    def _between(self, parts: list[ast.expr]) -> str:
+        """`x >= 0.5 and x < 2` is the same as `0.5 <= x < 2`."""
+        if len(parts) != 2 or not all(isinstance(p, ast.Compare) and len(p.ops) == 1 for p in parts):
+            return ""
+        low, high = parts
+        assert isinstance(low, ast.Compare) and isinstance(high, ast.Compare)
+        if ast.dump(low.left) != ast.dump(high.left):
+            return ""
+        lower = {ast.GtE: ast.LtE(), ast.Gt: ast.Lt()}.get(type(low.ops[0]))
+        if lower is None or not isinstance(high.ops[0], (ast.Lt, ast.LtE)):
+            return ""
+        chain = ast.Compare(low.comparators[0], [lower, high.ops[0]], [low.left, high.comparators[0]])
+        return self._comparison(chain)
+
+    def _comparison(self, tree: ast.Compare) -> str:
+        get = self.texts.get
+        if len(tree.ops) == 2:
+            what, unit, _ = self._subject(tree.comparators[0])
+            low, high = _constant(tree.left), _constant(tree.comparators[1])
+            if not all(isinstance(op, (ast.Lt, ast.LtE)) for op in tree.ops):
+                raise _NotSimple
+            name = "from_to" if all(isinstance(op, ast.LtE) for op in tree.ops) else "between"
+            return get(f"condition.{name}", what=what, low=_number(low, ""), high=_number(high, unit))
+        if len(tree.ops) != 1 or type(tree.ops[0]) not in _COMPARED:
+            raise _NotSimple
+        left, right, op = tree.left, tree.comparators[0], type(tree.ops[0])
+        if isinstance(left, ast.Constant) and not isinstance(right, ast.Constant):
+            left, right, op = right, left, _TURNED[op]
+        what, unit, _ = self._subject(left)
+        if isinstance(right, ast.Constant) and not isinstance(right.value, (int, float)):
+            if op not in (ast.Eq, ast.NotEq):
+                raise _NotSimple
+            shown_value = f"“{right.value}”" if isinstance(right.value, str) else self._value(right)
+        elif isinstance(right, ast.Constant) and isinstance(right.value, bool):
+            shown_value = self._value(right)
+        elif isinstance(right, (ast.Name, ast.Attribute)):
+            shown_value = self._subject(right)[0]
+        else:
+            shown_value = _number(_constant(right), unit)
+        return get(f"condition.{_COMPARED[op]}", what=what, n=shown_value)
+
+    def _subject(self, tree: ast.expr) -> tuple[str, str, str]:
+        """The noun of an input or of its field, its unit, and its kind."""
+        if isinstance(tree, ast.Name) and key(tree.id) in self.names:
+            named = self.names[key(tree.id)]
+            return named.noun, named.content.unit, ""
+        if isinstance(tree, ast.Attribute) and isinstance(tree.value, ast.Name) and key(tree.value.id) in self.names:
+            named = self.names[key(tree.value.id)]
+            field = find_field(named.content.record, tree.attr)
+            if field is None:
+                raise _NotSimple
+            name, unit, kind = field[0].replace("_", " "), field[1], field[2]
+            if kind == "truth":
+                name = f"“{name}”"
+            noun = self.texts.get("name.its", field=name)
+            if not named.pronoun:
+                noun = self.texts.get("name.field", field=name, input=named.noun)
+            return noun, unit, kind
+        raise _NotSimple
+
+
+def shown(formula: str) -> str:
+    """The formula on one line and without its leading `=`."""
+    return " ".join(formula.split()).removeprefix("=").lstrip()
+
+
+def _parse(formula: str) -> ast.expr:
+    try:
+        return ast.parse(to_python(formula), mode="eval").body
+    except (FormulaProblem, SyntaxError, ValueError, RecursionError, MemoryError):
+        raise _NotSimple from None
+
+
+def _called(tree: ast.expr) -> str:
+    """The key of the function that is called, or empty."""
+    return key(tree.func.id) if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) else ""
+
+
+def _constant(tree: ast.expr) -> float:
+    if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.USub):
+        return -_constant(tree.operand)
+    if isinstance(tree, ast.Constant) and isinstance(tree.value, (int, float)) and not isinstance(tree.value, bool):
+        return tree.value
+    raise _NotSimple
+
+
+def _number(value: object, unit: str) -> str:
+    if not isinstance(value, (int, float)):
+        raise _NotSimple
+    return f"{value:g}".replace("-", "−") + (f" {unit}" if unit else "")
+
+
+def _spaced(name: str) -> str:
+    """`ballToDistance` → `ball to distance`."""
+    return re.sub(r"(?<=[a-z])([A-Z])", lambda m: " " + m[1].lower(), name).replace("_", " ")
