@@ -63,13 +63,16 @@ def convert(path: Path | str, target: Path | str) -> Path:
     return as_xlsx(read(path), load_robot(), Path(target))
 
 
-def draw(path: Path | str, target: Path | str, behaviour: str = "") -> Checked:
-    """Draw a workbook's behaviours (or one of them) into an .svg, .pdf, .png or .dot file."""
+def draw(path: Path | str, target: Path | str, behaviour: str = "") -> tuple[Checked, list[str]]:
+    """Draw a workbook's behaviours (or one of them) into an .svg, .pdf, .png or .dot file.
+
+    Returns:
+        The checked workbook, and what the picture lacks (a font, say), in words.
+    """
     from rrp_sheets.runs.drawings import draw as draw_checked
 
     checked = check(path)
-    draw_checked(checked, Path(target), behaviour)
-    return checked
+    return checked, draw_checked(checked, Path(target), behaviour)
 
 
 def explain(path: Path | str, behaviour: str = "") -> tuple[str, Checked]:

@@ -51,7 +51,9 @@ def test_the_same_run_gives_the_same_bytes_however_busy_the_machine(tmp_path, lo
 
 
 def test_a_run_tells_what_happens_and_what_it_left(tmp_path):
-    done = rrp("run", bundled("workbooks", "say-ball-colour.xlsx"), "--fast", "--for", "5s", "--out", tmp_path / "o", "--json")
+    done = rrp(
+        "run", bundled("workbooks", "say-ball-colour.xlsx"), "--fast", "--for", "5s", "--out", tmp_path / "o", "--json"
+    )
     assert done.returncode == 0
     assert "says “Red”" in done.stdout and "trace.jsonl" in done.stdout
     summary = json.loads(done.stdout.splitlines()[-1])
@@ -139,7 +141,9 @@ def test_without_the_simulator_one_line_says_what_is_needed(tmp_path):
 
 def test_a_workbook_with_errors_does_not_run(tmp_path):
     book = tmp_path / "b.md"
-    book.write_text("## T\n| Input | Connector | Formula | Output |\n|---|---|---|---|\n| Red bal | subscribe | | Say |\n")
+    book.write_text(
+        "## T\n| Input | Connector | Formula | Output |\n|---|---|---|---|\n| Red bal | subscribe | | Say |\n"
+    )
     done = rrp("run", book, "--out", tmp_path / "o", "--json")
     assert done.returncode == 1 and "Red ball" in done.stderr and not (tmp_path / "o").exists()
     assert json.loads(done.stdout.splitlines()[-1])["findings"][0]["code"] == "GRAPH001"

@@ -20,6 +20,8 @@ def command(file: Path, output: Path | None, behaviour: str) -> None:
     from rrp_sheets.cli.check import print_findings
 
     target = output or Path(file.name).with_suffix(".svg")
-    checked = api.draw(file, target, behaviour)
+    checked, lacks = api.draw(file, target, behaviour)
     print_findings(checked.report.errors, err=True)
+    for note in lacks:
+        click.echo(f"Note: {note}", err=True)
     click.echo(f"Drawn: {target}")

@@ -10,8 +10,12 @@ from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model.names import key, nearest
 
 
-def draw(checked: Checked, target: Path, behaviour: str = "") -> None:
-    """Draw the behaviours (or one) into a file; raises SheetsError when it cannot be written or drawn."""
+def draw(checked: Checked, target: Path, behaviour: str = "") -> list[str]:
+    """Draw the behaviours (or one) into a file; what the picture lacks (a font, say), in words.
+
+    Raises:
+        SheetsError: when it cannot be written or drawn.
+    """
     from rrp_sheets.render.diagram import draw_diagram
     from rrp_sheets.render.output import write_diagram
 
@@ -21,7 +25,7 @@ def draw(checked: Checked, target: Path, behaviour: str = "") -> None:
             d.address.row: n for n, d in enumerate(checked.report, 1) if d.address and key(d.address.sheet) == graph.key
         }
         pages += draw_diagram(checked.graph, graph, problems=flags)
-    write_diagram(pages, target)
+    return write_diagram(pages, target)
 
 
 def explain(checked: Checked, behaviour: str = "") -> str:
