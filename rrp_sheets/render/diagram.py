@@ -93,21 +93,26 @@ def draw_diagram(
         return []
     number = next((n for n, b in enumerate(graph.behaviours, 1) if b.key == behaviour.key), 1)
     job = _Job(graph, behaviour, marks, partial(lay_out, binary=binary, timeout=timeout))
-    most = len(behaviour.steps) if whole else MOST_ROWS
+    parts = split(graph, behaviour.steps, len(behaviour.steps) if whole else MOST_ROWS)
     while True:
-        parts = split(graph, behaviour.steps, most)
-        notes = cut_notes(graph, parts)
         with ThreadPoolExecutor(_AT_ONCE) as pool:
-            fitted = list(pool.map(job.draw, parts, notes, range(1, len(parts) + 1)))
-        longest = max((len(p) for p, f in zip(parts, fitted, strict=True) if f.badness[0]), default=0)
-        if whole or longest <= FEWEST_ROWS or most <= FEWEST_ROWS:
+            fitted = list(pool.map(job.draw, parts, cut_notes(graph, parts), range(1, len(parts) + 1)))
+        if whole or not any(_too_large(part, fit) for part, fit in zip(parts, fitted, strict=True)):
             break
-        most = max(FEWEST_ROWS, min(most, longest) - 2)
+        halves = [
+            split(graph, part, -(-len(part) // 2)) if _too_large(part, fit) else [part]
+            for part, fit in zip(parts, fitted, strict=True)
+        ]
+        parts = [half for pair in halves for half in pair]
     name = clean(title or behaviour.name)
     return [
         _page(name, f"b{number}", (part, place, len(parts)), fit)
         for place, (part, fit) in enumerate(zip(parts, fitted, strict=True), 1)
     ]
+
+
+def _too_large(part: Part, fit: _Fitted) -> bool:
+    return fit.badness[0] and len(part) > FEWEST_ROWS
 
 
 def to_dot(graph: Graph, behaviour: BehaviourGraph, *, title: str = "") -> str:

@@ -19,7 +19,7 @@ from rrp_sheets.workbook.atomic import write_atomically
 SUFFIXES = (".svg", ".pdf", ".png", ".dot")
 _HEADING = 15.0  # points above a picture
 _GAP = 14.0
-_TALLEST = 6000.0  # points; a longer stack goes on in a further column, as no program shows taller pictures well
+_TALLEST = 1500.0  # points; a longer stack goes on in a further column, as no program shows taller pictures well
 _PPI = 144
 _MOST_PIXELS = 40_000_000
 

@@ -35,7 +35,7 @@ class Rows:
         kind, get = step.connector.name, self.texts.get
         values = self._values(step)
         if kind == "subscribe":
-            return self._subscribe(step, values)
+            return self.sentence_of_subscribe(step, event=self.event(step))
         if kind == "map":
             wording = self.wording(step, pronoun=self.is_sensor(step.inputs[0]))
             return get("row.map", **values, event=self.event(step), work=wording.work(step.row.formula.text))
@@ -69,13 +69,13 @@ class Rows:
             return get("row.filter_latest", **values)
         return get("row.filter", **{**values, "input": get("name.it")})
 
-    def _subscribe(self, step: Step, values: dict[str, str]) -> str:
-        said = self.action(step, event=self.event(step))
+    def sentence_of_subscribe(self, step: Step, *, event: str) -> str:
+        """What a `subscribe` does, and that a blank stops it where blanks may come."""
+        said = self._action(step, event)
         blank = any(self.contents.get(i, Content()).may_be_blank for i in step.inputs)
         return self.texts.get("row.stops", sentence=said) if blank else said
 
-    def action(self, step: Step, *, event: str) -> str:
-        """What a `subscribe` does, after the words for when it does it."""
+    def _action(self, step: Step, event: str) -> str:
         formula, get = step.row.formula.text, self.texts.get
         if not formula:
             return get("row.subscribe", event=event, does=self.does(step))

@@ -108,7 +108,7 @@ def _paragraph(behaviour: BehaviourGraph, active: list[Step], rows: Rows, words:
             sentences.append(_when(step, following, chained, active, rows, words))
             place += 2
             continue
-        sentences.append(_sentence(step, chained, before, active, place, rows, words))
+        sentences.append(_sentence(step, before, active, rows, words))
         place += 1
     off = [str(step.number) for step in behaviour.steps if not step.row.on]
     if off:
@@ -131,23 +131,25 @@ def _when(test: Step, act: Step, chained: bool, active: list[Step], rows: Rows, 
     """A filter and the one row that takes what it lets through, in one sentence."""
     condition = rows.wording(test, pronoun=chained).condition(test.row.formula.text)
     if act.connector.drives:
-        stops = rows.bare_sentence(act) != rows.action(act, event=rows.event(act))
-        said = rows.action(act, event=words.get("chain.does", condition=condition, does="").removesuffix(", ."))
-        return words.get("row.stops", sentence=said) if stops else said
+        return rows.sentence_of_subscribe(act, event=words.get("chain.does", condition=condition))
     work = rows.wording(act, pronoun=True).work(act.row.formula.text)
     return words.get("chain.when", condition=condition, work=work, **{"as": _name(act, active, rows, words)})
 
 
-def _sentence(
-    step: Step, chained: bool, before: Step | None, active: list[Step], place: int, rows: Rows, words: Texts
-) -> str:
-    if chained and step.connector.name == "map":
-        work = rows.wording(step, pronoun=True).work(step.row.formula.text)
-        return words.get("chain.next", work=work, **{"as": _name(step, active, rows, words)})
+def _sentence(step: Step, before: Step | None, active: list[Step], rows: Rows, words: Texts) -> str:
+    if before is not None and before.connector.name == "map" and _follows(step, before):
+        wording, formula = rows.wording(step, pronoun=True), step.row.formula.text
+        if step.connector.name == "filter":
+            condition = wording.condition(formula)
+            onto = words.get("row.onto", name=rows.noun(step.output)) if rows.graph.streams[step.output].name else ""
+            return words.get("chain.filter", condition=condition, onto=onto)
+        if step.connector.name == "map":
+            return words.get("chain.next", work=wording.work(formula), **{"as": _name(step, active, rows, words)})
+        return rows.sentence_of_subscribe(step, event=words.get("chain.then"))
     said = rows.bare_sentence(step)
-    if step.connector.name in ("map", "combineLatest") and not _name(step, active, rows, words):
+    if step.connector.name == "map" and not _name(step, active, rows, words):
         name = words.get("row.as", name=rows.noun(step.output))
-        said = said.replace(f"{name}.", ".")
+        said = said.removesuffix(f"{name}.").removesuffix(".") + "."
     return said
 
 
@@ -155,7 +157,7 @@ def _name(step: Step, active: list[Step], rows: Rows, words: Texts) -> str:
     """The result's name, when a later sentence uses it and not just "it"."""
     place = active.index(step)
     following = active[place + 1] if place + 1 < len(active) else None
-    is_it = following is not None and _follows(following, step)
+    is_it = step.connector.name == "map" and following is not None and _follows(following, step)
     if is_it and following is not None and _only_use(step.output, following, active):
         return ""
     if not rows.graph.streams[step.output].name:
