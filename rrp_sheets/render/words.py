@@ -98,7 +98,7 @@ class Wording:
             return get("value.number", n=_number(value, ""))
         if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.USub):
             return get("value.number", n=_number(_constant(tree), ""))
-        if isinstance(tree, (ast.Tuple, ast.List)):
+        if isinstance(tree, (ast.Tuple, ast.List)) and all(isinstance(e, ast.Constant) for e in tree.elts):
             return get("value.values", formula=ast.unparse(tree))
         if isinstance(tree, (ast.Name, ast.Attribute)):
             return self._subject(tree)[0]

@@ -1,0 +1,22 @@
+"""Options and fixtures that several test files share."""
+
+from pathlib import Path
+
+import pytest
+
+
+def pytest_addoption(parser):
+    parser.addoption("--regenerate-golden", action="store_true", help="write tests/golden anew, for review as a diff")
+
+
+@pytest.fixture
+def golden(request):
+    """Compares a text with its file in tests/golden, or writes that file."""
+
+    def compare(name: str, text: str) -> None:
+        path = Path(__file__).parent / "golden" / name
+        if request.config.getoption("--regenerate-golden"):
+            path.write_text(text, encoding="utf-8")
+        assert text == path.read_text(encoding="utf-8")
+
+    return compare

@@ -1,0 +1,285 @@
+"""Diagrams: nothing overlaps, nothing of a user's text becomes markup, every machine can draw (design: 7-exchange)."""
+
+from __future__ import annotations
+
+import itertools
+import subprocess
+import time
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rrp_sheets import api
+from rrp_sheets.connectors import connectors
+from rrp_sheets.devices import load_robot
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.graph.build import build_graph
+from rrp_sheets.model.cells import Address, Cell
+from rrp_sheets.model.workbook import Behaviour, Row, Workbook
+from rrp_sheets.render import layout as layout_module
+from rrp_sheets.render.boxes import Marks, make_drawing
+from rrp_sheets.render.diagram import draw_diagram, row_ids, to_dot
+from rrp_sheets.render.dot import dot_text
+from rrp_sheets.render.layout import binaries, lay_out
+from rrp_sheets.render.measure import columns, wrap
+from rrp_sheets.render.output import write_diagram
+from rrp_sheets.render.parts import split
+from rrp_sheets.render.style import LEAST_SCALE, WRAPPINGS
+from rrp_sheets.resources import bundled
+
+WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
+DOT, PURE = "dot", "graphviz-pure"
+
+
+def graph_of(*rows, sheet="T"):
+    """The graph of rows given as (inputs, connector, formula, output[, on])."""
+    made = []
+    for n, row in enumerate(rows, 2):
+        cells = [Cell(text, Address(sheet, n, c)) for c, text in enumerate(row[:4], 1)]
+        inputs = tuple(replace(cells[0], text=part.strip()) for part in row[0].split(",") if part.strip())
+        made.append(Row(n, inputs, *cells, on=row[4] if len(row) > 4 else True))
+    book = Workbook("test", (Behaviour(sheet, tuple(made), Address(sheet, 1, 1)),))
+    graph = build_graph(book, load_robot("nao"), connectors(), Report())
+    assert len(graph.behaviours[0].steps) == len(rows)
+    return graph
+
+
+SIMPLE = (
+    ("Red ball", "map", "redBall.distance", "Distance"),
+    ("Distance", "filter", "distance < 0.5", "Close ball"),
+    ("Close ball", "subscribe", "", "Head tracker"),
+)
+COMPLEX = (
+    ("Red ball", "map", "redBall.distance", "Distance"),
+    ("Distance", "filter", "distance < 0.5", "Close ball"),
+    ("Distance", "filter", "AND(distance >= 0.5, distance < 2)", "Middle ball"),
+    ("Distance", "filter", "distance >= 2", "Far ball", False),
+    ("Far ball", "subscribe", "", "Head tracker"),
+    ("Middle ball", "subscribe", "", "Head and body tracker"),
+    ("Red ball", "timestamp", "", "Ball with time"),
+    ("Head yaw", "timestamp", "", "Yaw with time"),
+    ("Ball with time, Yaw with time", "combineLatest", "(ballWithTime.v.x + yawWithTime.v, 0)", "Angle and age"),
+    ("", "filter", "ABS(angleAndAge[1]) < 0.2", ""),
+    ("", "map", "value[0]", "Ball angle"),
+    ("Close ball, Ball angle", "combineLatest", "ballAngle", "Near angle"),
+    ("Near angle", "sample", "500 ms", "Calm angle"),
+    ("Calm angle", "map", 'IF(calmAngle < 0, "right", "left")', "Arm"),
+    ("Arm", "subscribe", "", "Arm tracker"),
+)
+JAPANESE = (
+    ("Red ball", "map", "value.distance", "距離"),
+    ("距離", "filter", "距離 < 0.5", "近いボールがあまりにも近くにあります"),
+    ("近いボールがあまりにも近くにあります", "subscribe", "", "Say"),
+)
+BALLS = [f"{c} {n}" for c in ("Red", "Green", "Blue") for n in (1, 2, 3)]
+FAN = (
+    *((f"{name[:-2]} ball", "map", "value.x", name) for name in BALLS),
+    (", ".join(BALLS), "merge", "", "All"),
+    ("All", "subscribe", "", "Print"),
+)
+
+
+def chains(rows):
+    """Chains of four rows each, with a cross-link from chain to chain."""
+    out = []
+    for n in range(rows // 4):
+        first = "Red ball" if n % 3 else f"Far {n - 1}, Near {n - 1}" if n else "Green ball"
+        kind = "merge" if "," in first else "filter"
+        out += [
+            (first, kind, "" if kind == "merge" else "TRUE", f"Distance {n}"),
+            (f"Distance {n}", "filter", "value > 1", f"Far {n}"),
+            (f"Distance {n}", "filter", "value <= 1", f"Near {n}"),
+            (f"Near {n}", "subscribe", "", "Print"),
+        ]
+    return out
+
+
+@pytest.fixture(params=[DOT, PURE])
+def binary(request):
+    found = [b for b in binaries() if b.endswith(request.param)]
+    if not found:
+        pytest.skip(f"no {request.param}")
+    return found[0]
+
+
+def bezier(points):
+    for start in range(0, len(points) - 3, 3):
+        p = points[start : start + 4]
+        for t in (i / 12 for i in range(13)):
+            w = ((1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t * t * (1 - t), t**3)
+            yield tuple(sum(w[k] * p[k][axis] for k in range(4)) for axis in (0, 1))
+
+
+@pytest.mark.parametrize("rows", [SIMPLE, COMPLEX, FAN, chains(16)], ids=["simple", "complex", "fan", "chains"])
+def test_no_boxes_overlap_and_no_arrow_runs_through_a_foreign_box(rows, binary):
+    graph = graph_of(*rows)
+    behaviour = graph.behaviours[0]
+    drawing = make_drawing(graph, behaviour, behaviour.steps, wrapping=WRAPPINGS[0], marks=Marks(), notes={})
+    layout = lay_out(dot_text(drawing, "T"), binary=binary)
+    sides = {}
+    for box in drawing.boxes.values():
+        x, y = layout.places[box.id]
+        sides[box.id] = (x - box.width / 2, y - box.height / 2, x + box.width / 2, y + box.height / 2)
+    for (a, p), (b, q) in itertools.combinations(sides.items(), 2):
+        assert p[2] <= q[0] + 0.1 or q[2] <= p[0] + 0.1 or p[3] <= q[1] + 0.1 or q[3] <= p[1] + 0.1, (a, b)
+    for way in layout.ways:
+        for x, y in bezier(way.points):
+            for name, (left, top, right, bottom) in sides.items():
+                inside = left + 1 < x < right - 1 and top + 1 < y < bottom - 1
+                assert not inside or name in (way.tail, way.head), (way.tail, way.head, name)
+
+
+def test_sensors_are_on_top_and_actuators_at_the_bottom(binary):
+    graph = graph_of(*COMPLEX)
+    behaviour = graph.behaviours[0]
+    drawing = make_drawing(graph, behaviour, behaviour.steps, wrapping=WRAPPINGS[0], marks=Marks(), notes={})
+    places = lay_out(dot_text(drawing, "T"), binary=binary).places
+    heights = {
+        k: [places[b.id][1] for b in drawing.boxes.values() if b.kind == k] for k in ("sensor", "row", "actuator")
+    }
+    assert max(heights["sensor"]) < min(heights["row"]) <= max(heights["row"]) < min(heights["actuator"])
+
+
+@pytest.mark.parametrize("name", WORKBOOKS)
+def test_the_dot_text_of_the_workbooks(name, golden):
+    checked = api.check(bundled("workbooks") / f"{name}.xlsx")
+    golden(f"{name}.dot", "\n".join(to_dot(checked.graph, b) for b in checked.graph.behaviours))
+
+
+def test_rows_streams_flags_and_switched_off_rows_can_be_found_in_the_picture():
+    graph = graph_of(*COMPLEX)
+    (page,) = draw_diagram(graph, graph.behaviours[0], problems={13: 4}, words={14: "changed"})
+    root = ET.fromstring(page.svg)
+    ids = {e.get("id"): e for e in root.iter() if e.get("id")}
+    assert set(row_ids(graph.behaviours).values()) <= ids.keys()
+    assert set(page.elements.values()) <= ids.keys()
+    assert ids["b1-r5"].get("class") == "row off" and "off" in "".join(ids["b1-r5"].itertext())
+    assert ids["b1-r6"].get("class") == "row off"
+    assert "4" in [e.text for e in ids["b1-r13"].iter()]
+    assert "changed" in "".join(ids["b1-r14"].itertext())
+    assert len(ids) == len([e for e in root.iter() if e.get("id")]), "an id stands twice"
+    assert root[0].tag.endswith("title") and root[1].tag.endswith("desc") and "Head yaw" in root[1].text
+
+
+HOSTILE = [
+    'a < b & "c" <b>x</b>',
+    'x" ]; evil [label="\\L',
+    "<table><tr><td>y</td></tr></table>",
+    "]]>\x00\x1b[31m",
+    "\u202eabc",
+]
+
+
+def test_hostile_names_stay_text(binary):
+    rows = [(HOSTILE[0], "map", HOSTILE[2], HOSTILE[1])]
+    graph = graph_of(
+        ("Red ball", "filter", '"</text><script>"', HOSTILE[0]), *rows, (HOSTILE[1], "subscribe", "", "Print")
+    )
+    streams = {k: replace(s, name=HOSTILE[4 - n % 5]) if n % 2 else s for n, (k, s) in enumerate(graph.streams.items())}
+    graph = replace(graph, streams=streams)
+    (page,) = draw_diagram(graph, graph.behaviours[0], title=HOSTILE[3], binary=binary)
+    tags = {e.tag.rpartition("}")[2] for e in ET.fromstring(page.svg).iter()}
+    assert tags <= {"svg", "title", "desc", "g", "path", "rect", "ellipse", "circle", "text"}
+    assert "evil" not in {line.split()[0] for line in page.dot.splitlines()}
+    assert "=<" not in page.dot and "\x1b" not in page.svg and "\u202e" not in page.svg
+
+
+@given(st.text(max_size=60), st.text(max_size=60))
+@settings(max_examples=25, deadline=None)
+def test_any_name_gives_a_well_formed_picture(name, formula):
+    graph = graph_of(*SIMPLE)
+    streams = {k: replace(s, name=name) for k, s in graph.streams.items()}
+    behaviour = graph.behaviours[0]
+    steps = tuple(replace(s, row=replace(s.row, formula=replace(s.row.formula, text=formula))) for s in behaviour.steps)
+    behaviour = replace(behaviour, steps=steps)
+    for page in draw_diagram(replace(graph, streams=streams, behaviours=(behaviour,)), behaviour, title=name):
+        ET.fromstring(page.svg)
+
+
+@given(st.text(max_size=200), st.integers(8, 30), st.integers(1, 4))
+def test_wrapped_text_keeps_its_limits(text, most, lines):
+    made = wrap(text, most, lines)
+    assert 1 <= len(made) <= lines
+    assert all(columns(line) <= most for line in made)
+
+
+def test_a_long_behaviour_is_drawn_in_parts_that_fit():
+    graph = graph_of(*chains(40), ("Distance 0", "subscribe", "", "Say"))
+    pages = draw_diagram(graph, graph.behaviours[0])
+    assert len(pages) > 1 and all(p.scale >= LEAST_SCALE for p in pages)
+    assert pages[0].rows[0] == 2 and pages[-1].rows[1] == 42
+    assert all(a.rows[1] + 1 == b.rows[0] for a, b in itertools.pairwise(pages))
+    assert any("to part" in p.svg for p in pages) and any("from part" in p.svg for p in pages)
+
+
+def test_parts_do_not_cut_anonymous_streams_when_they_need_not():
+    rows = [("Red ball", "map", "value.x", "")] + [("", "map", "value", "")] * 8 + [("", "subscribe", "", "Print")]
+    graph = graph_of(*rows, *[("Green ball", "subscribe", "", "Print")] * 14)
+    first, *_ = split(graph, graph.behaviours[0].steps, 18)
+    assert len(first) >= 10
+
+
+def test_a_hundred_rows_are_quick():
+    graph = graph_of(*chains(100))
+    start = time.perf_counter()
+    draw_diagram(graph, graph.behaviours[0])
+    assert time.perf_counter() - start < 2
+
+
+@pytest.mark.parametrize("whole", [False, True])
+def test_a_thousand_rows_are_drawn_in_time(whole):
+    graph = graph_of(*chains(1000))
+    start = time.perf_counter()
+    pages = draw_diagram(graph, graph.behaviours[0], whole=whole)
+    assert time.perf_counter() - start < 20
+    assert (len(pages) == 1) is whole
+
+
+def test_without_dot_the_wheel_lays_out(monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    assert [b.rpartition("/")[2].removesuffix(".exe") for b in binaries()] == [PURE]
+    graph = graph_of(*SIMPLE)
+    assert draw_diagram(graph, graph.behaviours[0])[0].svg
+
+
+def test_too_slow_a_layout_is_told(monkeypatch):
+    def slow(command, **options):
+        raise subprocess.TimeoutExpired(command, options["timeout"])
+
+    monkeypatch.setattr(layout_module.subprocess, "run", slow)
+    graph = graph_of(*SIMPLE)
+    with pytest.raises(SheetsError, match="within 3 seconds"):
+        draw_diagram(graph, graph.behaviours[0], timeout=3)
+
+
+@pytest.mark.parametrize("suffix", [".svg", ".pdf", ".png", ".dot"])
+def test_files_are_written_whole_and_alike(tmp_path, suffix):
+    graph = graph_of(*JAPANESE)
+    pages = draw_diagram(graph, graph.behaviours[0])
+    files = [tmp_path / f"図{n}{suffix}" for n in (1, 2)]
+    for file in files:
+        write_diagram(pages, file)
+    first, second = (f.read_bytes() for f in files)
+    starts = {".svg": b"<svg", ".pdf": b"%PDF", ".png": b"\x89PNG", ".dot": b"digraph"}
+    assert first.startswith(starts[suffix]) and first == second
+    assert sorted(tmp_path.iterdir()) == files
+
+
+def test_an_unknown_suffix_is_refused(tmp_path):
+    graph = graph_of(*SIMPLE)
+    with pytest.raises(SheetsError, match=r"\.svg, \.pdf, \.png, \.dot"):
+        write_diagram(draw_diagram(graph, graph.behaviours[0]), tmp_path / "x.docx")
+    with pytest.raises(SheetsError):
+        write_diagram([], tmp_path / "x.svg")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_missing_japanese_font_is_told(tmp_path, monkeypatch):
+    monkeypatch.setattr("rrp_sheets.render.typeset.FONTS", tmp_path / "none")
+    graph = graph_of(*JAPANESE)
+    (warning,) = write_diagram(draw_diagram(graph, graph.behaviours[0]), tmp_path / "x.png")
+    assert "Japanese font" in warning

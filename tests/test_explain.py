@@ -1,0 +1,141 @@
+"""Explanations in plain words (design: 7-exchange): true for every row, and quoted where a paraphrase could be wrong."""
+
+from __future__ import annotations
+
+import pytest
+
+from rrp_sheets import api
+from rrp_sheets.model.values import Field, RecordType
+from rrp_sheets.render.contents import Content
+from rrp_sheets.render.sentences import explain, explain_text
+from rrp_sheets.render.texts import texts
+from rrp_sheets.render.words import Named, Wording
+from rrp_sheets.resources import bundled
+
+WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
+BALL = RecordType("Ball", (Field("distance", "number", "m"), Field("colour", "text"), Field("new", "truth")))
+HEAD = "| Input streams | Connector | Formula | Output stream | On |\n|---|---|---|---|---|\n"
+
+
+def explained(tmp_path, rows, more=""):
+    path = tmp_path / "w.md"
+    path.write_text(f"## T\n{HEAD}{rows}\n{more}", encoding="utf-8")
+    checked = api.check(path)
+    (said,) = explain(checked.graph, checked.workbook, checked.robot)
+    return said
+
+
+@pytest.fixture
+def wording():
+    names = {
+        "ball": Named("“Ball”", Content(BALL)), "distance": Named("“Distance”", Content(unit="m")),
+        "it": Named("it", Content(BALL), pronoun=True),
+    }  # fmt: skip
+    return Wording(texts(), names, {"howfar": "howFar"})
+
+
+@pytest.mark.parametrize("name", WORKBOOKS)
+def test_the_workbooks_in_words(name, golden):
+    checked = api.check(bundled("workbooks") / f"{name}.xlsx")
+    golden(f"{name}.txt", explain_text(checked.graph, checked.workbook, checked.robot))
+
+
+@pytest.mark.parametrize(
+    ("formula", "words"),
+    [
+        ("distance < 0.5", "“Distance” is under 0.5 m"),
+        ("0.5 > distance", "“Distance” is under 0.5 m"),
+        ("distance >= -1", "“Distance” is at least −1 m"),
+        ("0.5 <= distance < 2", "“Distance” is between 0.5 and 2 m"),
+        ("AND(distance >= 0.5, distance <= 2)", "“Distance” is from 0.5 to 2 m"),
+        ("distance < 1 or distance > 2", "“Distance” is under 1 m or “Distance” is over 2 m"),
+        ('ball.colour == "red"', "the colour of “Ball” is “red”"),
+        ('it.colour != "red"', "its colour is not “red”"),
+        ("not ball.new", "the “new” of “Ball” is not true"),
+        ("ISBLANK(distance)", "“Distance” is blank"),
+        ("howFar", "“how far” holds"),
+        # never guessed:
+        ("distance", "`distance` holds"),
+        ("ball.unknown > 1", "`ball.unknown > 1` holds"),
+        ("distance < 1 and (distance > 2 or ball.new)", "`distance < 1 and (distance > 2 or ball.new)` holds"),
+        ("ABS(distance) < 1", "`ABS(distance) < 1` holds"),
+        ("distance <", "`distance <` holds"),
+        ("not distance < 1", "`not distance < 1` holds"),
+        ("0.5 < distance > 0.1", "`0.5 < distance > 0.1` holds"),
+    ],
+)
+def test_conditions(wording, formula, words):
+    assert wording.condition(formula) == words
+
+
+@pytest.mark.parametrize(
+    ("formula", "words"),
+    [
+        ("it.distance", "take its distance"),
+        ("=ball.distance", "take the distance of “Ball”"),
+        ('"Hello"', "prepare the words “Hello”"),
+        ('IF(distance < 1, "near", "far")', "give the words “near” when “Distance” is under 1 m, else the words “far”"),
+        ("1 if distance < 1 else 0", "give the number 1 when “Distance” is under 1 m, else the number 0"),
+        ("howFar", "work out “how far”"),
+        ("howFar(ball)", "work out “how far” from “Ball”"),
+        ("distance * 2", "work out `distance * 2`"),
+        ("(", "work out `(`"),
+        ("(1, 0, 0)", "give the values (1, 0, 0)"),
+        ("(distance, 0)", "work out `(distance, 0)`"),
+    ],
+)
+def test_works(wording, formula, words):
+    assert wording.work(formula) == words
+
+
+def test_the_example_of_the_design(tmp_path):
+    said = explained(
+        tmp_path,
+        "| Red ball | map | redBall.distance | Distance | |\n| Distance | filter | distance < 0.5 | Close ball | |\n"
+        "| Close ball | subscribe | | Head tracker | |\n",
+    )
+    assert said.paragraph == (
+        "Whenever the robot sees a red ball, take its distance. "
+        "When it is under 0.5 m, follow the red ball with the head."
+    )
+    assert said.sensors == ("Red ball",) and said.actuators == ("Head tracker",)
+
+
+def test_rows_that_are_off_are_claimed_nowhere(tmp_path):
+    said = explained(
+        tmp_path,
+        "| Red ball | filter | redBall.distance < 1 | Near | no |\n| Near | subscribe | | Print | |\n"
+        "| Green ball | subscribe | | Eye LED color | |\n",
+    )
+    assert said.rows[0].text.startswith("Switched off: ") and not said.rows[0].active
+    assert said.rows[1].text.startswith("Not active") and not said.rows[1].active
+    assert said.sensors == ("Green ball",) and said.actuators == ("Eye LED color",)
+    assert "red ball" not in said.paragraph and said.paragraph.endswith("Switched off: row 2.")
+
+
+def test_forgotten_values_stop_the_actuator(tmp_path):
+    said = explained(
+        tmp_path,
+        "| Red ball | forgetAfter | 2 s | Fresh ball | |\n| Fresh ball | subscribe | | Head tracker | |\n",
+    )
+    assert said.rows[0].text == (
+        "“Red ball” goes on at once as “Fresh ball”; a blank follows when nothing new has come for 2 s."
+    )
+    assert said.rows[1].text.endswith("A blank stops that.")
+
+
+def test_pointing_names_the_arm(tmp_path):
+    said = explained(
+        tmp_path,
+        "| Red ball | subscribe | | Pointer | |\n",
+        "\n## Devices\n| Stream | Device | Mode | Effector |\n|---|---|---|---|\n| Pointer | Tracker | Move | Left arm |\n",
+    )
+    assert said.rows[0].text == "Whenever the robot sees a red ball, point at the red ball with the left arm."
+
+
+def test_every_connector_has_words(tmp_path):
+    from rrp_sheets.connectors import connectors
+
+    for connector in connectors():
+        assert texts().has(f"row.{connector.name}") or connector.sentence, connector.name
+        assert texts().has(f"legend.connector.{connector.name}"), connector.name
