@@ -21,6 +21,9 @@ $(STAMP): requirements.lock pyproject.toml
 demo: setup  ## run a workbook on the simulated NAO and say where everything is
 	$(BIN)/rrp-sheets run workbooks/simple-tracking.xlsx --fast --out "runs/demo-$$(date +%Y%m%d-%H%M%S)"
 
+serve: setup  ## show the workbooks in the browser
+	$(BIN)/rrp-sheets serve workbooks
+
 test: setup  ## install what the tests need, and run them
 	@sh .ci/apt-packages
 	$(BIN)/python -m pytest

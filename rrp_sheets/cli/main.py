@@ -17,6 +17,7 @@ _COMMANDS = {
     "diagram": "Draw a workbook's behaviours.",
     "explain": "Say in plain words what a workbook does.",
     "run": "Run a workbook on the simulated robot.",
+    "serve": "Show the workbooks of a folder in the browser.",
 }
 UNREADABLE = 2
 

@@ -1,0 +1,95 @@
+"""The application: routes, and what is said when something does not go as wished."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from flask import Flask, Response, abort, render_template
+from jinja2 import StrictUndefined
+from werkzeug.exceptions import HTTPException
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.resources import bundled
+from rrp_sheets.web.book import workbook_page
+from rrp_sheets.web.guard import protect
+from rrp_sheets.web.library import Library
+from rrp_sheets.web.pages import MessagePage, Page, RefusedPage
+from rrp_sheets.web.pictures import picture
+from rrp_sheets.web.shelf import shelf_page
+
+_REFUSALS = {
+    400: ("This address does not lead here", "The page was asked for under a name that is not this computer’s own.",
+          "Use the address that rrp-sheets serve has printed."),
+    403: ("Not with this address", "These workbooks are shown only to who has the whole address.",
+          "Copy the address that rrp-sheets serve has printed, with everything after the question mark, or click it. "
+          "Each start of the server makes a new one."),
+    405: ("This page can only be looked at", "This version shows workbooks and changes nothing.", "Go back."),
+}  # fmt: skip
+_MESSAGES = {
+    404: ("There is nothing here", "The workbook was renamed or moved, or the address is mistyped.",
+          "Go to the shelf and open it from there."),
+    500: ("A fault of this program", "The page could not be made, and the fault is not yours. Nothing was changed.",
+          "The terminal where the server runs tells more. Please report it with the last lines there."),
+}  # fmt: skip
+
+
+def create_app(folder: Path, token: str) -> Flask:
+    """Make the application that shows the workbooks of a folder.
+
+    Args:
+        folder: whose workbooks are shown.
+        token: whoever has it may look.
+    """
+    templates = bundled("templates", "web")
+    app = Flask("rrp_sheets.web", template_folder=str(templates), static_folder=str(templates / "static"))
+    app.jinja_env.undefined = StrictUndefined
+    app.jinja_env.trim_blocks = app.jinja_env.lstrip_blocks = True
+    library = Library(folder)
+    icons = _icons(templates / "static" / "icons.svg")
+    protect(app, token)
+    _answer_errors(app)
+
+    @app.get("/")
+    def shelf() -> str:
+        return show(shelf_page(library))
+
+    @app.get("/book/<name>")
+    def book(name: str) -> str:
+        if not library.has(name):
+            abort(404)
+        return show(workbook_page(library.open(name), icons))
+
+    @app.get("/book/<name>/diagram/<int:number>.svg")
+    def diagram(name: str, number: int) -> Response:
+        if not library.has(name):
+            abort(404)
+        opened = library.open(name)
+        behaviours = opened.checked.graph.behaviours
+        if not 1 <= number <= len(behaviours):
+            abort(404)
+        return Response(picture(opened, behaviours[number - 1]), mimetype="image/svg+xml")
+
+    return app
+
+
+def show(page: Page) -> str:
+    """Render a page with its template."""
+    return render_template(page.template, page=page)
+
+
+def _answer_errors(app: Flask) -> None:
+    @app.errorhandler(SheetsError)
+    def tell(error: SheetsError) -> tuple[str, int]:
+        return show(MessagePage("This cannot be shown", error.message, error.remedy, reload=True)), 422
+
+    @app.errorhandler(HTTPException)
+    def explain(error: HTTPException) -> tuple[str, int]:
+        code = error.code or 500
+        if code in _REFUSALS:
+            return show(RefusedPage(*_REFUSALS[code])), code
+        return show(MessagePage(*_MESSAGES.get(code, _MESSAGES[404 if code < 500 else 500]))), code
+
+
+def _icons(path: Path) -> frozenset[str]:
+    return frozenset(re.findall(r'id="i-(\w+)"', path.read_text(encoding="utf-8")))

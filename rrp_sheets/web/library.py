@@ -1,0 +1,133 @@
+"""The workbooks of one folder, checked again only when their file has changed."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+from rrp_sheets import api
+from rrp_sheets.checks import Checked, check_workbook
+from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.workbook import Reading
+
+SUFFIXES = (".xlsx", ".md", ".markdown")
+MOST_FILES = 200
+_KEPT = 64
+
+Stamp = tuple[int, int, int]
+
+
+@dataclass(frozen=True)
+class Book:
+    """A workbook that was read and checked.
+
+    Attributes:
+        path: as the user's commands name it.
+        changed: when the file was last written.
+    """
+
+    name: str
+    path: Path
+    changed: datetime
+    reading: Reading
+    checked: Checked
+
+    @property
+    def title(self) -> str:
+        """The Protocol's title, or the file's name without its ending."""
+        return self.checked.workbook.protocol.text("Title") or Path(self.name).stem
+
+
+class Library:
+    """The workbooks directly in a folder. Safe to use from several threads.
+
+    Args:
+        folder: as the user gave it.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._lock = threading.Lock()
+        self._kept: OrderedDict[tuple[str, Stamp], Book | SheetsError] = OrderedDict()
+
+    def names(self) -> list[str]:
+        """The names of the files that may be workbooks, in alphabetical order.
+
+        Raises:
+            SheetsError: the folder cannot be read.
+        """
+        try:
+            found = [p.name for p in self.folder.iterdir() if p.suffix.casefold() in SUFFIXES and p.name[0] not in ".~"]
+        except OSError as error:
+            why = error.strerror or "the system refuses it"
+            raise SheetsError(
+                f"The folder {self.folder} cannot be read: {why}.", "Start again with another."
+            ) from error
+        return sorted(found, key=lambda name: (name.casefold(), name))
+
+    def has(self, name: str) -> bool:
+        """Whether there is such a file. Only what is listed can be opened, so no name leads out of the folder."""
+        return name in self.names()
+
+    def open(self, name: str) -> Book:
+        """Read and check a workbook of the folder.
+
+        Raises:
+            SheetsError: it cannot be read, or its name leads out of the folder.
+        """
+        path = self.folder / name
+        if not self.has(name) or not path.resolve().is_relative_to(self.folder.resolve()):
+            message = f"{printable(name)} is not a file of this folder."
+            raise SheetsError(message, "Put the workbook itself there; links that lead elsewhere are not followed.")
+        stamp = _stamp(path)
+        with self._lock:
+            found = self._kept.get((name, stamp)) if stamp else None
+        if found is None:
+            found = _read(name, path)
+            if stamp:
+                self._keep((name, stamp), found)
+        if isinstance(found, SheetsError):
+            raise found
+        return found
+
+    def _keep(self, key: tuple[str, Stamp], result: Book | SheetsError) -> None:
+        with self._lock:
+            self._kept[key] = result
+            while len(self._kept) > _KEPT:
+                self._kept.popitem(last=False)
+
+
+def _read(name: str, path: Path) -> Book | SheetsError:
+    try:
+        reading = api.read(path)
+        checked = check_workbook(reading.workbook, reading.report)
+        return Book(name, path, datetime.fromtimestamp(path.stat().st_mtime), reading, checked)
+    except UnreadableFile as error:
+        return error
+    except OSError as error:
+        return SheetsError(f"{printable(name)} has just gone: {error.strerror}.", "Go back and look again.")
+
+
+def _stamp(path: Path) -> Stamp | None:
+    try:
+        about = path.stat()
+    except OSError:
+        return None
+    return about.st_mtime_ns, about.st_size, about.st_ino
+
+
+def printable(name: str) -> str:
+    r"""A file's name as it can be shown: bytes that are no letters become question marks.
+
+    >>> printable("caf\udce9.xlsx")
+    'caf?.xlsx'
+    """
+    return name.encode("utf-8", "replace").decode()
+
+
+def addressable(name: str) -> bool:
+    """Whether a name can stand in an address, which names of undecodable bytes cannot."""
+    return printable(name) == name

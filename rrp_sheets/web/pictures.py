@@ -1,0 +1,33 @@
+"""The diagram of a behaviour as an SVG file of its own: pages embed it as an image, which can run nothing."""
+
+from __future__ import annotations
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.graph import BehaviourGraph
+from rrp_sheets.model.names import key
+from rrp_sheets.render.diagram import draw_diagram
+from rrp_sheets.render.svg import frame, text
+from rrp_sheets.web.library import Book
+
+_SECONDS = 15.0  # for the layout; a larger diagram is told as too large
+_LINE = 16.0
+
+
+def picture(book: Book, behaviour: BehaviourGraph) -> str:
+    """The behaviour's diagram, or a picture that says why there is none."""
+    flags = {
+        d.address.row: number
+        for number, d in enumerate(book.checked.report, 1)
+        if d.address and key(d.address.sheet) == behaviour.key
+    }
+    try:
+        drawn = draw_diagram(book.checked.graph, behaviour, problems=flags, whole=True, timeout=_SECONDS)
+    except SheetsError as error:
+        return _in_words([error.message, error.remedy])
+    return drawn[0].svg if drawn else _in_words(["There is no row to draw yet."])
+
+
+def _in_words(lines: list[str]) -> str:
+    body = "".join(text(8, 4 + _LINE * (n + 1), line, 11) for n, line in enumerate(lines))
+    high = _LINE * len(lines) + 16
+    return frame(body, 440, high, ident="why", title="No diagram", description=" ".join(lines))
