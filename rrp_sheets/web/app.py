@@ -21,7 +21,7 @@ from rrp_sheets.web.shelf import shelf_page
 _REFUSALS = {
     400: ("This address does not lead here", "The page was asked for under a name that is not this computer’s own.",
           "Use the address that rrp-sheets serve has printed."),
-    403: ("Not with this address", "These workbooks are shown only to who has the whole address.",
+    403: ("Not with this address", "Only someone who has the whole address can see these workbooks.",
           "Copy the address that rrp-sheets serve has printed, with everything after the question mark, or click it. "
           "Each start of the server makes a new one."),
     405: ("This page can only be looked at", "This version shows workbooks and changes nothing.", "Go back."),

@@ -8,12 +8,15 @@ from pathlib import Path
 
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.model.names import key
-from rrp_sheets.render.sentences import explain
+from rrp_sheets.render.sentences import BehaviourText, explain
 from rrp_sheets.web.library import Book
 from rrp_sheets.web.pages import Command, Problem, SheetView, WorkbookPage
+from rrp_sheets.web.pictures import MOST_ROWS, understood
 from rrp_sheets.web.sheets import BehaviourTable, Places, plain_view
 from rrp_sheets.web.shelf import changed, counts
 from rrp_sheets.workbook.headers import recognise
+
+MOST_PROBLEMS = 300
 
 
 def workbook_page(book: Book, icons: frozenset[str]) -> WorkbookPage:
@@ -30,6 +33,7 @@ def workbook_page(book: Book, icons: frozenset[str]) -> WorkbookPage:
         sheets=sheets,
         own=maker.own,
         problems=maker.problems(behaviours, sheets),
+        problems_left_out=maker.problems_left_out,
         commands=commands(book.path),
     )
 
@@ -40,7 +44,7 @@ def commands(path: Path) -> tuple[Command, ...]:
     return (
         Command(f"rrp-sheets run {file}", "runs it on the simulated robot"),
         Command(f"rrp-sheets check {file}", "says what is wrong with it, as this page does"),
-        Command(f"rrp-sheets diagram {file} -o {quoted(Path(path.stem).with_suffix('.pdf'))}", "draws it for printing"),
+        Command(f"rrp-sheets diagram {file} -o {quoted(Path(f'{path.stem}.pdf'))}", "draws it for printing"),
     )
 
 
@@ -61,7 +65,9 @@ class _PageMaker:
 
     def __init__(self, book: Book, icons: frozenset[str]) -> None:
         self._book, self._icons = book, icons
-        self._findings = list(enumerate(book.checked.report, 1))
+        findings = list(book.checked.report)
+        self.problems_left_out = max(0, len(findings) - MOST_PROBLEMS)
+        self._findings = list(enumerate(findings[:MOST_PROBLEMS], 1))
         names = book.checked.workbook.sheets
         self._anchors = {key(name): f"s{n}" for n, name in reversed(list(enumerate(names, 1)))}
         recognised = [(sheet, recognise(sheet)) for sheet in book.reading.sheets]
@@ -72,14 +78,23 @@ class _PageMaker:
         """The tables of the behaviours."""
         checked = self._book.checked
         maker = BehaviourTable(checked.graph, self._icons)
+        told = self._told()
         drawn = {b.key: b for b in checked.graph.behaviours}
         views = []
         for behaviour in checked.workbook.behaviours:
             graph = drawn.get(key(behaviour.name))
-            said = explain(checked.graph, checked.workbook, checked.robot, [graph]) if graph else []
             places, anchor = self._places(behaviour.name), self._anchors.get(key(behaviour.name), "")
-            views.append(maker.view(behaviour, graph, places, anchor, said[0] if said else None))
+            views.append(maker.view(behaviour, graph, places, anchor, told.get(key(behaviour.name))))
         return tuple(views)
+
+    def _told(self) -> dict[str, BehaviourText]:
+        """The behaviours in words, by their key; those that are too long or not understood are missing."""
+        checked = self._book.checked
+        if not understood(checked.graph):
+            return {}
+        short = [b for b in checked.graph.behaviours if len(b.steps) <= MOST_ROWS]
+        said = explain(checked.graph, checked.workbook, checked.robot, short)
+        return {b.key: words for b, words in zip(short, said, strict=True)}
 
     def sheets(self) -> tuple[SheetView, ...]:
         """The tables of the other sheets of ours, in the order of the file."""

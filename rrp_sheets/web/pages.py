@@ -122,11 +122,19 @@ class RowView:
 
 
 @dataclass(frozen=True, slots=True)
+class Piece:
+    """A piece of a text; `code` where it is a formula."""
+
+    text: str
+    code: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class Sentence:
     """What a row does, in words; `active` is False when it is switched off or nothing feeds it."""
 
     number: int
-    text: str
+    pieces: tuple[Piece, ...]
     active: bool
 
 
@@ -134,7 +142,7 @@ class Sentence:
 class Words:
     """What a behaviour does, in words: all of it, what it takes in and acts on, and row by row."""
 
-    paragraph: str
+    paragraph: tuple[Piece, ...]
     sensors: tuple[str, ...]
     actuators: tuple[str, ...]
     rows: tuple[Sentence, ...]
@@ -150,7 +158,8 @@ class SheetView:
         problems: those of the sheet as a whole or of cells that are not shown.
         left_out: how many rows are not shown.
         picture: the behaviour's number in the addresses of diagrams; 0 for none.
-        words: what it does; None of a sheet that is no behaviour.
+        words: what it does; None of a sheet that is no behaviour, is too long, or cannot be understood yet.
+        too_long: for a picture and words.
     """
 
     anchor: str
@@ -162,6 +171,7 @@ class SheetView:
     left_out: int = 0
     picture: int = 0
     words: Words | None = None
+    too_long: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,6 +196,7 @@ class WorkbookPage:
     sheets: tuple[SheetView, ...]
     own: tuple[str, ...]
     problems: tuple[Problem, ...]
+    problems_left_out: int
     commands: tuple[Command, ...]
 
 

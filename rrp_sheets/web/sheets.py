@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 
 from rrp_sheets.graph import BehaviourGraph, Graph, Step, StreamKind
@@ -9,12 +10,15 @@ from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Behaviour, Row
 from rrp_sheets.render.sentences import BehaviourText
-from rrp_sheets.web.pages import CellView, Name, Problem, RowView, Sentence, SheetView, Words
+from rrp_sheets.web import pictures
+from rrp_sheets.web.pages import CellView, Name, Piece, Problem, RowView, Sentence, SheetView, Words
 from rrp_sheets.workbook.headers import Recognised
 from rrp_sheets.workbook.raw import RawCell, RawSheet
 
 MOST_ROWS = 2000
 _HEADERS = ("On", "Input streams", "Connector", "Formula", "Output stream", "Notes")
+
+_CODE = re.compile(r"(`+)(.+?)\1(?!`)")
 
 Places = Mapping[int, Mapping[int, Sequence[Problem]]]
 """The problems of a sheet by row and column."""
@@ -43,8 +47,9 @@ class BehaviourTable:
             anchor, behaviour.name, "Behaviour", _HEADERS, rows,
             problems=elsewhere(places, {r.number for r in rows}),
             left_out=max(0, len(behaviour.rows) - MOST_ROWS),
-            picture=self._graph.behaviours.index(drawn) + 1 if drawn and drawn.steps else 0,
+            picture=self._graph.behaviours.index(drawn) + 1 if drawn and drawn.steps and said else 0,
             words=_words(said) if said else None,
+            too_long=len(behaviour.rows) > pictures.MOST_ROWS,
         )  # fmt: skip
 
     def _row(self, row: Row, step: Step | None, sheet: str, places: Places, anchor: str) -> RowView:
@@ -111,5 +116,19 @@ def elsewhere(places: Places, rows: set[int]) -> tuple[Problem, ...]:
 
 
 def _words(said: BehaviourText) -> Words:
-    rows = tuple(Sentence(r.number, r.text, r.active) for r in said.rows[:MOST_ROWS])
-    return Words(said.paragraph, said.sensors, said.actuators, rows)
+    rows = tuple(Sentence(r.number, pieces(r.text), r.active) for r in said.rows[:MOST_ROWS])
+    return Words(pieces(said.paragraph), said.sensors, said.actuators, rows)
+
+
+def pieces(text: str) -> tuple[Piece, ...]:
+    """A text with formulas in backticks, in its pieces.
+
+    >>> [(p.text, p.code) for p in pieces("When `x > 1` holds")]
+    [('When ', False), ('x > 1', True), (' holds', False)]
+    """
+    found: list[Piece] = []
+    end = 0
+    for match in _CODE.finditer(text):
+        found += [Piece(text[end : match.start()]), Piece(match[2].strip(), code=True)]
+        end = match.end()
+    return tuple(p for p in (*found, Piece(text[end:])) if p.text)

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.errors import SheetsError
+from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.web.library import MOST_FILES, Book, Library, addressable, printable
 from rrp_sheets.web.pages import Card, Count, ShelfPage, Unreadable
+from rrp_sheets.web.pictures import understood
 
+_NO_TABLES = "FILE017"
 _UNSHOWABLE = "Its name has letters that cannot be shown here."
 
 
@@ -25,6 +27,9 @@ def shelf_page(library: Library) -> ShelfPage:
         try:
             book = library.open(name)
         except SheetsError as error:
+            if isinstance(error, UnreadableFile) and error.code == _NO_TABLES and not name.casefold().endswith(".xlsx"):
+                others.append(name)
+                continue
             unreadable.append(Unreadable(name, error.message, error.remedy))
             continue
         if book.reading.format == "markdown" and _is_prose(book):
@@ -74,5 +79,5 @@ def _card(book: Book) -> Card:
         size=f"{plural(len(workbook.behaviours), 'behaviour')}, {plural(rows, 'row')}",
         changed=changed(book),
         counts=counts(book.checked.report),
-        picture=bool(drawable and drawable[0].steps),
+        picture=bool(drawable and drawable[0].steps and understood(book.checked.graph)),
     )

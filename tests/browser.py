@@ -1,0 +1,31 @@
+"""A browser for the tests of the pages."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from urllib.parse import quote
+
+from flask.testing import FlaskClient
+from werkzeug.test import TestResponse
+
+from rrp_sheets.web.app import create_app
+
+TOKEN = "a-token-of-the-tests"
+HOME = "http://127.0.0.1:8000"
+HEADER = "| Input streams | Connector | Formula | Output stream | On | Notes |\n|---|---|---|---|---|---|\n"
+GOOD = "## Tracking\n" + HEADER + "| Red ball | subscribe | | Head tracker | | |\n"
+
+
+def visit(folder: Path) -> FlaskClient:
+    """A browser that was given the address with its token."""
+    client = create_app(folder, TOKEN).test_client()
+    assert client.get(f"/?token={TOKEN}", base_url=HOME).status_code == 302
+    return client
+
+
+def get(client: FlaskClient, address: str, **headers: str) -> TestResponse:
+    return client.get(address, base_url=HOME, headers={k.replace("_", "-"): v for k, v in headers.items()})
+
+
+def book(name: str) -> str:
+    return f"/book/{quote(name, safe='')}"
