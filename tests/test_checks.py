@@ -180,3 +180,21 @@ PROTOCOL = "## Protocol\n| Field | Value |\n|---|---|\n"
 )
 def test_protocol(line, expected):
     assert findings(rows("| Red ball | subscribe | | Print |", PROTOCOL + line)) == expected
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "| Red ball | mapp | 1 | |\n| | subscribe | | Print |",
+        "| Red ball | map | 1 | |\n| Red ball | subscribe | | Print |",
+        "| Red ball | map | 1 | Say |\n| | subscribe | | Print |",
+        "| B | map | b | A |\n| A | map | a | B |\n| A | subscribe | | Print |",
+    ],
+)
+def test_a_wrong_workbook_can_still_be_drawn_and_explained(text, tmp_path):
+    from rrp_sheets.runs.drawings import draw, explain
+
+    checked = check(rows(text))
+    assert checked.report.errors
+    draw(checked, tmp_path / "d.svg")
+    assert explain(checked)

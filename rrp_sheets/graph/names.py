@@ -36,12 +36,17 @@ class Names:
             for row, connector in pairs:
                 if row.on is on and row.output and not (connector and connector.drives):
                     self.made.setdefault(key(row.output.text), row)
-        # a row without a connector may have meant subscribe: no second message about its output then
-        self.unsure = {key(r.output.text) for r, c in pairs if c is None and r.output}
 
     def output_id(self, row: Row, connector: Connector | None) -> str:
-        """The id of what a row gives, whether or not it is in order."""
-        return f"{self.sheet}!{key(row.output.text)}" if row.output else f"{self.sheet}!#{row.number}"
+        """The id of what a row gives, also of a row that is not in order: the rows after it may still be drawn."""
+        if row.output:
+            return self._ordinary(row.output, f"{self.sheet}!{key(row.output.text)}")
+        return self._anonymous(row)
+
+    def _anonymous(self, row: Row) -> str:
+        stream_id = f"{self.sheet}!#{row.number}"
+        self.streams.setdefault(stream_id, Stream(stream_id, "", StreamKind.ANONYMOUS, row.output.address))
+        return stream_id
 
     def input(self, cell: Cell, row: Row) -> str | None:
         """The stream id of an input name, or None when it is refused."""
@@ -73,9 +78,7 @@ class Names:
                 if row.on:
                     self.report.add("GRAPH004", cell.address)
                 return None
-            stream_id = f"{self.sheet}!#{row.number}"
-            self.streams.setdefault(stream_id, Stream(stream_id, "", StreamKind.ANONYMOUS, cell.address))
-            return stream_id
+            return self._anonymous(row)
         return self._given(cell, row)
 
     def _given(self, cell: Cell, row: Row) -> str | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from rrp_sheets.devices import Robot
 from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream, StreamKind
@@ -93,22 +94,42 @@ def _sensor(stream: Stream, words: Texts) -> str:
     return f"{clean(stream.name)} ({words.get('behaviour.told')})" if told else clean(stream.name)
 
 
+class _Chain:
+    """The rows that are on, in order, with who reads what; so that long sheets are told in linear time."""
+
+    def __init__(self, steps: list[Step]) -> None:
+        self._after = {id(a): b for a, b in pairwise(steps)}
+        self._readers: dict[str, list[Step]] = {}
+        for step in steps:
+            for stream in dict.fromkeys(step.inputs):
+                self._readers.setdefault(stream, []).append(step)
+
+    def after(self, step: Step) -> Step | None:
+        """The row after a row."""
+        return self._after.get(id(step))
+
+    def only_use(self, stream: str, by: Step) -> bool:
+        """Whether a row alone reads a stream."""
+        return all(step is by for step in self._readers.get(stream, ()))
+
+
 def _paragraph(behaviour: BehaviourGraph, active: list[Step], rows: Rows, words: Texts) -> str:
     sentences: list[str] = []
     place = 0
+    chain = _Chain(active)
     while place < len(active):
         step, following = active[place], active[place + 1] if place + 1 < len(active) else None
         before = active[place - 1] if place else None
         chained = before is not None and _follows(step, before)
         if (
             step.connector.name == "filter" and following is not None and len(set(step.inputs)) == 1
-            and _follows(following, step) and _only_use(step.output, following, active)
+            and _follows(following, step) and chain.only_use(step.output, following)
             and following.connector.name in ("map", "subscribe") and (chained or not rows.is_sensor(step.inputs[0]))
         ):  # fmt: skip
-            sentences.append(_when(step, following, chained, active, rows, words))
+            sentences.append(_when(step, following, chained, chain, rows, words))
             place += 2
             continue
-        sentences.append(_sentence(step, before, active, rows, words))
+        sentences.append(_sentence(step, before, chain, rows, words))
         place += 1
     off = [str(step.number) for step in behaviour.steps if not step.row.on]
     if off:
@@ -123,20 +144,16 @@ def _follows(step: Step, before: Step) -> bool:
     return alone and before.connector.name in _JOINED and step.connector.name in (*_JOINED, "subscribe")
 
 
-def _only_use(stream: str, by: Step, active: list[Step]) -> bool:
-    return all(step is by for step in active if stream in step.inputs)
-
-
-def _when(test: Step, act: Step, chained: bool, active: list[Step], rows: Rows, words: Texts) -> str:
+def _when(test: Step, act: Step, chained: bool, chain: _Chain, rows: Rows, words: Texts) -> str:
     """A filter and the one row that takes what it lets through, in one sentence."""
     condition = rows.wording(test, pronoun=chained).condition(test.row.formula.text)
     if act.connector.drives:
         return rows.sentence_of_subscribe(act, event=words.get("chain.does", condition=condition))
     work = rows.wording(act, pronoun=True).work(act.row.formula.text)
-    return words.get("chain.when", condition=condition, work=work, **{"as": _name(act, active, rows, words)})
+    return words.get("chain.when", condition=condition, work=work, **{"as": _name(act, chain, rows, words)})
 
 
-def _sentence(step: Step, before: Step | None, active: list[Step], rows: Rows, words: Texts) -> str:
+def _sentence(step: Step, before: Step | None, chain: _Chain, rows: Rows, words: Texts) -> str:
     if before is not None and before.connector.name == "map" and _follows(step, before):
         wording, formula = rows.wording(step, pronoun=True), step.row.formula.text
         if step.connector.name == "filter":
@@ -144,21 +161,20 @@ def _sentence(step: Step, before: Step | None, active: list[Step], rows: Rows, w
             onto = words.get("row.onto", name=rows.noun(step.output)) if rows.graph.streams[step.output].name else ""
             return words.get("chain.filter", condition=condition, onto=onto)
         if step.connector.name == "map":
-            return words.get("chain.next", work=wording.work(formula), **{"as": _name(step, active, rows, words)})
+            return words.get("chain.next", work=wording.work(formula), **{"as": _name(step, chain, rows, words)})
         return rows.sentence_of_subscribe(step, event=words.get("chain.then"))
     said = rows.bare_sentence(step)
-    if step.connector.name == "map" and not _name(step, active, rows, words):
+    if step.connector.name == "map" and not _name(step, chain, rows, words):
         name = words.get("row.as", name=rows.noun(step.output))
         said = said.removesuffix(f"{name}.").removesuffix(".") + "."
     return said
 
 
-def _name(step: Step, active: list[Step], rows: Rows, words: Texts) -> str:
+def _name(step: Step, chain: _Chain, rows: Rows, words: Texts) -> str:
     """The result's name, when a later sentence uses it and not just "it"."""
-    place = active.index(step)
-    following = active[place + 1] if place + 1 < len(active) else None
+    following = chain.after(step)
     is_it = step.connector.name == "map" and following is not None and _follows(following, step)
-    if is_it and following is not None and _only_use(step.output, following, active):
+    if is_it and following is not None and chain.only_use(step.output, following):
         return ""
     if not rows.graph.streams[step.output].name:
         return ""
