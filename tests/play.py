@@ -75,5 +75,5 @@ def play(markdown: str, events: list[tuple[float, str, object]], until_ms: float
     played = Played(checked)
     engine = FrameEngine(make_plan(checked), played)
     world = VirtualWorld((round(ms * 1000), key(stream), value) for ms, stream, value in events)
-    run_loop(engine, world, round(until_ms * 1000))
+    run_loop(engine, world, world.start(), round(until_ms * 1000))
     return played

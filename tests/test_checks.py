@@ -189,6 +189,8 @@ def test_protocol(line, expected):
         "| Red ball | map | 1 | |\n| Red ball | subscribe | | Print |",
         "| Red ball | map | 1 | Say |\n| | subscribe | | Print |",
         "| B | map | b | A |\n| A | map | a | B |\n| A | subscribe | | Print |",
+        "| Red ball | sample | fast | X |\n| X | forgetAfter | | Y |\n| Y | subscribe | | Print |",
+        "| Red ball | timestamp | 5 | X |\n| X | merge | | Y |\n| Y | subscribe | ( | Print |",
     ],
 )
 def test_a_wrong_workbook_can_still_be_drawn_and_explained(text, tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import click
@@ -15,6 +16,8 @@ def command(file: Path, output: Path | None, behaviour: str) -> None:
     """Draw the behaviours of FILE: sensors at the top, actuators at the bottom, rows numbered as in the sheet.
 
     A workbook with errors is drawn as far as it is understood, with flags at the rows in question.
+
+    Exit code: 0, or 1 when the workbook has errors, 2 when it cannot be read.
     """
     from rrp_sheets import api
     from rrp_sheets.cli.check import print_findings
@@ -25,3 +28,4 @@ def command(file: Path, output: Path | None, behaviour: str) -> None:
     for note in lacks:
         click.echo(f"Note: {note}", err=True)
     click.echo(f"Drawn: {target}")
+    sys.exit(1 if checked.report.errors else 0)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import click
+
+from rrp_sheets.errors import SheetsError
 
 
 @click.command(name="explain")
@@ -12,14 +15,22 @@ import click
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="a text file to write instead of printing")
 @click.option("--behaviour", default="", help="only this behaviour (a sheet's name)")
 def command(file: Path, output: Path | None, behaviour: str) -> None:
-    """Say in plain words what FILE does: a paragraph per behaviour and a sentence per row."""
+    """Say in plain words what FILE does: a paragraph per behaviour and a sentence per row.
+
+    Exit code: 0, or 1 when the workbook has errors (what is understood is told), 2 when it cannot be read.
+    """
     from rrp_sheets import api
     from rrp_sheets.cli.check import print_findings
+    from rrp_sheets.workbook.atomic import write_atomically
 
     text, checked = api.explain(file, behaviour)
     print_findings(checked.report.errors, err=True)
     if output is None:
         click.echo(text)
     else:
-        output.write_text(text + "\n", encoding="utf-8")
+        try:
+            write_atomically(output, (text + "\n").encode())
+        except OSError as error:
+            raise SheetsError(f"“{output}” cannot be written ({error.strerror}).", "Name another file.") from None
         click.echo(f"Written: {output}")
+    sys.exit(1 if checked.report.errors else 0)

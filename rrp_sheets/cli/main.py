@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 from typing import Any
 
 import click
 
 from rrp_sheets import __version__
-from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.errors import RunBroken, SheetsError, UnreadableFile
 
 _COMMANDS = {
     "new": "Make a workbook to start from.",
@@ -19,7 +20,7 @@ _COMMANDS = {
     "run": "Run a workbook on the simulated robot.",
     "serve": "Show the workbooks of a folder in the browser.",
 }
-UNREADABLE = 2
+UNREADABLE, BROKEN = 2, 3
 
 
 class _Lazy(click.Group):
@@ -66,13 +67,20 @@ def main() -> None:
             reconfigure(errors="replace")
     try:
         group(prog_name="rrp-sheets")
+    except RunBroken as error:
+        fail(error, BROKEN)
     except UnreadableFile as error:
         fail(error, UNREADABLE)
     except SheetsError as error:
         fail(error, 2)
     except BrokenPipeError:
-        sys.stderr.close()  # the reader of our output has gone, as with `| head`
+        mute()
         sys.exit(0)
+
+
+def mute() -> None:
+    """Whoever read our output has gone, as with `| head`: what comes goes nowhere, and nobody complains at the exit."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
 def fail(error: SheetsError, code: int) -> None:

@@ -11,10 +11,11 @@ from types import FrameType
 
 import click
 
+from rrp_sheets.cli.main import BROKEN
 from rrp_sheets.cli.watch import Watch
 from rrp_sheets.model.durations import parse_duration
 
-BROKEN, INTERRUPTED = 3, 130
+INTERRUPTED = 130
 
 
 @click.command(name="run")

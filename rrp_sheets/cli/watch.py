@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rrp_sheets.cli.check import print_findings
+from rrp_sheets.cli.main import mute
 from rrp_sheets.model.values import Failure, Value, show
 from rrp_sheets.runs import RunResult, RunView
 from rrp_sheets.runtime.ports import Happening
@@ -35,6 +36,13 @@ class Watch(RunView):
         self._until = 0
         self._told = 0
 
+    def _echo(self, text: str, *, nl: bool = True, err: bool = False) -> None:
+        """Print; when nobody reads any more, the run goes on unseen: its files are what counts."""
+        try:
+            click.echo(text, nl=nl, err=err)
+        except BrokenPipeError:
+            mute()
+
     def stopped(self) -> bool:
         """Whether Ctrl-C was pressed."""
         return self.interrupted
@@ -45,12 +53,12 @@ class Watch(RunView):
         self._until = until_us
         rows = len(plan.steps)
         title = plan.checked.workbook.protocol.text("Title") or Path(plan.checked.workbook.source).stem
-        print_findings(plan.checked.report)
-        click.echo(f"{title}: {rows} rows for {until_us / 1e6:g} s. Ctrl-C stops.")
+        print_findings(plan.checked.report, err=True)
+        self._echo(f"{title}: {rows} rows for {until_us / 1e6:g} s. Ctrl-C stops.")
 
     def _line(self, us: int, text: str, colour: str | None = None) -> None:
         self._told = us
-        click.echo(f"{us / 1e6:7.2f} s  {click.style(text, fg=colour) if colour else text}")
+        self._echo(f"{us / 1e6:7.2f} s  {click.style(text, fg=colour) if colour else text}")
 
     def event(self, us: int, stream: str, row: str, value: Value) -> None:
         """A command for an actuator, when it is not the same stream of commands going on."""
@@ -83,21 +91,21 @@ class Watch(RunView):
 
     def finishing(self) -> None:
         """The run is over."""
-        click.echo("Stopped: " if self.interrupted else "The run is over: ", nl=False)
-        click.echo("the robot goes to rest, the files are written …")
+        self._echo("Stopped: " if self.interrupted else "The run is over: ", nl=False)
+        self._echo("the robot goes to rest, the files are written …")
 
     def ended(self, result: RunResult) -> None:
         """Say what was left where."""
         summary = result.summary
         if result.broken is not None:
-            click.echo(click.style(f"The run broke off: {result.broken.message}", fg="red"), err=True)
-            click.echo(f"  → {result.broken.remedy}", err=True)
+            self._echo(click.style(f"The run broke off: {result.broken.message}", fg="red"), err=True)
+            self._echo(f"  → {result.broken.remedy}", err=True)
         for problem in result.problems:
-            click.echo(click.style(problem, fg="red"), err=True)
+            self._echo(click.style(problem, fg="red"), err=True)
         speed = summary.simulated / summary.wall if summary.wall else 0
-        click.echo(f"{summary.simulated:g} s in {summary.wall:.1f} s ({speed:.1f} times real time), "
+        self._echo(f"{summary.simulated:g} s in {summary.wall:.1f} s ({speed:.1f} times real time), "
                    f"{sum(summary.commands.values())} commands, {sum(summary.errors.values())} errors.")  # fmt: skip
-        click.echo(f"In {result.folder}:")
+        self._echo(f"In {result.folder}:")
         width = max((len(n) for n in result.files), default=0)
         for name, what in result.files.items():
-            click.echo(f"  {name:<{width}}  {what}")
+            self._echo(f"  {name:<{width}}  {what}")

@@ -148,12 +148,12 @@ class Rows:
             "as": self.texts.get("row.as", name=output) if named else "",
             "onto": self.texts.get("row.onto", name=output) if named else "",
         }  # fmt: skip
-        return {**plain, **{name.capitalize(): _capital(value) for name, value in plain.items() if value}}
+        return {**plain, **{name.capitalize(): _capital(value) for name, value in plain.items()}}
 
     def _pace(self, step: Step) -> str:
         us, get = step.period_us, self.texts.get
-        if not us:
-            return ""
+        if not us:  # the row is wrong, and is told as it stands
+            return get("pace.every", period=clean(step.row.formula.text) or "…")
         if us <= 1_000_000 and 1_000_000 % us == 0:
             times = 1_000_000 // us
             return get("pace.once") if times == 1 else get("pace.twice") if times == 2 else get("pace.times", n=times)

@@ -28,7 +28,7 @@ _WHAT = {
 
 
 class RunFolder:
-    """Makes a run's folder and fills it; `path` is where it is."""
+    """A run's folder; `path` is where it will be, :meth:`make` makes it."""
 
     def __init__(self, reading: Reading, out: Path | None) -> None:
         self.reading = reading
@@ -36,6 +36,9 @@ class RunFolder:
         self.path = (out or self._default()).absolute()
         if (self.path / "trace.jsonl").exists():
             raise SheetsError(f"There is a run in “{self.path}” already.", "Name another folder with --out.")
+
+    def make(self) -> None:
+        """Make the folder; raises SheetsError when that cannot be done."""
         try:
             self.path.mkdir(parents=True, exist_ok=True)
         except OSError as error:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +20,7 @@ from rrp_sheets.runs.folder import RunFolder
 from rrp_sheets.runtime.frame import FrameEngine
 from rrp_sheets.runtime.loop import Summary, run_loop
 from rrp_sheets.runtime.plan import Plan, make_plan
-from rrp_sheets.runtime.ports import Happening, World
+from rrp_sheets.runtime.ports import Arrivals, Happening, World
 from rrp_sheets.runtime.trace import TraceWriter, stream_label
 
 if TYPE_CHECKING:
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
 AFTER_SCENE_US = 5_000_000
 WITHOUT_SCENE_US = 30_000_000
-MODES = ("simulated", "pilot")
 
 
 @dataclass(frozen=True)
@@ -107,7 +106,6 @@ class _Recorder:
 
     trace: TraceWriter
     view: RunView
-    plan: Plan = field(repr=False)
 
     def event(self, us: int, stream: str, row: str, value: Value) -> None:
         self.trace.event(us, stream, row, value)
@@ -137,6 +135,7 @@ def run(
     Raises:
         SheetsError: when the workbook has errors or the folder cannot be used.
         MissingPart: when the simulator is not installed here.
+        RunBroken: when a device does not start; then nothing is left.
     """
     settings, view = settings or RunSettings(), view or RunView()
     if checked.report.errors:
@@ -149,44 +148,61 @@ def run(
     )
     seed = checked.run.seed if settings.seed is None else settings.seed
     folder = RunFolder(reading, settings.out)
-    live = (world or _simulated(settings))(plan, scene, seed, folder.path)
     until = _until(checked, settings)
+    live = (world or _simulated(settings))(plan, scene, seed, folder.path)
+    view.started(plan, until, folder.path)
+    arrivals = live.start()
+    folder.make()
+    folder.keep_workbook(checked)
     header = {
         "program": __version__, "workbook": reading.digest, "name": Path(reading.workbook.source).name,
         "robot": checked.robot.name, "engine": "frame", "frame_rate": checked.run.frame_rate, "mode": settings.mode,
         "seed": seed, "participant": settings.participant, "condition": settings.condition,
         "operator": settings.operator, "began": datetime.now(UTC).isoformat(timespec="milliseconds"),
     }  # fmt: skip
-    folder.keep_workbook(checked)
     trace = TraceWriter(folder.path / "trace.jsonl", plan, header)
-    engine = FrameEngine(plan, _Recorder(trace, view, plan))
-    view.started(plan, until, folder.path)
-    summary, broken = _go(engine, live, until, trace, view, settings)
+    engine = FrameEngine(plan, _Recorder(trace, view))
+    summary, broken = _go(engine, live, arrivals, until, trace, view, settings)
     files, problems = folder.finish(checked)
     return RunResult(folder.path, files, summary, broken, problems)
 
 
 def _go(
-    engine: FrameEngine, world: World, until: int, trace: TraceWriter, view: RunView, settings: RunSettings
+    engine: FrameEngine,
+    world: World,
+    arrivals: Arrivals,
+    until: int,
+    trace: TraceWriter,
+    view: RunView,
+    settings: RunSettings,
 ) -> tuple[Summary, RunBroken | None]:
-    """The loop between starting and stopping; the trace is closed whatever happens."""
+    """The loop between starting and stopping; whatever happens, the world is stopped and the trace is closed."""
+
+    def tell(us: int, happening: Happening) -> None:
+        if happening.kind == "error":  # an actuator cannot use its value: an error of that row like any other
+            place = happening.row or happening.stream
+            engine.errors[place] = engine.errors.get(place, 0) + 1
+        view.happening(us, happening)
+
     began = time.monotonic()
     broken: RunBroken | None = None
     ended = "broken"
     try:
-        _, ended = run_loop(engine, world, until, trace=trace, paced=not settings.fast, stopped=view.stopped,
-                            tell=view.happening, tick=view.frame)  # fmt: skip
+        _, ended = run_loop(engine, world, arrivals, until, trace=trace, paced=not settings.fast,
+                            stopped=view.stopped, tell=tell, tick=view.frame)  # fmt: skip
     except RunBroken as error:
         broken = error
     finally:
         wall = time.monotonic() - began
         summary = _summary(engine, wall, ended)
-        view.finishing()
         try:
-            with suppress(RunBroken):  # it broke already, and that is being told
-                world.stop()
+            view.finishing()
         finally:
-            trace.close(summary.as_dict(wall=False))
+            try:
+                with suppress(RunBroken):  # it broke already, and that is being told
+                    world.stop()
+            finally:
+                trace.close(summary.as_dict(wall=False))
     return summary, broken
 
 
@@ -212,7 +228,9 @@ def _until(checked: Checked, settings: RunSettings) -> int:
 def _simulated(settings: RunSettings) -> Callable[[Plan, tuple[SceneAction, ...], int, Path], World]:
     def make(plan: Plan, scene: tuple[SceneAction, ...], seed: int, out: Path) -> World:
         from rrp_sheets.drivers.simulated import SimulatedWorld
+        from rrp_sheets.sim.process import require
 
+        require()
         checked = plan.checked
         kwargs: dict[str, Any] = {"seed": seed, "frame_rate": checked.run.frame_rate, "out": out, "film": settings.film}
         return SimulatedWorld(checked.robot, plan.sensors, plan.actuators, scene, **kwargs)

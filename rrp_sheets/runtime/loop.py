@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rrp_sheets.runtime.frame import FrameEngine
-from rrp_sheets.runtime.ports import Happening, World
+from rrp_sheets.runtime.ports import Arrivals, Happening, World
 from rrp_sheets.runtime.trace import TraceWriter
 
 
@@ -44,6 +44,7 @@ class Summary:
 def run_loop(
     engine: FrameEngine,
     world: World,
+    arrivals: Arrivals,
     until_us: int,
     *,
     trace: TraceWriter | None = None,
@@ -57,6 +58,7 @@ def run_loop(
     Args:
         engine: with its rows wired.
         world: started and stopped by the caller.
+        arrivals: what its start gave: those of time 0.
         until_us: the last frame is the first at or after this time.
         trace: flushed once per frame.
         paced: wait so that the run is not faster than real time.
@@ -65,9 +67,8 @@ def run_loop(
         tick: called after each frame.
     """
     rate = engine.plan.checked.run.frame_rate
-    began = time.monotonic()
-    arrivals = world.start()
     frame = now = 0
+    began = time.monotonic()
     while True:
         commands = engine.settle(now, arrivals.events)
         for happening in arrivals.happenings:
