@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 from reactivex import Observable
 from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
@@ -49,9 +49,6 @@ class Wiring:
     period_us: int = 0
     fail: Callable[[Failure, tuple[Value, ...]], None] = lambda failure, values: None
     names: tuple[str, ...] = ()
-
-
-Subscribe = Callable[[ObserverBase[Value], SchedulerBase | None], Any]
 
 
 def settle(

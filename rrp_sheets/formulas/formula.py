@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 from rrp_sheets.formulas.scope import Scope
 from rrp_sheets.formulas.spelling import to_python
-from rrp_sheets.formulas.tree import parse, resolve
+from rrp_sheets.formulas.syntax import parse
+from rrp_sheets.formulas.tree import resolve
 from rrp_sheets.model.values import Value
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Parsing, and the static allow-list: what is not expressly allowed is refused, with its position.
+"""The static allow-list: what is not expressly allowed is refused, with its position.
 
 The tree that comes out is ready for the evaluator: names are resolved, functions and helpers are bound to their
 nodes, `IF`, `AND`, `OR`, `NOT` and `IFERROR` have become nodes of their own.
@@ -9,7 +9,6 @@ from __future__ import annotations
 import ast
 import builtins
 import re
-import warnings
 from collections.abc import Callable
 
 from rrp_sheets.formulas.functions import Function
@@ -28,46 +27,6 @@ _NAMES = {
 _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod, ast.Pow)
 _COMPARISONS = (ast.Eq, ast.NotEq, ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.In, ast.NotIn, ast.Is, ast.IsNot)
 _ADVICE = "Formulas are built of inputs, numbers, texts, operators and the library's functions."
-
-
-def parse(source: str) -> ast.expr:
-    """The expression's tree; raises FormulaProblem FORM001 or FORM002."""
-    if source.count("(") + source.count("[") > MOST_NODES or _deepest_brackets(source) > DEEPEST:
-        raise FormulaProblem("FORM002", 0, reason="its brackets are nested too deeply")
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # "is with a literal" is ours to tell
-            return ast.parse(source, mode="eval").body
-    except SyntaxError as error:
-        column = max((error.offset or 1) - 1, 0)
-        reason, remedy = _syntax_words(source, column, error)
-        raise FormulaProblem("FORM001", column, reason=reason, remedy=remedy) from None
-    except (ValueError, RecursionError, MemoryError, OverflowError):
-        raise FormulaProblem("FORM002", 0, reason="it is nested too deeply") from None
-
-
-def _deepest_brackets(source: str) -> int:
-    depth = deepest = 0
-    for c in source:
-        depth += (c in "([{") - (c in ")]}")
-        deepest = max(deepest, depth)
-    return deepest
-
-
-def _syntax_words(source: str, column: int, error: SyntaxError) -> tuple[str, str]:
-    """A syntax error in a therapist's words."""
-    if re.search(r"(?<![<>=!])=(?!=)", re.sub(r"\"[^\"]*\"|'[^']*'", "", source)):
-        return "there is a single = in it", "Write == to ask whether two things are equal."
-    balance = source.count("(") - source.count(")")
-    if balance:
-        missing = "closing" if balance > 0 else "opening"
-        return f"a {missing} bracket is missing", f"Add the {missing} bracket."
-    if "expected 'else'" in (error.msg or ""):
-        return "an if without else", 'Write: "near" if distance < 1 else "far".'
-    if "unterminated" in (error.msg or ""):
-        return "a quote is missing at the end of a text", "Close the text with the same quote as at its beginning."
-    near = source[column : column + 12].strip()
-    return (f"it breaks off at “{near}”" if near else "it breaks off at its end"), "Check what stands there."
 
 
 def resolve(tree: ast.expr, scope: Scope) -> ast.expr:
@@ -140,8 +99,14 @@ class _Resolver:
         guess = nearest(name, self.scope.known())
         if guess:
             return f"Did you mean {argument_name(guess)}?"
-        mine = ", ".join(dict.fromkeys(i.name for i in self.scope.inputs.values()))
-        return f"The inputs are called {mine} here." if mine else "Put a text between quotes."
+        mine = list(dict.fromkeys(i.name for i in self.scope.inputs.values()))
+        if not mine:
+            return "Put a text between quotes."
+        return (
+            f"The inputs are called {', '.join(mine)} here."
+            if len(mine) > 1
+            else f"The input is called {mine[0]} here."
+        )
 
     # ---- operators
     def _binop(self, node: ast.BinOp, depth: int) -> ast.expr:

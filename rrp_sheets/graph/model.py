@@ -88,13 +88,3 @@ class Graph:
 
     behaviours: tuple[BehaviourGraph, ...]
     streams: Mapping[str, Stream]
-
-    def sensors_of(self, behaviour: BehaviourGraph) -> list[Stream]:
-        """The sensor streams a behaviour reads, in the order of its rows."""
-        ids = dict.fromkeys(i for s in behaviour.steps for i in s.inputs)
-        return [self.streams[i] for i in ids if self.streams[i].kind is StreamKind.SENSOR]
-
-    def actuators_of(self, behaviour: BehaviourGraph) -> list[Stream]:
-        """The actuator streams a behaviour drives, in the order of its rows."""
-        ids = dict.fromkeys(s.output for s in behaviour.steps)
-        return [self.streams[i] for i in ids if self.streams[i].kind is StreamKind.ACTUATOR]

@@ -35,11 +35,11 @@ def parse_duration(text: str, bare: str = "ms") -> int | None:
 def show_duration(us: int) -> str:
     """A duration in the largest unit that keeps it short.
 
-    >>> show_duration(500_000), show_duration(2_000_000), show_duration(90_000_000), show_duration(600_000_000)
-    ('500 ms', '2 s', '90 s', '10 min')
+    >>> show_duration(500_000), show_duration(2_000_000), show_duration(90_000_000), show_duration(60_000_000)
+    ('500 ms', '2 s', '90 s', '1 min')
     """
     if us < 1_000_000:
         return f"{us / 1_000:g} ms"
-    if us % 60_000_000 == 0 and us >= 120_000_000:
+    if us % 60_000_000 == 0:
         return f"{us // 60_000_000} min"
     return f"{us / 1_000_000:g} s"

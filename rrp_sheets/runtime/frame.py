@@ -47,7 +47,7 @@ class FrameEngine:
         self._observer = observer
         self._interpreter = GuardedInterpreter()
         self._commands: list[Command] = []
-        if len(plan.steps) > 60:
+        if len(plan.steps) > 60:  # for the rest of the process: a lower limit would break an engine that still runs
             sys.setrecursionlimit(max(sys.getrecursionlimit(), 1_000 + _FRAMES_PER_ROW * len(plan.steps)))
         if observer is not None:
             for sensor in plan.sensors:

@@ -39,6 +39,8 @@ CODES = (
     Code("FORM106", _W, "Outside the list", "There is no place {index} in a list of {count}.",
          "The first place is [0], the last [-1]."),
     Code("FORM107", _W, "Outside the function", "{what}.", "Check the value before, for example with IF or CLAMP."),
+    Code("FORM109", _W, "Fault of the program", "A function could not work with this value, and should have said why.",
+         "Please report it, with the formula and its inputs; meanwhile write the formula in another way."),
     Code("FORM108", _W, "Neither TRUE nor FALSE", "A condition must be TRUE or FALSE (or a number), but this is {what}.",
          "Compare it with something, for example {example}."),
 )  # fmt: skip

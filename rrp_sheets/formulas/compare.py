@@ -1,0 +1,54 @@
+"""Comparing two values: texts without regard to capitals, blank equal only to blank (design: 3-formulas)."""
+
+from __future__ import annotations
+
+import ast
+import operator
+from collections.abc import Callable
+from typing import Any
+
+from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
+from rrp_sheets.model.values import Value
+
+ORDER: dict[type, Callable[[Any, Any], bool]] = {
+    ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
+}  # fmt: skip
+NUMBERS = frozenset((int, float, bool))
+
+
+def same(left: Value, right: Value) -> bool:
+    """Whether two values are equal; texts are compared without regard to capitals.
+
+    >>> same("Red", "red"), same([1, "A"], [1, "a"]), same(None, 0)
+    (True, True, False)
+    """
+    if isinstance(left, str) and isinstance(right, str):
+        return left.casefold() == right.casefold()
+    if isinstance(left, (list, tuple)) and isinstance(right, (list, tuple)):
+        return len(left) == len(right) and all(same(a, b) for a, b in zip(left, right, strict=True))
+    if left is None or right is None or isinstance(left, str) or isinstance(right, str):
+        return left is right
+    return bool(left == right)
+
+
+def compare(op: ast.cmpop, left: Value, right: Value) -> bool:
+    """One comparison of two values; raises FormulaProblem when they cannot be compared."""
+    if isinstance(op, (ast.Eq, ast.Is)):
+        return same(left, right)
+    if isinstance(op, (ast.NotEq, ast.IsNot)):
+        return not same(left, right)
+    if isinstance(op, (ast.In, ast.NotIn)):
+        if isinstance(right, (list, tuple)):
+            held = any(same(left, r) for r in right)
+        elif isinstance(left, str) and isinstance(right, str):
+            held = left.casefold() in right.casefold()
+        else:
+            raise wrong_kind("a list", right)
+        return held is isinstance(op, ast.In)
+    if isinstance(left, str) and isinstance(right, str):
+        return ORDER[type(op)](left.casefold(), right.casefold())
+    if type(left) in NUMBERS and type(right) in NUMBERS:
+        return ORDER[type(op)](left, right)
+    if left is None or right is None:
+        raise FormulaProblem("FORM102", needed="a value to compare")
+    raise FormulaProblem("FORM103", what=f"{kind_of(left).capitalize()} cannot be compared with {kind_of(right)}")
