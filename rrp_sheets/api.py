@@ -47,12 +47,12 @@ def check(path: Path | str) -> Checked:
     return check_workbook(reading.workbook, reading.report)
 
 
-def new(path: Path | str, robot: str = "nao") -> Path:
-    """Make a workbook to start from; raises SheetsError when the file exists already."""
+def new(path: Path | str, robot: str = "nao", template: str = "guided") -> Path:
+    """Make a workbook to start from; raises SheetsError when the file exists already, or the template does not."""
     from rrp_sheets.devices import load_robot
     from rrp_sheets.runs.copies import make_new
 
-    return make_new(Path(path), load_robot(robot))
+    return make_new(Path(path), load_robot(robot), template)
 
 
 def convert(path: Path | str, target: Path | str) -> Path:

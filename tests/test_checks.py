@@ -127,6 +127,14 @@ def test_devices(line, expected):
     assert found == expected
 
 
+def test_a_declared_sensor_as_output():
+    book = rows(
+        "| Red ball | map | redBall.x | Neck |\n| Neck | subscribe | | Print |",
+        DEVICES + "| Neck | JointPosition | HeadYaw | | |",
+    )
+    assert ("GRAPH008", "D2") in findings(book)
+
+
 def test_a_device_declared_twice():
     book = rows("| Neck | subscribe | | Print |", DEVICES + "| Neck | JointPosition | HeadYaw | | |\n"
                 "| neck | JointPosition | HeadPitch | | |")  # fmt: skip

@@ -8,6 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from play import check, findings, play, rows
 
+from rrp_sheets.model.names import key
+from rrp_sheets.runtime.frame import FrameEngine
+from rrp_sheets.runtime.loop import run_loop
+from rrp_sheets.runtime.plan import make_plan
+from rrp_sheets.runtime.virtual import VirtualWorld
+
 YAW, PITCH = "Head yaw", "Head pitch"
 
 
@@ -74,10 +80,13 @@ def test_several_formulas_with_helpers_that_call_helpers():
     assert play(book, [(0, YAW, 3)]).values("Y") == [12.5]
 
 
-@given(st.lists(st.tuples(st.integers(0, 2000), st.sampled_from([YAW, PITCH]), st.integers(-5, 5)), max_size=30))
+EVENTS = st.lists(st.tuples(st.integers(0, 2000), st.sampled_from([YAW, PITCH]), st.integers(-5, 5)), max_size=30)
+
+
+@given(EVENTS)
 @settings(max_examples=40, deadline=None)
-def test_the_same_events_give_the_same_log_whatever_else_is_observed(events):
-    book = check(rows(
+def test_watching_a_run_does_not_change_it(events):
+    checked = check(rows(
         """
         | Head yaw, Head pitch | merge | | M |
         | M | filter | m > 0 | P |
@@ -88,4 +97,12 @@ def test_the_same_events_give_the_same_log_whatever_else_is_observed(events):
         """
     ))  # fmt: skip
     events = sorted(events, key=lambda e: e[0])
-    assert play(book, events, 3000).log == play(book, events, 3000).log
+    watched = play(checked, events, 3000)
+    engine = FrameEngine(make_plan(checked))
+    world = VirtualWorld((ms * 1000, key(stream), value) for ms, stream, value in events)
+    run_loop(engine, world, world.start(), 3_000_000)
+    assert {i: s.arrived for i, s in engine.streams.items()} == {
+        i: len(watched[name]) for i, name in ((s, watched.names[s].split("!")[-1]) for s in engine.streams)
+    }
+    assert engine.streams["t!c"].latest == (watched.values("C") or [None])[-1]
+    assert play(checked, events, 3000).log == watched.log

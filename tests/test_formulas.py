@@ -80,7 +80,7 @@ def test_refused_before_evaluation(text, code):
         ("1 / 0", "FORM101"), ("x % 0", "FORM101"), ("gone + 1", "FORM102"), ("gone.x", "FORM102"), ("gone < 1", "FORM102"),
         ("'a' + 1", "FORM103"), ("'a' < 1", "FORM103"), ("balls + 1", "FORM103"), ("x[0]", "FORM103"), ("x.y", "FORM103"),
         ("ball < 3", "FORM103"), ("f'{ball}'", "FORM103"), ("-name", "FORM103"), ("sqrt('a')", "FORM103"),
-        ("[balls][0].x", "FORM103"), ("balls[9]", "FORM106"), ("10 ** 400", "FORM105"), ("9.0 ** 9 ** 9", "FORM105"),
+        ("[balls][0].x", "FORM103"), ("[ball][0].z", "FORM104"), ("balls[9]", "FORM106"), ("10 ** 400", "FORM105"), ("9.0 ** 9 ** 9", "FORM105"),
         ("'a' * 10**9", "FORM105"), ("10**9 * [0]", "FORM105"), ("range(10**9)", "FORM105"),
         ("[0 for a in range(999) for b in range(999)]", "FORM105"), ("sqrt(-1)", "FORM107"), ("asin(2)", "FORM107"),
         ("min([])", "FORM107"), ("1 if name else 2", "FORM108"), ("name and x", "FORM108"),

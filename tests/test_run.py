@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -31,22 +32,23 @@ def events(folder: Path) -> list[str]:
     return (folder / "trace.jsonl").read_text(encoding="utf-8").splitlines()[1:]
 
 
-@pytest.fixture
-def load():
-    """Both cores busy."""
+@contextmanager
+def both_cores_busy():
     busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2)]
-    yield
-    for process in busy:
-        process.kill()
-        process.wait()
+    try:
+        yield
+    finally:
+        for process in busy:
+            process.kill()
+            process.wait()
 
 
-def test_the_same_run_gives_the_same_bytes_however_busy_the_machine(tmp_path, load):
+def test_the_same_run_gives_the_same_bytes_however_busy_the_machine(tmp_path):
     quiet, busy = tmp_path / "a", tmp_path / "b"
     book = bundled("workbooks", "complex-tracking.xlsx")
-    assert rrp("run", book, "--fast", "--for", "9s", "--out", busy).returncode == 0
-    load_free = rrp("run", book, "--fast", "--for", "9s", "--out", quiet)
-    assert load_free.returncode == 0
+    assert rrp("run", book, "--fast", "--for", "9s", "--out", quiet).returncode == 0
+    with both_cores_busy():
+        assert rrp("run", book, "--fast", "--for", "9s", "--out", busy).returncode == 0
     assert events(quiet) == events(busy) and len(events(quiet)) > 500
 
 
@@ -108,25 +110,45 @@ def test_a_killed_simulator_breaks_the_run_off_with_a_readable_trace(tmp_path):
     assert (out / "run.xlsx").is_file()
 
 
+def simulators() -> set[str]:
+    """The numbers of the simulator processes on this machine."""
+    found = set()
+    for entry in Path("/proc").iterdir():
+        with suppress(OSError):
+            if entry.name.isdigit() and b"rrp_sheets.sim.child" in (entry / "cmdline").read_bytes():
+                found.add(entry.name)
+    return found
+
+
 def test_no_process_is_left_behind(tmp_path):
-    rrp("run", BOOK, "--fast", "--for", "1s", "--out", tmp_path / "o")
-    deadline = time.monotonic() + 5
-    mark = str(tmp_path).encode()
-
-    def left():
-        found = []
-        for entry in Path("/proc").iterdir():
-            if entry.name.isdigit():
-                try:
-                    if mark in (entry / "cmdline").read_bytes():
-                        found.append(entry.name)
-                except OSError:
-                    continue
-        return found
-
-    while left() and time.monotonic() < deadline:
+    before = simulators()
+    process = subprocess.Popen([*COMMAND, "run", str(BOOK), "--out", str(tmp_path / "o")], env=ENV,
+                               stdout=subprocess.PIPE, text=True, encoding="utf-8")  # fmt: skip
+    assert process.stdout is not None
+    for line in process.stdout:
+        if "Head tracker" in line:
+            break
+    assert simulators() - before
+    process.kill()  # the parent dies without a word: the simulator must notice
+    process.wait()
+    process.stdout.close()
+    deadline = time.monotonic() + 10
+    while simulators() - before and time.monotonic() < deadline:
         os.sched_yield()
-    assert left() == []
+    assert not simulators() - before
+
+
+def test_a_reader_that_goes_away_does_not_take_the_run_with_it(tmp_path):
+    out = tmp_path / "o"
+    process = subprocess.Popen([*COMMAND, "run", str(BOOK), "--fast", "--for", "3s", "--out", str(out)], env=ENV,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8")  # fmt: skip
+    assert process.stdout is not None and process.stderr is not None
+    process.stdout.readline()
+    process.stdout.close()
+    errors = process.stderr.read()
+    assert process.wait(timeout=60) == 0 and errors == ""
+    assert json.loads(events(out)[-1])["ended"] == "time"
+    assert {"run.xlsx", "strip.png", "film.gif", "diagram.svg"} <= {p.name for p in out.iterdir()}
 
 
 def test_without_the_simulator_one_line_says_what_is_needed(tmp_path):
@@ -135,6 +157,7 @@ def test_without_the_simulator_one_line_says_what_is_needed(tmp_path):
                           capture_output=True, text=True, encoding="utf-8", timeout=60)  # fmt: skip
     assert done.returncode == 2 and "Traceback" not in done.stderr
     assert "simulator" in done.stderr and "3.11" in done.stderr
+    assert not (tmp_path / "o").exists()
     checked = subprocess.run([sys.executable, "-c", hide, "check", str(BOOK)], env=ENV, capture_output=True, timeout=60)
     assert checked.returncode == 0
 
@@ -187,13 +210,40 @@ def test_new_makes_a_workbook_that_checks_draws_and_explains(tmp_path):
     assert "red ball" in rrp("explain", book).stdout
 
 
+def test_new_from_a_workbook_that_comes_along(tmp_path):
+    assert rrp("new", tmp_path / "g.xlsx", "--template", "greeter").returncode == 0
+    assert rrp("check", tmp_path / "g.xlsx").returncode == 0
+    assert "greeter" in rrp("new", tmp_path / "h.xlsx", "--template", "greter").stderr
+
+
+@pytest.mark.parametrize(
+    "topic", ["connectors", "functions", "devices", "scene", "FORM007", "Red ball", "clamp", "sample"]
+)
+def test_help_on(topic):
+    done = rrp("help", topic)
+    assert done.returncode == 0 and len(done.stdout) > 40 and "{" not in done.stdout
+
+
+def test_help_on_what_there_is_not_proposes_the_nearest():
+    assert "Did you mean clamp" in rrp("help", "clmp").stderr.replace("CLAMP", "clamp")
+
+
+def test_a_wrong_workbook_is_drawn_and_explained_with_exit_code_1(tmp_path):
+    book = tmp_path / "b.md"
+    book.write_text("## T\n| Input | Connector | Formula | Output |\n|---|---|---|---|\n| Red ball | sample | fast | X |\n"
+                    "| X | subscribe | | Print |\n")  # fmt: skip
+    assert rrp("diagram", book, "-o", tmp_path / "d.svg").returncode == 1 and (tmp_path / "d.svg").is_file()
+    assert rrp("explain", book).returncode == 1
+    assert rrp("explain", BOOK, "-o", tmp_path / "gone" / "x.txt").returncode == 2
+
+
 def test_diagrams_do_without_a_system_graphviz(tmp_path):
     env = {**ENV, "PATH": str(tmp_path)}
     done = rrp("diagram", BOOK, "-o", tmp_path / "d.svg", env=env)
     assert done.returncode == 0 and (tmp_path / "d.svg").stat().st_size > 1000
 
 
-@pytest.mark.parametrize("command", ["new", "check", "diagram", "explain", "run"])
+@pytest.mark.parametrize("command", ["new", "check", "diagram", "explain", "run", "serve", "help"])
 def test_every_command_has_help(command):
     done = rrp(command, "--help")
     assert done.returncode == 0 and len(done.stdout) > 200

@@ -44,7 +44,9 @@ def check_workbook(workbook: Workbook, report: Report) -> Checked:
     graph = build_graph(workbook, robot, connectors(), report)
     formulas = check_formulas(workbook, graph, report)
     scene = None if workbook.scene is None else parse_scene(workbook.scene, report, robot)
-    return Checked(workbook, robot, graph, formulas, scene, check_protocol(workbook, report), report)
+    run = check_protocol(workbook, report)
+    report.drop_followers(("SHEET006", "SHEET007"))
+    return Checked(workbook, robot, graph, formulas, scene, run, report)
 
 
 def _robot(workbook: Workbook, report: Report) -> Robot:

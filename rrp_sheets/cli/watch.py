@@ -9,7 +9,7 @@ import click
 
 from rrp_sheets.cli.check import print_findings
 from rrp_sheets.cli.main import mute
-from rrp_sheets.model.values import Failure, Value, show
+from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.runs import RunResult, RunView
 from rrp_sheets.runtime.ports import Happening
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 _QUIET_US = 2_000_000  # a stream that keeps driving its actuator is told again only after such a pause
 _TICK_US = 5_000_000  # progress at least this often
+_TELLING = ("name", "new", "colour", "distance", "value")
 _MOST_ERRORS = 3  # of one row are shown in full; the end counts them all
 
 
@@ -68,7 +69,7 @@ class Watch(RunView):
         last = self._last.get(row)
         self._last[row] = us
         if last is None or us - last > _QUIET_US:
-            what = "stops" if value is None else f"← {show(value)}"
+            what = "stops" if value is None else f"← {_short(value)}"
             self._line(us, f"{name} {what}  ({row})")
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
@@ -109,3 +110,11 @@ class Watch(RunView):
         width = max((len(n) for n in result.files), default=0)
         for name, what in result.files.items():
             self._echo(f"  {name:<{width}}  {what}")
+
+
+def _short(value: Value) -> str:
+    """A value on one line of the terminal: of a record what it is and its one or two telling fields."""
+    if not isinstance(value, Record):
+        return show(value)
+    told = [f"{n} {show(v)}" for n, v in value.as_dict().items() if n in _TELLING and v not in (None, "")]
+    return f"{value.type.name} ({', '.join(told[:2])})" if told else value.type.name

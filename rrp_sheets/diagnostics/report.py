@@ -71,6 +71,15 @@ class Report:
         """Add the findings of another report."""
         self._found.update(dict.fromkeys(other))
 
+    def drop_followers(self, codes: Iterable[str]) -> None:
+        """Keep only the findings of these codes at their cells: what else is found there follows from them.
+
+        A date in a period cell, say, is told as a date, and not also as a wrong period.
+        """
+        codes = frozenset(codes)
+        cells = {d.address for d in self._found if d.code in codes}
+        self._found = {d: None for d in self._found if d.code in codes or d.address not in cells}
+
     def _place(self, d: Diagnostic) -> tuple[int, str, int, int, str]:
         if d.address is None:
             return (-1, "", 0, 0, d.code)

@@ -102,11 +102,8 @@ class _Resolver:
         mine = list(dict.fromkeys(i.name for i in self.scope.inputs.values()))
         if not mine:
             return "Put a text between quotes."
-        return (
-            f"The inputs are called {', '.join(mine)} here."
-            if len(mine) > 1
-            else f"The input is called {mine[0]} here."
-        )
+        named = f"The inputs are called {', '.join(mine)}" if len(mine) > 1 else f"The input is called {mine[0]}"
+        return f"{named} here."
 
     # ---- operators
     def _binop(self, node: ast.BinOp, depth: int) -> ast.expr:

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import Robot
 from rrp_sheets.devices.scene import thing_names, verb_names
-from rrp_sheets.model.names import key
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.names import key, nearest
+from rrp_sheets.resources import bundled
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
@@ -35,10 +37,21 @@ def offers(robot: Robot) -> Offers:
     )
 
 
-def make_new(path: Path, robot: Robot) -> Path:
-    """A new workbook from the guided template; raises SheetsError when the file exists."""
-    from rrp_sheets.workbook.template import new_workbook
+def make_new(path: Path, robot: Robot, template: str = "guided") -> Path:
+    """A new workbook from a template; raises SheetsError when the file exists or there is no such template."""
+    from rrp_sheets.workbook.atomic import write_atomically
+    from rrp_sheets.workbook.template import new_workbook, refuse_name
 
+    if key(template) != "guided":
+        books = {key(p.stem): p for p in sorted(bundled("workbooks").glob("*.xlsx"))}
+        if key(template) not in books:
+            names = ["guided", *(p.stem for p in books.values())]
+            guess = nearest(template, names)
+            hint = f"Did you mean {guess}?" if guess else f"The templates are: {', '.join(names)}."
+            raise SheetsError(f"There is no template “{template}”.", hint)
+        refuse_name(path)
+        write_atomically(path, books[key(template)].read_bytes(), replace=False)
+        return path
     return new_workbook(path, offers(robot), robot=robot.name)
 
 

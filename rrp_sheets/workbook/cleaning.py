@@ -124,6 +124,8 @@ def from_excel(formula: str) -> str:
 
 def _without_apostrophe(text: str) -> str:
     """Without the leading apostrophe by which spreadsheets mark a text; the quote of a `'text'` stays."""
+    if re.match(r"[‘’]\s*[=＝]", text):  # a smart one before a formula can be nothing else
+        return text[1:].lstrip()
     if not text.startswith("'"):
         return text
     outside = re.sub(r'"[^"]*"', "", text)

@@ -24,8 +24,8 @@ _READ_ME = (
     "•  Tracking is a behaviour. A workbook may have several; the name of the sheet is the name of the behaviour.",
     "•  Devices names the robot's sensors and actuators, with their settings.",
     "•  Helpers keeps calculations and numbers that you use in several places.",
-    "•  Scene is what happens in the simulator: when a ball appears, when somebody speaks.",
-    "•  Check is a test: it sends values and looks at what comes out.",
+    "•  Scene is what happens in the simulator: when a ball appears, when somebody comes in.",
+    "•  Check holds a test: values to send and what should come out (a later version runs it).",
     "•  Protocol says what the session is for, who takes part and which data are kept.",
     "•  Lists holds the names for the drop-down lists. You may add sheets of your own, such as this one.",
     "",
@@ -104,10 +104,15 @@ def new_workbook(path: Path | str, offers: Offers, *, robot: str = "nao", langua
             written.
     """
     path = Path(path)
+    refuse_name(path)
+    return make_workbook(template_sheets(robot), path, offers, language=language, replace=False)
+
+
+def refuse_name(path: Path) -> None:
+    """Raise SheetsError when a new workbook cannot have this name: it is taken, or does not end in .xlsx."""
     if path.suffix.casefold() != ".xlsx":
         raise SheetsError(f"A new workbook's name ends in .xlsx; “{path.name}” does not.", f"Try “{path.stem}.xlsx”.")
     if path.exists():
         raise SheetsError(
             f"There is already a file “{path.name}”; it was left as it is.", "Choose another name, or move that file."
         )
-    return make_workbook(template_sheets(robot), path, offers, language=language, replace=False)
