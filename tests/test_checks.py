@@ -40,7 +40,14 @@ WRONG = [
     ("| Red ball | map | (1 | X |\n" + OUT, [("FORM001", "C2")]),
     ("| Red ball | map | redBall.__class__ | X |\n" + OUT, [("FORM003", "C2")]),
     ("| Red ball | subscribe | | Say parameter |", [("DEV008", "D2")]),
-    ("| Red ball, red_ball | combineLatest | 1 | X |\n" + OUT, [("FORM009", "C2")]),
+    ("| Red ball, red_ball | combineLatest | 1 | X |\n" + OUT, [("CONN009", "A2")]),
+    (
+        "| Ball (a), Ball [a] | combineLatest | 1 | X |\n| Ball | map | 1 | Ball (a) |\n| Ball | map | 2 | Ball [a] |\n"
+        + OUT,
+        [("FORM009", "C2")],
+    ),
+    ("| Red ball; Green ball | merge | | X |\n" + OUT, [("GRAPH001", "A2"), ("CONN003", "A2")][:1]),
+    ("| Red ball | sample | " + "9" * 400 + " | X |\n" + OUT, [("CONN008", "C2")]),
 ]
 
 
@@ -97,6 +104,15 @@ def test_streams_fed_only_by_off_rows_are_inactive_and_no_error():
 def test_a_switched_off_producer_leaves_its_name_to_another_row():
     text = "| no | Red ball | map | 1 | X |\n| | Ball | map | 2 | X |\n| | X | subscribe | | Print |"
     assert findings(rows(text, header=ON)) == []
+
+
+def test_a_row_whose_taker_is_off_is_no_error():
+    assert findings(rows("| | Head yaw | map | 1 | |\n| no | | subscribe | | Print |", header=ON)) == []
+
+
+def test_a_chain_of_timestamps_is_bounded():
+    lines = ["| Head yaw | timestamp | | |", *["| | timestamp | | |"] * 10, "| | subscribe | | Print |"]
+    assert findings(rows("\n".join(lines))) == [("GRAPH015", "B12")]
 
 
 def test_a_behaviour_with_every_row_off_is_a_warning():

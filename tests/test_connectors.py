@@ -99,6 +99,18 @@ def test_subscribe_without_formula_passes_every_value_of_every_input():
     assert p["Print"] == [(0, 1), (0, 10), (100, 20)]
 
 
+def test_commands_of_one_frame_come_in_the_order_of_the_rows():
+    book = rows(
+        """
+        | Head yaw, Head pitch | combineLatest | "first" | X |
+        | X | subscribe | | Print |
+        | Head yaw | map | "second" | Y |
+        | Y | subscribe | | Print |
+        """
+    )
+    assert play(book, [(0, YAW, 1), (0, PITCH, 2)])["Print"] == [(0, "first"), (0, "second")]
+
+
 def test_subscribe_with_formula_sends_its_result():
     p = play(rows("| Head yaw, Head pitch | subscribe | headYaw + headPitch | Print |"),
              [(0, PITCH, 10), (100, YAW, 1), (200, PITCH, 20)])  # fmt: skip

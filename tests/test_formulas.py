@@ -41,7 +41,7 @@ def rejected(text, inputs=INPUTS):
         ("TRUE", True), ("false", False), ("blank", None), ("ISBLANK(gone)", True), ("gone is None", True),
         ("gone == 0", False), ("f'{name} is {ball.distance:.1f} m away'", "Kim is 12.5 m away"),
         ("f'{0.1 + 0.2}'", "0.3"), ("'a' + name", "aKim"), ("'Score: ' + str(x)", "Score: 5"),
-        ("round(2.5)", 3), ("ROUND(-2.5)", -3), ("INT(-3.5)", -4), ("max(1, x, 2)", 5), ("sum(balls) / len(balls)", 2.0),
+        ("ROUND(1e14, 15)", 1e14), ("TRUNC(TRUE)", 1), ("-(x**2)", -25), ("(-x)**2", 25), ("(3, 5)", [3, 5]), ("round(2.5)", 3), ("ROUND(-2.5)", -3), ("INT(-3.5)", -4), ("max(1, x, 2)", 5), ("sum(balls) / len(balls)", 2.0),
         ("[i * 10 for i in range(3)]", [0, 10, 20]), ("[p + q for p, q in [(1, 2), (3, 4)]]", [3, 7]),
         ("balls[0:2]", [1, 2]), ("balls[-1]", 3), ("7 not in balls", True), ("'k' in name", True),
         ("(0.2, -0.1)", [0.2, -0.1]), ("IFERROR(1 / 0, -1)", -1), ("CLAMP(x * 10, 0, 20)", 20), ("pi > 3", True),
@@ -64,7 +64,8 @@ def test_values(text, value):
         ("name.upper()", "FORM003"), ("max(*balls)", "FORM003"), ("round(x, places=1)", "FORM003"), ("1j", "FORM003"),
         ("x.__class__", "FORM003"), ("[abs][0](x)", "FORM003"), ("abs", "FORM003"), ("x << 1", "FORM003"), ("~x", "FORM003"),
         ("b'a'", "FORM003"), ("...", "FORM003"), ("f'{x!r}'", "FORM003"), ("[ball for ball in balls]", "FORM003"),
-        ("x is 5", "FORM003"), ("x(1)", "FORM003"),
+        ("-x**2", "FORM003"), ("2**3**2", "FORM003"), ("x < 3,5", "FORM003"), ("'\\ud800'", "FORM003"),
+        ("'\\x1b[2J'", "FORM003"), ("log(2)", "FORM005"), ("atan2(1, 2)", "FORM005"), ("x is 5", "FORM003"), ("x(1)", "FORM003"),
         ("disstance", "FORM004"), ("__builtins__", "FORM004"), ("open('f')", "FORM005"), ("Foo(x)", "FORM005"),
         ("sqrt(1, 2)", "FORM006"), ("IF()", "FORM006"), ("ball.distanse", "FORM007"), ("ball['distanse']", "FORM007"),
         ("10000000000000001", "FORM008"), ("1e999", "FORM008"), ("f'{x:{y}}'", "FORM010"), ("f'{x:999999}'", "FORM010"),
@@ -80,7 +81,11 @@ def test_refused_before_evaluation(text, code):
         ("1 / 0", "FORM101"), ("x % 0", "FORM101"), ("gone + 1", "FORM102"), ("gone.x", "FORM102"), ("gone < 1", "FORM102"),
         ("'a' + 1", "FORM103"), ("'a' < 1", "FORM103"), ("balls + 1", "FORM103"), ("x[0]", "FORM103"), ("x.y", "FORM103"),
         ("ball < 3", "FORM103"), ("f'{ball}'", "FORM103"), ("-name", "FORM103"), ("sqrt('a')", "FORM103"),
-        ("[balls][0].x", "FORM103"), ("[ball][0].z", "FORM104"), ("balls[9]", "FORM106"), ("10 ** 400", "FORM105"), ("9.0 ** 9 ** 9", "FORM105"),
+        ("[balls][0].x", "FORM103"), ("[ball][0].z", "FORM104"), ("balls[9]", "FORM106"), ("10 ** 400", "FORM105"), ("9.0 ** (9 ** 9)", "FORM105"), ("[[[0] * 1000] * 1000] * 1000", "FORM105"),
+        ("[[[0] * 1000] * 1000] * 1000 == [[[0] * 1000] * 1000] * 1000", "FORM105"), ("f'{y / 3:d}'", "FORM107"),
+        ("['a' * 2000 in ['b' * 2000] * 999 for i in range(999)]", "FORM105"),
+        ("[[sum(a, a, a, a, a, a, a, a) for i in a] for a in [range(999)]]", "FORM105"),
+
         ("'a' * 10**9", "FORM105"), ("10**9 * [0]", "FORM105"), ("range(10**9)", "FORM105"),
         ("[0 for a in range(999) for b in range(999)]", "FORM105"), ("sqrt(-1)", "FORM107"), ("asin(2)", "FORM107"),
         ("min([])", "FORM107"), ("1 if name else 2", "FORM108"), ("name and x", "FORM108"),
@@ -103,9 +108,19 @@ def test_an_input_in_any_spelling_and_as_value(spelling):
     assert evaluate(f"{spelling}.x", {"Red ball": BALL}) == 3.0
 
 
+def test_the_function_value_is_not_hidden_by_the_input_value():
+    assert evaluate("VALUE(text) + len(value)", {"Text": "12"}) == 14
+
+
+def test_columns_are_counted_in_letters():
+    with pytest.raises(FormulaProblem) as caught:
+        evaluate("'赤い' + ball.distanse")
+    assert caught.value.column == 12
+
+
 @pytest.mark.parametrize(
     ("stream", "name"),
-    [("2nd ball", "s2ndBall"), ("from", "sFrom"), ("ball-1", "ball1"), ("bäll", "bäll"), ("距離", "距離"), ("Abstand (m)", "abstandM")],
+    [("Blank", "sBlank"), ("TRUE", "sTrue"), ("2nd ball", "s2ndBall"), ("from", "sFrom"), ("ball-1", "ball1"), ("bäll", "bäll"), ("距離", "距離"), ("Abstand (m)", "abstandM")],
 )  # fmt: skip
 def test_stream_names_that_are_no_plain_words(stream, name):
     assert evaluate(f"{name} + 1", {stream: 1}) == 2

@@ -17,6 +17,8 @@ from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.values import Field, RecordType
 from rrp_sheets.model.workbook import Workbook
 
+MOST_TIMESTAMPS = 10
+
 
 def check_formulas(workbook: Workbook, graph: Graph, report: Report) -> dict[str, Formula]:
     """Compile every helper and every row's formula; by row ref."""
@@ -24,14 +26,20 @@ def check_formulas(workbook: Workbook, graph: Graph, report: Report) -> dict[str
     records: dict[str, RecordType | None] = {
         s.id: s.device.type.payload for s in graph.streams.values() if s.kind is StreamKind.SENSOR and s.device
     }
+    depths: dict[str, int] = {}  # how many timestamps stand within each other
     formulas: dict[str, Formula] = {}
     for behaviour in graph.behaviours:
         for step in sorted(behaviour.steps, key=lambda s: s.rank):
             formula = None
-            if step.row.on and step.row.formula and _takes_formula(step):
+            if step.row.on and step.row.formula and _takes_formula(step) and len(set(step.inputs)) == len(step.inputs):
                 formula = _compile(step, graph, helpers, dropped, records, report)
                 if formula is not None:
                     formulas[step.ref] = formula
+            nested = max((depths.get(i, 0) for i in step.inputs), default=0) + (step.connector.name == "timestamp")
+            if nested > MOST_TIMESTAMPS:
+                report.add("GRAPH015", step.row.connector.address, most=MOST_TIMESTAMPS)
+                continue
+            depths[step.output] = 0 if formula else nested
             records[step.output] = _record(step, graph, records, formula)
     return formulas
 

@@ -35,7 +35,7 @@ def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
     protocol = workbook.protocol
     rate, seed, limit = 30, 0, None
     if text := protocol.text("Frame rate"):
-        digits = re.fullmatch(r"(\d{1,3})(\s*(hz|fps|/s))?", text.casefold())
+        digits = re.fullmatch(r"(\d{1,3})(?:\.0)?(\s*(hz|fps|/s))?", text.casefold())
         if digits and int(digits[1]) and PHYSICS_RATE % int(digits[1]) == 0:
             rate = int(digits[1])
         else:

@@ -21,7 +21,7 @@ _COMMANDS = {
     "run": "Run a workbook on the simulated robot.",
     "serve": "Show the workbooks of a folder in the browser.",
 }
-UNREADABLE, BROKEN = 2, 3
+UNREADABLE, BROKEN, INTERRUPTED = 2, 3, 130
 
 
 class _Lazy(click.Group):
@@ -67,7 +67,12 @@ def main() -> None:
         if reconfigure is not None:  # a terminal that cannot show a letter shows a question mark instead
             reconfigure(errors="replace")
     try:
-        group(prog_name="rrp-sheets")
+        sys.exit(group(prog_name="rrp-sheets", standalone_mode=False))
+    except click.ClickException as error:
+        error.show()
+        sys.exit(error.exit_code)
+    except (click.Abort, KeyboardInterrupt):
+        sys.exit(INTERRUPTED)
     except RunBroken as error:
         fail(error, BROKEN)
     except UnreadableFile as error:
@@ -77,6 +82,9 @@ def main() -> None:
     except BrokenPipeError:
         mute()
         sys.exit(0)
+    except OSError as error:  # a full disk, say, under our own output
+        mute()
+        fail(SheetsError(f"Writing failed: {error.strerror or error}.", "Is the disk full?"), UNREADABLE)
 
 
 def mute() -> None:

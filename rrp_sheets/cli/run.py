@@ -11,11 +11,9 @@ from types import FrameType
 
 import click
 
-from rrp_sheets.cli.main import BROKEN
+from rrp_sheets.cli.main import BROKEN, INTERRUPTED
 from rrp_sheets.cli.watch import Watch
 from rrp_sheets.model.durations import parse_duration
-
-INTERRUPTED = 130
 
 
 @click.command(name="run")
@@ -92,3 +90,5 @@ def _stop_on_interrupt(watch: Watch) -> None:
 
     signal.signal(signal.SIGINT, ask)
     signal.signal(signal.SIGTERM, ask)
+    if hasattr(signal, "SIGHUP"):  # the terminal's window was closed
+        signal.signal(signal.SIGHUP, ask)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 _QUIET_US = 2_000_000  # a stream that keeps driving its actuator is told again only after such a pause
 _TICK_US = 5_000_000  # progress at least this often
+_STEERING = re.compile("\x1b(?!\\[[0-9;]*m)|[\x00-\x08\x0b-\x1a\x1c-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 _TELLING = ("name", "new", "colour", "distance", "value")
 _MOST_ERRORS = 3  # of one row are shown in full; the end counts them all
 
@@ -40,8 +42,8 @@ class Watch(RunView):
     def _echo(self, text: str, *, nl: bool = True, err: bool = False) -> None:
         """Print; when nobody reads any more, the run goes on unseen: its files are what counts."""
         try:
-            click.echo(text, nl=nl, err=err)
-        except BrokenPipeError:
+            click.echo(plain_text(text), nl=nl, err=err)
+        except OSError:  # the reader has gone, or the disk is full
             mute()
 
     def stopped(self) -> bool:
@@ -110,6 +112,11 @@ class Watch(RunView):
         width = max((len(n) for n in result.files), default=0)
         for name, what in result.files.items():
             self._echo(f"  {name:<{width}}  {what}")
+
+
+def plain_text(text: str) -> str:
+    """A text for the terminal: what could steer it is shown as a sign instead (colours of ours excepted)."""
+    return _STEERING.sub("\ufffd", text)
 
 
 def _short(value: Value) -> str:

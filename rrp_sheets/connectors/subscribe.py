@@ -2,20 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from reactivex import Observable
 
-from rrp_sheets.connectors import map as mapping
 from rrp_sheets.connectors import merge
 from rrp_sheets.connectors.spec import Connector, Parameter
-from rrp_sheets.connectors.wiring import Wiring
-from rrp_sheets.model.values import Value
+from rrp_sheets.connectors.wiring import Wiring, first_with_latest
+from rrp_sheets.model.values import Failure, Value
 
 
 def build(wiring: Wiring) -> Observable[Value]:
-    """Without formula every value of every input, with one as `map` does. The engine hands them to the actuator."""
-    if wiring.evaluate is not None:
-        return mapping.build(wiring)
-    return merge.build(wiring) if len(wiring.inputs) > 1 else wiring.inputs[0]
+    """Without formula every value of every input, with one as `map` does. The engine hands them to the actuator.
+
+    Always at the row's own place in the order, so that of two rows the later one has the last word.
+    """
+    if wiring.evaluate is None:
+        return merge.build(wiring)
+    evaluate, fail = wiring.evaluate, wiring.fail
+
+    def use(values: tuple[Value, ...], emit: Callable[[Value], None]) -> None:
+        result = evaluate(*values)
+        if type(result) is Failure:
+            fail(result, values)
+        else:
+            emit(result)
+
+    return first_with_latest(wiring, use)
 
 
 SUBSCRIBE = Connector(

@@ -14,33 +14,48 @@ ORDER: dict[type, Callable[[Any, Any], bool]] = {
     ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
 }  # fmt: skip
 NUMBERS = frozenset((int, float, bool))
+LETTERS_A_STEP = 100  # so many letters are compared in about the time of one step
+Charge = Callable[[int], None]
 
 
-def same(left: Value, right: Value) -> bool:
+def _free(steps: int) -> None:
+    """Comparisons outside of formulas cost nothing."""
+
+
+def same(left: Value, right: Value, charge: Charge = _free) -> bool:
     """Whether two values are equal; texts are compared without regard to capitals.
+
+    Args:
+        left: a value.
+        right: another.
+        charge: told how much work it was, in steps.
 
     >>> same("Red", "red"), same([1, "A"], [1, "a"]), same(None, 0)
     (True, True, False)
     """
     if isinstance(left, str) and isinstance(right, str):
+        charge((len(left) + len(right)) // LETTERS_A_STEP)
         return left.casefold() == right.casefold()
     if isinstance(left, (list, tuple)) and isinstance(right, (list, tuple)):
-        return len(left) == len(right) and all(same(a, b) for a, b in zip(left, right, strict=True))
+        charge(len(left))
+        return len(left) == len(right) and all(same(a, b, charge) for a, b in zip(left, right, strict=True))
     if left is None or right is None or isinstance(left, str) or isinstance(right, str):
         return left is right
     return bool(left == right)
 
 
-def compare(op: ast.cmpop, left: Value, right: Value) -> bool:
+def compare(op: ast.cmpop, left: Value, right: Value, charge: Charge = _free) -> bool:
     """One comparison of two values; raises FormulaProblem when they cannot be compared."""
     if isinstance(op, (ast.Eq, ast.Is)):
-        return same(left, right)
+        return same(left, right, charge)
     if isinstance(op, (ast.NotEq, ast.IsNot)):
-        return not same(left, right)
+        return not same(left, right, charge)
     if isinstance(op, (ast.In, ast.NotIn)):
         if isinstance(right, (list, tuple)):
-            held = any(same(left, r) for r in right)
+            charge(len(right))
+            held = any(same(left, r, charge) for r in right)
         elif isinstance(left, str) and isinstance(right, str):
+            charge((len(left) + len(right)) // LETTERS_A_STEP)
             held = left.casefold() in right.casefold()
         else:
             raise wrong_kind("a list", right)

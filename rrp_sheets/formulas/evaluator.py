@@ -15,7 +15,7 @@ from typing import Any
 from asteval import Interpreter
 
 from rrp_sheets.formulas.compare import NUMBERS, ORDER, compare
-from rrp_sheets.formulas.functions.define import bounded, shown
+from rrp_sheets.formulas.functions.define import bounded, shown, weighed
 from rrp_sheets.formulas.functions.maths import power
 from rrp_sheets.formulas.limits import LARGEST_NUMBER, LONGEST_LIST, LONGEST_TEXT, STEPS
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
@@ -27,6 +27,7 @@ _ARITHMETIC: dict[type, Callable[[Any, Any], Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
     ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: power,
 }  # fmt: skip
+_PLAIN = frozenset((float, bool, int, str, type(None)))
 _SIGNS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%", ast.Pow: "**"}
 
 
@@ -58,7 +59,8 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
                 self.symtable = {name: value}
                 self.steps = STEPS
                 try:
-                    return handler(tree)
+                    result = handler(tree)
+                    return result if type(result) in _PLAIN else weighed(result)
                 except Exception as error:
                     return self._failure(error)
 
@@ -68,7 +70,8 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
             self.symtable = dict(zip(names, values, strict=True))
             self.steps = STEPS
             try:
-                return handler(tree)
+                result = handler(tree)
+                return result if type(result) in _PLAIN else weighed(result)
             except Exception as error:
                 return self._failure(error)
 
@@ -94,8 +97,14 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         """Evaluate a prepared node. asteval's own `run` looks handlers up and swallows errors; this does neither."""
         self.steps -= 1
         if self.steps < 0:
-            raise OutOfSteps("FORM105", reason="it takes too long to work out")
+            self.charge(0)
         return node.handler(node)
+
+    def charge(self, steps: int) -> None:
+        """Count work that a handler or a function does in one go."""
+        self.steps -= steps
+        if self.steps < 0:
+            raise OutOfSteps("FORM105", reason="it takes too long to work out")
 
     def _failure(self, error: Exception) -> Failure:
         column = -1
@@ -110,7 +119,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
             return FormulaProblem("FORM101").failure(column)
         if isinstance(error, (OverflowError, MemoryError, RecursionError)):
             return FormulaProblem("FORM105", reason="numbers go up to 1e15").failure(column)
-        if isinstance(error, (TypeError, ValueError)):
+        if isinstance(error, (TypeError, ValueError, ArithmeticError)):
             # a mistake of ours in a library function: the session goes on, and the tests hold that it never happens
             return FormulaProblem("FORM109").failure(column)
         raise error
@@ -155,6 +164,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         if not isinstance(owner, (list, tuple, str)):
             raise wrong_kind("a list", owner)
         if isinstance(index, slice):
+            self.charge(len(owner) // 10)
             return owner[index]
         if type(index) is not int:
             raise wrong_kind("a whole number as the place in a list", index)
@@ -229,7 +239,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
             return self.run(node.value)
         except OutOfSteps:
             raise
-        except (FormulaProblem, ZeroDivisionError, TypeError, ValueError, OverflowError):
+        except (FormulaProblem, ArithmeticError, TypeError, ValueError):
             return self.run(node.otherwise)
 
     def on_compare(self, node: Any) -> bool:
@@ -240,10 +250,10 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
             if type(left) in NUMBERS and type(right) in NUMBERS:
                 held: bool = node.single(left, right)
                 return held
-            return compare(node.ops[0], left, right)
+            return compare(node.ops[0], left, right, self.charge)
         for op, comparator in zip(node.ops, node.comparators, strict=True):
             right = self.run(comparator)
-            if not compare(op, left, right):
+            if not compare(op, left, right, self.charge):
                 return False
             left = right
         return True
@@ -253,6 +263,9 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         args = [self.run(a) for a in node.args]
         helper: HelperDef | None = getattr(node, "helper", None)
         if helper is None:
+            for arg in args:  # what a function is given it will walk through
+                if type(arg) is list or type(arg) is tuple:
+                    self.charge(len(arg))
             result = bounded(node.bound(*args))
             if type(result) is list:  # lists of lists could grow without bound: their length counts as steps
                 self.steps -= len(result)
@@ -312,4 +325,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         spec = "".join(part.value for part in node.format_spec.values)
         if isinstance(value, bool) or not isinstance(value, (int, float, str)):
             return format(shown(value), spec)
-        return format(value, spec)
+        try:
+            return format(value, spec)
+        except ValueError:
+            raise FormulaProblem("FORM107", what=f"The format “{spec}” does not fit {kind_of(value)}") from None

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.scope import Scope
 from rrp_sheets.formulas.spelling import to_python
 from rrp_sheets.formulas.syntax import parse
@@ -46,4 +47,10 @@ def compile_formula(text: str, scope: Scope) -> Formula:
     >>> formula.prepare(GuardedInterpreter())(0.25)
     0.5
     """
-    return Formula(text, resolve(parse(to_python(text)), scope), scope.order)
+    source = to_python(text)
+    try:
+        return Formula(text, resolve(parse(source), scope, source), scope.order)
+    except FormulaProblem as problem:
+        if problem.column > 0:  # Python counts bytes, people count letters
+            problem.column = len(source.encode()[: problem.column].decode(errors="ignore"))
+        raise

@@ -6,5 +6,6 @@ DEEPEST = 30
 LARGEST_NUMBER = 10**15
 LONGEST_TEXT = 2_000
 LONGEST_LIST = 1_000
+MOST_LEAVES = 10_000  # of a result, lists within lists counted whole
 MOST_LOOPS = 2
 STEPS = 20_000  # per evaluation, shared with the helpers it calls

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import builtins
 import re
+import unicodedata
 from collections.abc import Callable
 
 from rrp_sheets.formulas.functions import Function
@@ -26,21 +27,26 @@ _NAMES = {
 }  # fmt: skip
 _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod, ast.Pow)
 _COMPARISONS = (ast.Eq, ast.NotEq, ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.In, ast.NotIn, ast.Is, ast.IsNot)
+_AMBIGUOUS = {  # where spreadsheets and Python disagree: never guess
+    "log": "Write LN(…) for the natural logarithm, or LOG10(…).",
+    "atan2": "Write ANGLE(x, y): the direction of a point, x ahead and y to the left.",
+}
 _ADVICE = "Formulas are built of inputs, numbers, texts, operators and the library's functions."
 
 
-def resolve(tree: ast.expr, scope: Scope) -> ast.expr:
+def resolve(tree: ast.expr, scope: Scope, source: str) -> ast.expr:
     """Check a tree against the allow-list and bind its names; raises FormulaProblem at the first violation."""
     nodes = sum(1 for _ in ast.walk(tree))
     # operators and contexts are nodes to Python but not to a reader; 2 to 1 is about the share they have
     if nodes > 2 * MOST_NODES:
         raise FormulaProblem("FORM002", 0, reason=f"it has more than {MOST_NODES} parts")
-    return _Resolver(scope).visit_at(tree, 0)
+    return _Resolver(scope, source).visit_at(tree, 0)
 
 
 class _Resolver:
-    def __init__(self, scope: Scope) -> None:
+    def __init__(self, scope: Scope, source: str) -> None:
         self.scope = scope
+        self.source = source.encode()  # Python's columns count bytes
         self.local: list[str] = []  # names bound by list comprehensions around
         self.count = 0
 
@@ -66,6 +72,8 @@ class _Resolver:
             raise FormulaProblem(
                 "FORM008", node.col_offset, number=str(value)[:12] + "…" if isinstance(value, int) else f"{value:.3g}"
             )
+        if isinstance(value, str) and any(unicodedata.category(c) in ("Cc", "Cs") and c not in "\n\t" for c in value):
+            self.refuse(node, "A character that cannot be shown", "Leave out what begins with a backslash.")
         if isinstance(value, str) and len(value) > LONGEST_TEXT:
             raise FormulaProblem("FORM002", node.col_offset, reason="its text is too long")
         if value is not None and not isinstance(value, (bool, int, float, str)):
@@ -111,13 +119,23 @@ class _Resolver:
             advice = "Use + to join texts." if isinstance(node.op, ast.BitAnd) else _ADVICE
             advice = "Write ** for a power." if isinstance(node.op, ast.BitXor) else advice
             self.refuse(node, "This operator", advice)
+        if isinstance(node.op, ast.Pow) and self._bare_power(node.right):
+            self.refuse(node, "A power of a power without brackets", "Write (2 ** 3) ** 2 or 2 ** (3 ** 2).")
         node.left = self.visit_at(node.left, depth)
         node.right = self.visit_at(node.right, depth)
         return node
 
+    def _bare_power(self, node: ast.expr) -> bool:
+        """Whether a node is a power that no bracket stands around."""
+        if not isinstance(node, ast.BinOp) or not isinstance(node.op, ast.Pow):
+            return False
+        return not self.source[: node.col_offset].rstrip().endswith(b"(")
+
     def _unaryop(self, node: ast.UnaryOp, depth: int) -> ast.expr:
         if isinstance(node.op, ast.Invert):
             self.refuse(node, "The sign ~")
+        if isinstance(node.op, ast.USub) and self._bare_power(node.operand):
+            self.refuse(node, "A minus before a power without brackets", "Write -(x ** 2) or (-x) ** 2.")
         node.operand = self.visit_at(node.operand, depth)
         return node
 
@@ -145,6 +163,8 @@ class _Resolver:
         return node
 
     def _tuple(self, node: ast.Tuple, depth: int) -> ast.expr:
+        if self.source[node.col_offset : node.col_offset + 1] != b"(":
+            self.refuse(node, "A comma without brackets", "Write 3.5 with a point; a pair needs brackets: (3, 5).")
         node.elts = [self.visit_at(e, depth) for e in node.elts]
         return node
 
@@ -226,7 +246,7 @@ class _Resolver:
             self.refuse(node, "“!” in a text", "Write the value alone, or with a format such as {distance:.1f}.")
         if node.format_spec is not None:
             parts = getattr(node.format_spec, "values", [])
-            spec = "".join(str(getattr(p, "value", "?")) for p in parts)
+            spec = "".join(str(p.value) if isinstance(p, ast.Constant) else "{…}" for p in parts)
             if any(not isinstance(p, ast.Constant) for p in parts) or not _SPEC.fullmatch(spec):
                 raise FormulaProblem("FORM010", node.col_offset, spec=spec)
         node.value = self.visit_at(node.value, depth)
@@ -247,8 +267,11 @@ class _Resolver:
             self.refuse(node.keywords[0], f"{node.keywords[0].arg}= inside the brackets", "Write the value alone.")
         helper = self.scope.helpers.get(key(name))
         function = self.scope.functions.get(name)
-        if key(name) in self.scope.inputs:
+        alias = key(name) == "value" and self.scope.inputs.get("value") and key(self.scope.order[0]) != "value"
+        if key(name) in self.scope.inputs and not alias:
             self.refuse(node, f"The input {name} followed by brackets", "An input is a value: write it without ( ).")
+        if helper is None and key(name) in _AMBIGUOUS:
+            raise FormulaProblem("FORM005", node.col_offset, len(name), name=name, remedy=_AMBIGUOUS[key(name)])
         if helper is None and function is None:
             guess = nearest(name, [h.shown for h in self.scope.helpers.values()] + self.scope.functions.names())
             advice = f"Did you mean {guess}?" if guess else "See `rrp-sheets help functions`."

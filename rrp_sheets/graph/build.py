@@ -99,8 +99,13 @@ class _Builder:
         return tuple(i for i in ids if i is not None), None in ids
 
     def _taken_by_next(self, i: int) -> bool:
-        following = [r for r in self.behaviour.rows[i + 1 :] if r.on or not self.behaviour.rows[i].on]
-        return bool(following) and not following[0].inputs
+        """Whether the next row takes what row `i` gives; one that is switched off counts: it may be on tomorrow."""
+        for row in self.behaviour.rows[i + 1 :]:
+            if not row.inputs:
+                return True
+            if row.on:
+                return False
+        return False
 
     def _step(self, row: Row, connector: Connector, inputs: Sequence[str], output: str) -> Step | None:
         step = Step(row, f"{self.behaviour.name}!{row.number}", connector, tuple(inputs), output)
@@ -112,7 +117,9 @@ class _Builder:
             self.report.add(
                 "CONN003", row.inputs_cell.address, connector=connector.name, least=connector.least, count=count
             )
-        if connector.most is not None and count > connector.most:
+        if len(set(inputs)) < count:
+            self.report.add("CONN009", row.inputs_cell.address)
+        elif connector.most is not None and count > connector.most:
             most = "one input stream" if connector.most == 1 else f"{connector.most} input streams"
             self.report.add("CONN004", row.inputs_cell.address, connector=connector.name, most=most, count=count)
         period = self._parameter(row, connector)

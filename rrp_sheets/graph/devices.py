@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ from rrp_sheets.model.workbook import Workbook
 
 _HEX = re.compile(r"#[0-9a-f]{6}", re.IGNORECASE)
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
+LONGEST_SETTING = 1_000  # characters: minutes of speech
 COLOURS = ("white", "red", "green", "blue", "yellow", "magenta", "cyan", "orange", "purple", "pink", "black")
 
 
@@ -144,7 +146,7 @@ def understand(setting: Setting, text: str, robot: Robot) -> tuple[Value, str]:
     if setting.kind == "duration":
         us = parse_duration(text, bare="s")
         return us, "" if us is not None else "a time such as 2 s"
-    return text, ""
+    return text, "" if len(text) <= LONGEST_SETTING else f"a text of at most {LONGEST_SETTING} characters"
 
 
 def _number(setting: Setting, text: str) -> tuple[Value, str]:
@@ -156,6 +158,8 @@ def _number(setting: Setting, text: str) -> tuple[Value, str]:
     if not _NUMBER.fullmatch(bare):
         return None, wants
     number = float(bare)
+    if not math.isfinite(number):
+        return None, wants
     inside = (low is None or number >= low) and (high is None or number <= high)
     return (int(number) if number == int(number) else number), "" if inside else wants
 

@@ -60,6 +60,8 @@ class Names:
                 names = [r.output.text for r in self.made.values()] + self.devices.names("sensor")
                 guess = nearest(cell.text, names)
                 remedy = f"Did you mean {guess}?" if guess else "Write the output stream of another row, or a sensor."
+                if any(sign in cell.text for sign in ";&+"):
+                    remedy = "Write a comma between two streams."
                 self.report.add("GRAPH001", cell.address, name=cell.text, remedy=remedy)
             return None
         if declared.found.type.kind == "actuator":

@@ -28,8 +28,8 @@ def parse_duration(text: str, bare: str = "ms") -> int | None:
     match = _DURATION.fullmatch(unicodedata.normalize("NFKC", text).casefold())
     if not match or match[2] not in _UNITS:
         return None
-    us = round(float(match[1]) * _UNITS[match[2] or bare])
-    return us if us <= LONGEST_US else None
+    us = float(match[1]) * _UNITS[match[2] or bare]
+    return round(us) if us <= LONGEST_US else None
 
 
 def show_duration(us: int) -> str:

@@ -9,6 +9,7 @@ import unicodedata
 from collections.abc import Iterable
 from functools import lru_cache
 
+_CONSTANTS = ("true", "false", "none", "blank")  # what these mean in a formula
 _JOINERS = re.compile(r"[\s_\-\u00a0\u2010-\u2015]+")
 
 
@@ -40,7 +41,7 @@ def argument_name(name: str) -> str:
     first, rest = words[0], [w[:1].upper() + w[1:] for w in words[1:]]
     first = first.lower() if first.isupper() else first[:1].lower() + first[1:]
     joined = first + "".join(rest)
-    if keyword.iskeyword(joined) or keyword.iskeyword(joined.capitalize()) or not joined.isidentifier():
+    if keyword.iskeyword(joined) or joined.casefold() in _CONSTANTS or not joined.isidentifier():
         joined = "s" + joined[:1].upper() + joined[1:]
     return joined
 

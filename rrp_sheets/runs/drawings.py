@@ -9,6 +9,8 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model.names import key, nearest
 
+MOST_ROWS = 2_000  # a hundred pages; Graphviz takes half a minute for them
+
 
 def draw(checked: Checked, target: Path, behaviour: str = "") -> list[str]:
     """Draw the behaviours (or one) into a file; what the picture lacks (a font, say), in words.
@@ -21,6 +23,9 @@ def draw(checked: Checked, target: Path, behaviour: str = "") -> list[str]:
 
     pages = []
     for graph in chosen(checked, behaviour):
+        if len(graph.steps) > MOST_ROWS:
+            message = f"The behaviour “{graph.name}” has {len(graph.steps)} rows; at most {MOST_ROWS} can be drawn."
+            raise SheetsError(message, "Divide it into several behaviours.")
         flags = {
             d.address.row: n for n, d in enumerate(checked.report, 1) if d.address and key(d.address.sheet) == graph.key
         }

@@ -60,11 +60,15 @@ class RunFolder:
         from rrp_sheets.runs.copies import as_xlsx
 
         target = self.path / "protocol.xlsx"
-        if self.reading.format == "xlsx":
-            shutil.copyfile(self.source, target)
-        else:
-            as_xlsx(self.reading, checked.robot, target)
-        shutil.copyfile(checked.robot.folder / "robot.toml", self.path / "robot.toml")
+        try:
+            if self.reading.format == "xlsx":
+                shutil.copyfile(self.source, target)
+            else:
+                as_xlsx(self.reading, checked.robot, target)
+            shutil.copyfile(checked.robot.folder / "robot.toml", self.path / "robot.toml")
+        except OSError as error:
+            message = f"Nothing can be written into “{self.path}” ({error.strerror})."
+            raise SheetsError(message, "Make room, or name another folder with --out.") from None
 
     def finish(self, checked: Checked) -> tuple[dict[str, str], tuple[str, ...]]:
         """Write the table and the diagram; the files of the folder with what each is, and what could not be made.

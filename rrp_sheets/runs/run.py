@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -199,10 +198,14 @@ def _go(
             view.finishing()
         finally:
             try:
-                with suppress(RunBroken):  # it broke already, and that is being told
-                    world.stop()
+                world.stop()
+            except RunBroken as error:
+                broken = broken or error  # the first break is the cause
             finally:
-                trace.close(summary.as_dict(wall=False))
+                try:
+                    trace.close(summary.as_dict(wall=False))
+                except RunBroken as error:
+                    broken = broken or error
     return summary, broken
 
 

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TextIO
 
-from rrp_sheets.errors import UnreadableFile
+from rrp_sheets.errors import RunBroken, UnreadableFile
 from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.model.values import Failure, Value, to_json
 from rrp_sheets.runtime.plan import Plan
@@ -39,7 +40,8 @@ class TraceWriter:
     """Writes a trace; an engine's observer."""
 
     def __init__(self, path: Path, plan: Plan, header: Mapping[str, Any]) -> None:
-        self._file: TextIO = path.open("w", encoding="utf-8", newline="\n")
+        # a name that is no proper text (a file name in another encoding) is written as an escape, which JSON can read
+        self._file: TextIO = path.open("w", encoding="utf-8", errors="backslashreplace", newline="\n")
         self._labels = {s.id: stream_label(s) for s in plan.streams}
         streams = [
             {"stream": self._labels[s.id], "kind": s.kind.value, "device": s.device.type.name if s.device else None}
@@ -72,17 +74,26 @@ class TraceWriter:
     def flush(self) -> None:
         """Write what the frame gave; a crash loses at most a frame."""
         if self._waiting:
-            self._file.write("\n".join(self._waiting) + "\n")
-            self._file.flush()
+            lines = "\n".join(self._waiting) + "\n"
             self._waiting.clear()
+            try:
+                self._file.write(lines)
+                self._file.flush()
+            except OSError as error:
+                raise RunBroken(
+                    f"The trace cannot be written ({error.strerror}).", "Make room, and run again."
+                ) from None
 
     def close(self, summary: Mapping[str, Any]) -> None:
         """Write the summary and close; does nothing the second time."""
         if self._file.closed:
             return
-        self.flush()
-        self._file.write(_line({"type": "summary", **summary}) + "\n")
-        self._file.close()
+        self._waiting.append(_line({"type": "summary", **summary}))
+        try:
+            self.flush()
+        finally:
+            with suppress(OSError):  # what could not be written has been told
+                self._file.close()
 
 
 def read_trace(path: Path) -> Iterator[dict[str, Any]]:

@@ -32,6 +32,8 @@ def write_atomically(path: Path, data: bytes, *, replace: bool = True) -> None:
         SheetsError: when it cannot be written, or is there already and `replace` is False.
     """
     refuse_open_file(path)
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise SheetsError(f"“{path}” is not a file that can be replaced.", "Name a file.")
     half = ""
     try:
         handle, half = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)

@@ -8,9 +8,9 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from rrp_sheets.formulas.limits import LARGEST_NUMBER, LONGEST_LIST, LONGEST_TEXT
+from rrp_sheets.formulas.limits import DEEPEST, LARGEST_NUMBER, LONGEST_LIST, LONGEST_TEXT, MOST_LEAVES
 from rrp_sheets.formulas.problems import FormulaProblem, wrong_kind
-from rrp_sheets.model.values import Value
+from rrp_sheets.model.values import Record, Value
 
 MANY = 255
 
@@ -121,6 +121,32 @@ def shown(value: Value) -> str:
     if isinstance(value, float):
         return format(value, ".15g")
     raise wrong_kind("a text or a number", value)
+
+
+def weighed(value: Value) -> Value:
+    """A formula's result if it is small enough to travel; lists within lists are counted whole.
+
+    Raises FormulaProblem FORM105.
+    """
+    leaves = 0
+    level: list[Value] = [value]
+    for _ in range(DEEPEST):
+        inner: list[Value] = []
+        for v in level:
+            kind = type(v)
+            if kind is list or kind is tuple:
+                inner.extend(v)
+            elif kind is Record:
+                inner.extend(v.values.values())
+            elif kind is str:
+                leaves += len(v) // 100
+        leaves += len(inner)
+        if leaves > MOST_LEAVES:
+            raise FormulaProblem("FORM105", reason=f"lists have at most {MOST_LEAVES} places altogether")
+        if not inner:
+            return value
+        level = inner
+    raise FormulaProblem("FORM105", reason=f"lists within lists go {DEEPEST} deep at most")
 
 
 def bounded(value: Value) -> Value:

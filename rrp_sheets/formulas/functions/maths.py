@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from decimal import ROUND_DOWN, ROUND_HALF_UP, Decimal
+from decimal import ROUND_HALF_UP, Decimal, localcontext
 
 from rrp_sheets.formulas.functions.define import define, flat, listing, number, whole
 from rrp_sheets.formulas.problems import FormulaProblem
@@ -97,7 +97,8 @@ def round_(value: Value, places: Value = 0) -> Number:
     (3, -3, 1.01, 1200)
     """
     n, p = number(value), max(-15, min(15, whole(places)))
-    rounded = Decimal(repr(n)).quantize(Decimal(1).scaleb(-p), rounding=ROUND_HALF_UP)
+    with localcontext(prec=60):  # 15 digits before the point and 15 behind it, with room
+        rounded = Decimal(repr(float(n))).quantize(Decimal(1).scaleb(-p), rounding=ROUND_HALF_UP)
     return int(rounded) if p <= 0 else float(rounded)
 
 
@@ -116,7 +117,7 @@ def trunc(value: Value) -> int:
     >>> trunc(-3.9)
     -3
     """
-    return int(Decimal(repr(number(value))).to_integral_value(rounding=ROUND_DOWN))
+    return math.trunc(number(value))
 
 
 def ceil(value: Value) -> int:

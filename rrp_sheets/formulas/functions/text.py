@@ -143,5 +143,5 @@ def fixed(value: Value, places: Value = 2) -> str:
 
 FUNCTIONS = (
     define(len_), define(upper), define(lower), define(trim), define(concat, "CONCATENATE"), define(str_),
-    define(value), define(left), define(right), define(mid), define(substitute), define(exact), define(fixed),
+    define(value, "NUMBER"), define(left), define(right), define(mid), define(substitute), define(exact), define(fixed),
 )  # fmt: skip
