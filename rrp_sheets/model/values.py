@@ -139,12 +139,17 @@ def to_json(value: Value) -> Any:
     return value
 
 
-def show(value: Value) -> str:
+def show(value: Value, longest: int = 160) -> str:
     """The value in short, as a person reads it.
 
     >>> show(0.123456), show(None), show("hi"), show([1, True])
     ('0.123', 'blank', '“hi”', '(1, TRUE)')
     """
+    text = _show(value)
+    return text if len(text) <= longest else text[: longest - 1] + "…"
+
+
+def _show(value: Value) -> str:
     if value is None:
         return "blank"
     if isinstance(value, bool):
@@ -154,7 +159,7 @@ def show(value: Value) -> str:
     if isinstance(value, str):
         return f"“{value}”"
     if isinstance(value, (list, tuple)):
-        return f"({', '.join(show(v) for v in value)})"
+        return f"({', '.join(_show(v) for v in value)})"
     if isinstance(value, Record):
-        return f"{value.type.name} ({', '.join(f'{n} {show(v)}' for n, v in value.as_dict().items() if v is not None)})"
+        return f"{value.type.name} ({', '.join(f'{n} {_show(v)}' for n, v in value.as_dict().items() if v is not None)})"
     return str(value)
