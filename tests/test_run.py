@@ -252,3 +252,32 @@ def test_every_command_has_help(command):
 def test_an_unknown_command_proposes_the_nearest():
     done = rrp("chek", BOOK)
     assert done.returncode == 2 and "check" in done.stderr
+
+
+def test_what_a_stranger_writes_cannot_steer_the_terminal(tmp_path):
+    book = tmp_path / "b.md"
+    book.write_text("## T\n| Input | Connector | Formula | Output |\n|---|---|---|---|\n"
+                    "| Head yaw | map | \"a\" + MID(\"\u202eb\", 1, 2) | X |\n| X | subscribe | | Print |\n", "utf-8")  # fmt: skip
+    done = rrp("run", book, "--fast", "--for", "1s", "--out", tmp_path / "o")
+    assert done.returncode == 0 and "\u202e" not in done.stdout and "\x1b" not in done.stdout
+
+
+def test_a_full_disk_under_the_output_is_told():
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([*COMMAND, "help", "devices"], env=ENV, stdout=full, stderr=subprocess.PIPE, text=True,
+                              timeout=60)  # fmt: skip
+    assert done.returncode == 2 and "Traceback" not in done.stderr and "full" in done.stderr
+
+
+def test_a_device_is_never_replaced_by_a_file():
+    done = rrp("explain", BOOK, "-o", "/dev/null")
+    assert done.returncode == 2 and Path("/dev/null").is_char_device()
+
+
+def test_a_file_name_that_is_no_proper_text(tmp_path):
+    book = os.fsencode(tmp_path) + b"/n\xf6.xlsx"
+    Path(os.fsdecode(book)).write_bytes(BOOK.read_bytes())
+    done = subprocess.run([*COMMAND, "run", book, "--fast", "--for", "1s", "--out", str(tmp_path / "o")], env=ENV,
+                          capture_output=True, timeout=60)  # fmt: skip
+    assert done.returncode == 0 and b"Traceback" not in done.stderr
+    assert json.loads((tmp_path / "o" / "trace.jsonl").read_text().splitlines()[0])["type"] == "header"
