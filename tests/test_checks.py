@@ -56,6 +56,10 @@ def test_one_mistake_one_finding_at_its_cell(text, expected):
     assert findings(rows(text)) == expected
 
 
+def test_a_row_with_too_many_cells_is_told_once():
+    assert findings(rows("| Red ball | map | a | b | X |\n| Red ball | subscribe | | Print |")) == [("SHEET017", "E2")]
+
+
 def test_everything_is_reported_at_once():
     text = "| Red bal | map | 1 | X |\n| X | mapp | 1 | Y |\n| Y | subscribe | | Tell |"
     assert [code for code, _ in findings(rows(text))] == ["GRAPH001", "CONN002", "GRAPH006"]
