@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from reactivex import Observable, compose
 from reactivex import operators as ops
 
 from rrp_sheets.connectors.spec import Connector, Parameter
-from rrp_sheets.connectors.wiring import Wiring, first_with_latest
+from rrp_sheets.connectors.wiring import Wiring, evaluated
 from rrp_sheets.model.values import Failure, Value
 
 
@@ -26,14 +24,7 @@ def build(wiring: Wiring) -> Observable[Value]:
 
         return wiring.inputs[0].pipe(compose(ops.map(work_out), ops.filter(_held)))
 
-    def use(values: tuple[Value, ...], emit: Callable[[Value], None]) -> None:
-        result = evaluate(*values)
-        if type(result) is Failure:
-            fail(result, values)
-        else:
-            emit(result)
-
-    return first_with_latest(wiring, use)
+    return evaluated(wiring)
 
 
 def _held(result: Value) -> bool:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from reactivex import Observable
 
 from rrp_sheets.connectors import merge
 from rrp_sheets.connectors.spec import Connector, Parameter
-from rrp_sheets.connectors.wiring import Wiring, first_with_latest
-from rrp_sheets.model.values import Failure, Value
+from rrp_sheets.connectors.wiring import Wiring, evaluated
+from rrp_sheets.model.values import Value
 
 
 def build(wiring: Wiring) -> Observable[Value]:
@@ -17,18 +15,7 @@ def build(wiring: Wiring) -> Observable[Value]:
 
     Always at the row's own place in the order, so that of two rows the later one has the last word.
     """
-    if wiring.evaluate is None:
-        return merge.build(wiring)
-    evaluate, fail = wiring.evaluate, wiring.fail
-
-    def use(values: tuple[Value, ...], emit: Callable[[Value], None]) -> None:
-        result = evaluate(*values)
-        if type(result) is Failure:
-            fail(result, values)
-        else:
-            emit(result)
-
-    return first_with_latest(wiring, use)
+    return merge.build(wiring) if wiring.evaluate is None else evaluated(wiring)
 
 
 SUBSCRIBE = Connector(

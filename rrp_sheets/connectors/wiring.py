@@ -109,3 +109,18 @@ def first_with_latest(
                 use((value, *latest[1:]), emit)
 
     return settle(wiring, flush)
+
+
+def evaluated(wiring: Wiring) -> Observable[Value]:
+    """The formula's result for each value of the first input, at the row's place in the order."""
+    evaluate, fail = wiring.evaluate, wiring.fail
+    assert evaluate is not None
+
+    def use(values: tuple[Value, ...], emit: Callable[[Value], None]) -> None:
+        result = evaluate(*values)
+        if type(result) is Failure:
+            fail(result, values)
+        else:
+            emit(result)
+
+    return first_with_latest(wiring, use)

@@ -58,24 +58,23 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
             def evaluate_one(value: Value) -> Value:
                 self.symtable = {name: value}
                 self.steps = STEPS
-                try:
-                    result = handler(tree)
-                    return result if type(result) in _PLAIN else weighed(result)
-                except Exception as error:
-                    return self._failure(error)
+                return self._conclude(handler, tree)
 
             return evaluate_one
 
         def evaluate(*values: Value) -> Value:
             self.symtable = dict(zip(names, values, strict=True))
             self.steps = STEPS
-            try:
-                result = handler(tree)
-                return result if type(result) in _PLAIN else weighed(result)
-            except Exception as error:
-                return self._failure(error)
+            return self._conclude(handler, tree)
 
         return evaluate
+
+    def _conclude(self, handler: Callable[[Any], Value], tree: ast.expr) -> Value:
+        try:
+            result = handler(tree)
+            return result if type(result) in _PLAIN else weighed(result)
+        except Exception as error:
+            return self._failure(error)
 
     def _bind(self, tree: ast.AST) -> None:
         """Give every node its handler, so that running it needs no look-up, and helpers' trees too."""
