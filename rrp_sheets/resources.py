@@ -1,4 +1,4 @@
-"""Where the bundled folders are: `templates`, `robots` and `workbooks`.
+"""Where the bundled folders are: `templates`, `robots` and `workbooks`; and what the build fetched.
 
 In a wheel they lie under `rrp_sheets/_bundled/`; in a clone they are at the top of the repository.
 """
@@ -19,3 +19,12 @@ def bundled(*parts: str) -> Path:
     inside = _PACKAGE / "_bundled"
     root = inside if inside.is_dir() else _PACKAGE.parent
     return root.joinpath(*parts)
+
+
+def vendored(*parts: str) -> Path:
+    """Return the path of what the build hook fetches (fonts, scripts); a build without network lacks it.
+
+    >>> vendored("fonts").parent.name
+    '_vendor'
+    """
+    return _PACKAGE.joinpath("_vendor", *parts)

@@ -8,10 +8,12 @@ from pathlib import Path
 import pytest
 
 from rrp_sheets.devices import load_robot
-from rrp_sheets.devices.scene import BALL_COLOURS, default_scene, parse_scene, scene_end_us
+from rrp_sheets.devices.default_scene import default_scene
+from rrp_sheets.devices.scene import BALL_COLOURS, parse_scene, scene_end_us
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.workbook import SceneRow
+from rrp_sheets.runtime.ports import DeviceUse
 from rrp_sheets.sim.colours import parse_colour
 
 ROBOT = load_robot()
@@ -77,6 +79,8 @@ WRONG = [
     ("| 1 | Person | is seen | Emma |", "SCENE004", "D2", "1, Emma, 6"),
     ("| 1 | Operator | presses | |", "SCENE004", "D2", "Start"),
     ("| 1 | Red ball | disappears | quickly |", "SCENE004", "D2", "blank"),
+    ("| 1 | Child | touches | Left hnd |", "SCENE004", "D2", "Left hand"),
+    ("| 1 | Child | touches | the tail |", "SCENE004", "D2", "Right foot"),
 ]
 
 
@@ -111,11 +115,59 @@ def test_every_ball_colour_has_a_look() -> None:
     assert all(parse_colour(colour) is not None for colour in BALL_COLOURS)
 
 
+def shown(*sensors: DeviceUse) -> dict[str, object]:
+    """The things of the default scene, with their colours."""
+    actions = default_scene(sensors, ROBOT)
+    return {a.thing: a.values.get("colour") for a in actions if a.verb == "appear"}
+
+
+def use(device: str, **settings: str) -> DeviceUse:
+    return DeviceUse("s", device, device, settings)
+
+
 def test_a_default_scene_shows_every_sensor_something() -> None:
-    things = {a.thing for a in default_scene(["RedBall", "Blue ball", "Face", "HeadYaw"], ROBOT)}
-    assert things == {"Red ball", "Blue ball", "Person", "Person 2"}
-    assert default_scene(["HeadYaw"], ROBOT) == ()
-    assert {a.thing for a in default_scene(["Ball"], ROBOT)} == {"Red ball", "Blue ball"}
+    things = shown(use("RedBall"), use("Blue ball"), use("Face"), use("HeadYaw"))
+    assert things == {"Red ball": "red", "Blue ball": "blue", "Person": None, "Person 2": None}
+    assert default_scene([use("HeadYaw")], ROBOT) == ()
+    assert shown(use("Ball")) == {"Red ball": "red", "Blue ball": "blue"}
+    assert shown(use("Blob")) == {"Red ball": "red"}
+    assert shown(use("Blob", colour="Yellow")) == {"Yellow ball": "yellow"}
+    assert shown(use("Blob", colour="#ff8000")) == {"Ball": "#ff8000"}
+
+
+def test_a_spelling_is_accepted_but_offered_once() -> None:
+    assert [n for n in ROBOT.device_names("actuator") if n.startswith("Eye")] == [
+        "Eye LED color", "Eye color", "Eye brightness",
+    ]  # fmt: skip
+    for american, british in (("Eye LED color", "Eye LED colour"), ("Eye color", "Eye colour")):
+        first, second = ROBOT.find(american), ROBOT.find(british)
+        assert first is not None
+        assert second is not None
+        assert first.type is second.type
+
+
+USES = [
+    ("Head tracker", {}, {"head"}),
+    ("Head and body tracker", {}, {"head", "legs"}),
+    ("Arm tracker", {}, {"left arm", "right arm"}),
+    ("Tracker", {"mode": "Head", "effector": "Left arm"}, {"head", "left arm"}),
+    ("Set joint position", {"joint": "Right wrist yaw"}, set()),
+    ("Set joint position", {"joint": "RWristYaw"}, {"right arm"}),
+    ("Set joint position", {"joint": "Body"}, {"head", "left arm", "right arm", "legs"}),
+    ("Say", {}, {"voice"}),
+]
+
+
+@pytest.mark.parametrize(("device", "settings", "uses"), USES)
+def test_what_an_actuator_uses_depends_on_its_settings(device: str, settings: dict[str, str], uses: set[str]) -> None:
+    found = ROBOT.find(device)
+    assert found is not None
+    assert found.type.resources_for(found.type.with_defaults({**found.preset, **settings})) == uses
+
+
+def test_a_hand_is_not_in_rad() -> None:
+    units = {name: found.type.unit for name in ("Head yaw", "L hand") if (found := ROBOT.find(name))}
+    assert units == {"Head yaw": "rad", "L hand": ""}
 
 
 def test_example_scenes_of_workbooks_in_markdown_are_understood() -> None:

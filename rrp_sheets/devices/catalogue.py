@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -20,13 +20,17 @@ from rrp_sheets.resources import bundled
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint: limits in rad (hands: 0 closed to 1 open), top velocity in rad/s, and its chain (`Head`, `LArm`, …)."""
+    """A joint: limits and top velocity (per second) in its unit, and its chain (`Head`, `LArm`, …).
+
+    The unit is rad, or empty for a hand, which goes from 0 (closed) to 1 (open).
+    """
 
     name: str
     lower: float
     upper: float
     max_velocity: float
     chain: str
+    unit: str = "rad"
 
 
 @dataclass(frozen=True)
@@ -60,11 +64,12 @@ class DeviceType:
         kind: `sensor` or `actuator`.
         help: what it is for, one or two sentences; shown to users.
         payload: the record a sensor gives, or None when it gives a plain value.
-        gives: the plain value's kind (`number`, `text`, `truth`), when there is no payload.
         unit: of the plain value.
-        example: an example value (a record for a payload).
         takes: what an actuator takes, in words.
-        resources: what an actuator uses (`voice`, `eyes`, `head`, …).
+        resources: what an actuator uses whatever its settings are (`voice`, `eyes`, …).
+        resources_by: what it uses besides, by the key of a setting and the key of what that setting says.
+        colour: of the balls that a sensor looks for, or `any`.
+        shows: what a default scene has for a sensor: `person`, or balls of a colour (`{colour}` is its setting).
         knowledge: True when the simulated sensor is fed from the scene and perceives nothing.
         says: a sentence template for the plain-language description.
     """
@@ -74,22 +79,45 @@ class DeviceType:
     help: str
     settings: Mapping[str, Setting] = field(default_factory=dict)
     payload: RecordType | None = None
-    gives: str = "any"
     unit: str = ""
-    example: Value = None
     takes: str = ""
     resources: tuple[str, ...] = ()
+    resources_by: Mapping[str, Mapping[str, tuple[str, ...]]] = field(default_factory=dict)
+    colour: str = ""
+    shows: tuple[str, ...] = ()
     knowledge: bool = False
     says: str = ""
+
+    def resources_for(self, settings: Mapping[str, Value]) -> frozenset[str]:
+        """What an actuator with these settings (by key) uses: two that share a resource are in each other's way.
+
+        >>> sorted(load_robot().devices["tracker"].resources_for({"mode": "Whole body", "effector": "Left arm"}))
+        ['head', 'left arm', 'legs']
+        """
+        used = set(self.resources)
+        for name, by_choice in self.resources_by.items():
+            used.update(by_choice.get(key(str(settings.get(name))), ()))
+        return frozenset(used)
+
+    def with_defaults(self, settings: Mapping[str, Value]) -> dict[str, Value]:
+        """The settings by key, with the catalogue's defaults where they say nothing."""
+        return {**{k: s.default for k, s in self.settings.items()}, **settings}
 
 
 @dataclass(frozen=True)
 class Found:
-    """A device found by a name: its type and the settings that the name implies (`Head yaw`: Joint = HeadYaw)."""
+    """A device found by a name.
+
+    Attributes:
+        type: what it is.
+        preset: the settings that the name implies (`Head yaw`: Joint = HeadYaw).
+        offered: False for a further spelling of a name that is offered already.
+    """
 
     name: str
     type: DeviceType
     preset: Mapping[str, Value] = field(default_factory=dict)
+    offered: bool = True
 
 
 @dataclass(frozen=True)
@@ -109,9 +137,14 @@ class Robot:
         """The device that a name means (`Red ball`, `Say`, `Head yaw`), in any spelling."""
         return self.names.get(key(name))
 
+    @property
+    def touch_zones(self) -> tuple[str, ...]:
+        """Where it feels a touch."""
+        return tuple(self.data.get("touch", {}).get("zones", ()))
+
     def device_names(self, kind: str) -> list[str]:
         """The names that the drop-downs offer, for `sensor` or `actuator`."""
-        return list(dict.fromkeys(f.name for f in self.names.values() if f.type.kind == kind))
+        return list(dict.fromkeys(f.name for f in self.names.values() if f.type.kind == kind and f.offered))
 
 
 def robot_names() -> list[str]:
@@ -128,37 +161,44 @@ def load_robot(name: str = "nao") -> Robot:
     data = tomllib.loads(path.read_text(encoding="utf-8"))
     joints = {key(j["name"]): Joint(**j) for j in data["joints"]}
     groups = {key(n): tuple(members) for n, members in data["groups"].items()}
+    movers = {n: (data["chains"][joint.chain],) for n, joint in joints.items()}
+    movers |= {n: tuple(r for member in members for r in movers[key(member)]) for n, members in groups.items()}
     devices: dict[str, DeviceType] = {}
     names: dict[str, Found] = {}
     for kind in ("sensor", "actuator"):
         for entry in data[kind]:
-            device = _device(kind, entry)
+            device = _device(kind, entry, movers)
             devices[key(device.name)] = device
             title = entry.get("title", device.name)
             names[key(device.name)] = names[key(title)] = Found(title, device)
             for preset in entry.get("names", ()):
                 shown = preset["name"]
                 names[key(shown)] = Found(shown, device, {key(k): v for k, v in preset.items() if k != "name"})
+            names.update((key(also), Found(also, device, offered=False)) for also in entry.get("also", ()))
             if entry.get("names_of") == "joints":
                 for joint in joints.values():
-                    names[key(joint.name)] = Found(_spaced(joint.name), device, {"joint": joint.name})
+                    found = Found(_spaced(joint.name), replace(device, unit=joint.unit), {"joint": joint.name})
+                    names[key(joint.name)] = found
     return Robot(name, data["robot"]["title"], path.parent, joints, groups, devices, names, data)
 
 
-def _device(kind: str, entry: Mapping[str, Any]) -> DeviceType:
+def _device(kind: str, entry: Mapping[str, Any], movers: Mapping[str, tuple[str, ...]]) -> DeviceType:
+    """Read a device's entry; `movers` are the resources that each joint and group (by key) uses."""
     settings = {}
     for s in entry.get("settings", ()):
         settings[key(s["name"])] = Setting(**{**s, "choices": tuple(s.get("choices", ()))})
     payload = None
-    example = entry.get("example")
     if "fields" in entry:
         fields = tuple(Field(**f) for f in entry["fields"])
         payload = RecordType(entry.get("title", entry["name"]), fields, entry.get("aliases", {}))
-        example = payload.example()
+    by = {
+        key(setting): movers if choices == "chains" else {key(c): tuple(used) for c, used in choices.items()}
+        for setting, choices in entry.get("resources_by", {}).items()
+    }
     return DeviceType(
         name=entry["name"], kind=kind, help=entry["help"], settings=settings, payload=payload,
-        gives=entry.get("gives", "any"), unit=entry.get("unit", ""), example=example,
-        takes=entry.get("takes", ""), resources=tuple(entry.get("resources", ())),
+        unit=entry.get("unit", ""), takes=entry.get("takes", ""), resources=tuple(entry.get("resources", ())),
+        resources_by=by, colour=entry.get("colour", ""), shows=tuple(entry.get("shows", ())),
         knowledge=entry.get("knowledge", False), says=entry.get("says", ""),
     )  # fmt: skip
 

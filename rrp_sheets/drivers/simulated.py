@@ -57,8 +57,8 @@ class SimulatedWorld(World):
             if found is not None and found.type.payload is not None:
                 self._records[use.stream] = found.type.payload
         spec = Spec(
-            robot=robot, sensors=_specs(sensors), actuators=_specs(actuators), scene=tuple(scene), seed=seed,
-            frame_rate=frame_rate, out=str(out.resolve()) if out is not None else "", film=film, title=title,
+            robot=robot, sensors=_specs(sensors, robot), actuators=_specs(actuators, robot), scene=tuple(scene),
+            seed=seed, frame_rate=frame_rate, out=str(out.resolve()) if out is not None else "", film=film, title=title,
         )  # fmt: skip
         self._process = SimProcess(spec)
 
@@ -104,5 +104,8 @@ class SimulatedWorld(World):
         return self._records[stream].make(**{key(name): v for name, v in value.items()})
 
 
-def _specs(uses: Sequence[DeviceUse]) -> tuple[DeviceSpec, ...]:
-    return tuple(DeviceSpec(u.stream, u.name, u.device, dict(u.settings)) for u in uses)
+def _specs(uses: Sequence[DeviceUse], robot: Robot) -> tuple[DeviceSpec, ...]:
+    """What the simulator is told of the devices in use: every setting is there, by the catalogue when not given."""
+    return tuple(
+        DeviceSpec(u.stream, u.name, u.device, robot.devices[key(u.device)].with_defaults(u.settings)) for u in uses
+    )

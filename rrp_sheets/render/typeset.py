@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 import unicodedata
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, Literal
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.resources import bundled
+from rrp_sheets.resources import bundled, vendored
 
-FONTS = Path(__file__).parent.parent / "_vendor" / "fonts"  # fetched by the build hook
+FONTS = vendored("fonts")
 _JAPANESE = ("CJK UNIFIED", "HIRAGANA", "KATAKANA", "FULLWIDTH", "HALFWIDTH KATAKANA", "IDEOGRAPHIC", "CJK ")
 _BUNDLED = ("LATIN", "GREEK", "CYRILLIC", "SUPERSCRIPT", "SUBSCRIPT", "MODIFIER LETTER", "COMBINING")
 

@@ -7,11 +7,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rrp_sheets import __version__
 from rrp_sheets.checks import Checked
-from rrp_sheets.devices.scene import default_scene, scene_end_us
+from rrp_sheets.devices.default_scene import default_scene
+from rrp_sheets.devices.scene import scene_end_us
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Failure, Value
@@ -142,9 +143,7 @@ def run(
     plan = make_plan(checked)
     if not plan.steps:
         raise SheetsError("No row of this workbook is switched on.", "Write TRUE in the On cells of some rows.")
-    scene = (
-        checked.scene if checked.scene is not None else default_scene([s.device for s in plan.sensors], checked.robot)
-    )
+    scene = checked.scene if checked.scene is not None else default_scene(plan.sensors, checked.robot)
     seed = checked.run.seed if settings.seed is None else settings.seed
     folder = RunFolder(reading, settings.out)
     until = _until(checked, settings)
@@ -235,7 +234,9 @@ def _simulated(settings: RunSettings) -> Callable[[Plan, tuple[SceneAction, ...]
 
         require()
         checked = plan.checked
-        kwargs: dict[str, Any] = {"seed": seed, "frame_rate": checked.run.frame_rate, "out": out, "film": settings.film}
-        return SimulatedWorld(checked.robot, plan.sensors, plan.actuators, scene, **kwargs)
+        return SimulatedWorld(
+            checked.robot, plan.sensors, plan.actuators, scene, seed=seed, frame_rate=checked.run.frame_rate, out=out,
+            film=settings.film, title=checked.workbook.protocol.text("Title"),
+        )  # fmt: skip
 
     return make

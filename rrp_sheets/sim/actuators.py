@@ -18,7 +18,6 @@ from rrp_sheets.sim.tracker import Trackers
 from rrp_sheets.sim.voice import Voice
 
 Tell = Callable[[Notice], None]
-SLOWEST = 0.01  # share of a joint's top velocity
 
 
 class Eyes:
@@ -68,6 +67,7 @@ class _Base:
         self.spec = spec
         self.parts = parts
         self.settings: Mapping[str, Value] = spec.settings
+        self.uses = parts.body.robot.devices[key(spec.device)].resources_for(spec.settings)
 
     def wrong(self, order: Order, needs: str) -> None:
         """Tell that a value cannot be used here."""
@@ -194,7 +194,7 @@ class Track(_Base):
 
     def __init__(self, spec: DeviceSpec, parts: Parts) -> None:
         super().__init__(spec, parts)
-        parts.trackers.add(spec.stream, spec.settings)
+        parts.trackers.add(spec.stream, spec.settings, self.uses)
 
     def take(self, order: Order, us: int) -> None:
         """Follow, or let go."""
@@ -216,7 +216,7 @@ class SetJointPosition(_Base):
     def take(self, order: Order, us: int) -> None:
         """Send the joints to their angles."""
         body = self.parts.body
-        named = str(self.settings.get("joint") or "")
+        named = str(self.settings["joint"] or "")
         joint = body.robot.joints.get(key(named))
         joints = (joint.name,) if joint else body.robot.groups.get(key(named), ())
         if not joints:
@@ -237,12 +237,9 @@ class SetJointPosition(_Base):
 
     def _move(self, order: Order, angles: dict[str, float]) -> None:
         body = self.parts.body
-        speed = as_number(self.settings.get("speed"))
-        share = min(max(0.3 if speed is None else speed, SLOWEST), 1.0)
+        share = float(self.settings["speed"])
         yaw = angles.get("HeadYaw", body.aimed("HeadYaw"))
-        chains = {body.robot.joints[key(name)].chain for name in angles}
-        moved = sorted({"Head": "head", "LArm": "L arm", "RArm": "R arm"}.get(chain, "legs") for chain in chains)
-        if not all(self.parts.trackers.release(part, order.priority) for part in moved):
+        if not all(self.parts.trackers.release(part, order.priority) for part in sorted(self.uses)):
             self.refused(order)
             return
         for name, angle in angles.items():
@@ -251,8 +248,7 @@ class SetJointPosition(_Base):
                 self.parts.stance.follow_legs()
             elif joint.chain != "Head":
                 self.parts.stance.steady()
-            hand = name.endswith("Hand")
-            limited = self.clamp(order, name, angle, body.limits(name, yaw), unit="" if hand else " rad")
+            limited = self.clamp(order, name, angle, body.limits(name, yaw), unit=f" {joint.unit}".rstrip())
             velocity = share * joint.max_velocity
             body.go(name, limited, velocity, 4 * velocity)
         if "HeadYaw" in angles and "HeadPitch" not in angles:

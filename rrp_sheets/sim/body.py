@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import bisect
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -120,10 +119,6 @@ class Body:
         """Where the joint is being sent, rad."""
         return self._glides[joint].target
 
-    def set_point(self, joint: str) -> float:
-        """Where the joint is told to be now, rad."""
-        return self._glides[joint].position
-
     def position(self, joint: str) -> float:
         """Where the joint is, rad."""
         return float(self._b.getJointState(self.id, self.index[joint])[0])
@@ -184,12 +179,3 @@ class Body:
 
     def _matrix(self, quaternion: Any) -> Vector:
         return np.array(self._b.getMatrixFromQuaternion(quaternion)).reshape(3, 3)
-
-
-def angle_between(a: float, b: float) -> float:
-    """The difference of two directions, −π to π.
-
-    >>> round(angle_between(3.0, -3.0), 3)
-    -0.283
-    """
-    return (a - b + math.pi) % (2 * math.pi) - math.pi

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from rrp_sheets.sim.body import Vector
-from rrp_sheets.sim.colours import COLOURS, RGB
+from rrp_sheets.sim.colours import COLOURS, RGB, parse_colour
 
 BALL_COLOURS: dict[str, RGB] = {"red": (0.90, 0.05, 0.05), "green": (0.05, 0.65, 0.12), "blue": (0.08, 0.22, 0.92)}
 """The colours that the ball sensors look for, as toys have them."""
@@ -50,8 +50,8 @@ class Figure:
 
 
 def ball(bullet: Any, colour: str, radius: float) -> Figure:
-    """A ball of a colour by name."""
-    rgb = BALL_COLOURS.get(colour) or COLOURS.get(colour, COLOURS["grey"])
+    """A ball of a colour, by name or as `#rrggbb`."""
+    rgb = BALL_COLOURS.get(colour) or parse_colour(colour) or COLOURS["grey"]
     figure = Figure(bullet)
     figure.add(_ellipsoid(bullet, (radius, radius, radius), rgb, fine=1.6), (0, 0, 0))
     return figure

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
-from rrp_sheets.model.values import Value
+from rrp_sheets.model.values import Record, Value
 from rrp_sheets.sim.camera import FilmCamera, Image
-from rrp_sheets.sim.messages import Notice, Spec
+from rrp_sheets.sim.messages import Notice, Order, Spec
 from rrp_sheets.sim.paths import Point
 from rrp_sheets.sim.stage import FRONT
 
@@ -21,10 +21,16 @@ if TYPE_CHECKING:
 
 SIZE = (560, 320)  # pixels
 EVERY = 80  # physics steps between two pictures: 3 a second
-MOST = 120  # pictures kept; of a longer run every second is dropped, again and again
+MOST = 120  # pictures kept; of a longer run the duller one of each two is dropped, again and again
 ROBOT_BOX = ((-0.12, 0.16), (-0.20, 0.20), (0.0, 0.60))  # m, what must be in the picture
 INTERESTING = 2.3  # m from the robot: things farther away need not be in the picture
-RECENT_US = 700_000  # a detection is shown so long
+RECENT_US = 700_000  # a detection is shown so long, unless the sensor's next picture has nothing
+STALE_US = 100_000  # the robot's own picture may be older by so much than the one from outside
+PAUSED_US = 1_000_000  # an actuator that had no command for so long begins something new
+SPEAKS, BEGINS, SHINES, NOTED, TOLD = 2.0, 1.5, 1.0, 0.5, 0.2
+"""What makes a moment worth showing: speech, a command that changes, other eyes, a note, anything else."""
+AFTERWARDS = 3.0
+MOST_NEWS = 4.0  # so that a first moment with many beginnings does not outweigh all others
 
 
 @dataclass(frozen=True)
@@ -64,15 +70,37 @@ class Film:
         self._next = 0
         self._news = 0.0
         self._seen: dict[str, tuple[int, str]] = {}
+        self._ordered: dict[str, tuple[int, Value]] = {}
         self._eyes = world.eyes.shining
+        self._step = 0
+        self.over = False  # the run is over and the robot is brought to rest: less worth showing
 
     def tell(self, notice: Notice) -> None:
         """Something happened: the next shot is worth showing."""
-        self._news += {"say": 2.0, "note": 0.5}.get(notice.kind, 0.2)
+        self._hurry({"say": SPEAKS, "note": NOTED}.get(notice.kind, TOLD))
+
+    def ordered(self, us: int, order: Order) -> None:
+        """A command came; it is news when it is the first for a while, or says something else than the one before.
+
+        Measured numbers and records always differ; texts, colours and blanks tell.
+        """
+        before_us, before = self._ordered.get(order.stream, (-PAUSED_US, None))
+        value = None if isinstance(order.value, (int, float, dict, Record)) else order.value
+        self._ordered[order.stream] = us, value
+        if us - before_us >= PAUSED_US or value != before:
+            self._hurry(BEGINS)
+
+    def _hurry(self, news: float) -> None:
+        """Let the next shot show it, also in a long run whose shots are far apart."""
+        self._news += news
+        if news >= SHINES:
+            self._next = min(self._next, self._step + EVERY)
 
     def saw(self, us: int, stream: str, value: Value) -> None:
-        """A sensor gave a value."""
-        if isinstance(value, dict):
+        """A sensor gave a value, or blank: its newest picture has nothing."""
+        if value is None:
+            self._seen.pop(stream, None)
+        elif isinstance(value, dict):
             far = value.get("distance")
             words = self._names.get(stream, stream)
             if isinstance(far, float):
@@ -82,24 +110,27 @@ class Film:
 
     def go_on(self, step: int) -> None:
         """Take a shot when one is due."""
+        self._step = step
         if step < self._next:
             return
         self._next = step + self._every
         self._take()
         if len(self._shots) > MOST:
-            self._shots = self._shots[::2]
+            pairs = zip(self._shots[::2], [*self._shots[1::2], self._shots[-1]], strict=False)
+            self._shots = [max(pair, key=lambda shot: shot.weight) for pair in pairs]
             self._every *= 2
 
     def _take(self) -> None:
         world = self._world
         us = world.stage.us
-        inside = world.sight.look()
+        inside = world.sight.recent(STALE_US)
         eyes = world.eyes.shining
         if eyes != self._eyes:
-            self._news += 1.0
+            self._news += SHINES
             self._eyes = eyes
         sees = [words for seen_us, words in self._seen.values() if us - seen_us <= RECENT_US]
-        weight = self._news + (0.5 if sees else 0.0) + (0.3 if world.voice.saying else 0.0)
+        weight = min(self._news, MOST_NEWS) + (0.5 if sees else 0.0) + (1.0 if world.voice.saying else 0.0)
+        weight -= AFTERWARDS if self.over else 0.0
         self._news = 0.0
         outside = self.shoot()
         self._shots.append(Shot(us, outside, inside, world.voice.saying, eyes, ", ".join(sees), weight))

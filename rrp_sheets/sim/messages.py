@@ -12,7 +12,7 @@ from rrp_sheets.model.values import Value
 
 @dataclass(frozen=True, slots=True)
 class DeviceSpec:
-    """A device as a behaviour uses it: the stream's key and name, the device type's name, its settings by key."""
+    """A device as a behaviour uses it: the stream's key and name, the device type's name, all its settings by key."""
 
     stream: str
     name: str

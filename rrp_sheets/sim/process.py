@@ -41,7 +41,7 @@ def require() -> None:
         raise MissingPart(
             f"The simulator needs {', '.join(lacking)}, which Python {python} on this machine does not have.",
             "Use Python 3.11 on Linux or 3.11–3.13 on a Mac (pip install rrp-sheets brings it); "
-            "checking, diagrams, tests and replay work without it.",
+            "checking, drawing and explaining work without it.",
         )
 
 

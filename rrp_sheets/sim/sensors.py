@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim.body import Body, Pose
 from rrp_sheets.sim.camera import Eye, Image
@@ -28,6 +29,7 @@ class Sight:
         self.picture: Image | None = None
         self._pose: Pose | None = None
         self._detector: Detector | None = None
+        self._latest: tuple[int, Image] | None = None
 
     def pose(self) -> Pose:
         """Where the camera is."""
@@ -41,7 +43,14 @@ class Sight:
         if self.picture is None:
             self._stage.place()
             self.picture = self._eye.look(self.pose())
+            self._latest = self.us, self.picture
         return self.picture
+
+    def recent(self, stale_us: int) -> Image:
+        """The newest picture if it is not older than `stale_us`, else a new one: for who only watches."""
+        if self._latest is not None and self._stage.us - self._latest[0] <= stale_us:
+            return self._latest[1]
+        return self.look()
 
     def detector(self) -> Detector:
         """Looks for things in the picture."""
@@ -84,12 +93,12 @@ class BallSensor(_Base):
 
     def __init__(self, spec: DeviceSpec, senses: Senses) -> None:
         super().__init__(spec, senses)
-        self._colour = {"RedBall": "red", "GreenBall": "green", "BlueBall": "blue"}.get(spec.device)
+        self._colour = senses.body.robot.devices[key(spec.device)].colour
 
     def read(self) -> list[Value]:
         """The ball, if one is in the picture."""
         detector = self.senses.sight.detector()
-        if self._colour is None:
+        if self._colour == "any":
             found = detector.any_ball()
         else:
             spot = detector.ball(self._colour)
@@ -106,8 +115,8 @@ class Blob(_Base):
     def read(self) -> list[Value]:
         """The spot, if there is one."""
         settings = self.spec.settings
-        colour = parse_colour(settings.get("colour")) or (1.0, 0.0, 0.0)
-        spot = self.senses.sight.detector().spot(colour, float(settings.get("threshold") or 20))
+        colour = parse_colour(settings["colour"])
+        spot = self.senses.sight.detector().spot(colour, float(settings["threshold"])) if colour else None
         return [{**_angles(spot), "area": spot.area}] if spot else []
 
 
@@ -124,8 +133,7 @@ class JointPosition(_Base):
 
     def __init__(self, spec: DeviceSpec, senses: Senses) -> None:
         super().__init__(spec, senses)
-        named = str(spec.settings.get("joint") or "").replace(" ", "").casefold()
-        joint = senses.body.robot.joints.get(named)
+        joint = senses.body.robot.joints.get(key(str(spec.settings["joint"])))
         self._joint = joint.name if joint else ""
         self._last: float | None = None
 
@@ -144,15 +152,13 @@ SENSORS: Mapping[str, Callable[[DeviceSpec, Senses], Sensor]] = {
     "RedBall": BallSensor, "GreenBall": BallSensor, "BlueBall": BallSensor, "Ball": BallSensor,
     "Blob": Blob, "FaceDetection": Face, "JointPosition": JointPosition,
 }  # fmt: skip
-DEFAULT_RATE: Mapping[str, float] = {"FaceDetection": 2.0, "JointPosition": 30.0}  # Hz; the others 10
 
 
 class Clock:
     """When a sensor is read: every 1/rate s, at the physics' step then or next after."""
 
     def __init__(self, spec: DeviceSpec) -> None:
-        rate = spec.settings.get("rate")
-        self._rate = float(rate) if rate else DEFAULT_RATE.get(spec.device, 10.0)
+        self._rate = float(spec.settings["rate"])
         self._next = 0
 
     def due(self, step: int) -> bool:

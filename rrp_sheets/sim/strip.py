@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from rrp_sheets.resources import vendored
 from rrp_sheets.sim.film import Shot
 
 INK, FAINT, PAPER, EDGE = (38, 44, 52), (110, 118, 128), (255, 255, 255), (214, 218, 222)
@@ -17,16 +18,26 @@ FRAME_MS = 333  # ms, of a film picture
 COLOURS = 224  # of the film's palette
 BAR = 34  # pixels, below the film's picture
 INSET = (128, 96)  # pixels, of what the robot sees, in the film
+LABEL = 18  # pixels, above it
 TILE = (364, 208)  # pixels, of the strip's pictures from outside
 EYE = (176, 132)  # pixels, of what the robot saw, in the strip
 GAP, MARGIN = 16, 28
 NBSP = "\N{NO-BREAK SPACE}"
+NEAREST = 0.3  # of a sixth of the run: two moments are not nearer, unless the run is very short
+SPREAD, NOVEL = 2.0, 2.0  # what being far from the others, and unlike them, is worth beside what happens
+PALER, CHANGED = 40, 0.04  # a pixel has changed by so much (of 255); so many of them are another picture
 Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
+
+
+def font_of(size: int, bold: bool = False) -> Font:
+    """The font that comes along, which has Japanese, Greek and Cyrillic letters; else one with Latin letters only."""
+    path = vendored("fonts", f"NotoSansJP-{'Bold' if bold else 'Regular'}.ttf")
+    return ImageFont.truetype(path, size) if path.is_file() else ImageFont.load_default(size)
 
 
 def write_film(path: Path, shots: Sequence[Shot]) -> None:
     """An animated GIF, three pictures a second, with the clock, what the robot sees and what it says."""
-    font, small = ImageFont.load_default(15), ImageFont.load_default(12)
+    font, small = font_of(15), font_of(12)
     frames = [_film_frame(shot, font, small) for shot in shots]
     palette = _palette([np.asarray(frames[k * (len(frames) - 1) // 5]) for k in range(6)])
     pictures = [f.quantize(palette=palette, dither=Image.Dither.NONE) for f in frames]
@@ -52,9 +63,9 @@ def _film_frame(shot: Shot, font: Font, small: Font) -> Image.Image:
     frame.paste(outside, (0, 0))
     draw = ImageDraw.Draw(frame)
     left, top = outside.width - INSET[0] - 10, outside.height - INSET[1] - 10
-    draw.rectangle((left - 2, top - 2, left + INSET[0] + 1, top + INSET[1] + 1), fill=PAPER, outline=EDGE)
+    draw.rectangle((left - 3, top - LABEL, left + INSET[0] + 2, top + INSET[1] + 2), fill=PAPER, outline=EDGE)
     frame.paste(Image.fromarray(shot.inside).resize(INSET, Image.Resampling.BILINEAR), (left, top))
-    draw.text((left, top - 6), "what the robot sees", FAINT, small, anchor="ls")
+    draw.text((left + INSET[0] // 2, top - LABEL // 2), "what the robot sees", INK, small, anchor="mm")
     middle = outside.height + BAR // 2
     draw.text((12, middle), f"{shot.us / 1e6:.1f} s", INK, font, anchor="lm")
     _dot(draw, 78, middle, 8, shot.eyes)
@@ -67,14 +78,14 @@ def _film_frame(shot: Shot, font: Font, small: Font) -> Image.Image:
 def write_strip(path: Path, shots: Sequence[Shot], title: str = "") -> None:
     """Six moments side by side: the robot from outside, what it saw, and what it said."""
     chosen = choose(shots)
-    big, font, small = (ImageFont.load_default(size) for size in (26, 20, 16))
+    big, font, small = font_of(26, bold=True), font_of(20), font_of(16)
     head = MARGIN + (44 if title else 0)
     width = 2 * MARGIN + len(chosen) * TILE[0] + (len(chosen) - 1) * GAP
     height = head + 34 + TILE[1] + 12 + EYE[1] + MARGIN
     strip = Image.new("RGB", (width, height), PAPER)
     draw = ImageDraw.Draw(strip)
     if title:
-        draw.text((MARGIN, MARGIN - 6), title, INK, big)
+        draw.text((MARGIN, MARGIN - 12), _shorten(draw, title, big, width - 2 * MARGIN), INK, big)
     for k, shot in enumerate(chosen):
         _tile(strip, shot, (MARGIN + k * (TILE[0] + GAP), head), font, small)
     strip.save(path, optimize=True)
@@ -83,7 +94,7 @@ def write_strip(path: Path, shots: Sequence[Shot], title: str = "") -> None:
 def _tile(strip: Image.Image, shot: Shot, place: tuple[int, int], font: Font, small: Font) -> None:
     left, top = place
     draw = ImageDraw.Draw(strip)
-    draw.text((left, top), f"{shot.us / 1e6:.1f} s", INK, font)
+    draw.text((left, top - 4), f"{shot.us / 1e6:.1f} s", INK, font)
     top += 34
     strip.paste(Image.fromarray(shot.outside).resize(TILE, Image.Resampling.LANCZOS), (left, top))
     draw.rectangle((left, top, left + TILE[0] - 1, top + TILE[1] - 1), outline=EDGE)
@@ -101,14 +112,34 @@ def _tile(strip: Image.Image, shot: Shot, place: tuple[int, int], font: Font, sm
 
 
 def choose(shots: Sequence[Shot], count: int = MOMENTS) -> list[Shot]:
-    """Moments spread over the run: of each part the one where most happened."""
-    count = min(count, len(shots))
-    chosen = []
-    for k in range(count):
-        part = shots[k * len(shots) // count : (k + 1) * len(shots) // count]
-        middle = (part[0].us + part[-1].us) / 2
-        chosen.append(max(part, key=lambda s: (s.weight, -abs(s.us - middle))))
-    return chosen
+    """Moments where something changes, spread over the run, no two nearly the same where that can be helped.
+
+    One by one the moment that adds most: what happens in it, how far it is from the chosen ones, how unlike them.
+    """
+    rest, chosen = list(shots), list[Shot]()
+    part = max((shots[-1].us - shots[0].us) / count, 1.0) if shots else 1.0
+    while rest and len(chosen) < count:
+        best = max(rest, key=lambda shot: (_gain(shot, chosen, part), -shot.us))
+        rest.remove(best)
+        chosen.append(best)
+    return sorted(chosen, key=lambda shot: shot.us)
+
+
+def _gain(shot: Shot, chosen: Sequence[Shot], part: float) -> float:
+    """What a moment adds to those chosen; `part` is a sixth of the run, in microseconds."""
+    apart = min((abs(shot.us - other.us) for other in chosen), default=part) / part
+    unlike = min((_unlike(shot, other) for other in chosen), default=1.0)
+    crowded = 10.0 if apart < NEAREST else 0.0
+    return shot.weight + SPREAD * min(apart, 1.0) + NOVEL * unlike - crowded
+
+
+def _unlike(shot: Shot, other: Shot) -> float:
+    """How different two moments look and sound: 0 the same, 1 clearly different."""
+    if (shot.saying, shot.eyes) != (other.saying, other.eyes):
+        return 1.0
+    pairs = ((shot.outside, other.outside), (shot.inside, other.inside))
+    changed = [float((np.abs(a[::4, ::4].astype(int) - b[::4, ::4]).max(axis=2) > PALER).mean()) for a, b in pairs]
+    return min(1.0, max(changed) / CHANGED)
 
 
 def _dot(draw: ImageDraw.ImageDraw, x: int, y: int, radius: int, rgb: tuple[float, float, float]) -> None:
@@ -120,10 +151,15 @@ def _wrap(draw: ImageDraw.ImageDraw, text: str, font: Font, room: int, most: int
     lines = [""]
     for word in text.split(" "):
         longer = f"{lines[-1]} {word}".strip()
-        if draw.textlength(longer, font) <= room or not lines[-1]:
+        if draw.textlength(longer, font) <= room:
             lines[-1] = longer
-        else:
-            lines.append(word)
+            continue
+        if lines[-1]:
+            lines.append("")
+        for letter in word:  # Japanese has no spaces: what does not fit is broken anywhere
+            if lines[-1] and draw.textlength(lines[-1] + letter, font) > room:
+                lines.append("")
+            lines[-1] += letter
     if len(lines) > most:
         lines = [*lines[: most - 1], " ".join(lines[most - 1 :])]
     return [_shorten(draw, line.replace(NBSP, " "), font, room) for line in lines]

@@ -66,6 +66,7 @@ class Tracker:
     stream: str
     mode: str
     arms: str | None
+    parts: frozenset[str]  # what it moves: `head`, `left arm`, `right arm`, `legs`
     active: bool = False
     sensors: tuple[str, ...] = ()
     chosen: str = ""  # the arm that the value chose, for the nearest arm
@@ -73,12 +74,6 @@ class Tracker:
     seen_us: int = -1
     ordered_us: int = -1
     priority: float = 0.0
-
-    @property
-    def parts(self) -> set[str]:
-        """What it moves."""
-        parts = {"head": {"head"}, "wholebody": {"head", "legs"}}.get(self.mode, set())
-        return parts | {f"{side} arm" for side in ("LR" if self.arms == "" else self.arms or "")}
 
 
 @dataclass
@@ -91,10 +86,10 @@ class Trackers:
     _all: dict[str, Tracker] = field(default_factory=dict)
     _turning: bool = False
 
-    def add(self, stream: str, settings: Mapping[str, Value]) -> None:
-        """Make a tracker stream known."""
-        mode, effector = key(str(settings.get("mode") or "Head")), key(str(settings.get("effector") or "None"))
-        self._all[stream] = Tracker(stream, mode, ARMS.get(effector))
+    def add(self, stream: str, settings: Mapping[str, Value], parts: frozenset[str]) -> None:
+        """Make a tracker stream known, with the parts that it moves."""
+        arms = ARMS.get(key(str(settings["effector"])))
+        self._all[stream] = Tracker(stream, key(str(settings["mode"])), arms, parts)
 
     def follow(self, order: Order, us: int) -> bool:
         """Let a tracker follow the newest detection of the order's sensors.
@@ -134,7 +129,7 @@ class Trackers:
         tracker.pointing = ""
 
     def release(self, part: str, priority: float) -> bool:
-        """Stop the trackers that move a part (`head`, `L arm`, `R arm`, `legs`): something else will.
+        """Stop the trackers that move a part (a resource of the catalogue): something else will.
 
         False, and nothing is stopped, when one of them has a larger priority.
         """

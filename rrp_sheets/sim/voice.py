@@ -83,18 +83,17 @@ class Voice:
 
     def _start(self, sentence: Sentence, us: int) -> None:
         order = sentence.order
-        speed = float(sentence.settings.get("speed") or 150)
+        speed = float(sentence.settings["speed"])
         library = self._load(order)
         if library is None:
             seconds = len(sentence.text) / GUESSED_WORD_LENGTH / speed * 60
         else:
-            language = str(sentence.settings.get("language") or FALLBACK)
+            language = str(sentence.settings["language"] or FALLBACK)
             if not library.voice(language):
                 library.voice(FALLBACK)
                 text = f"There is no voice for the language “{language}”; it is spoken in English."
                 self._tell(Notice("error", text, order.stream, order.row))
-            volume = sentence.settings.get("volume")
-            sentence.audio = library.say(sentence.text, speed, 100.0 if volume is None else float(volume))
+            sentence.audio = library.say(sentence.text, speed, float(sentence.settings["volume"]))
             seconds = len(sentence.audio) / library.rate
             self._count += 1
             if self._out is not None:

@@ -82,6 +82,8 @@ class SimWorld:
             actuator = self._actuators.get(order.stream)
             if actuator is not None:
                 actuator.take(order, self._us)
+                if self._film is not None:
+                    self._film.ordered(self._us, order)
         events: list[tuple[str, Value]] = []
         last = (now_us * STEPS_A_SECOND + 500_000) // 1_000_000  # the nearest step
         while self._step < last:
@@ -92,6 +94,8 @@ class SimWorld:
 
     def stop(self) -> None:
         """Silence, a moment's hold, then the rest posture; the film is written."""
+        if self._film is not None:
+            self._film.over = True
         self.voice.stop(None, self._us)
         for stream in list(self._actuators):
             self.trackers.stop(stream)
@@ -149,8 +153,8 @@ class SimWorld:
             if clock.due(self._step):
                 values = [tidy(v) for v in sensor.read()]
                 events += [(stream, v) for v in values]
-                if values and self._film is not None:
-                    self._film.saw(self._us, stream, values[0])
+                if self._film is not None:
+                    self._film.saw(self._us, stream, values[0] if values else None)
                 if values and isinstance(values[0], dict):
                     seen[stream] = self._detection(values[0])
         if seen:

@@ -1,0 +1,83 @@
+"""What happens in the world of a behaviour without a Scene sheet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+from rrp_sheets.devices.catalogue import Robot
+from rrp_sheets.devices.scene_values import BALL_SIZE, FACE_HEIGHT
+from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.values import Value
+
+PERSON = "person"
+BALL = " ball"
+HEIGHT = 0.574  # m: of the robot that the places below suit
+
+
+class SensorUse(Protocol):
+    """A sensor as a behaviour uses it: a name of the device, and its settings by key."""
+
+    @property
+    def device(self) -> str:
+        """The device's name."""
+        ...
+
+    @property
+    def settings(self) -> Mapping[str, Value]:
+        """Its settings by key; those that are not given are the catalogue's."""
+        ...
+
+
+def default_scene(sensors: Sequence[SensorUse], robot: Robot) -> tuple[SceneAction, ...]:
+    """A small scene in which these sensors have something to see, as the catalogue's `shows` says.
+
+    Places suit a robot of NAO's height and grow with the robot.
+    """
+    shown: dict[str, None] = {}
+    for use in sensors:
+        found = robot.find(use.device)
+        if found is not None:
+            settings = found.type.with_defaults(use.settings)
+            shown.update(
+                (s.format(**{k: str(v).casefold() for k, v in settings.items()}), None) for s in found.type.shows
+            )
+    grow = float(robot.data["robot"].get("height", HEIGHT)) / HEIGHT
+    actions: list[SceneAction] = []
+    for number, ball in enumerate(s for s in shown if s.endswith(BALL)):
+        actions += _ball_play(ball.removesuffix(BALL), number, grow)
+    if PERSON in shown:
+        actions += _visit(grow)
+    return tuple(sorted(actions, key=lambda a: a.time_us))
+
+
+def _ball_play(colour: str, number: int, grow: float) -> list[SceneAction]:
+    """A ball comes near, goes to both sides and away; a second one does so mirrored and later."""
+    thing = "Ball" if colour.startswith("#") else f"{colour.capitalize()} ball"
+    side, late = (1, -1)[number % 2], 1_500_000 * number
+    moves = ((2, (0.42, 0.10, 0.42), 2), (6, (0.9, 0.45, 0.5), 2), (10, (0.8, -0.45, 0.36), 3), (15, (0.45, 0, 0.4), 2))
+
+    def place(x: float, y: float, z: float) -> tuple[float, float, float]:
+        return round(x * grow, 3), round(side * y * grow, 3), round(z * grow, 3)
+
+    values: dict[str, Value] = {"at": place(1.0, 0.2, 0.4), "size": BALL_SIZE, "colour": colour}
+    play = [SceneAction(late, thing, "appear", values)]
+    for second, to, seconds in moves:
+        play.append(SceneAction(late + second * 1_000_000, thing, "move", {"to": place(*to), "seconds": seconds}))
+    return [*play, SceneAction(late + 19_000_000, thing, "disappear")]
+
+
+def _visit(grow: float) -> list[SceneAction]:
+    """Somebody comes, moves a little, looks away for a moment and leaves; somebody else comes."""
+    face = FACE_HEIGHT * grow
+    first: dict[str, Value] = {"at": (1.1, 0.15, face), "id": 1}
+    second: dict[str, Value] = {"at": (1.2, -0.2, face), "id": 2}
+    return [
+        SceneAction(1_000_000, "Person", "appear", first),
+        SceneAction(6_000_000, "Person", "move", {"to": (1.0, -0.2), "seconds": 2.0}),
+        SceneAction(10_000_000, "Person", "away"),
+        SceneAction(12_000_000, "Person", "look"),
+        SceneAction(15_000_000, "Person", "disappear"),
+        SceneAction(17_000_000, "Person 2", "appear", second),
+        SceneAction(24_000_000, "Person 2", "disappear"),
+    ]
