@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
-import signal
 import subprocess
 import sys
-import time
 import wave
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -25,7 +22,6 @@ from rrp_sheets.devices import load_robot
 from rrp_sheets.devices.scene import parse_scene
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.drivers.simulated import SimulatedWorld
-from rrp_sheets.errors import MissingPart, RunBroken
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import to_json
@@ -267,69 +263,6 @@ def test_two_runs_are_equal_to_the_last_digit_whatever_else_the_machine_does() -
     finally:
         busy.kill()
         busy.wait()
-
-
-def test_a_dead_simulator_is_told_at_once() -> None:
-    world = SimulatedWorld(ROBOT, (RED,), (), ())
-    world.start()
-    assert world.pid is not None
-    os.kill(world.pid, signal.SIGKILL)
-    before = time.monotonic()
-    with pytest.raises(RunBroken, match="simulator has ended unexpectedly"):
-        world.advance(10_000_000, ())
-    world.stop()  # has nothing left to do, and does not complain a second time
-    assert time.monotonic() - before < 5
-    assert world.pid is None
-
-
-def test_the_simulator_ends_with_its_program(tmp_path: Path) -> None:
-    program = tmp_path / "program.py"  # has no guard for __main__, and dies without stopping anything
-    program.write_text(
-        "import os\nfrom rrp_sheets.devices import load_robot\n"
-        "from rrp_sheets.drivers.simulated import SimulatedWorld\n"
-        "w = SimulatedWorld(load_robot(), (), ())\nw.start()\nprint(w.pid, flush=True)\nos._exit(1)\n"
-    )
-    done = subprocess.run(
-        [sys.executable, str(program)], capture_output=True, text=True, check=False,
-        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent.parent)},
-    )  # fmt: skip
-    pid = int(done.stdout)
-    for _ in range(100):
-        try:
-            os.kill(pid, 0)
-        except ProcessLookupError:
-            return
-        time.sleep(0.05)
-    pytest.fail("the simulator still runs")
-
-
-def test_ctrl_c_stops_the_robot_properly(tmp_path: Path) -> None:
-    program = tmp_path / "program.py"
-    program.write_text(
-        "from pathlib import Path\nfrom rrp_sheets.devices import load_robot\n"
-        "from rrp_sheets.drivers.simulated import SimulatedWorld\n"
-        "w = SimulatedWorld(load_robot(), (), (), (), out=Path('run'), film=True)\nw.start()\n"
-        "print('running', flush=True)\n"
-        "try:\n    for frame in range(1, 10**6):\n        w.advance(frame * 100_000, ())\n"
-        "except KeyboardInterrupt:\n    w.stop()\n    print('stopped', w.pid)\n"
-    )
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parent.parent)}
-    running = subprocess.Popen(
-        [sys.executable, str(program)], stdout=subprocess.PIPE, text=True, env=environment, cwd=tmp_path
-    )
-    assert running.stdout is not None
-    assert running.stdout.readline() == "running\n"
-    time.sleep(0.3)
-    running.send_signal(signal.SIGINT)
-    out, _ = running.communicate(timeout=20)
-    assert out == "stopped None\n"
-    assert (tmp_path / "run" / "film.gif").is_file()
-
-
-def test_without_the_simulator_it_says_what_is_needed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rrp_sheets.sim.process.NEEDED", {"no_such_module": "pybullet"})
-    with pytest.raises(MissingPart, match=r"needs pybullet.*work without it"):
-        SimulatedWorld(ROBOT, (), (), ())
 
 
 def test_larger_priority_wins() -> None:

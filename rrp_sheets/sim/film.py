@@ -65,7 +65,7 @@ class Film:
         self._title = spec.title
         self._names = {s.stream: s.name for s in spec.sensors}
         self._camera = FilmCamera(bullet, *_view(spec.scene), SIZE)
-        self._shots: list[Shot] = []
+        self.shots: list[Shot] = []
         self._every = EVERY
         self._next = 0
         self._news = 0.0
@@ -115,9 +115,9 @@ class Film:
             return
         self._next = step + self._every
         self._take()
-        if len(self._shots) > MOST:
-            pairs = zip(self._shots[::2], [*self._shots[1::2], self._shots[-1]], strict=False)
-            self._shots = [max(pair, key=lambda shot: shot.weight) for pair in pairs]
+        if len(self.shots) > MOST:
+            pairs = zip(self.shots[::2], [*self.shots[1::2], self.shots[-1]], strict=False)
+            self.shots = [max(pair, key=lambda shot: shot.weight) for pair in pairs]
             self._every *= 2
 
     def _take(self) -> None:
@@ -133,7 +133,7 @@ class Film:
         weight -= AFTERWARDS if self.over else 0.0
         self._news = 0.0
         outside = self.shoot()
-        self._shots.append(Shot(us, outside, inside, world.voice.saying, eyes, ", ".join(sees), weight))
+        self.shots.append(Shot(us, outside, inside, world.voice.saying, eyes, ", ".join(sees), weight))
 
     def shoot(self) -> Image:
         """The robot from outside, now."""
@@ -155,11 +155,11 @@ class Film:
 
     def write(self) -> None:
         """Write `film.gif` and `strip.png` into the run's folder."""
-        if self._out is not None and self._shots:
+        if self._out is not None and self.shots:
             from rrp_sheets.sim import strip
 
-            strip.write_film(self._out / "film.gif", self._shots)
-            strip.write_strip(self._out / "strip.png", self._shots, self._title)
+            strip.write_film(self._out / "film.gif", self.shots)
+            strip.write_strip(self._out / "strip.png", self.shots, self._title)
 
 
 def _view(scene: Sequence[SceneAction]) -> tuple[list[Point], Sequence[float]]:

@@ -13,6 +13,7 @@ from rrp_sheets.sim.camera import Eye, Image, Lens
 from rrp_sheets.sim.faces import Faces
 from rrp_sheets.sim.film import Film
 from rrp_sheets.sim.messages import Notice, Order, Outcome, Spec, State
+from rrp_sheets.sim.quiet import quiet
 from rrp_sheets.sim.sensors import SENSORS, Clock, Senses, Sight, tidy
 from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.stance import Stance
@@ -37,7 +38,8 @@ class SimWorld:
         import pybullet
         from pybullet_utils.bullet_client import BulletClient  # type: ignore[import-untyped]
 
-        self._b: Any = BulletClient(connection_mode=pybullet.DIRECT)
+        with quiet():
+            self._b: Any = BulletClient(connection_mode=pybullet.DIRECT)
         self._b.setGravity(0, 0, -9.81)
         self._b.setTimeStep(STEP)
         self._b.setPhysicsEngineParameter(numSolverIterations=SOLVER_ROUNDS, deterministicOverlappingPairs=1)
