@@ -63,6 +63,12 @@ def test_it_checks_with_the_expected_warnings_only(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_it_is_what_make_py_makes_of_its_source(name, tmp_path):
+    made = api.convert(FOLDER / "source" / f"{name}.md", tmp_path / "made.xlsx")
+    assert made.read_bytes() == (FOLDER / f"{name}.xlsx").read_bytes(), "run `python workbooks/make.py`"
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_its_markdown_twin_says_the_same(name):
     book, twin = api.check(FOLDER / f"{name}.xlsx"), api.check(FOLDER / "source" / f"{name}.md")
     for graph in (book, twin):
