@@ -29,7 +29,7 @@ STALE_US = 100_000  # the robot's own picture may be older by so much than the o
 PAUSED_US = 1_000_000  # an actuator that had no command for so long begins something new
 SPEAKS, BEGINS, SHINES, NOTED, TOLD = 2.0, 1.5, 1.0, 0.5, 0.2
 """What makes a moment worth showing: speech, a command that changes, other eyes, a note, anything else."""
-AFTERWARDS = 3.0
+SEES, SAYS, AFTERWARDS = 1.0, 1.0, 3.0
 MOST_NEWS = 4.0  # so that a first moment with many beginnings does not outweigh all others
 
 
@@ -129,7 +129,7 @@ class Film:
             self._news += SHINES
             self._eyes = eyes
         sees = [words for seen_us, words in self._seen.values() if us - seen_us <= RECENT_US]
-        weight = min(self._news, MOST_NEWS) + (0.5 if sees else 0.0) + (1.0 if world.voice.saying else 0.0)
+        weight = min(self._news, MOST_NEWS) + (SEES if sees else 0.0) + (SAYS if world.voice.saying else 0.0)
         weight -= AFTERWARDS if self.over else 0.0
         self._news = 0.0
         outside = self.shoot()

@@ -22,6 +22,7 @@ LABEL = 18  # pixels, above it
 TILE = (364, 208)  # pixels, of the strip's pictures from outside
 EYE = (176, 132)  # pixels, of what the robot saw, in the strip
 GAP, MARGIN = 16, 28
+LONGEST = 200  # letters of a caption that are looked at: a long speech would take seconds to measure
 NBSP = "\N{NO-BREAK SPACE}"
 NEAREST = 0.3  # of a sixth of the run: two moments are not nearer, unless the run is very short
 SPREAD, NOVEL = 2.0, 2.0  # what being far from the others, and unlike them, is worth beside what happens
@@ -149,7 +150,7 @@ def _dot(draw: ImageDraw.ImageDraw, x: int, y: int, radius: int, rgb: tuple[floa
 
 def _wrap(draw: ImageDraw.ImageDraw, text: str, font: Font, room: int, most: int) -> list[str]:
     lines = [""]
-    for word in text.split(" "):
+    for word in text[:LONGEST].split(" "):
         longer = f"{lines[-1]} {word}".strip()
         if draw.textlength(longer, font) <= room:
             lines[-1] = longer
@@ -166,8 +167,9 @@ def _wrap(draw: ImageDraw.ImageDraw, text: str, font: Font, room: int, most: int
 
 
 def _shorten(draw: ImageDraw.ImageDraw, text: str, font: Font, room: int) -> str:
-    if draw.textlength(text, font) <= room:
+    if len(text) <= LONGEST and draw.textlength(text, font) <= room:
         return text
+    text = text[:LONGEST]
     while text and draw.textlength(text + "…", font) > room:
         text = text[:-1]
     return text.rstrip() + "…"
