@@ -29,7 +29,8 @@ STALE_US = 100_000  # the robot's own picture may be older by so much than the o
 PAUSED_US = 1_000_000  # an actuator that had no command for so long begins something new
 SPEAKS, BEGINS, SHINES, NOTED, TOLD = 2.0, 1.5, 1.0, 0.5, 0.2
 """What makes a moment worth showing: speech, a command that changes, other eyes, a note, anything else."""
-SEES, SAYS, AFTERWARDS = 1.0, 1.0, 3.0
+SEES, SAYS = 1.0, 1.0  # as much: that something is seen, that it speaks, without being new
+AFTERWARDS = 3.0  # and so much less, when the run is over
 MOST_NEWS = 4.0  # so that a first moment with many beginnings does not outweigh all others
 
 
