@@ -161,5 +161,6 @@ def _show(value: Value) -> str:
     if isinstance(value, (list, tuple)):
         return f"({', '.join(_show(v) for v in value)})"
     if isinstance(value, Record):
-        return f"{value.type.name} ({', '.join(f'{n} {_show(v)}' for n, v in value.as_dict().items() if v is not None)})"
+        fields = (f"{n} {_show(v)}" for n, v in value.as_dict().items() if v is not None)
+        return f"{value.type.name} ({', '.join(fields)})"
     return str(value)
