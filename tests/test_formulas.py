@@ -45,7 +45,7 @@ def rejected(text, inputs=INPUTS):
         ("[i * 10 for i in range(3)]", [0, 10, 20]), ("[p + q for p, q in [(1, 2), (3, 4)]]", [3, 7]),
         ("balls[0:2]", [1, 2]), ("balls[-1]", 3), ("7 not in balls", True), ("'k' in name", True),
         ("(0.2, -0.1)", [0.2, -0.1]), ("IFERROR(1 / 0, -1)", -1), ("CLAMP(x * 10, 0, 20)", 20), ("pi > 3", True),
-        ("“red”", "red"), ("x – 1", 4), ("（x）", 5), ("x + 1  # closer", 6), ("ball == ball", True),
+        ("“red”", "red"), ("x – 1", 4), ("x ≤ 5", True), ("x ≠ 5", False), ("（x）", 5), ("x + 1  # closer", 6), ("ball == ball", True),
         ("'it’s'", "it’s"), ('"say \\"hi\\""', 'say "hi"'), ("1.5E3", 1500.0), ("not gone", True),
     ],
 )  # fmt: skip
@@ -57,7 +57,7 @@ def test_values(text, value):
     ("text", "code"),
     [
         ("", "FORM001"), ("=", "FORM001"), ("(4", "FORM001"), ("x = 3", "FORM001"), ("'red", "FORM001"),
-        ("x if x > 3", "FORM001"), ("20 cm", "FORM001"), ("import os", "FORM001"), ("x\x00", "FORM001"),
+        ("x if x > 3", "FORM001"), ("20 cm", "FORM001"), ("x ≤ ", "FORM001"), ("import os", "FORM001"), ("x\x00", "FORM001"),
         ("1 + " * 200 + "1", "FORM002"), ("x" * 501, "FORM002"), ("(" * 40 + "1" + ")" * 40, "FORM002"),
         ("[0 for a in balls for b in balls for c in balls]", "FORM002"),
         ("lambda: 1", "FORM003"), ("(q := 5)", "FORM003"), ("{1, 2}", "FORM003"), ("{'a': 1}", "FORM003"),
@@ -95,6 +95,20 @@ def test_refused_before_evaluation(text, code):
 def test_errors_are_values_with_their_own_words(text, code):
     result = evaluate(text)
     assert isinstance(result, Failure) and result.code == code and result.message
+
+
+@pytest.mark.parametrize(
+    ("text", "remedy"),
+    [
+        ("IF(x > 3; 1; 2)", "comma"), ("x <> 3", "!="), ("50%", "0.5"), ("x > 3 AND y < 1", "small letters"),
+        ("x < 0.8 m", "unit"), ("x between 1 and 2", "<= distance"), ("Red ball.x < 1", "redBall"), ("x < 0,8", "0.8"),
+        ("'a' & x", 'f"'), ("name == kim", "quotes"),
+    ],
+)  # fmt: skip
+def test_what_people_are_used_to_write_is_answered_with_how_to_write_it_here(text, remedy):
+    with pytest.raises(FormulaProblem) as caught:
+        evaluate(text, {**INPUTS, "Red ball": BALL})
+    assert remedy in caught.value.remedy
 
 
 def test_an_unknown_name_proposes_the_nearest_in_the_formulas_spelling():

@@ -63,7 +63,7 @@ def _behaviours(workbook: Workbook, report: Report) -> frozenset[str]:
     for name in (part.strip() for part in re.split(r"[,;\n]", text)):
         if key(name) in known:
             chosen.add(key(name))
-        elif name:
+        elif name and known:  # without any behaviour that is what is told
             guess = nearest(name, known.values())
             remedy = f"Did you mean {guess}?" if guess else f"The behaviours are: {', '.join(known.values())}."
             report.add("PROT004", workbook.protocol.fields["run"].address, name=name, remedy=remedy)

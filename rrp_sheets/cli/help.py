@@ -14,7 +14,7 @@ TOPICS = ("connectors", "functions", "devices", "scene")
 
 
 @click.command(name="help")
-@click.argument("topic", nargs=-1, required=True)
+@click.argument("topic", nargs=-1)
 def command(topic: tuple[str, ...]) -> None:
     """Explain TOPIC: connectors, functions, devices, scene, a code such as FORM007, or a name.
 
@@ -23,6 +23,9 @@ def command(topic: tuple[str, ...]) -> None:
     from rrp_sheets.model.names import key
 
     name = " ".join(topic)
+    if not name:
+        click.echo(f"Ask for one of: {', '.join(TOPICS)}, a code such as FORM007, or a name: rrp-sheets help sample")
+        sys.exit(0)
     lists = {"connectors": _connectors, "functions": _functions, "devices": _devices, "scene": _scene}
     text = "\n".join(lists[key(name)]()) if key(name) in lists else _one(name)
     click.echo(text)
@@ -43,7 +46,7 @@ def _functions() -> Iterator[str]:
     for function in library():
         if function.name not in seen:
             seen.add(function.name)
-            yield f"{function.usage:<45}{function.help.splitlines()[0]}"
+            yield f"{function.usage:<45} {function.help.splitlines()[0]}"
 
 
 def _devices() -> Iterator[str]:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from rrp_sheets.runtime.plan import Plan
 
 _QUIET_US = 2_000_000  # a stream that keeps driving its actuator is told again only after such a pause
+_CHANGE_US = 1_000_000  # and changes of what it sends at most so often
 _TICK_US = 5_000_000  # progress at least this often
 _STEERING = re.compile("\x1b(?!\\[[0-9;]*m)|[\x00-\x08\x0b-\x1a\x1c-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 _TELLING = ("name", "new", "colour", "distance", "value")
@@ -35,6 +36,7 @@ class Watch(RunView):
         self.interrupted = False
         self._names: dict[str, str] = {}
         self._last: dict[str, int] = {}
+        self._shown: dict[str, tuple[int, Value]] = {}
         self._failures: dict[str, int] = {}
         self._until = 0
         self._told = 0
@@ -70,7 +72,9 @@ class Watch(RunView):
             return
         last = self._last.get(row)
         self._last[row] = us
-        if last is None or us - last > _QUIET_US:
+        told, shown = self._shown.get(row, (-_TICK_US, None))
+        if last is None or us - last > _QUIET_US or (us - told >= _CHANGE_US and _differs(value, shown)):
+            self._shown[row] = (us, value)
             what = "stops" if value is None else f"← {_short(value)}"
             self._line(us, f"{name} {what}  ({row})")
 
@@ -117,6 +121,19 @@ class Watch(RunView):
 def plain_text(text: str) -> str:
     """A text for the terminal: what could steer it is shown as a sign instead (colours of ours excepted)."""
     return _STEERING.sub("\ufffd", text)
+
+
+def _differs(value: Value, shown: Value) -> bool:
+    """Whether a value is clearly another one than was shown: a number by a quarter, anything else at all.
+
+    >>> _differs(1.0, 1.1), _differs(1, 2), _differs("red", "blue")
+    (False, True, True)
+    """
+    if isinstance(value, Record):
+        return not isinstance(shown, Record)
+    if isinstance(value, float) and isinstance(shown, (int, float)):
+        return abs(value - shown) > 0.25 * max(abs(value), abs(shown), 0.4)
+    return bool(value != shown)
 
 
 def _short(value: Value) -> str:

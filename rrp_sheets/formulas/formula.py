@@ -49,7 +49,16 @@ def compile_formula(text: str, scope: Scope) -> Formula:
     """
     source = to_python(text)
     try:
-        return Formula(text, resolve(parse(source), scope, source), scope.order)
+        tree = parse(source)
+    except FormulaProblem as problem:
+        spaced = next(
+            (i for i in scope.inputs.values() if " " in i.shown and i.shown.casefold() in text.casefold()), None
+        )
+        if spaced is not None and problem.code == "FORM001":
+            problem.details["remedy"] = f"Write {spaced.name} for “{spaced.shown}”."
+        raise
+    try:
+        return Formula(text, resolve(tree, scope, source), scope.order)
     except FormulaProblem as problem:
         if problem.column > 0:  # Python counts bytes, people count letters
             problem.column = len(source.encode()[: problem.column].decode(errors="ignore"))

@@ -9,6 +9,17 @@ import warnings
 from rrp_sheets.formulas.limits import DEEPEST, MOST_NODES
 from rrp_sheets.formulas.problems import FormulaProblem
 
+_HABITS = (  # what spreadsheets and people write, and Python does not
+    (r";", "there is a semicolon in it", "Write a comma between the values in brackets."),
+    (r"<>", "there is <> in it", "Write != to ask whether two things differ."),
+    (r"\d\s*%(?!\s*[\w(])", "there is a percent sign in it", "Write 0.5 for 50 %."),
+    (r"\b(AND|OR|NOT)\b(?!\s*\()", "AND, OR and NOT in capitals need brackets",
+     "Write and, or, not in small letters, or AND(…, …)."),
+    (r"\bbetween\b", "“between” is not understood", "Write 1 <= distance <= 2."),
+    (r"(?<![\w.])\d+(\.\d+)?\s*(m|cm|mm|s|ms|°|deg|rad)\b", "there is a unit behind a number",
+     "Leave the unit out: distances are in metres, angles in radians (RADIANS(30) is 30 degrees)."),
+)  # fmt: skip
+
 
 def parse(source: str) -> ast.expr:
     """The expression's tree; raises FormulaProblem FORM001 or FORM002."""
@@ -38,6 +49,10 @@ def _syntax_words(source: str, column: int, error: SyntaxError) -> tuple[str, st
     """A syntax error in a therapist's words."""
     if re.search(r"(?<![<>=!])=(?!=)", re.sub(r"\"[^\"]*\"|'[^']*'", "", source)):
         return "there is a single = in it", "Write == to ask whether two things are equal."
+    bare = re.sub(r"\"[^\"]*\"|'[^']*'", '""', source)
+    for pattern, reason, remedy in _HABITS:
+        if re.search(pattern, bare):
+            return reason, remedy
     balance = source.count("(") - source.count(")")
     if balance:
         missing = "closing" if balance > 0 else "opening"
@@ -46,5 +61,5 @@ def _syntax_words(source: str, column: int, error: SyntaxError) -> tuple[str, st
         return "an if without else", 'Write: "near" if distance < 1 else "far".'
     if "unterminated" in (error.msg or ""):
         return "a quote is missing at the end of a text", "Close the text with the same quote as at its beginning."
-    near = source[column : column + 12].strip()
+    near = source[column : column + 12].strip() + ("…" if len(source) > column + 12 else "")
     return (f"it breaks off at “{near}”" if near else "it breaks off at its end"), "Check what stands there."

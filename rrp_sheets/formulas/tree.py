@@ -106,17 +106,17 @@ class _Resolver:
     def _propose(self, name: str) -> str:
         guess = nearest(name, self.scope.known())
         if guess:
-            return f"Did you mean {argument_name(guess)}?"
+            return f'Did you mean {argument_name(guess)}? (A text needs quotes: "{name}".)'
         mine = list(dict.fromkeys(i.name for i in self.scope.inputs.values()))
         if not mine:
             return "Put a text between quotes."
         named = f"The inputs are called {', '.join(mine)}" if len(mine) > 1 else f"The input is called {mine[0]}"
-        return f"{named} here."
+        return f"{named} here. (A text needs quotes: \"{name}\".)"
 
     # ---- operators
     def _binop(self, node: ast.BinOp, depth: int) -> ast.expr:
         if not isinstance(node.op, _OPERATORS):
-            advice = "Use + to join texts." if isinstance(node.op, ast.BitAnd) else _ADVICE
+            advice = 'Write for example f"It is {distance}".' if isinstance(node.op, ast.BitAnd) else _ADVICE
             advice = "Write ** for a power." if isinstance(node.op, ast.BitXor) else advice
             self.refuse(node, "This operator", advice)
         if isinstance(node.op, ast.Pow) and self._bare_power(node.right):
@@ -164,7 +164,12 @@ class _Resolver:
 
     def _tuple(self, node: ast.Tuple, depth: int) -> ast.expr:
         if self.source[node.col_offset : node.col_offset + 1] != b"(":
-            self.refuse(node, "A comma without brackets", "Write 3.5 with a point; a pair needs brackets: (3, 5).")
+            digits = [str(e.value) for e in node.elts if isinstance(e, ast.Constant) and isinstance(e.value, int)]
+            advice = "Put brackets around values that belong together."
+            if any(isinstance(e, ast.Constant) for e in node.elts):
+                number = f"{digits[0]}.{digits[1]}" if len(digits) == 2 else "0.8"
+                advice = f"Write decimal numbers with a point, such as {number}."
+            self.refuse(node, "A comma without brackets", advice)
         node.elts = [self.visit_at(e, depth) for e in node.elts]
         return node
 

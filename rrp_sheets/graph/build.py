@@ -17,6 +17,7 @@ from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Behaviour, Row, Workbook
 from rrp_sheets.registry import Registry
 
+SHORTEST_US = 50_000  # a bare number below this was surely meant in seconds
 _EXAMPLES = {"map": "redBall.distance", "filter": "distance < 0.5"}
 
 
@@ -135,6 +136,8 @@ class _Builder:
             period = parse_duration(cell.text)
             if not period:
                 self.report.add("CONN008", cell.address, text=cell.text)
+            elif period < SHORTEST_US and cell.text.replace(".", "").isdigit():
+                self.report.add("CONN010", cell.address, text=cell.text)
             return period or None
         if connector.parameter is Parameter.FORMULA and not cell:
             example = _EXAMPLES.get(connector.name, "value")

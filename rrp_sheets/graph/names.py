@@ -116,7 +116,10 @@ class Names:
         if not row.on or key(cell.text) in self.devices.broken:
             return None
         guess = nearest(cell.text, self.devices.names("actuator"))
-        remedy = f"Did you mean {guess}?" if guess else "Write an actuator, for example Say or Head tracker."
+        remedy = (
+            f"Did you mean {guess}? Or declare" if guess else "Write an actuator, for example Head tracker, or declare"
+        )
+        remedy += f" “{cell.text}” in the sheet Devices, with its device and settings."
         if declared is not None:
             self.report.add("GRAPH006", cell.address, name=cell.text, what=describe(declared.found.type), remedy=remedy)
         else:

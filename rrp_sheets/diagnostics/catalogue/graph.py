@@ -17,6 +17,7 @@ CODES: tuple[Code, ...] = (
     Code("CONN008", _E, "Not a period", "“{text}” is not a period.",
          "Write a time such as 1000 (milliseconds), 500 ms or 2 s; it must be more than 0."),
     Code("CONN009", _E, "One input twice", "The same stream stands twice among the inputs.", "Name it once."),
+    Code("CONN010", _W, "Very short period", "“{text}” means {text} milliseconds.", "Write {text} s if you mean seconds."),
     Code("GRAPH015", _E, "Too many timestamps", "There are more than {most} timestamps within each other here.",
          "Take the value out with a map row first: streamName.v."),
     Code("GRAPH001", _E, "Unknown stream", "No row gives the stream “{name}”, and it is not a device of the robot.",
