@@ -45,7 +45,7 @@ class Diagnostic:
 class Report:
     """The diagnostics of one workbook, in the order of its sheets and cells.
 
-    >>> report = Report(); _ = report.add("FILE001", None, name="x.xlsx"); report.flatten(["code", "cell"])
+    >>> report = Report(); _ = report.add("FILE001", None, name="x.xlsx", hint=""); report.flatten(["code", "cell"])
     [('FILE001', '')]
     """
 

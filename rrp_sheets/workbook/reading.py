@@ -58,7 +58,8 @@ def read(path: Path | str) -> Reading:
 
 def _open(path: Path) -> tuple[Book, str]:
     if "\0" in str(path) or not path.exists():
-        raise unreadable("FILE001", name=path.name or str(path))
+        hint = f"Did you mean “{path.name}.xlsx”?" if path.name and path.with_name(f"{path.name}.xlsx").exists() else ""
+        raise unreadable("FILE001", name=path.name or str(path), hint=hint or "Check the spelling and the folder.")
     if path.is_dir():
         return _open_folder(path)
     suffix = path.suffix.casefold()

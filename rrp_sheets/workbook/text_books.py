@@ -103,7 +103,17 @@ def _markdown_cells(line: str) -> list[str]:
     cells = [c.strip().replace("\\|", "|") for c in _CELL_END.split(line[1:])]
     if cells and not cells[-1]:
         cells.pop()  # what follows the closing bar
-    return [_BREAK.sub("\n", c) for c in cells]
+    return [_BREAK.sub("\n", _code(c)) for c in cells]
+
+
+def _code(cell: str) -> str:
+    """A cell without the backticks that set all of it as code.
+
+    >>> _code("`a < 1`"), _code("`a` and `b`")
+    ('a < 1', '`a` and `b`')
+    """
+    inside = cell[1:-1]
+    return inside if len(cell) > 2 and cell[0] == cell[-1] == "`" and "`" not in inside else cell
 
 
 def _csv_rows(text: str, name: str) -> list[list[str]]:

@@ -7,7 +7,7 @@ _STRANGER = "If the file came from someone else, ask them where it comes from be
 _CLEAN_COPY = "Copy the cells you need into a new workbook (`rrp-sheets new FILE` makes one) and use that."
 
 CODES = (
-    Code("FILE001", _E, "File not found", "There is no file “{name}”.", "Check the spelling and the folder."),
+    Code("FILE001", _E, "File not found", "There is no file “{name}”.", "{hint}"),
     Code(
         "FILE002", _E, "Not a workbook",
         "“{name}” is not a workbook that can be read here.",
