@@ -111,7 +111,7 @@ class _Resolver:
         if not mine:
             return "Put a text between quotes."
         named = f"The inputs are called {', '.join(mine)}" if len(mine) > 1 else f"The input is called {mine[0]}"
-        return f"{named} here. (A text needs quotes: \"{name}\".)"
+        return f'{named} here. (A text needs quotes: "{name}".)'
 
     # ---- operators
     def _binop(self, node: ast.BinOp, depth: int) -> ast.expr:
