@@ -14,7 +14,6 @@ from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.workbook import Reading
 
 SUFFIXES = (".xlsx", ".md", ".markdown")
-PAPERS = ("readme", "changelog", "contributing")  # Markdown that is no workbook
 MOST_FILES = 200
 _KEPT = 64
 
@@ -61,11 +60,7 @@ class Library:
             SheetsError: the folder cannot be read.
         """
         try:
-            found = [
-                p.name
-                for p in self.folder.iterdir()
-                if p.suffix.casefold() in SUFFIXES and p.name[0] not in ".~" and p.stem.casefold() not in PAPERS
-            ]
+            found = [p.name for p in self.folder.iterdir() if p.suffix.casefold() in SUFFIXES and p.name[0] not in ".~"]
         except OSError as error:
             why = error.strerror or "the system refuses it"
             raise SheetsError(
