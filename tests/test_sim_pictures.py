@@ -12,10 +12,11 @@ import numpy as np
 from PIL import ImageFont
 
 from rrp_sheets.devices import load_robot
+from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.resources import vendored
 from rrp_sheets.sim.film import EVERY, MOST, Film, Shot
-from rrp_sheets.sim.messages import DeviceSpec, Order, Spec
+from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.strip import choose, font_of
 from rrp_sheets.sim.world import SimWorld
 
@@ -60,8 +61,8 @@ def test_of_moments_that_happen_often_no_two_neighbours_are_taken() -> None:
 
 
 PERSON = SceneAction(0, "Mia", "appear", {"at": (1.1, 0.0, 0.62)})
-FACE = DeviceSpec("face", "Face", "FaceDetection", {"rate": 10.0})
-SAY = DeviceSpec("say", "Say", "SayInput", {"language": "en", "speed": 150.0, "volume": 100.0})
+FACE = DeviceUse("face", "Face", "FaceDetection", {"rate": 10.0})
+SAY = DeviceUse("say", "Say", "SayInput", {"language": "en", "speed": 150.0, "volume": 100.0})
 
 
 def filmed(scene: tuple[SceneAction, ...], orders: dict[float, str], seconds: float) -> list[Shot]:
@@ -72,7 +73,7 @@ def filmed(scene: tuple[SceneAction, ...], orders: dict[float, str], seconds: fl
     world.start()
     for frame in range(1, round(seconds * 30) + 1):
         said = orders.get((frame - 1) / 30)
-        world.advance(frame * SECOND // 30, [Order("say", said, "A!2")] if said else [])
+        world.advance(frame * SECOND // 30, [Command("say", said, "A!2")] if said else [])
     world.close()
     return film.shots
 

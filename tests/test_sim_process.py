@@ -18,7 +18,7 @@ pytest.importorskip("cv2")
 from rrp_sheets.devices import load_robot
 from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.errors import MissingPart, RunBroken
-from rrp_sheets.runtime.ports import DeviceUse
+from rrp_sheets.model.exchange import DeviceUse
 
 ROBOT = load_robot()
 RED = DeviceUse("redball", "Red ball", "RedBall", {"rate": 10})

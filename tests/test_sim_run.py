@@ -23,10 +23,10 @@ from rrp_sheets.devices.scene import parse_scene
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.model.cells import Address, Cell
+from rrp_sheets.model.exchange import Command, DeviceUse, Happening
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import to_json
 from rrp_sheets.model.workbook import SceneRow
-from rrp_sheets.runtime.ports import Command, DeviceUse, Happening
 
 ROBOT = load_robot()
 RATE = 30  # frames a second

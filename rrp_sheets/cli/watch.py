@@ -10,9 +10,9 @@ import click
 
 from rrp_sheets.cli.check import print_findings
 from rrp_sheets.cli.main import mute
+from rrp_sheets.model.exchange import Happening
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.runs import RunResult, RunView
-from rrp_sheets.runtime.ports import Happening
 
 if TYPE_CHECKING:
     from rrp_sheets.runtime.plan import Plan

@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rrp_sheets.devices.catalogue import Robot
+from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import RecordType, Value
-from rrp_sheets.runtime.ports import Arrivals, Command, DeviceUse, Happening, World
-from rrp_sheets.sim.messages import DeviceSpec, Order, Outcome, Spec, State
+from rrp_sheets.runtime.ports import Arrivals, World
+from rrp_sheets.sim.messages import Outcome, Spec, State
 from rrp_sheets.sim.process import SimProcess
 
 if TYPE_CHECKING:  # numpy may be missing; then there is no simulator
@@ -74,8 +75,7 @@ class SimulatedWorld(World):
 
     def advance(self, now_us: int, commands: Sequence[Command]) -> Arrivals:
         """Carry out commands, go on until `now_us`. Raises RunBroken when the simulator has died."""
-        orders = [Order(c.stream, c.value, c.row, tuple(c.sensors), c.priority) for c in commands]
-        return self._arrivals(self._process.advance(now_us, orders))
+        return self._arrivals(self._process.advance(now_us, commands))
 
     def stop(self) -> None:
         """The robot rests, the film is written, the process ends; within half a minute, whatever hangs."""
@@ -95,8 +95,7 @@ class SimulatedWorld(World):
 
     def _arrivals(self, outcome: Outcome) -> Arrivals:
         events = tuple((stream, self._value(stream, value)) for stream, value in outcome.events)
-        happenings = tuple(Happening(n.kind, n.text, n.stream, n.row) for n in outcome.notices)
-        return Arrivals(events, happenings)
+        return Arrivals(events, outcome.notices)
 
     def _value(self, stream: str, value: Value) -> Value:
         if not isinstance(value, Mapping):
@@ -104,8 +103,8 @@ class SimulatedWorld(World):
         return self._records[stream].make(**{key(name): v for name, v in value.items()})
 
 
-def _specs(uses: Sequence[DeviceUse], robot: Robot) -> tuple[DeviceSpec, ...]:
+def _specs(uses: Sequence[DeviceUse], robot: Robot) -> tuple[DeviceUse, ...]:
     """What the simulator is told of the devices in use: every setting is there, by the catalogue when not given."""
     return tuple(
-        DeviceSpec(u.stream, u.name, u.device, robot.devices[key(u.device)].with_defaults(u.settings)) for u in uses
+        DeviceUse(u.stream, u.name, u.device, robot.devices[key(u.device)].with_defaults(u.settings)) for u in uses
     )

@@ -14,13 +14,14 @@ from rrp_sheets.checks import Checked
 from rrp_sheets.devices.default_scene import default_scene
 from rrp_sheets.devices.scene import scene_end_us
 from rrp_sheets.errors import RunBroken, SheetsError
+from rrp_sheets.model.exchange import Happening
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Failure, Value
 from rrp_sheets.runs.folder import RunFolder
 from rrp_sheets.runtime.frame import FrameEngine
 from rrp_sheets.runtime.loop import Summary, run_loop
 from rrp_sheets.runtime.plan import Plan, make_plan
-from rrp_sheets.runtime.ports import Arrivals, Happening, World
+from rrp_sheets.runtime.ports import Arrivals, World
 from rrp_sheets.runtime.trace import TraceWriter, stream_label
 
 if TYPE_CHECKING:

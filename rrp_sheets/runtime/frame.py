@@ -9,10 +9,10 @@ from typing import Protocol
 from rrp_sheets.connectors.wiring import Wiring
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.graph import Step
+from rrp_sheets.model.exchange import Command
 from rrp_sheets.model.values import Failure, Value
 from rrp_sheets.runtime.clock import FrameClock
 from rrp_sheets.runtime.plan import Plan
-from rrp_sheets.runtime.ports import Command
 from rrp_sheets.runtime.streams import LiveStream
 
 _FRAMES_PER_ROW = 8  # Python frames that one row of a chain takes at most, so that 500 rows do not overflow

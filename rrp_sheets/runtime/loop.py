@@ -7,8 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+from rrp_sheets.model.exchange import Happening
 from rrp_sheets.runtime.frame import FrameEngine
-from rrp_sheets.runtime.ports import Arrivals, Happening, World
+from rrp_sheets.runtime.ports import Arrivals, World
 from rrp_sheets.runtime.trace import TraceWriter
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from rrp_sheets.checks import Checked
 from rrp_sheets.graph import Step, Stream, StreamKind
-from rrp_sheets.runtime.ports import DeviceUse
+from rrp_sheets.model.exchange import DeviceUse
 
 
 @dataclass(frozen=True)

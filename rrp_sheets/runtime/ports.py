@@ -2,58 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
+from rrp_sheets.model.exchange import Command, Happening
 from rrp_sheets.model.values import Value
-
-
-@dataclass(frozen=True, slots=True)
-class DeviceUse:
-    """A device as a behaviour uses it.
-
-    Attributes:
-        stream: the key of the sensor or actuator stream.
-        name: the stream's name as shown.
-        device: the device type's name in the catalogue (`RedBall`, `Tracker`).
-        settings: by the setting's key, defaults and presets filled in, numbers as numbers.
-    """
-
-    stream: str
-    name: str
-    device: str
-    settings: Mapping[str, Value] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, slots=True)
-class Command:
-    """A value for an actuator. Blank (None) stops what the actuator stream is doing.
-
-    Attributes:
-        stream: the actuator stream's key.
-        value: what the row sent.
-        row: the sending row, as `Sheet!row` is shown (`Tracking!4`).
-        sensors: keys of the sensor streams that the row descends from, in the behaviour's order (a tracker
-            follows the newest detection among them).
-        priority: of the row.
-    """
-
-    stream: str
-    value: Value
-    row: str
-    sensors: tuple[str, ...] = ()
-    priority: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Happening:
-    """Something to tell besides the events: `kind` is `say`, `clamp`, `note` or `error`."""
-
-    kind: str
-    text: str
-    stream: str = ""
-    row: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,9 +14,9 @@ from typing import Any, TextIO
 
 from rrp_sheets.errors import RunBroken, UnreadableFile
 from rrp_sheets.graph import Stream, StreamKind
+from rrp_sheets.model.exchange import Happening
 from rrp_sheets.model.values import Failure, Value, to_json
 from rrp_sheets.runtime.plan import Plan
-from rrp_sheets.runtime.ports import Happening
 
 FORMAT = 1
 

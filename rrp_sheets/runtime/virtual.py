@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from rrp_sheets.model.exchange import Command
 from rrp_sheets.model.values import Value
-from rrp_sheets.runtime.ports import Arrivals, Command
+from rrp_sheets.runtime.ports import Arrivals
 
 
 class VirtualWorld:

@@ -7,17 +7,17 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+from rrp_sheets.model.exchange import Command, DeviceUse, Happening
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record, Value, show
 from rrp_sheets.sim.body import Body
 from rrp_sheets.sim.colours import EXAMPLE, RGB, parse_colour
 from rrp_sheets.sim.faces import Faces
-from rrp_sheets.sim.messages import DeviceSpec, Notice, Order
 from rrp_sheets.sim.stance import Stance
 from rrp_sheets.sim.tracker import Trackers
 from rrp_sheets.sim.voice import Voice
 
-Tell = Callable[[Notice], None]
+Tell = Callable[[Happening], None]
 
 
 class Eyes:
@@ -57,41 +57,41 @@ class Parts:
 class Actuator(Protocol):
     """Carries out the orders of one actuator stream."""
 
-    def take(self, order: Order, us: int) -> None:
+    def take(self, order: Command, us: int) -> None:
         """Carry out an order; blank stops what the stream is doing."""
         ...
 
 
 class _Base:
-    def __init__(self, spec: DeviceSpec, parts: Parts) -> None:
+    def __init__(self, spec: DeviceUse, parts: Parts) -> None:
         self.spec = spec
         self.parts = parts
         self.settings: Mapping[str, Value] = spec.settings
         self.uses = parts.body.robot.devices[key(spec.device)].resources_for(spec.settings)
 
-    def wrong(self, order: Order, needs: str) -> None:
+    def wrong(self, order: Command, needs: str) -> None:
         """Tell that a value cannot be used here."""
         text = f"{self.spec.name} cannot use {show(order.value)}: it needs {needs}."
-        self.parts.tell(Notice("error", text, order.stream, order.row))
+        self.parts.tell(Happening("error", text, order.stream, order.row))
 
-    def refused(self, order: Order) -> None:
+    def refused(self, order: Command) -> None:
         """Tell that something of a larger priority is going on."""
         text = f"{self.spec.name} does nothing now: what moves the robot has a higher priority."
-        self.parts.tell(Notice("error", text, order.stream, order.row))
+        self.parts.tell(Happening("error", text, order.stream, order.row))
 
-    def clamp(self, order: Order, what: str, value: float, limits: tuple[float, float], unit: str = "") -> float:
+    def clamp(self, order: Command, what: str, value: float, limits: tuple[float, float], unit: str = "") -> float:
         """The value within its limits, telling when that changes it."""
         limited = min(max(value, limits[0]), limits[1])
         if limited != value:
             text = f"{what}: {value:.4g} → {limited:.4g}{unit}, its limit."
-            self.parts.tell(Notice("clamp", text, order.stream, order.row))
+            self.parts.tell(Happening("clamp", text, order.stream, order.row))
         return limited
 
 
 class EyeLedColor(_Base):
     """Eyes in the colour that arrives."""
 
-    def take(self, order: Order, us: int) -> None:
+    def take(self, order: Command, us: int) -> None:
         """Paint the eyes."""
         if order.value is None:
             return
@@ -106,14 +106,14 @@ class EyeLedColor(_Base):
 class EyeColor(_Base):
     """Eyes in the colour of the setting."""
 
-    def take(self, order: Order, us: int) -> None:
+    def take(self, order: Command, us: int) -> None:
         """Paint the eyes."""
         if order.value is None:
             return
         colour = parse_colour(self.settings.get("colour"))
         if colour is None:
             text = f"{self.spec.name}: its setting Colour needs a colour, for example {EXAMPLE}."
-            self.parts.tell(Notice("error", text, order.stream, order.row))
+            self.parts.tell(Happening("error", text, order.stream, order.row))
             return
         self.parts.eyes.colour = colour
         self.parts.eyes.show()
@@ -122,7 +122,7 @@ class EyeColor(_Base):
 class EyeBrightness(_Base):
     """How bright the eyes shine."""
 
-    def take(self, order: Order, us: int) -> None:
+    def take(self, order: Command, us: int) -> None:
         """Dim or brighten the eyes."""
         if order.value is None:
             return
@@ -140,7 +140,7 @@ class EyeBrightness(_Base):
 class SayInput(_Base):
     """Says what arrives."""
 
-    def take(self, order: Order, us: int) -> None:
+    def take(self, order: Command, us: int) -> None:
         """Say a text or a number."""
         value = order.value
         if value is None:
@@ -156,7 +156,7 @@ class SayInput(_Base):
 class SayParameter(_Base):
     """Says the text of its setting."""
 
-    def take(self, order: Order, us: int) -> None:
+    def take(self, order: Command, us: int) -> None:
         """Say it."""
         if order.value is None:
             self.parts.voice.stop(order.stream, us)
@@ -167,7 +167,7 @@ class SayParameter(_Base):
 class RememberFace(_Base):
     """Remembers a new face."""
 
-    def take(self, order: Order, us: int) -> None:
+    def take(self, order: Command, us: int) -> None:
         """Remember the face of the record that arrives, else the new face in view."""
         value = order.value
         if value is None:
@@ -182,30 +182,30 @@ class RememberFace(_Base):
         if not self.parts.faces.anyone:
             self.parts.faces.look(self.parts.body.camera())
         if not self.parts.faces.anyone:
-            self.parts.tell(Notice("note", "There is no face to remember in view.", order.stream, order.row))
+            self.parts.tell(Happening("note", "There is no face to remember in view.", order.stream, order.row))
             return
         remembered = self.parts.faces.remember(name, number)
         if remembered:
-            self.parts.tell(Notice("note", f"The face is remembered as {remembered}.", order.stream, order.row))
+            self.parts.tell(Happening("note", f"The face is remembered as {remembered}.", order.stream, order.row))
 
 
 class Track(_Base):
     """Follows what the sensors that the row descends from detect."""
 
-    def __init__(self, spec: DeviceSpec, parts: Parts) -> None:
+    def __init__(self, spec: DeviceUse, parts: Parts) -> None:
         super().__init__(spec, parts)
         parts.trackers.add(spec.stream, spec.settings, self.uses)
 
-    def take(self, order: Order, us: int) -> None:
+    def take(self, order: Command, us: int) -> None:
         """Follow, or let go."""
         if order.value is None:
             self.parts.trackers.stop(order.stream)
         elif not self.parts.seeing.intersection(order.sensors):
             text = f"{self.spec.name} has nothing to follow: its row does not come from a sensor that sees something."
-            self.parts.tell(Notice("error", text, order.stream, order.row))
+            self.parts.tell(Happening("error", text, order.stream, order.row))
         elif key(str(self.settings.get("mode"))) == "move" and key(str(self.settings.get("effector"))) == "none":
             text = f"{self.spec.name} moves nothing: in the mode Move it needs an Effector, for example Nearest arm."
-            self.parts.tell(Notice("error", text, order.stream, order.row))
+            self.parts.tell(Happening("error", text, order.stream, order.row))
         elif not self.parts.trackers.follow(order, us):
             self.refused(order)
 
@@ -213,7 +213,7 @@ class Track(_Base):
 class SetJointPosition(_Base):
     """Moves a joint or a group."""
 
-    def take(self, order: Order, us: int) -> None:
+    def take(self, order: Command, us: int) -> None:
         """Send the joints to their angles."""
         body = self.parts.body
         named = str(self.settings["joint"] or "")
@@ -221,7 +221,7 @@ class SetJointPosition(_Base):
         joints = (joint.name,) if joint else body.robot.groups.get(key(named), ())
         if not joints:
             text = f"{self.spec.name}: there is no joint “{named}”."
-            self.parts.tell(Notice("error", text, order.stream, order.row))
+            self.parts.tell(Happening("error", text, order.stream, order.row))
             return
         if order.value is None:
             for name in joints:
@@ -235,7 +235,7 @@ class SetJointPosition(_Base):
             return
         self._move(order, dict(zip(joints, (a for a in angles if a is not None), strict=True)))
 
-    def _move(self, order: Order, angles: dict[str, float]) -> None:
+    def _move(self, order: Command, angles: dict[str, float]) -> None:
         body = self.parts.body
         share = float(self.settings["speed"])
         yaw = angles.get("HeadYaw", body.aimed("HeadYaw"))
@@ -263,14 +263,14 @@ class SetJointPosition(_Base):
 class Print(_Base):
     """Shows the value in the log."""
 
-    def take(self, order: Order, us: int) -> None:
+    def take(self, order: Command, us: int) -> None:
         """Show it."""
         value = order.value
         text = value if isinstance(value, str) else show(value)
-        self.parts.tell(Notice("note", text, order.stream, order.row))
+        self.parts.tell(Happening("note", text, order.stream, order.row))
 
 
-ACTUATORS: Mapping[str, Callable[[DeviceSpec, Parts], Actuator]] = {
+ACTUATORS: Mapping[str, Callable[[DeviceUse, Parts], Actuator]] = {
     "EyeLedColor": EyeLedColor, "EyeColor": EyeColor, "EyeBrightness": EyeBrightness, "SayInput": SayInput,
     "SayParameter": SayParameter, "RememberFace": RememberFace, "Tracker": Track,
     "SetJointPosition": SetJointPosition, "Print": Print,

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rrp_sheets.model.exchange import Command, Happening
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Record, Value
 from rrp_sheets.sim.camera import FilmCamera, Image
-from rrp_sheets.sim.messages import Notice, Order, Spec
+from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.paths import Point
 from rrp_sheets.sim.stage import FRONT
 
@@ -76,11 +77,11 @@ class Film:
         self._step = 0
         self.over = False  # the run is over and the robot is brought to rest: less worth showing
 
-    def tell(self, notice: Notice) -> None:
+    def tell(self, notice: Happening) -> None:
         """Something happened: the next shot is worth showing."""
         self._hurry({"say": SPEAKS, "note": NOTED}.get(notice.kind, TOLD))
 
-    def ordered(self, us: int, order: Order) -> None:
+    def ordered(self, us: int, order: Command) -> None:
         """A command came; it is news when it is the first for a while, or says something else than the one before.
 
         Measured numbers and records always differ; texts, colours and blanks tell.

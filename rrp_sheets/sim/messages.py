@@ -3,21 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from rrp_sheets.devices.catalogue import Robot
+from rrp_sheets.model.exchange import DeviceUse, Happening
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Value
-
-
-@dataclass(frozen=True, slots=True)
-class DeviceSpec:
-    """A device as a behaviour uses it: the stream's key and name, the device type's name, all its settings by key."""
-
-    stream: str
-    name: str
-    device: str
-    settings: Mapping[str, Value] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,8 +26,8 @@ class Spec:
     """
 
     robot: Robot
-    sensors: tuple[DeviceSpec, ...] = ()
-    actuators: tuple[DeviceSpec, ...] = ()
+    sensors: tuple[DeviceUse, ...] = ()
+    actuators: tuple[DeviceUse, ...] = ()
     scene: tuple[SceneAction, ...] = ()
     seed: int = 0
     frame_rate: int = 30
@@ -46,40 +37,11 @@ class Spec:
 
 
 @dataclass(frozen=True, slots=True)
-class Order:
-    """A value for an actuator; blank stops it.
-
-    Attributes:
-        stream: the actuator stream's key.
-        value: what the row sent.
-        row: for messages.
-        sensors: the sensor streams that the row descends from.
-        priority: of the row; larger wins.
-    """
-
-    stream: str
-    value: Value
-    row: str = ""
-    sensors: tuple[str, ...] = ()
-    priority: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Notice:
-    """Something to tell: `kind` is `say`, `clamp`, `note` or `error`."""
-
-    kind: str
-    text: str
-    stream: str = ""
-    row: str = ""
-
-
-@dataclass(frozen=True, slots=True)
 class Outcome:
     """What came of one advance: sensor values (records as mappings of their fields) and notices, in order."""
 
     events: tuple[tuple[str, Value], ...] = ()
-    notices: tuple[Notice, ...] = ()
+    notices: tuple[Happening, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import rrp_sheets
 from rrp_sheets.errors import MissingPart, RunBroken
-from rrp_sheets.sim.messages import Order, Outcome, Spec, State
+from rrp_sheets.model.exchange import Command
+from rrp_sheets.sim.messages import Outcome, Spec, State
 
 if TYPE_CHECKING:  # numpy may be missing; then there is no simulator
     from rrp_sheets.sim.camera import Image
@@ -80,7 +81,7 @@ class SimProcess:
         self._link = Connection(ours.detach())
         try:
             self._ask(START_WITHIN, "open", self._spec)
-        except BaseException:
+        except BaseException:  # Ctrl-C too: no process is left behind, and what happened is told further up
             self.kill()
             raise
 
@@ -88,7 +89,7 @@ class SimProcess:
         """The outcome of time 0."""
         return self._outcome(self._ask(START_WITHIN, "start"))
 
-    def advance(self, now_us: int, orders: Sequence[Order]) -> Outcome:
+    def advance(self, now_us: int, orders: Sequence[Command]) -> Outcome:
         """Carry out orders and go on until `now_us`."""
         return self._outcome(self._ask(ANSWER_WITHIN, "advance", now_us, tuple(orders)))
 

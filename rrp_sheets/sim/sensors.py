@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+from rrp_sheets.model.exchange import DeviceUse
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim.body import Body, Pose
 from rrp_sheets.sim.camera import Eye, Image
 from rrp_sheets.sim.colours import parse_colour
 from rrp_sheets.sim.faces import Faces
-from rrp_sheets.sim.messages import DeviceSpec
 from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.vision import Detector, Spot
 
@@ -83,7 +83,7 @@ class Sensor(Protocol):
 
 
 class _Base:
-    def __init__(self, spec: DeviceSpec, senses: Senses) -> None:
+    def __init__(self, spec: DeviceUse, senses: Senses) -> None:
         self.spec = spec
         self.senses = senses
 
@@ -91,7 +91,7 @@ class _Base:
 class BallSensor(_Base):
     """A ball of a colour, or the largest of any colour."""
 
-    def __init__(self, spec: DeviceSpec, senses: Senses) -> None:
+    def __init__(self, spec: DeviceUse, senses: Senses) -> None:
         super().__init__(spec, senses)
         self._colour = senses.body.robot.devices[key(spec.device)].colour
 
@@ -131,7 +131,7 @@ class Face(_Base):
 class JointPosition(_Base):
     """A joint's position, when it has changed."""
 
-    def __init__(self, spec: DeviceSpec, senses: Senses) -> None:
+    def __init__(self, spec: DeviceUse, senses: Senses) -> None:
         super().__init__(spec, senses)
         joint = senses.body.robot.joints.get(key(str(spec.settings["joint"])))
         self._joint = joint.name if joint else ""
@@ -148,7 +148,7 @@ class JointPosition(_Base):
         return [round(position, 4) + 0.0]
 
 
-SENSORS: Mapping[str, Callable[[DeviceSpec, Senses], Sensor]] = {
+SENSORS: Mapping[str, Callable[[DeviceUse, Senses], Sensor]] = {
     "RedBall": BallSensor, "GreenBall": BallSensor, "BlueBall": BallSensor, "Ball": BallSensor,
     "Blob": Blob, "FaceDetection": Face, "JointPosition": JointPosition,
 }  # fmt: skip
@@ -157,7 +157,7 @@ SENSORS: Mapping[str, Callable[[DeviceSpec, Senses], Sensor]] = {
 class Clock:
     """When a sensor is read: every 1/rate s, at the physics' step then or next after."""
 
-    def __init__(self, spec: DeviceSpec) -> None:
+    def __init__(self, spec: DeviceUse) -> None:
         self._rate = float(spec.settings["rate"])
         self._next = 0
 

@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from rrp_sheets.model.exchange import Happening
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim import figures
-from rrp_sheets.sim.messages import Notice
 from rrp_sheets.sim.paths import Circle, Line, Point, Still
 
 BESIDE = 0.4  # m, between persons who are seen at the same time
@@ -79,7 +79,7 @@ class Stage:
         """Let further actions happen at their times; those of one time in their order."""
         self._waiting = sorted([*self._waiting, *actions], key=lambda a: a.time_us)
 
-    def go_on(self, us: int) -> list[Notice]:
+    def go_on(self, us: int) -> list[Happening]:
         """Let everything act that is due until `us`."""
         notices = []
         while self._waiting and self._waiting[0].time_us <= us:
@@ -91,7 +91,7 @@ class Stage:
                 what = " ".join(str(v) for v in action.values.values())
                 does = {"press": "presses", "touch": "touches", "say": "says"}.get(action.verb, action.verb)
                 text = f"{action.thing} {does} {what}: nothing in this simulation notices it yet."
-                notices.append(Notice("note", text, row=f"Scene!{action.row}"))
+                notices.append(Happening("note", text, row=f"Scene!{action.row}"))
         for name, person in list(self.persons.items()):
             if person.until_us is not None and person.until_us <= us:
                 person.figure.remove()

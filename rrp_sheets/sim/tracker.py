@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from rrp_sheets.model.exchange import Command
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record, Value
 from rrp_sheets.sim.body import EASY, STEP, Body, Pose, Vector
-from rrp_sheets.sim.messages import Order
 from rrp_sheets.sim.stance import Stance
 
 HEAD_VELOCITY, HEAD_ACCELERATION = 2.5, 18.0  # rad/s, rad/s²: brisk, without jerks
@@ -91,7 +91,7 @@ class Trackers:
         arms = ARMS.get(key(str(settings["effector"])))
         self._all[stream] = Tracker(stream, key(str(settings["mode"])), arms, parts)
 
-    def follow(self, order: Order, us: int) -> bool:
+    def follow(self, order: Command, us: int) -> bool:
         """Let a tracker follow the newest detection of the order's sensors.
 
         False when a tracker of a larger priority moves the same parts.

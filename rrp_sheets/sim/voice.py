@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from rrp_sheets.model.exchange import Command, Happening
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim.espeak import Audio, Espeak, NoSpeech
-from rrp_sheets.sim.messages import Notice, Order
 
-Tell = Callable[[Notice], None]
+Tell = Callable[[Happening], None]
 GUESSED_WORD_LENGTH = 6  # characters, with the space: for the duration when there is no speech library
 FALLBACK = "en"
 
@@ -21,7 +21,7 @@ class Sentence:
     """Something to say, for an order, with the actuator's settings."""
 
     text: str
-    order: Order
+    order: Command
     settings: Mapping[str, Value]
     start_us: int = 0
     end_us: int = 0
@@ -46,7 +46,7 @@ class Voice:
         """The sentence being spoken, or empty."""
         return self._speaking.text if self._speaking else ""
 
-    def say(self, text: str, order: Order, settings: Mapping[str, Value], us: int) -> None:
+    def say(self, text: str, order: Command, settings: Mapping[str, Value], us: int) -> None:
         """Say a text, at once or after the sentence being spoken; a newer one takes the waiting one's place.
 
         A larger priority interrupts, a smaller one is refused.
@@ -56,7 +56,7 @@ class Voice:
         for other in (self._speaking, self._waiting):
             if other is not None and other.order.priority > order.priority:
                 told = f"“{text}” is not said: what is being said has a higher priority."
-                self._tell(Notice("error", told, order.stream, order.row))
+                self._tell(Happening("error", told, order.stream, order.row))
                 return
         if self._speaking is not None and self._speaking.order.priority < order.priority:
             self._cut(self._speaking, us)
@@ -92,7 +92,7 @@ class Voice:
             if not library.voice(language):
                 library.voice(FALLBACK)
                 text = f"There is no voice for the language “{language}”; it is spoken in English."
-                self._tell(Notice("error", text, order.stream, order.row))
+                self._tell(Happening("error", text, order.stream, order.row))
             sentence.audio = library.say(sentence.text, speed, float(sentence.settings["volume"]))
             seconds = len(sentence.audio) / library.rate
             self._count += 1
@@ -100,16 +100,16 @@ class Voice:
                 sentence.file = self._out / f"say-{self._count:03}.wav"
                 self._write(sentence.file, sentence.audio)
         sentence.start_us, sentence.end_us = us, us + round(seconds * 1e6)
-        self._tell(Notice("say", sentence.text, order.stream, order.row))
+        self._tell(Happening("say", sentence.text, order.stream, order.row))
 
-    def _load(self, order: Order) -> Espeak | None:
+    def _load(self, order: Command) -> Espeak | None:
         if self._library is None and not self._missing:
             try:
                 self._library = Espeak()
             except NoSpeech:
                 self._missing = True
                 text = "There is no sound: the package espeakng-loader is not installed. Durations are estimated."
-                self._tell(Notice("error", text, order.stream, order.row))
+                self._tell(Happening("error", text, order.stream, order.row))
         return self._library
 
     def _cut(self, sentence: Sentence, us: int) -> None:

@@ -6,13 +6,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from rrp_sheets.model.exchange import Command, Happening
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim.actuators import ACTUATORS, Eyes, Parts
 from rrp_sheets.sim.body import EASY, STEP, Body
 from rrp_sheets.sim.camera import Eye, Image, Lens
 from rrp_sheets.sim.faces import Faces
 from rrp_sheets.sim.film import Film
-from rrp_sheets.sim.messages import Notice, Order, Outcome, Spec, State
+from rrp_sheets.sim.messages import Outcome, Spec, State
 from rrp_sheets.sim.quiet import quiet
 from rrp_sheets.sim.sensors import SENSORS, Clock, Senses, Sight, tidy
 from rrp_sheets.sim.stage import Stage
@@ -52,7 +53,7 @@ class SimWorld:
         out = Path(spec.out) if spec.out else None
         self._step = 0
         self._us = 0
-        self._notices: list[Notice] = []
+        self._notices: list[Happening] = []
         self._told: dict[tuple[str, str, str], int] = {}
         self.body = Body(self._b, spec.robot)
         for _ in range(SETTLING):
@@ -78,7 +79,7 @@ class SimWorld:
         """The outcome of time 0."""
         return self._collect(self._instant())
 
-    def advance(self, now_us: int, orders: Sequence[Order]) -> Outcome:
+    def advance(self, now_us: int, orders: Sequence[Command]) -> Outcome:
         """Carry out orders, go on until `now_us`, and tell what came of it."""
         for order in orders:
             actuator = self._actuators.get(order.stream)
@@ -179,7 +180,7 @@ class SimWorld:
             self.body.position("HeadPitch"), self.sight.pose(),
         )  # fmt: skip
 
-    def _tell(self, notice: Notice) -> None:
+    def _tell(self, notice: Happening) -> None:
         if notice.kind in ("error", "clamp"):
             # A stream at camera rate must not fill the log with one complaint.
             which = (notice.kind, notice.stream, notice.row)

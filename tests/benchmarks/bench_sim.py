@@ -22,8 +22,8 @@ import pytest
 
 from rrp_sheets.devices import load_robot
 from rrp_sheets.drivers.simulated import SimulatedWorld
+from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.model.scene import SceneAction
-from rrp_sheets.runtime.ports import Command, DeviceUse
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.world import PICTURE, SimWorld
 
