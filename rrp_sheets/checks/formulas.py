@@ -24,7 +24,7 @@ def check_formulas(workbook: Workbook, graph: Graph, report: Report) -> dict[str
     """Compile every helper and every row's formula; by row ref."""
     helpers, dropped = _helpers(workbook, report)
     records: dict[str, RecordType | None] = {
-        s.id: s.device.type.payload for s in graph.streams.values() if s.kind is StreamKind.SENSOR and s.device
+        s.id: s.device.type.payload for s in graph.streams.values() if s.kind in (StreamKind.SENSOR, StreamKind.DONE) and s.device
     }
     depths: dict[str, int] = {}  # how many timestamps stand within each other
     formulas: dict[str, Formula] = {}

@@ -16,6 +16,7 @@ from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Workbook
 
 _HEX = re.compile(r"#[0-9a-f]{6}", re.IGNORECASE)
+_DONE = re.compile(r"(.*\S)[\s_\-]*done", re.IGNORECASE)
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
 LONGEST_SETTING = 1_000  # characters: minutes of speech
 COLOURS = ("white", "red", "green", "blue", "yellow", "magenta", "cyan", "orange", "purple", "pink", "black")
@@ -48,6 +49,9 @@ class DeviceTable:
             self.report.add("DEV005", stream.address)
             return
         k = key(stream.text)
+        if self.done(stream.text) is not None:
+            self.report.add("GRAPH016", stream.address, name=stream.text)
+            return
         if k in self.declared:
             other = self.declared[k].address
             self.report.add("DEV002", stream.address, name=stream.text, other=str(other))
@@ -108,6 +112,12 @@ class DeviceTable:
             values.update(found.preset)
             self._implicit[k] = Declared(found.name, found, values)
         return self._implicit[k]
+
+    def done(self, name: str) -> tuple[str, Declared] | None:
+        """The actuator stream whose commands' ends a name tells (`Ask done`): its own name and device."""
+        words = _DONE.fullmatch(name.strip())
+        found = self.find(words[1]) if words else None
+        return (words[1], found) if words and found and found.found.type.kind == "actuator" else None
 
     def needs_declaring(self, declared: Declared) -> Setting | None:
         """The setting without which a device cannot be used by its name alone (`Say parameter` needs a Text)."""

@@ -20,6 +20,7 @@ class StreamKind(Enum):
     ORDINARY = "stream"
     ACTUATOR = "actuator"
     ANONYMOUS = "anonymous"
+    DONE = "done"
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,8 @@ class Stream:
         device: of a sensor or actuator stream.
         settings: the device's settings by key, presets and defaults filled in.
         active: False when only switched-off rows feed it.
+        done_of: of a stream that tells the end of commands (`Say done`): the id of the actuator stream. The loop goes
+            through the world, so the graph stays acyclic.
     """
 
     id: str
@@ -43,6 +46,7 @@ class Stream:
     device: Found | None = None
     settings: Mapping[str, Value] = field(default_factory=dict)
     active: bool = True
+    done_of: str = ""
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rrp_sheets.connectors import Connector
+from rrp_sheets.devices import DeviceType, Found
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.graph.devices import Declared, DeviceTable, describe
 from rrp_sheets.graph.model import Stream, StreamKind
 from rrp_sheets.model.cells import Cell
+from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name, key, nearest
 from rrp_sheets.model.workbook import Behaviour, Row
 
+DONE_DEVICE = Found(
+    "Done", DeviceType("Done", "sensor", "Tells the end of every command of an actuator stream.", payload=DONE)
+)
 _KINDS = {"sensor": StreamKind.SENSOR, "actuator": StreamKind.ACTUATOR}
 
 
@@ -54,9 +59,12 @@ class Names:
         if k in self.made:
             made = self.made[k]
             return self._ordinary(made.output, f"{self.sheet}!{k}")
+        done = self.devices.done(cell.text)
+        if done is not None:
+            return self._done(cell, *done)
         declared = self.devices.find(cell.text)
         if declared is None:
-            if row.on and k not in self.devices.broken:
+            if row.on and k not in self.devices.broken and not self._done_of_broken(k):
                 names = [r.output.text for r in self.made.values()] + self.devices.names("sensor")
                 guess = nearest(cell.text, names)
                 remedy = f"Did you mean {guess}?" if guess else "Write the output stream of another row, or a sensor."
@@ -69,6 +77,19 @@ class Names:
                 self.report.add("GRAPH009", cell.address, name=cell.text)
             return None
         return self._device(declared, cell, row)
+
+    def _done(self, cell: Cell, name: str, declared: Declared) -> str:
+        """The stream of the ends of an actuator stream's commands."""
+        stream_id, of = key(cell.text), key(name)
+        shown = f"{declared.name if declared.address else name} done"
+        address = declared.address or cell.address
+        self.streams.setdefault(
+            stream_id, Stream(stream_id, shown, StreamKind.DONE, address, DONE_DEVICE, declared.settings, done_of=of)
+        )
+        return stream_id
+
+    def _done_of_broken(self, k: str) -> bool:
+        return k.endswith("done") and k.removesuffix("done") in self.devices.broken
 
     def output(self, row: Row, connector: Connector, taken: bool) -> str | None:
         """The stream id of a row's output, or None when it is refused."""
@@ -85,6 +106,10 @@ class Names:
 
     def _given(self, cell: Cell, row: Row) -> str | None:
         k = key(cell.text)
+        if self.devices.done(cell.text) is not None:
+            if row.on:
+                self.report.add("GRAPH016", cell.address, name=cell.text)
+            return None
         declared = self.devices.find(cell.text)
         if not argument_name(cell.text):
             self.report.add("GRAPH013", cell.address, name=cell.text)

@@ -51,7 +51,7 @@ def _tell_circle(part: nx.DiGraph, steps: list[Step], streams: dict[str, Stream]
 
 
 def _active(order: list[int], steps: list[Step], streams: dict[str, Stream], in_circle: set[int]) -> dict[int, bool]:
-    fed = {k for k, s in streams.items() if s.kind is StreamKind.SENSOR}
+    fed = {k for k, s in streams.items() if s.kind in (StreamKind.SENSOR, StreamKind.DONE)}
     active: dict[int, bool] = {}
     for i in order:
         step = steps[i]

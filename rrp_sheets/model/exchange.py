@@ -5,7 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from rrp_sheets.model.values import Value
+from rrp_sheets.model.values import Field, RecordType, Value
+
+DONE = RecordType(
+    "Done",
+    (
+        Field("value", "any", help="what was commanded"),
+        Field("completed", "truth", example=True, help="FALSE when it was stopped, replaced, outranked or dropped"),
+        Field("seconds", "number", "s", 2.0, "how long it took"),
+    ),
+)
+"""What the stream `X done` gives, once for every command of the actuator stream X (design: 4-streams)."""
 
 
 @dataclass(frozen=True, slots=True)

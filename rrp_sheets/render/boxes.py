@@ -22,6 +22,7 @@ _KINDS = {
     StreamKind.ORDINARY: "stream",
     StreamKind.ACTUATOR: "actuator",
     StreamKind.ANONYMOUS: "anonymous",
+    StreamKind.DONE: "sensor",
 }
 ROW_TEXT_LEFT = 35.0  # from a row's left border: number, icon, then its text
 ROW_TOP = 18.0

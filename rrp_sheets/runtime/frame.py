@@ -50,8 +50,8 @@ class FrameEngine:
         if len(plan.steps) > 60:  # for the rest of the process: a lower limit would break an engine that still runs
             sys.setrecursionlimit(max(sys.getrecursionlimit(), 1_000 + _FRAMES_PER_ROW * len(plan.steps)))
         if observer is not None:
-            for sensor in plan.sensors:
-                self._watch(self.streams[sensor.stream], "", observer)
+            for stream in (*(s.stream for s in plan.sensors), *plan.dones):
+                self._watch(self.streams[stream], "", observer)
         for step in plan.steps:
             self._connect(step)
 

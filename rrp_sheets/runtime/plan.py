@@ -18,6 +18,7 @@ class Plan:
     streams: tuple[Stream, ...]
     sensors: tuple[DeviceUse, ...]
     actuators: tuple[DeviceUse, ...]
+    dones: dict[str, str]  # streams that tell the end of commands, each with its actuator stream (ids)
     descent: dict[str, tuple[str, ...]]  # of each actuator row (its ref): the sensor streams it descends from
 
 
@@ -29,7 +30,9 @@ def make_plan(checked: Checked) -> Plan:
     streams = tuple(checked.graph.streams[i] for i in ids if checked.graph.streams[i].active)
     sensors = tuple(_use(s) for s in streams if s.kind is StreamKind.SENSOR)
     actuators = tuple(_use(s) for s in streams if s.kind is StreamKind.ACTUATOR)
-    return Plan(checked, tuple(steps), streams, sensors, actuators, _descent(steps, {s.stream for s in sensors}))
+    dones = {s.id: s.done_of for s in streams if s.kind is StreamKind.DONE}
+    descent = _descent(steps, {*(s.stream for s in sensors), *dones})
+    return Plan(checked, tuple(steps), streams, sensors, actuators, dones, descent)
 
 
 def _use(stream: Stream) -> DeviceUse:

@@ -23,7 +23,7 @@ FORMAT = 1
 
 def stream_label(stream: Stream) -> str:
     """A stream's name in traces: a device's own, `Sheet!name` for an ordinary stream, `Sheet!#row` without one."""
-    if stream.kind in (StreamKind.SENSOR, StreamKind.ACTUATOR):
+    if stream.kind in (StreamKind.SENSOR, StreamKind.ACTUATOR, StreamKind.DONE):
         return stream.name
     return f"{stream.address.sheet}!{stream.name or '#' + str(stream.address.row)}"
 
