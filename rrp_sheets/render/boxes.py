@@ -22,8 +22,9 @@ _KINDS = {
     StreamKind.ORDINARY: "stream",
     StreamKind.ACTUATOR: "actuator",
     StreamKind.ANONYMOUS: "anonymous",
-    StreamKind.DONE: "sensor",
+    StreamKind.DONE: "done",
 }
+FROM_OUTSIDE = (StreamKind.SENSOR, StreamKind.ACTUATOR, StreamKind.DONE)  # stand in every part that uses them
 ROW_TEXT_LEFT = 35.0  # from a row's left border: number, icon, then its text
 ROW_TOP = 18.0
 
@@ -35,7 +36,7 @@ class Box:
     Attributes:
         id: unique within the behaviour, made by us: `r4` for the row 4, `s2` for a stream; a stream that stands in a
             further part has the part behind it (`s2-p3`).
-        kind: `sensor`, `stream`, `actuator`, `anonymous` or `row`.
+        kind: `sensor`, `stream`, `actuator`, `done` (the end of an actuator's commands), `anonymous` or `row`.
         name: a stream's full name, or a row's connector.
         lines: the name's lines, or those of a row's formula.
         note: where a stream that is cut between two parts goes on.
@@ -115,7 +116,7 @@ def make_drawing(
 
     def place(stream_id: str) -> str:
         stream = graph.streams[stream_id]
-        in_several = stream_id in notes or stream.kind in (StreamKind.SENSOR, StreamKind.ACTUATOR)
+        in_several = stream_id in notes or stream.kind in FROM_OUTSIDE
         box_id = ids[stream_id] + (f"-p{part}" if part > 1 and in_several else "")
         if box_id not in drawing.boxes:
             drawing.boxes[box_id] = _stream_box(box_id, stream, notes.get(stream_id, ""))

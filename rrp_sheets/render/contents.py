@@ -32,11 +32,12 @@ class Content:
 
 def contents(graph: Graph) -> dict[str, Content]:
     """What every stream carries, by its id."""
-    found = {stream.id: _of_sensor(stream) for stream in graph.streams.values() if stream.kind is StreamKind.SENSOR}
+    given = (StreamKind.SENSOR, StreamKind.DONE)
+    found = {stream.id: _of_sensor(stream) for stream in graph.streams.values() if stream.kind in given}
     steps = sorted((s for b in graph.behaviours for s in b.steps), key=lambda s: s.rank)
     for step in steps:
         stream = graph.streams.get(step.output)
-        if stream is None or stream.kind in (StreamKind.ACTUATOR, StreamKind.SENSOR):
+        if stream is None or stream.kind in (StreamKind.ACTUATOR, *given):
             continue
         found[step.output] = _of_step(step, found, graph)
     return found
@@ -44,7 +45,8 @@ def contents(graph: Graph) -> dict[str, Content]:
 
 def _of_sensor(stream: Stream) -> Content:
     kind = stream.device.type if stream.device else None
-    return Content(kind.payload if kind else None, kind.unit if kind else "", {stream.id: None})
+    sensors = {stream.id: None} if stream.kind is StreamKind.SENSOR else {}
+    return Content(kind.payload if kind else None, kind.unit if kind else "", sensors)
 
 
 def _of_step(step: Step, found: Mapping[str, Content], graph: Graph) -> Content:

@@ -18,6 +18,7 @@ from rrp_sheets.render.style import (
 
 _SHAPES = {
     "sensor": "shape=box, penwidth=2",
+    "done": 'shape=box, style="filled,dashed"',
     "stream": "shape=ellipse",
     "actuator": "shape=box, peripheries=2",
 }

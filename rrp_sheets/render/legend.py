@@ -19,7 +19,7 @@ def draw_legend() -> tuple[str, float, float]:
     wide = PAGE[0]
     parts = [text(_COLUMNS[0], 19, words.get("legend.title"), NAME_PT, bold=True)]
     y = 40.0
-    signs = [("sensor", 0, 0), ("stream", 1, 0), ("actuator", 2, 0), ("anonymous", 0, 1)]
+    signs = [("sensor", 0, 0), ("stream", 1, 0), ("actuator", 2, 0), ("anonymous", 0, 1), ("done", 0, 2)]
     for kind, column, row in signs:
         size = (7.0, 7.0) if kind == "anonymous" else (28.0, 17.0)
         box = Box(f"sign-{kind}", kind, "", (), *size, stream="")
@@ -33,7 +33,7 @@ def draw_legend() -> tuple[str, float, float]:
     parts.append(text(x + 36, y + 27.4, words.get("legend.off"), NAME_PT))
     parts.append(draw_flag(1, _COLUMNS[2] + 7, y + 17))
     parts.append(text(_COLUMNS[2] + 36, y + 27.4, words.get("legend.flag"), NAME_PT))
-    y += 42
+    y += 64
     parts.append(
         f'<rect x="{_COLUMNS[0]}" y="{y}" width="36" height="18" rx="3" fill="#fff" stroke="{INK}" stroke-width="0.9"/>'
     )

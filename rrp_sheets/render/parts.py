@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rrp_sheets.graph import Graph, Step, StreamKind
+from rrp_sheets.render.boxes import FROM_OUTSIDE
 
 _NEVER = 50.0  # the cost of cutting an anonymous stream: a dot that goes on elsewhere is hard to follow
 Part = tuple[Step, ...]
@@ -41,7 +42,7 @@ def _crossing(graph: Graph, steps: Sequence[Step]) -> list[float]:
     costs = [0.0] * (len(steps) + 1)
     for stream, (first, last) in spans.items():
         kind = graph.streams[stream].kind
-        if kind in (StreamKind.SENSOR, StreamKind.ACTUATOR):
+        if kind in FROM_OUTSIDE:
             continue
         for cut in range(first + 1, last + 1):
             costs[cut] += _NEVER if kind is StreamKind.ANONYMOUS else 1.0
@@ -61,7 +62,7 @@ def cut_notes(graph: Graph, parts: Sequence[Part]) -> list[dict[str, str]]:
     for number, part in enumerate(parts, 1):
         here: dict[str, str] = {}
         for stream in dict.fromkeys(i for step in part for i in (*step.inputs, step.output)):
-            if graph.streams[stream].kind in (StreamKind.SENSOR, StreamKind.ACTUATOR):
+            if graph.streams[stream].kind in FROM_OUTSIDE:
                 continue
             source = made.get(stream, number)
             elsewhere = [str(n) for n in used.get(stream, {}) if n != number]

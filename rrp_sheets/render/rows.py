@@ -102,6 +102,9 @@ class Rows:
             says, name = device_says(stream, self.texts), self.noun(stream.id)
             known = stream.device is None or key(stream.device.name) == key(stream.name)
             event = get("event.sensor", says=says) if known else get("event.sensor_named", says=says, name=name)
+        elif len(triggers) == 1 and stream.kind is StreamKind.DONE:
+            actuator = get("name.quoted", name=clean(stream.name.removesuffix("done").rstrip()))
+            event = get("event.done", name=actuator)
         else:
             event = get("event.value", input=self.texts.listed([self.noun(i) for i in triggers], "or"))
         others = [self.noun(i) for i in inputs if i not in triggers]
@@ -114,6 +117,9 @@ class Rows:
     def noun(self, stream: str) -> str:
         """A stream's name in quotes; for an anonymous stream the row that makes it."""
         found = self.graph.streams[stream]
+        if found.kind is StreamKind.DONE:
+            actuator = found.name.removesuffix("done").rstrip()
+            return self.texts.get("name.done", name=self.texts.get("name.quoted", name=clean(actuator)))
         if found.name:
             return self.texts.get("name.quoted", name=clean(found.name))
         maker = self.makers.get(stream)

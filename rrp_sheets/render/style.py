@@ -18,6 +18,7 @@ OFF_FILL = "#f5f5f5"
 OFF_INK = "#5f5f5f"
 FILL_AND_LINE = {
     "sensor": ("#dbe8f8", "#1f5fa8"),
+    "done": ("#eef4fb", "#1f5fa8"),
     "stream": ("#e4f3e2", "#2e7d32"),
     "actuator": ("#fadff1", "#a0176f"),
 }

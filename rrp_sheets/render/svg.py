@@ -103,7 +103,14 @@ def draw_box(box: Box, centre: Point, prefix: str) -> str:
     about = f' data-row="{box.row}"' if box.kind == "row" else f' data-stream="{escape(clean(box.stream))}"'
     hint = f"{box.row} {box.name}" + (f": {clean(box.formula)}" if box.formula else "") if box.row else box.name
     title = f"<title>{escape(hint)}</title>" if hint else ""
-    kinds = {"anonymous": _anonymous, "row": _row, "stream": _stream, "sensor": _stream, "actuator": _stream}
+    kinds = {
+        "anonymous": _anonymous,
+        "row": _row,
+        "stream": _stream,
+        "sensor": _stream,
+        "done": _stream,
+        "actuator": _stream,
+    }
     inside = kinds[box.kind](box, centre)
     if box.flag is not None:
         inside += draw_flag(box.flag, centre[0] + box.width / 2 - 7, centre[1] - box.height / 2 - 8.5)
@@ -138,6 +145,8 @@ def _stream(box: Box, centre: Point) -> str:
         )
     elif box.kind == "sensor":
         shape = _rect((x, y, w, h), fill, line, 2.2)
+    elif box.kind == "done":  # the loop that goes through the world is dashed
+        shape = _rect((x, y, w, h), fill, line, 1.4, dashes=DASHES)
     else:
         shape = _rect((x, y, w, h), "#fff", line, 1.1) + _rect((x + 2.6, y + 2.6, w - 5.2, h - 5.2), fill, line, 1.1)
     base = cy - (NAME_LINE * len(box.lines) + (10 if box.note else 0)) / 2 + 9.2
@@ -185,9 +194,12 @@ def draw_badge(number: int, x: float, y: float, high: float, colour: str) -> str
     return f'<path d="{shape}" fill="{colour}"/>{digits}'
 
 
-def _rect(box: tuple[float, float, float, float], fill: str, line: str, thick: float, *, radius: float = 0) -> str:
+def _rect(
+    box: tuple[float, float, float, float], fill: str, line: str, thick: float, *, radius: float = 0, dashes: str = ""
+) -> str:
     x, y, w, h = box
     corners = f' rx="{radius:g}"' if radius else ""
+    corners += f' stroke-dasharray="{dashes}"' if dashes else ""
     return (
         f'<rect x="{_n(x)}" y="{_n(y)}" width="{_n(w)}" height="{_n(h)}"{corners} fill="{fill}" stroke="{line}" '
         f'stroke-width="{thick:g}"/>'

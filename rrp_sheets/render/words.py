@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.spelling import to_python
+from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import key
 from rrp_sheets.render.contents import Content, find_field
 from rrp_sheets.render.texts import Texts
@@ -132,6 +133,10 @@ class Wording:
     def _truth(self, tree: ast.expr, negation: str) -> str:
         if _called(tree) == "isblank" and isinstance(tree, ast.Call) and len(tree.args) == 1:
             return self.texts.get(f"condition.{negation}blank", what=self._subject(tree.args[0])[0])
+        if isinstance(tree, ast.Attribute) and isinstance(tree.value, ast.Name) and key(tree.attr) == "completed":
+            named = self.names.get(key(tree.value.id))
+            if named is not None and named.content.record is DONE:
+                return self.texts.get(f"condition.{negation}completed", what=named.noun)
         what, _, kind = self._subject(tree)
         if kind != "truth":  # a number or a text is not simply true
             raise _NotSimple
