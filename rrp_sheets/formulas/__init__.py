@@ -1,7 +1,20 @@
 """Formulas: spelling → tree → checks → evaluator, and the library of functions by topic (design: 3-formulas)."""
 
 from rrp_sheets.formulas.formula import Formula, compile_formula
+from rrp_sheets.formulas.pick import Picker
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.scope import HelperDef, Input, Scope, make_scope
+from rrp_sheets.formulas.tables import Table, make_table
 
-__all__ = ["Formula", "FormulaProblem", "HelperDef", "Input", "Scope", "compile_formula", "make_scope"]
+__all__ = [
+    "Formula",
+    "FormulaProblem",
+    "HelperDef",
+    "Input",
+    "Picker",
+    "Scope",
+    "Table",
+    "compile_formula",
+    "make_scope",
+    "make_table",
+]

@@ -15,11 +15,14 @@ from typing import Any
 from asteval import Interpreter
 
 from rrp_sheets.formulas.compare import NUMBERS, ORDER, compare
-from rrp_sheets.formulas.functions.define import bounded, shown, weighed
+from rrp_sheets.formulas.functions.define import bounded, listing, shown, weighed
 from rrp_sheets.formulas.functions.maths import power
+from rrp_sheets.formulas.functions.tables import Pick, members_of
 from rrp_sheets.formulas.limits import LARGEST_NUMBER, LONGEST_LIST, LONGEST_TEXT, STEPS
+from rrp_sheets.formulas.pick import Picker
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
 from rrp_sheets.formulas.scope import HelperDef
+from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.names import nearest
 from rrp_sheets.model.values import Failure, Record, Value
 
@@ -45,18 +48,21 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
                     "subscript", "slice", "attribute", "call", "listcomp", "joinedstr", "formattedvalue")  # fmt: skip
         self.node_handlers = {name: getattr(self, f"on_{name}") for name in handlers}
         self.node_handlers["iferror"] = self.on_iferror
+        self.node_handlers["pick"] = self.on_pick
         self.steps = 0
+        self.picker: Picker | None = None
 
     # ---- preparing and running
-    def prepare(self, tree: ast.expr, names: Sequence[str]) -> Callable[..., Value]:
+    def prepare(self, tree: ast.expr, names: Sequence[str], picker: Picker | None = None) -> Callable[..., Value]:
         """A callable for a resolved tree: the inputs' values in order in, the value or a Failure out."""
-        self._bind(tree)
+        self._bind(tree, "")
         handler: Callable[[Any], Value] = tree.handler  # type: ignore[attr-defined]
         if len(names) == 1:
             name = names[0]
 
             def evaluate_one(value: Value) -> Value:
                 self.symtable = {name: value}
+                self.picker = picker
                 self.steps = STEPS
                 return self._conclude(handler, tree)
 
@@ -64,6 +70,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
 
         def evaluate(*values: Value) -> Value:
             self.symtable = dict(zip(names, values, strict=True))
+            self.picker = picker
             self.steps = STEPS
             return self._conclude(handler, tree)
 
@@ -76,8 +83,9 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         except Exception as error:
             return self._failure(error)
 
-    def _bind(self, tree: ast.AST) -> None:
+    def _bind(self, tree: ast.AST, owner: str) -> None:
         """Give every node its handler, so that running it needs no look-up, and helpers' trees too."""
+        picks = 0
         for node in ast.walk(tree):
             handler = self.node_handlers.get(type(node).__name__.lower())
             if handler is None:
@@ -87,10 +95,13 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
             if isinstance(node, ast.BinOp):
                 node.apply = _ARITHMETIC[type(node.op)]  # type: ignore[attr-defined]
                 node.divides = isinstance(node.op, (ast.Div, ast.FloorDiv, ast.Mod))  # type: ignore[attr-defined]
+            if isinstance(node, Pick):
+                picks += 1
+                node.site = f"{owner}#{picks}"
             node.handler = handler  # type: ignore[attr-defined]
             helper: HelperDef | None = getattr(node, "helper", None)
             if helper is not None and helper.tree is not None and getattr(helper.tree, "handler", None) is None:
-                self._bind(helper.tree)
+                self._bind(helper.tree, helper.shown)
 
     def run(self, node: Any, expr: str | None = None, lineno: int | None = None, with_raise: bool = True) -> Value:
         """Evaluate a prepared node. asteval's own `run` looks handlers up and swallows errors; this does neither."""
@@ -263,9 +274,10 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         helper: HelperDef | None = getattr(node, "helper", None)
         if helper is None:
             for arg in args:  # what a function is given it will walk through
-                if type(arg) is list or type(arg) is tuple:
+                if type(arg) is list or type(arg) is tuple or type(arg) is Table:
                     self.charge(len(arg))
-            result = bounded(node.bound(*args))
+            call = node.bound
+            result = bounded(call(*args, charge=self.charge) if node.charges else call(*args))
             if type(result) is list:  # lists of lists could grow without bound: their length counts as steps
                 self.steps -= len(result)
             return result
@@ -275,6 +287,12 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
             return self.run(helper.tree)
         finally:
             self.symtable = outer
+
+    def on_pick(self, node: Any) -> Value:
+        """PICK: the next of its draws, or the first member where nothing runs."""
+        members = members_of([self.run(m) for m in node.members])
+        self.charge(len(members))
+        return members[0] if self.picker is None else self.picker.pick(node.site, members)
 
     def on_listcomp(self, node: Any) -> list[Value]:
         """A list comprehension; its names live in a table of their own."""
@@ -295,9 +313,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
             return
         loop = comprehension.generators[level]
         members = self.run(loop.iter)
-        if not isinstance(members, (list, tuple)):
-            raise wrong_kind("a list", members)
-        for member in members:
+        for member in listing(members):
             self.steps -= 1
             self._assign(loop.target, member)
             if all(self._truth(self.run(i), i) for i in loop.ifs):

@@ -17,6 +17,7 @@ from rrp_sheets.model.values import Value
 
 if TYPE_CHECKING:
     from rrp_sheets.formulas.evaluator import GuardedInterpreter
+    from rrp_sheets.formulas.pick import Picker
 
 
 @dataclass(frozen=True)
@@ -33,9 +34,14 @@ class Formula:
     tree: ast.expr
     names: tuple[str, ...]
 
-    def prepare(self, interpreter: GuardedInterpreter) -> Callable[..., Value]:
-        """A callable from the inputs' values to the value, or to a Failure, on this interpreter (and its thread)."""
-        return interpreter.prepare(copy.deepcopy(self.tree), self.names)
+    def prepare(self, interpreter: GuardedInterpreter, picker: Picker | None = None) -> Callable[..., Value]:
+        """A callable from the inputs' values to the value, or to a Failure, on this interpreter (and its thread).
+
+        Args:
+            interpreter: one per thread.
+            picker: what PICK draws with; without one it takes the first, as `check` does.
+        """
+        return interpreter.prepare(copy.deepcopy(self.tree), self.names, picker)
 
 
 def compile_formula(text: str, scope: Scope) -> Formula:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rrp_sheets.diagnostics import CODES
+from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Failure, Value
 
 
@@ -50,6 +51,8 @@ def kind_of(value: Value) -> str:
         return "a text"
     if isinstance(value, (list, tuple)):
         return "a list"
+    if isinstance(value, Table):
+        return "a whole table"
     return "a whole record"
 
 

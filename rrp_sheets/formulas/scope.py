@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from rrp_sheets.formulas.functions import Function, library
 from rrp_sheets.formulas.problems import FormulaProblem
+from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.registry import Registry
@@ -16,11 +17,19 @@ from rrp_sheets.registry import Registry
 
 @dataclass(frozen=True)
 class Input:
-    """An input of a row as formulas see it: its shown name, its name in formulas, and its record type if known."""
+    """An input of a row as formulas see it.
+
+    Attributes:
+        shown: its name as the sheet has it.
+        name: its name in formulas.
+        record: its record type if known.
+        kind: `number`, `text` or `truth` when it is known to be nothing else.
+    """
 
     shown: str
     name: str
     record: RecordType | None = None
+    kind: str = ""
 
 
 @dataclass
@@ -37,8 +46,9 @@ class Scope:
     """All names in scope.
 
     Attributes:
-        inputs: by key; a row with one input has it under `value` too.
-        order: the inputs' names in order, as the evaluator's arguments are.
+        inputs: by key, what the connector adds to them included; a row with one input has it under `value` too.
+        order: their names in order, as the evaluator's arguments are.
+        tables: by the key of the sheet's name and of its name in formulas.
     """
 
     inputs: Mapping[str, Input]
@@ -46,20 +56,40 @@ class Scope:
     helpers: Mapping[str, HelperDef] = field(default_factory=dict)
     functions: Registry[Function] = field(default_factory=library)
     constants: Mapping[str, Value] = field(default_factory=lambda: {"pi": math.pi, "e": math.e})
+    tables: Mapping[str, Table] = field(default_factory=dict)
 
     def known(self) -> list[str]:
         """All names that are not functions, for proposing the nearest."""
-        return [i.name for i in self.inputs.values()] + [h.shown for h in self.helpers.values()] + list(self.constants)
+        named = [i.name for i in self.inputs.values()] + [h.shown for h in self.helpers.values()]
+        return named + list(self.constants) + [t.name for t in self.tables.values()]
+
+    def table(self, name: str) -> Table | None:
+        """The table that a name in a formula means; tables come last."""
+        k = key(name)
+        taken = k in self.inputs or k in self.helpers or k in self.constants
+        return None if taken else self.tables.get(k)
 
 
 def make_scope(
     inputs: Iterable[tuple[str, RecordType | None]],
     helpers: Mapping[str, HelperDef] | None = None,
     functions: Registry[Function] | None = None,
+    *,
+    tables: Mapping[str, Table] | None = None,
+    extra: Iterable[str] = (),
+    kinds: Mapping[str, str] | None = None,
 ) -> Scope:
     """The scope of a row with these input streams (name, record type if known).
 
     An input without a name (an anonymous stream) is reached as `value`.
+
+    Args:
+        inputs: the row's input streams in order.
+        helpers: by key.
+        functions: the library unless given.
+        tables: by the sheet's key.
+        extra: names that the connector adds, before the inputs (accumulate: `total`, `value`).
+        kinds: what an input's values are (`number`, `text`, `truth`), by the stream's name, where known.
 
     Raises:
         FormulaProblem: FORM009 when two inputs have one name.
@@ -67,13 +97,23 @@ def make_scope(
     found: dict[str, Input] = {}
     order: list[str] = []
     inputs = list(inputs)
-    for shown, record in inputs:
+    for name in extra:
+        found[key(name)] = Input(name, name)
+        order.append(name)
+    for place, (shown, record) in enumerate(inputs):
         name = argument_name(shown) or "value"
         k = key(name)
+        if k in found and not shown:  # what the connector calls `value` is this one: it needs no name of its own
+            order.append(f" {place}")
+            continue
         if k in found:
             raise FormulaProblem("FORM009", first=found[k].shown or name, second=shown or name, name=name)
-        found[k] = Input(shown, name, record)
+        found[k] = Input(shown, name, record, (kinds or {}).get(shown, ""))
         order.append(name)
-    if len(inputs) == 1:
-        found.setdefault("value", found[key(order[0])])
-    return Scope(found, tuple(order), helpers or {}, functions or library())
+    if len(inputs) == 1 and order[-1] in (i.name for i in found.values()):
+        found.setdefault("value", found[key(order[-1])])
+    named = {}
+    for k, table in (tables or {}).items():
+        named[key(argument_name(table.name))] = table
+        named[k] = table
+    return Scope(found, tuple(order), helpers or {}, functions or library(), tables=named)

@@ -16,6 +16,7 @@ from rrp_sheets.formulas.functions import Function
 from rrp_sheets.formulas.limits import DEEPEST, LARGEST_NUMBER, LONGEST_TEXT, MOST_LOOPS, MOST_NODES
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.scope import HelperDef, Scope
+from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.names import argument_name, key, nearest
 from rrp_sheets.model.values import RecordType
 
@@ -98,6 +99,9 @@ class _Resolver:
             return self._bind_helper(node, helper, [])
         if k in self.scope.constants:
             return ast.copy_location(ast.Constant(self.scope.constants[k]), node)
+        table = self.scope.table(name)
+        if table is not None:
+            return ast.copy_location(plain_node(table), node)
         if self.scope.functions.get(name):
             raise FormulaProblem("FORM003", node.col_offset, len(name), what=f"The function {name} without brackets",
                                  remedy=f"Write {name}(…) with what it works on.")  # fmt: skip
@@ -196,7 +200,22 @@ class _Resolver:
         del self.local[before:]
         return node
 
+    def _column(self, node: ast.Subscript, table: Table) -> ast.expr:
+        """A column of a table: the list of its values."""
+        wanted = node.slice.id if isinstance(node.slice, ast.Name) else getattr(node.slice, "value", "")
+        name = wanted if isinstance(wanted, str) else str(wanted)
+        if key(name) in table.type.keys:
+            return ast.copy_location(plain_node(table.column(name)), node)
+        names = [f.name for f in table.type.fields]
+        guess = nearest(name, names)
+        remedy = f"Did you mean {table.name}[{guess}]?" if guess else f"Its columns are {', '.join(names)}."
+        raise FormulaProblem("FORM017", node.slice.col_offset, max(len(name), 1), table=table.name, title=name,
+                             remedy=remedy)  # fmt: skip
+
     def _subscript(self, node: ast.Subscript, depth: int) -> ast.expr:
+        table = self.scope.table(node.value.id) if isinstance(node.value, ast.Name) else None
+        if table is not None and node.value.id not in self.local:  # type: ignore[attr-defined]
+            return self._column(node, table)
         node.value = self.visit_at(node.value, depth)
         if isinstance(node.slice, ast.Constant) and isinstance(node.slice.value, str):
             self._check_field(node.value, node.slice.value, node.slice)
@@ -298,12 +317,20 @@ class _Resolver:
     def _bind_function(self, node: ast.expr, function: Function, args: list[ast.expr]) -> ast.expr:
         call = ast.copy_location(ast.Call(ast.Name(function.name), args, []), node)
         call.bound = function.call  # type: ignore[attr-defined]
+        call.charges = function.charges  # type: ignore[attr-defined]
         return call
 
     def _bind_helper(self, node: ast.expr, helper: HelperDef, args: list[ast.expr]) -> ast.expr:
         call = ast.copy_location(ast.Call(ast.Name(helper.shown), args, []), node)
         call.helper = helper  # type: ignore[attr-defined]
         return call
+
+
+def plain_node(value: object) -> ast.Constant:
+    """A node of a value that is no literal of Python: a table, or a column of one."""
+    node = ast.Constant(None)
+    node.value = value  # type: ignore[assignment]
+    return node
 
 
 def _given(n: int) -> str:

@@ -10,9 +10,15 @@ from dataclasses import dataclass
 
 from rrp_sheets.formulas.limits import DEEPEST, LARGEST_NUMBER, LONGEST_LIST, LONGEST_TEXT, MOST_LEAVES
 from rrp_sheets.formulas.problems import FormulaProblem, wrong_kind
+from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Record, Value
 
 MANY = 255
+Charge = Callable[[int], None]
+
+
+def free(steps: int) -> None:
+    """What a function that charges is given when it is called outside of a formula."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +32,7 @@ class Function:
         usage: `CLAMP(number, low, high)`.
         help: its docstring.
         make: for IF, AND, OR, NOT, IFERROR: makes the node from the arguments' nodes, which are evaluated lazily.
+        charges: whether it takes a keyword `charge`, to be told steps of work beyond the length of its arguments.
     """
 
     names: tuple[str, ...]
@@ -35,6 +42,7 @@ class Function:
     usage: str
     help: str
     make: Callable[[list[ast.expr]], ast.expr] | None = None
+    charges: bool = False
 
     @property
     def name(self) -> str:
@@ -60,13 +68,17 @@ def define(
     >>> define(double).usage
     'DOUBLE(number)'
     """
-    parameters = list(inspect.signature(call).parameters.values())
+    signature = inspect.signature(call).parameters
+    parameters = [p for p in signature.values() if p.kind is not p.KEYWORD_ONLY]
     least = sum(1 for p in parameters if p.default is p.empty and p.kind is not p.VAR_POSITIONAL)
     many = any(p.kind is p.VAR_POSITIONAL for p in parameters)
     shown = name or call.__name__.strip("_").upper()
     names = ", ".join(f"{p.name}, …" if p.kind is p.VAR_POSITIONAL else p.name for p in parameters)
     most = MANY if many else len(parameters)
-    return Function((shown, *synonyms), call, least, most, f"{shown}({names})", inspect.getdoc(call) or "", make)
+    usage = f"{shown}({names})"
+    return Function(
+        (shown, *synonyms), call, least, most, usage, inspect.getdoc(call) or "", make, "charge" in signature
+    )
 
 
 def number(value: Value) -> int | float:
@@ -92,9 +104,11 @@ def text(value: Value) -> str:
 
 
 def listing(value: Value) -> list[Value] | tuple[Value, ...]:
-    """The value if it is a list."""
+    """The value if it is a list; a table is the list of its rows."""
     if isinstance(value, (list, tuple)):
         return value
+    if isinstance(value, Table):
+        return value.rows
     raise wrong_kind("a list", value)
 
 
@@ -138,6 +152,8 @@ def weighed(value: Value) -> Value:
                 inner.extend(v)
             elif kind is Record:
                 inner.extend(v.values.values())
+            elif kind is Table:
+                raise FormulaProblem("FORM110", table=v.name)
             elif kind is str:
                 leaves += len(v) // 100
         leaves += len(inner)

@@ -44,18 +44,6 @@ def reverse(values: Value) -> list[Value]:
     return list(reversed(listing(values)))
 
 
-def index(values: Value, place: Value) -> Value:
-    """The member of a list at a place; the first has number 1.
-
-    >>> index(["a", "b"], 2)
-    'b'
-    """
-    members, at = listing(values), whole(place)
-    if not 1 <= at <= len(members):
-        raise FormulaProblem("FORM106", index=at, count=len(members))
-    return members[at - 1]
-
-
 def list_(*values: Value) -> Value:
     """A list of the values.
 
@@ -69,4 +57,4 @@ def list_(*values: Value) -> Value:
     return bounded(list(values))
 
 
-FUNCTIONS = (define(range_), define(sorted_), define(reverse), define(index), define(list_))
+FUNCTIONS = (define(range_), define(sorted_), define(reverse), define(list_))
