@@ -6,16 +6,20 @@ The catalogue drives drop-downs, checks, help and the ethics summary; drivers lo
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Field, RecordType, Value
 from rrp_sheets.resources import bundled
+
+ANY = "*"
+"""In `resources_by`: what is used when the setting says anything else."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +42,9 @@ class Setting:
     """A setting of a device: a column of the Devices sheet.
 
     Attributes:
-        kind: `text`, `number`, `choice`, `joint`, `colour` or `duration`.
+        kind: `text`, `number`, `choice`, `joint`, `colour`, `zone` (where the robot feels a touch), `posture`,
+            `gesture` (also the workbook's own), `behaviour` (of the workbook), `angle` (rad; `30°` too), `words` (a
+            list of texts), `label` (a text; blank is the stream's name), or `duration` (whole microseconds).
         unit: of a number.
         choices: of a choice.
         default: when the cell is blank; None when there is none.
@@ -69,8 +75,11 @@ class DeviceType:
         resources: what an actuator uses whatever its settings are (`voice`, `eyes`, …).
         resources_by: what it uses besides, by the key of a setting and the key of what that setting says.
         colour: of the balls that a sensor looks for, or `any`.
-        shows: what a default scene has for a sensor: `person`, or balls of a colour (`{colour}` is its setting).
+        shows: what a default scene has for a sensor: `person`, balls of a colour (`{colour}` is its setting), `press`
+            and a button's label, `touch` and a zone, `say` and words.
         knowledge: True when the simulated sensor is fed from the scene and perceives nothing.
+        engine: True when the engine itself carries it out, whatever the robot (`Wait`).
+        simulated: False when the simulated robot does not carry it out yet.
         says: a sentence template for the plain-language description.
     """
 
@@ -86,6 +95,8 @@ class DeviceType:
     colour: str = ""
     shows: tuple[str, ...] = ()
     knowledge: bool = False
+    engine: bool = False
+    simulated: bool = True
     says: str = ""
 
     def resources_for(self, settings: Mapping[str, Value]) -> frozenset[str]:
@@ -96,7 +107,7 @@ class DeviceType:
         """
         used = set(self.resources)
         for name, by_choice in self.resources_by.items():
-            used.update(by_choice.get(key(str(settings.get(name))), ()))
+            used.update(by_choice.get(key(str(settings.get(name))), by_choice.get(ANY, ())))
         return frozenset(used)
 
     def with_defaults(self, settings: Mapping[str, Value]) -> dict[str, Value]:
@@ -138,6 +149,16 @@ class Robot:
         return self.names.get(key(name))
 
     @property
+    def postures(self) -> tuple[str, ...]:
+        """The postures that it can take."""
+        return tuple(self.data.get("postures", {}))
+
+    @property
+    def gestures(self) -> tuple[str, ...]:
+        """The gestures that it can make."""
+        return tuple(self.data.get("gestures", {}))
+
+    @property
     def touch_zones(self) -> tuple[str, ...]:
         """Where it feels a touch."""
         return tuple(self.data.get("touch", {}).get("zones", ()))
@@ -163,11 +184,12 @@ def load_robot(name: str = "nao") -> Robot:
     groups = {key(n): tuple(members) for n, members in data["groups"].items()}
     movers = {n: (data["chains"][joint.chain],) for n, joint in joints.items()}
     movers |= {n: tuple(r for member in members for r in movers[key(member)]) for n, members in groups.items()}
+    uses = {"chains": movers, "gestures": _gesture_uses(data.get("gestures", {}))}
     devices: dict[str, DeviceType] = {}
     names: dict[str, Found] = {}
     for kind in ("sensor", "actuator"):
         for entry in data[kind]:
-            device = _device(kind, entry, movers)
+            device = _device(kind, entry, uses)
             devices[key(device.name)] = device
             title = entry.get("title", device.name)
             names[key(device.name)] = names[key(title)] = Found(title, device)
@@ -182,24 +204,37 @@ def load_robot(name: str = "nao") -> Robot:
     return Robot(name, data["robot"]["title"], path.parent, joints, groups, devices, names, data)
 
 
-def _device(kind: str, entry: Mapping[str, Any], movers: Mapping[str, tuple[str, ...]]) -> DeviceType:
-    """Read a device's entry; `movers` are the resources that each joint and group (by key) uses."""
-    settings = {}
-    for s in entry.get("settings", ()):
-        settings[key(s["name"])] = Setting(**{**s, "choices": tuple(s.get("choices", ()))})
+def _gesture_uses(gestures: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, ...]]:
+    """What each gesture (by key) uses; one of the workbook's own, or not known before the run, may use all of that."""
+    uses = {key(name): tuple(used) for name, used in gestures.items()}
+    return {**uses, ANY: tuple(dict.fromkeys(r for used in uses.values() for r in used))}
+
+
+def _setting(entry: Mapping[str, Any]) -> Setting:
+    default = entry.get("default")
+    if entry.get("kind") == "duration" and default is not None:
+        default = parse_duration(default, bare="s")
+    return Setting(**{**entry, "choices": tuple(entry.get("choices", ())), "default": default})
+
+
+def _device(kind: str, entry: Mapping[str, Any], uses: Mapping[str, Mapping[str, tuple[str, ...]]]) -> DeviceType:
+    """Read a device's entry; `uses` are tables of resources that it may name: of each joint, of each gesture."""
+    settings = {key(s["name"]): _setting(s) for s in entry.get("settings", ())}
     payload = None
     if "fields" in entry:
         fields = tuple(Field(**f) for f in entry["fields"])
-        payload = RecordType(entry.get("title", entry["name"]), fields, entry.get("aliases", {}))
+        name = entry.get("record", entry.get("title", entry["name"]))
+        payload = RecordType(name, fields, entry.get("aliases", {}))
     by = {
-        key(setting): movers if choices == "chains" else {key(c): tuple(used) for c, used in choices.items()}
+        key(setting): uses[choices] if isinstance(choices, str) else {key(c): tuple(u) for c, u in choices.items()}
         for setting, choices in entry.get("resources_by", {}).items()
     }
     return DeviceType(
         name=entry["name"], kind=kind, help=entry["help"], settings=settings, payload=payload,
         unit=entry.get("unit", ""), takes=entry.get("takes", ""), resources=tuple(entry.get("resources", ())),
         resources_by=by, colour=entry.get("colour", ""), shows=tuple(entry.get("shows", ())),
-        knowledge=entry.get("knowledge", False), says=entry.get("says", ""),
+        knowledge=entry.get("knowledge", False), engine=entry.get("engine", False),
+        simulated=entry.get("simulated", True), says=entry.get("says", ""),
     )  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from rrp_sheets.connectors import Connector, Parameter
@@ -18,6 +18,10 @@ from rrp_sheets.model.workbook import Behaviour, Row, Workbook
 from rrp_sheets.registry import Registry
 
 SHORTEST_US = 50_000  # a bare number below this was surely meant in seconds
+_IN_SIMULATION = {
+    "sensor": "In a simulated run it gives nothing.",
+    "actuator": "In a simulated run its commands are done at once, as not completed.",
+}
 _EXAMPLES = {"map": "redBall.distance", "filter": "distance < 0.5"}
 
 
@@ -36,7 +40,22 @@ def build_graph(workbook: Workbook, robot: Robot, connectors: Registry[Connector
         behaviours.append(BehaviourGraph(behaviour.name, key(behaviour.name), steps))
         if behaviour.rows and not any(s.active for s in steps) and len(report) == before and not builder.failed:
             report.add("GRAPH014", behaviour.address)
+    _tell_not_simulated(behaviours, streams, report)
     return Graph(tuple(behaviours), streams)
+
+
+def _tell_not_simulated(behaviours: Sequence[BehaviourGraph], streams: Mapping[str, Stream], report: Report) -> None:
+    """Say once for each device that the simulated robot lacks which streams of the rows that run use it."""
+    used = dict.fromkeys(i for b in behaviours for s in b.steps if s.active for i in (*s.inputs, s.output))
+    lacking: dict[str, list[Stream]] = {}
+    for stream in (streams[i] for i in used):
+        if stream.device is not None and not stream.device.type.simulated:
+            lacking.setdefault(stream.device.type.name, []).append(stream)
+    for those in lacking.values():
+        found = those[0].device
+        assert found is not None
+        report.add("DEV009", those[0].address, device=found.name, streams=", ".join(s.name for s in those),
+                   then=_IN_SIMULATION[found.type.kind])  # fmt: skip
 
 
 class _Builder:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from rrp_sheets.devices import DeviceType, Found, Robot, Setting
@@ -17,6 +17,7 @@ from rrp_sheets.model.workbook import Workbook
 
 _HEX = re.compile(r"#[0-9a-f]{6}", re.IGNORECASE)
 _DONE = re.compile(r"(.*\S)[\s_\-]*done", re.IGNORECASE)
+_DEGREES = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)\s*°")
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
 LONGEST_SETTING = 1_000  # characters: minutes of speech
 COLOURS = ("white", "red", "green", "blue", "yellow", "magenta", "cyan", "orange", "purple", "pink", "black")
@@ -41,6 +42,10 @@ class DeviceTable:
         self.declared: dict[str, Declared] = {}
         self._implicit: dict[str, Declared] = {}
         self.broken: set[str] = set()  # declared, but with an unknown device: told once, at the Devices row
+        self._mine: Mapping[str, tuple[str, ...]] = {  # names that settings may take from the workbook itself
+            "behaviour": tuple(b.name for b in workbook.behaviours),
+            "gesture": tuple(dict.fromkeys(g.name.text for g in workbook.gestures if g.name)),
+        }
         for device in workbook.devices:
             self._declare(device.stream, device.device, device.settings)
 
@@ -66,12 +71,11 @@ class DeviceTable:
                 self.report.add("DEV001", device.address, name=device.text, remedy=remedy)
             self.broken.add(k)
             return
-        values = self._settings(found, settings, stream.address)
+        values = self._settings(found, settings, stream)
         self.declared[k] = Declared(stream.text, found, values, stream.address)
 
-    def _settings(self, found: Found, cells: Mapping[str, Cell], row: Address) -> dict[str, Value]:
-        values = {k: s.default for k, s in found.type.settings.items()}
-        values.update(found.preset)
+    def _settings(self, found: Found, cells: Mapping[str, Cell], stream: Cell) -> dict[str, Value]:
+        values = _usual(found, stream.text)
         for k, cell in cells.items():
             if not cell:
                 continue
@@ -83,7 +87,7 @@ class DeviceTable:
         for k, setting in found.type.settings.items():
             blank = k not in cells or not cells[k]
             if setting.required and blank and values.get(k) in (None, ""):
-                cell_address = cells[k].address if k in cells else row
+                cell_address = cells[k].address if k in cells else stream.address
                 self.report.add("DEV003", cell_address, device=found.name, setting=setting.name, help=setting.help)
         return values
 
@@ -93,7 +97,10 @@ class DeviceTable:
         self.report.add("DEV007", cell.address, device=found.name, setting=k, remedy=remedy)
 
     def _setting(self, setting: Setting, cell: Cell) -> Value:
-        value, wants = understand(setting, cell.text, self.robot)
+        value, wants = understand(setting, cell.text, self.robot, self._mine.get(setting.kind, ()))
+        if wants and setting.kind == "behaviour":
+            self.report.add("DEV010", cell.address, name=cell.text, wants=wants)
+            return setting.default
         if wants:
             self.report.add("DEV004", cell.address, text=cell.text, setting=setting.name, wants=wants)
             return setting.default
@@ -108,9 +115,7 @@ class DeviceTable:
             found = self.robot.find(name)
             if found is None:
                 return None
-            values = {s: setting.default for s, setting in found.type.settings.items()}
-            values.update(found.preset)
-            self._implicit[k] = Declared(found.name, found, values)
+            self._implicit[k] = Declared(found.name, found, _usual(found, name))
         return self._implicit[k]
 
     def done(self, name: str) -> tuple[str, Declared] | None:
@@ -132,14 +137,32 @@ class DeviceTable:
         return mine + self.robot.device_names(kind)
 
 
-def understand(setting: Setting, text: str, robot: Robot) -> tuple[Value, str]:
-    """A setting's value from its text, and, when it cannot be understood, what it should be (else an empty text)."""
+def _usual(found: Found, stream: str) -> dict[str, Value]:
+    """The settings of a device of which nothing is said."""
+    values = {k: stream if s.kind == "label" else s.default for k, s in found.type.settings.items()}
+    values.update(found.preset)
+    return values
+
+
+def understand(setting: Setting, text: str, robot: Robot, mine: Sequence[str] = ()) -> tuple[Value, str]:
+    """A setting's value from its text, and, when it cannot be understood, what it should be (else an empty text).
+
+    Args:
+        setting: as the catalogue has it.
+        text: what the cell says.
+        robot: whose joints, postures, gestures and zones it may name.
+        mine: names of the workbook's own that it may be: behaviours, gestures.
+    """
     if setting.kind == "number":
         return _number(setting, text)
-    if setting.kind == "choice":
-        by_key = {key(c): c for c in setting.choices}
-        wants = "" if key(text) in by_key else f"one of {', '.join(setting.choices)}"
-        return by_key.get(key(text)), wants
+    if setting.kind == "angle":
+        return _number(
+            setting, str(math.radians(float(text.strip()[:-1]))) if _DEGREES.fullmatch(text.strip()) else text
+        )
+    names = _names_for(setting, robot, mine)
+    if names is not None:
+        by_key = {key(n): n for n in reversed(names)}
+        return by_key.get(key(text)), "" if key(text) in by_key else _one_of(text, names)
     if setting.kind == "joint":
         k = key(text)
         if k in robot.joints:
@@ -153,10 +176,37 @@ def understand(setting: Setting, text: str, robot: Robot) -> tuple[Value, str]:
         return (
             text.casefold() if _HEX.fullmatch(text) else key(text)
         ), "" if good else "a colour such as red or #ff8000"
+    if setting.kind == "words":
+        words = tuple(dict.fromkeys(w for part in re.split(r"[,;\n]", text) if (w := part.strip())))
+        good = bool(words) and len(text) <= LONGEST_SETTING
+        return words, "" if good else "words with commas between them, for example yes, no"
     if setting.kind == "duration":
         us = parse_duration(text, bare="s")
         return us, "" if us is not None else "a time such as 2 s"
     return text, "" if len(text) <= LONGEST_SETTING else f"a text of at most {LONGEST_SETTING} characters"
+
+
+def _names_for(setting: Setting, robot: Robot, mine: Sequence[str]) -> tuple[str, ...] | None:
+    """The names that a setting may be one of; None when it is of another kind."""
+    if setting.kind == "choice":
+        return setting.choices
+    if setting.kind == "zone":
+        return robot.touch_zones
+    if setting.kind == "posture":
+        return robot.postures
+    if setting.kind == "gesture":
+        return (*mine, *robot.gestures)
+    return tuple(mine) if setting.kind == "behaviour" else None
+
+
+def _one_of(text: str, names: Sequence[str]) -> str:
+    guess = nearest(text, names)
+    listed = ", ".join(names)
+    if not names:
+        return "the name of a sheet with rows"
+    if guess and len(names) > 3:
+        return f"{guess} (it can be {listed})"
+    return f"one of {listed}" if len(names) > 1 else listed
 
 
 def _number(setting: Setting, text: str) -> tuple[Value, str]:

@@ -14,13 +14,16 @@ Value = Any
 
 @dataclass(frozen=True)
 class Field:
-    """A field of a payload record: its name, kind (`number`, `text`, `truth`, `any`), unit, example and help."""
+    """A field of a payload record: its name, kind (`number`, `text`, `truth`, `any`), unit, example and help.
+
+    Two fields are equal whatever their examples are: a touch is a touch, of a hand or of a foot.
+    """
 
     name: str
     kind: str = "any"
     unit: str = ""
-    example: Value = None
-    help: str = ""
+    example: Value = field(default=None, compare=False)
+    help: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True)

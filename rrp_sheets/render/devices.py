@@ -10,6 +10,7 @@ import re
 from collections.abc import Mapping
 
 from rrp_sheets.graph import Graph, Stream
+from rrp_sheets.model.durations import show_duration
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import show
 from rrp_sheets.render.contents import Content
@@ -30,7 +31,9 @@ def device_says(stream: Stream, texts: Texts, source: str = "") -> str:
             name = texts.get("name.quoted", name=re.sub(r"\s*done$", "", clean(stream.name), flags=re.IGNORECASE))
         return texts.get(entry, name=name)
     settings = {**stream.device.preset, **stream.settings}
-    return _filled(_chosen(stream.device.type.says, settings), settings, source, name)
+    durations = {k for k, s in stream.device.type.settings.items() if s.kind == "duration"}
+    shown = {k: show_duration(v) if k in durations and isinstance(v, int) else v for k, v in settings.items()}
+    return _filled(_chosen(stream.device.type.says, settings), shown, source, name)
 
 
 def source_of(content: Content, graph: Graph, texts: Texts) -> str:
@@ -61,9 +64,11 @@ def _filled(template: str, settings: Mapping[str, object], source: str, name: st
     def value(match: re.Match[str]) -> str:
         if match[1] == "source":
             return source or name
-        if match[1] == "name":
+        if match[1] == "name" and "name" not in settings:
             return name
         found = settings.get(key(match[1]))
+        if isinstance(found, tuple):
+            found = ", ".join(str(part) for part in found)
         shown = found if isinstance(found, str) else show(found)
         return clean(shown)
 

@@ -15,6 +15,9 @@ _DEVICES: tuple[Code, ...] = (
     Code("DEV007", _W, "Setting not used", "{device} has no setting “{setting}”.", "{remedy}"),
     Code("DEV008", _E, "Device needs a setting", "{device} needs the setting {setting}.",
          "Declare it in the Devices sheet: Stream “{stream}”, Device “{device}”, and the column {setting}."),
+    Code("DEV009", _I, "Not simulated yet", "The simulated robot does not carry out {device} yet ({streams}). {then}",
+         "Nothing needs to be changed: the rows are checked, drawn and tested like any others."),
+    Code("DEV010", _E, "No such behaviour", "There is no behaviour “{name}” in this workbook.", "Write {wants}."),
 )  # fmt: skip
 _SCENE: tuple[Code, ...] = (
     Code(
