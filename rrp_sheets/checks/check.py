@@ -45,7 +45,7 @@ def check_workbook(workbook: Workbook, report: Report) -> Checked:
     formulas = check_formulas(workbook, graph, report)
     scene = None if workbook.scene is None else parse_scene(workbook.scene, report, robot)
     run = check_protocol(workbook, report)
-    report.drop_followers(of_cells=("SHEET006", "SHEET007"), of_rows=("SHEET017",))
+    report.drop_followers()
     return Checked(workbook, robot, graph, formulas, scene, run, report)
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rrp_sheets.diagnostics.catalogue import CODES, Severity
+from rrp_sheets.diagnostics.followers import without_followers
 from rrp_sheets.model.cells import Address
 
 
@@ -71,21 +72,9 @@ class Report:
         """Add the findings of another report."""
         self._found.update(dict.fromkeys(other))
 
-    def drop_followers(self, of_cells: Iterable[str], of_rows: Iterable[str] = ()) -> None:
-        """Drop what only follows from another finding at the same cell, or in the same row.
-
-        A date in a period cell, say, is told as a date, and not also as a wrong period.
-        """
-        of_cells, of_rows = frozenset(of_cells), frozenset(of_rows)
-        cells = {d.address for d in self._found if d.code in of_cells}
-        rows = {(d.address.sheet, d.address.row) for d in self._found if d.address and d.code in of_rows}
-
-        def follows(d: Diagnostic) -> bool:
-            if d.address is None or d.code in of_cells or d.code in of_rows:
-                return False
-            return d.address in cells or (d.address.sheet, d.address.row) in rows
-
-        self._found = {d: None for d in self._found if not follows(d)}
+    def drop_followers(self) -> None:
+        """Drop what only follows from another finding."""
+        self._found = dict.fromkeys(without_followers(self._found))
 
     def _place(self, d: Diagnostic) -> tuple[int, str, int, int, str]:
         if d.address is None:

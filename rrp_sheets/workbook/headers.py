@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.workbook import limits
@@ -72,6 +72,8 @@ class NearMiss:
 class Recognised:
     """What a sheet is; `kind` is None for a sheet of the user's own.
 
+    A sheet with one misspelt header is read as if it were spelt right, so that one mistake gives one finding.
+
     Attributes:
         row: the header row.
         columns: column by the header's name in the design.
@@ -104,7 +106,10 @@ def recognise(sheet: RawSheet) -> Recognised:
             return (named or found)[0]
     misses = [m for number, cells in rows for m in _near_misses(sheet.name, number, cells)]
     best = min(misses, key=lambda m: (not m.certain, not m.column, m.row), default=None)
-    return Recognised(near=best)
+    if best is None or not best.certain or not best.column:
+        return Recognised(near=best)
+    meant = {c: clean_name(cell.text) for c, cell in dict(rows)[best.row].items()}
+    return replace(_match(best.kind, best.row, {**meant, best.column: best.wanted}), near=best)
 
 
 def _head(sheet: RawSheet) -> dict[int, dict[int, RawCell]]:

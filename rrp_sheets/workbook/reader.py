@@ -10,7 +10,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Behaviour, Device, GestureRow, Helper, Protocol, SceneRow, TestSheet, Workbook
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.columns import Table
-from rrp_sheets.workbook.headers import NearMiss, Recognised, recognise
+from rrp_sheets.workbook.headers import BEHAVIOUR, NearMiss, Recognised, recognise
 from rrp_sheets.workbook.kinds.behaviour import read_behaviour
 from rrp_sheets.workbook.kinds.devices import read_devices
 from rrp_sheets.workbook.kinds.gestures import read_gestures
@@ -38,11 +38,12 @@ class Reader:
         self._tests: list[TestSheet] = []
         self._fields: dict[str, Cell] = {}
         self._names: dict[str, str] = {}
+        self._nearly = False  # whether a sheet is a behaviour but for a missing header, which is told
         self.sheets: list[RawSheet] = []
         own = [index for index in range(len(book.names)) if not self._read(index)]
         tables = self._tables(own)
         self._check_names()
-        if not self._behaviours:
+        if not self._behaviours and not self._nearly:
             self.report.add("SHEET001", None)
         self.workbook = Workbook(
             source=source,
@@ -61,10 +62,10 @@ class Reader:
         """Read a sheet of ours; False for one of the user's own."""
         head = self._book.sheet(index, Extent.HEAD)
         recognised = recognise(head)
+        if recognised.near:
+            self._report_near(head.name, recognised.near)
         if recognised.kind is None:
             self.sheets.append(head)
-            if recognised.near:
-                self._report_near(head.name, recognised.near)
             return False
         sheet = self._book.sheet(index, Extent.WHOLE)
         check_size(sheet)
@@ -104,6 +105,7 @@ class Reader:
 
     def _report_near(self, sheet: str, near: NearMiss) -> None:
         kind = near.kind.shown
+        self._nearly = self._nearly or near.kind is BEHAVIOUR
         if not near.column:
             address = Address(sheet, near.row, 1)
             self.report.add("SHEET004", address, sheet=sheet, kind=kind, wanted=near.wanted, row=near.row)

@@ -13,7 +13,7 @@ CODES: tuple[Code, ...] = (
     ),
     Code(
         "SHEET002", _E, "Misspelt header",
-        "The header “{header}” is not known here, so the sheet “{sheet}” is not read as {kind}.",
+        "The header “{header}” is not known here; otherwise the sheet “{sheet}” is {kind}.",
         "Did you mean “{wanted}”? Correct the header.",
     ),
     Code(
