@@ -10,6 +10,7 @@ from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Workbook
 
+ENGINES = ("frame", "event loop")
 PHYSICS_RATE = 240  # Hz; frames are whole steps of the physics
 
 
@@ -22,12 +23,14 @@ class RunPlan:
         frame_rate: frames a second.
         seed: of everything random.
         time_limit_us: when the run ends by itself; None for no limit.
+        engine: `frame` or `event loop`.
     """
 
     behaviours: frozenset[str]
     frame_rate: int = 30
     seed: int = 0
     time_limit_us: int | None = None
+    engine: str = "frame"
 
 
 def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
@@ -40,8 +43,11 @@ def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
             rate = int(digits[1])
         else:
             report.add("PROT003", protocol.fields["framerate"].address, text=text)
-    if (text := protocol.text("Engine")) and key(text) != "frame":
-        report.add("PROT002", protocol.fields["engine"].address, name=text)
+    engine = "frame"
+    if text := protocol.text("Engine"):
+        engine = next((e for e in ENGINES if key(e) == key(text)), "")
+        if not engine:
+            report.add("PROT002", protocol.fields["engine"].address, name=text)
     if text := protocol.text("Seed"):
         if re.fullmatch(r"\d{1,15}", text):
             seed = int(text)
@@ -51,7 +57,7 @@ def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
         limit = parse_duration(text, bare="s")
         if not limit:
             report.add("PROT006", protocol.fields["timelimit"].address, text=text)
-    return RunPlan(_behaviours(workbook, report), rate, seed, limit or None)
+    return RunPlan(_behaviours(workbook, report), rate, seed, limit or None, engine or "frame")
 
 
 def _behaviours(workbook: Workbook, report: Report) -> frozenset[str]:

@@ -51,7 +51,7 @@ CODES: tuple[Code, ...] = (
          "“{name}” is the name of the stream that tells the end of an actuator's commands; it comes by itself.",
          "Choose another name here."),
     Code("PROT001", _E, "Unknown robot", "There is no robot “{name}”.", "{remedy}"),
-    Code("PROT002", _E, "Unknown engine", "There is no engine “{name}”.", "Write frame, or leave the cell blank."),
+    Code("PROT002", _E, "Unknown engine", "There is no engine “{name}”.", "Write frame or event loop, or leave the cell blank."),
     Code("PROT003", _E, "Frame rate", "“{text}” is not a frame rate that can be used.",
          "Write a whole number that divides 240, such as 30, 60 or 20."),
     Code("PROT004", _E, "Unknown behaviour", "There is no behaviour “{name}” to run.", "{remedy}"),
