@@ -17,7 +17,7 @@ def build(wiring: Wiring) -> Observable[Value]:
 
     def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> DisposableBase:
         waiting: list[Value] = []
-        due = period
+        due = clock.us + period  # a behaviour may be switched on in the middle of a run
 
         def tick() -> None:
             nonlocal due

@@ -8,7 +8,7 @@ timers keep their absolute due times and act in the first frame at or after them
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from datetime import UTC, datetime, timedelta
 from typing import Any, TypeVar
 
@@ -17,6 +17,8 @@ from reactivex.disposable import Disposable, SingleAssignmentDisposable
 from reactivex.scheduler.periodicscheduler import PeriodicScheduler
 from reactivex.typing import AbsoluteTime, RelativeTime
 
+from rrp_sheets.runtime.progress import NO_ROW, RANK, Cell, new_cell
+
 _EPOCH = datetime.fromtimestamp(0, UTC)
 _LAST = 1 << 30  # the rank of actions that come from reactivex's own operators: after all rows
 _State = TypeVar("_State")
@@ -24,11 +26,12 @@ Entry = tuple[int, int, int, Callable[[], None]]
 
 
 class FrameClock(PeriodicScheduler):
-    """Time in microseconds (`us`) and what is to be done when."""
+    """Time in microseconds (`us`), what is to be done when, and the `cell` that tells which row is at work."""
 
-    def __init__(self) -> None:
+    def __init__(self, cell: Cell | None = None) -> None:
         super().__init__()
         self.us = 0
+        self.cell = cell if cell is not None else new_cell()
         self._timers: list[Entry] = []  # (due, rank, sequence, action): after this frame
         self._frame: list[Entry] = []  # (rank, due, sequence, action): in this frame
         self._sequence = 0
@@ -56,9 +59,29 @@ class FrameClock(PeriodicScheduler):
 
     def drain(self) -> None:
         """Do everything that belongs to this frame, in order."""
-        frame = self._frame
+        frame, cell = self._frame, self.cell
         while frame:
-            heapq.heappop(frame)[3]()
+            rank, _, _, action = heapq.heappop(frame)
+            cell[RANK] = rank
+            action()
+        cell[RANK] = NO_ROW
+
+    @property
+    def next_due(self) -> int | None:
+        """When there is something to do next; None when nothing waits."""
+        if self._frame:
+            return self.us
+        return self._timers[0][0] if self._timers else None
+
+    def forget(self, ranks: Collection[int]) -> None:
+        """Forget what rows have put on the agenda: their behaviour was switched off. Between frames only."""
+        self._timers = [entry for entry in self._timers if entry[1] not in ranks]
+        heapq.heapify(self._timers)
+
+    def clear(self) -> None:
+        """Forget the whole agenda: the run is over."""
+        self._timers.clear()
+        self._frame.clear()
 
     # ---- reactivex's scheduler interface, for connectors made of its operators
     def schedule(self, action: ScheduledAction[_State], state: _State | None = None) -> DisposableBase:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rrp_sheets.model.exchange import Happening
-from rrp_sheets.runtime.frame import FrameEngine
+from rrp_sheets.runtime.engine import Engine
 from rrp_sheets.runtime.ports import Arrivals, World
 from rrp_sheets.runtime.trace import TraceWriter
 
@@ -23,7 +23,8 @@ class Summary:
         commands: how many commands each actuator stream was given.
         simulated: seconds of the run's clock.
         wall: seconds that passed meanwhile.
-        ended: `time` (its time was over), `stopped` (by the user), `broken`.
+        ended: `time` (its time was over), `stopped` (by the user), `end run` (by a row), `broken`.
+        ended_by: the row that ended the run, or was being worked out when it broke off; empty where there is none.
     """
 
     events: dict[str, int] = field(default_factory=dict)
@@ -32,18 +33,20 @@ class Summary:
     simulated: float = 0.0
     wall: float = 0.0
     ended: str = "time"
+    ended_by: str = ""
 
     def as_dict(self, *, wall: bool) -> dict[str, Any]:
         """As JSON; without the wall clock for the trace, whose bytes must not depend on it."""
         entry: dict[str, Any] = {
-            "ended": self.ended, "simulated_seconds": self.simulated, "events": self.events, "errors": self.errors,
+            "ended": self.ended, **({"by": self.ended_by} if self.ended_by else {}),
+            "simulated_seconds": self.simulated, "events": self.events, "errors": self.errors,
             "actuator_commands": self.commands,
         }  # fmt: skip
         return {**entry, "wall_seconds": round(self.wall, 3)} if wall else entry
 
 
 def run_loop(
-    engine: FrameEngine,
+    engine: Engine,
     world: World,
     arrivals: Arrivals,
     until_us: int,
@@ -54,7 +57,7 @@ def run_loop(
     tell: Callable[[int, Happening], None] = lambda us, happening: None,
     tick: Callable[[int], None] = lambda us: None,
 ) -> tuple[int, str]:
-    """Run frames until the time is over or the user stops; the reached time (µs) and how it ended.
+    """Run frames until the time is over, a row ends the run or the user stops; the reached time (µs) and how it ended.
 
     Args:
         engine: with its rows wired.
@@ -72,13 +75,15 @@ def run_loop(
     began = time.monotonic()
     while True:
         commands = engine.settle(now, arrivals.events)
-        for happening in arrivals.happenings:
+        for happening in (*arrivals.happenings, *engine.take_happenings()):
             if trace is not None:
                 trace.happening(now, happening)
             tell(now, happening)
         if trace is not None:
             trace.flush()
         tick(now)
+        if engine.ended_by:
+            return now, "end run"
         if stopped():
             return now, "stopped"
         if now >= until_us:

@@ -11,6 +11,7 @@ from reactivex.disposable import Disposable
 
 from rrp_sheets.model.values import Value
 from rrp_sheets.runtime.clock import FrameClock
+from rrp_sheets.runtime.progress import RANK
 
 
 class LiveStream(Observable[Value]):
@@ -29,14 +30,17 @@ class LiveStream(Observable[Value]):
         self.at_us = -1
         self.arrived = 0
         self._clock = clock
-        self._sinks: tuple[Callable[[Value], Any], ...] = ()
+        self._cell = clock.cell
+        self._sinks: tuple[tuple[int, Callable[[Value], Any]], ...] = ()  # each with the rank of its row
 
     def on_next(self, value: Value) -> None:
         """A new value."""
         self.latest = value
         self.at_us = self._clock.us
         self.arrived += 1
-        for sink in self._sinks:
+        cell = self._cell
+        for rank, sink in self._sinks:
+            cell[RANK] = rank
             sink(value)
 
     def subscribe(
@@ -51,9 +55,10 @@ class LiveStream(Observable[Value]):
         sink = on_next.on_next if isinstance(on_next, ObserverBase) else on_next
         if sink is None:
             return Disposable()
-        self._sinks = (*self._sinks, sink)
+        mine = (self._cell[RANK], sink)  # the row that is being wired, or worked out
+        self._sinks = (*self._sinks, mine)
 
         def leave() -> None:
-            self._sinks = tuple(s for s in self._sinks if s is not sink)
+            self._sinks = tuple(s for s in self._sinks if s is not mine)
 
         return Disposable(leave)

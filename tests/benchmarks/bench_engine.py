@@ -65,8 +65,8 @@ def calls_of(plan, frames, monkeypatch):
     log = []
     prepare = Formula.prepare
 
-    def spy(self, interpreter):
-        inner = prepare(self, interpreter)
+    def spy(self, interpreter, picker=None):
+        inner = prepare(self, interpreter, picker)
         node = ast.parse(to_python(self.text), mode="eval").body
         for part in ast.walk(node):  # plain asteval knows fields by their exact spelling only
             if isinstance(part, ast.Attribute):

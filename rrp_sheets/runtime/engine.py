@@ -1,0 +1,238 @@
+"""What all engines share: the rows of a plan, wired; the engine's own devices; behaviours that switch on and off.
+
+An engine decides only at which instants values enter and the graph settles (design: 4-streams, Engines).
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable
+from typing import Protocol
+
+from reactivex.disposable import CompositeDisposable
+
+from rrp_sheets.connectors.wiring import Wiring
+from rrp_sheets.formulas.evaluator import GuardedInterpreter
+from rrp_sheets.formulas.pick import Picker
+from rrp_sheets.graph import Step
+from rrp_sheets.model.exchange import Command, Happening
+from rrp_sheets.model.values import Failure, Value
+from rrp_sheets.runtime.clock import FrameClock
+from rrp_sheets.runtime.own import SOON_US, OwnDevices
+from rrp_sheets.runtime.plan import Plan
+from rrp_sheets.runtime.progress import INSTANT, NO_ROW, RANK, SETTLING, Cell
+from rrp_sheets.runtime.streams import LiveStream
+
+_FRAMES_PER_ROW = 8  # Python frames that one row of a chain takes at most, so that 500 rows do not overflow
+
+
+class Observer(Protocol):
+    """Who is told of everything that happens in the graph, in order: the trace, a display, a test."""
+
+    def event(self, us: int, stream: str, row: str, value: Value) -> None:
+        """A value on a stream; `row` is the row that gave it, empty for sensor streams."""
+        ...
+
+    def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
+        """A formula failed; the event was dropped."""
+        ...
+
+
+class Engine:
+    """The rows of a plan, wired. Subclasses say at which instants they settle.
+
+    Args:
+        plan: what runs.
+        observer: told of every event and error, in order.
+        seed: of everything random in the rows.
+        cell: where the engine is, for a watchdog (see `progress`).
+
+    Attributes:
+        clock: the run's clock.
+        streams: by id; each knows its latest value and how many it has had.
+        errors: how often each row's formula has failed, by row ref.
+        on: keys of the behaviours that are switched on now.
+        ended_by: the row that has ended the run with the actuator End run; empty while it goes on.
+    """
+
+    def __init__(self, plan: Plan, observer: Observer | None = None, seed: int = 0, cell: Cell | None = None) -> None:
+        self.plan = plan
+        self.seed = seed
+        self.clock = FrameClock(cell)
+        self.errors: dict[str, int] = {}
+        self.streams = {s.id: LiveStream(s.id, self.clock) for s in plan.streams}
+        self.on: set[str] = set()
+        self.ended_by = ""
+        self._observer = observer
+        self._interpreter = GuardedInterpreter()
+        self._commands: list[Command] = []
+        self._happenings: list[Happening] = []
+        self._driven: dict[str, Command] = {}  # the last command of each actuator stream, where behaviours switch
+        self._wired: dict[str, CompositeDisposable] = {}
+        self._records = {s.id: s.device.type.payload for s in plan.streams if s.device and s.device.type.payload}
+        if len(plan.steps) > 60:  # for the rest of the process: a lower limit would break an engine that still runs
+            sys.setrecursionlimit(max(sys.getrecursionlimit(), 1_000 + _FRAMES_PER_ROW * len(plan.steps)))
+        if observer is not None:
+            self._watch_all(observer)
+        uses = [u for u in (*plan.sensors, *plan.actuators) if u.stream in plan.own]
+        dones = {actuator: done for done, actuator in plan.dones.items()}
+        self._own = OwnDevices(self, uses, dones, self._records)
+        self._switches = any(u.device == "Behaviour" for u in uses)
+        for behaviour in plan.behaviours:
+            if behaviour in plan.on:
+                self._switch_on(behaviour)
+
+    @property
+    def row(self) -> str:
+        """The row that is being worked out, or was when something went wrong; empty when it is none."""
+        return self.plan.rows_by_rank().get(self.clock.cell[RANK], "")
+
+    def settle(self, now_us: int, arrivals: Iterable[tuple[str, Value]]) -> list[Command]:
+        """Go on to a time with the values that have arrived by then; the commands for the actuators of the world."""
+        raise NotImplementedError
+
+    def take_happenings(self) -> list[Happening]:
+        """What the engine has to tell since it was last asked: a behaviour was switched, a wait has no time."""
+        found, self._happenings = self._happenings, []
+        return found
+
+    def close(self) -> None:
+        """Take the rows apart; nothing happens any more."""
+        for behaviour in list(self._wired):
+            self._wired.pop(behaviour).dispose()
+        self.clock.clear()
+
+    # ---- what subclasses settle with
+    def _instant(self, now_us: int, arrivals: Iterable[tuple[str, Value]]) -> list[Command]:
+        """One instant: values enter, the graph settles, the engine's own devices act, the world's commands come out."""
+        cell = self.clock.cell
+        cell[INSTANT] += 1
+        cell[SETTLING] = 1
+        self.clock.begin(now_us)
+        streams = self.streams
+        for stream, value in arrivals:
+            if stream in streams:
+                streams[stream].on_next(value)
+        self.clock.drain()
+        commands, self._commands = self._commands, []
+        if commands and self.plan.own:
+            commands = self._carry_out(commands)
+        cell[SETTLING] = 0
+        return commands
+
+    def _carry_out(self, commands: list[Command]) -> list[Command]:
+        """The engine's own devices act, after the graph has settled; the commands that are left for the world."""
+        own, left = self.plan.own, []
+        while commands:
+            for command in commands:
+                if self._switches:
+                    self._driven[command.stream] = command
+                if command.stream in own:
+                    self._own.take(command)
+                    if self.ended_by:
+                        return []
+                else:
+                    left.append(command)
+            commands, self._commands = self._commands, []  # a behaviour that was switched off stops its actuators
+        return left
+
+    # ---- the host of the engine's own devices
+    def feed(self, stream: str, value: Value) -> None:
+        """Let a value enter a stream, if some row reads it."""
+        if stream in self.streams:
+            self.streams[stream].on_next(value)
+
+    def tell(self, happening: Happening) -> None:
+        """Tell something to whoever watches the run."""
+        self._happenings.append(happening)
+
+    def end(self, row: str) -> None:
+        """End the run, as Stop does."""
+        self.ended_by = row
+
+    def switch(self, behaviour: str, state: str) -> None:
+        """Switch a behaviour (its key) `on`, `off`, or the other way (`toggle`); between instants only."""
+        name = next((b.name for b in self.plan.checked.graph.behaviours if b.key == behaviour), "")
+        if behaviour not in self.plan.behaviours:
+            self.tell(Happening("error", "There is no such behaviour to switch."))
+            return
+        wanted = (behaviour not in self.on) if state == "toggle" else state == "on"
+        if wanted == (behaviour in self.on):
+            return
+        self.tell(Happening("note", f"The behaviour {name} is switched {'on' if wanted else 'off'}."))
+        if wanted:
+            self._switch_on(behaviour)
+        else:
+            self._switch_off(behaviour)
+
+    def _switch_on(self, behaviour: str) -> None:
+        """Wire the rows of a behaviour anew: no total, no latest value and no timer of before is left."""
+        self.on.add(behaviour)
+        cell = self.clock.cell
+        wired = self._wired[behaviour] = CompositeDisposable()
+        for step in self.plan.behaviours[behaviour]:
+            cell[RANK] = step.rank
+            self._connect(step, wired)
+        cell[RANK] = NO_ROW
+
+    def _switch_off(self, behaviour: str) -> None:
+        """Take the rows of a behaviour apart, and stop what it has its actuators do."""
+        self.on.discard(behaviour)
+        self._wired.pop(behaviour).dispose()
+        steps = self.plan.behaviours[behaviour]
+        self.clock.forget({s.rank for s in steps})
+        mine = {s.ref: s for s in steps if s.connector.drives}
+        for stream, last in list(self._driven.items()):
+            step = mine.get(last.row)
+            if step is not None and last.value is not None:
+                self._sender(step, self.streams[stream])(None)
+
+    # ---- wiring
+    def _watch_all(self, observer: Observer) -> None:
+        """Observe every stream but the actuators' (which tell each row's commands), before anything reads it."""
+        for stream in (*(s.stream for s in self.plan.sensors), *self.plan.dones):
+            self._watch(self.streams[stream], "", observer)
+        for step in self.plan.steps:
+            if not step.connector.drives:
+                self._watch(self.streams[step.output], step.ref, observer)
+
+    def _watch(self, stream: LiveStream, row: str, observer: Observer) -> None:
+        clock, stream_id = self.clock, stream.id
+        stream.subscribe(lambda value: observer.event(clock.us, stream_id, row, value))
+
+    def _connect(self, step: Step, wired: CompositeDisposable) -> None:
+        inputs = [i for i in step.inputs if i in self.streams]
+        formula = self.plan.checked.formulas.get(step.ref)
+        wiring = Wiring(
+            inputs=[self.streams[i] for i in inputs],
+            clock=self.clock,
+            rank=step.rank,
+            evaluate=formula.prepare(self._interpreter, Picker(self.seed, step.ref)) if formula else None,
+            period_us=max(step.period_us, SOON_US) if step.period_us else 0,
+            fail=self._failer(step),
+            names=tuple(self.plan.checked.graph.streams[i].name for i in inputs),
+        )
+        output = self.streams[step.output]
+        sink = self._sender(step, output) if step.connector.drives else output.on_next
+        wired.add(step.connector.build(wiring).subscribe(sink))
+
+    def _sender(self, step: Step, output: LiveStream) -> Callable[[Value], None]:
+        sensors = self.plan.descent[step.ref]
+        observer, clock = self._observer, self.clock
+        row, stream, priority = step.ref, output.id, step.row.priority
+
+        def send(value: Value) -> None:
+            output.on_next(value)
+            self._commands.append(Command(stream, value, row, sensors, priority))
+            if observer is not None:
+                observer.event(clock.us, stream, row, value)
+
+        return send
+
+    def _failer(self, step: Step) -> Callable[[Failure, tuple[Value, ...]], None]:
+        def fail(failure: Failure, values: tuple[Value, ...]) -> None:
+            self.errors[step.ref] = self.errors.get(step.ref, 0) + 1
+            if self._observer is not None:
+                self._observer.error(self.clock.us, step.ref, failure, values)
+
+        return fail
