@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from rrp_sheets.checks.formulas import check_formulas
 from rrp_sheets.checks.protocol import RunPlan, check_protocol
+from rrp_sheets.checks.tests import Case, check_tests
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import Robot, load_robot, robot_names
 from rrp_sheets.devices.scene import parse_scene
@@ -27,6 +28,7 @@ class Checked:
         formulas: by the row's ref (`Tracking!4`); missing where there is none or where it is wrong.
         scene: understood actions; None without a Scene sheet.
         run: what the Protocol says about running.
+        tests: the test sheets, understood.
     """
 
     workbook: Workbook
@@ -35,6 +37,7 @@ class Checked:
     formulas: Mapping[str, Formula]
     scene: tuple[SceneAction, ...] | None
     run: RunPlan
+    tests: tuple[Case, ...]
     report: Report
 
 
@@ -42,11 +45,12 @@ def check_workbook(workbook: Workbook, report: Report) -> Checked:
     """Check a workbook, adding to the report that reading it began."""
     robot = _robot(workbook, report)
     graph = build_graph(workbook, robot, connectors(), report)
-    formulas = check_formulas(workbook, graph, report)
+    compiled = check_formulas(workbook, graph, report)
     scene = None if workbook.scene is None else parse_scene(workbook.scene, report, robot)
     run = check_protocol(workbook, report)
+    tests = check_tests(workbook, robot, graph, run.behaviours, compiled.records, compiled.scope, report)
     report.drop_followers()
-    return Checked(workbook, robot, graph, formulas, scene, run, report)
+    return Checked(workbook, robot, graph, compiled.formulas, scene, run, tests, report)
 
 
 def _robot(workbook: Workbook, report: Report) -> Robot:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from rrp_sheets.checks.helpers import check_helpers
 from rrp_sheets.checks.records import record_of
@@ -28,20 +28,25 @@ from rrp_sheets.model.workbook import Workbook
 MOST_TIMESTAMPS = 10
 
 
-def check_formulas(workbook: Workbook, graph: Graph, report: Report) -> dict[str, Formula]:
-    """Compile every helper and every row's formula; by row ref."""
+def check_formulas(workbook: Workbook, graph: Graph, report: Report) -> Compiler:
+    """Compile every helper and every row's formula; what is known of them then."""
     names = {key(n): n for n in workbook.sheets}
     tables = {k: make_table(names.get(k, k), rows) for k, rows in workbook.tables.items()}
     helpers, dropped = check_helpers(workbook, tables, report)
-    compiler = _Compiler(graph, helpers, tables, dropped, report)
+    compiler = Compiler(graph, helpers, tables, dropped, report)
     for behaviour in graph.behaviours:
         for step in sorted(behaviour.steps, key=lambda s: s.rank):
             compiler.add(step)
-    return compiler.formulas
+    return compiler
 
 
-class _Compiler:
-    """Compiles rows in their order, each knowing what the rows before it give."""
+class Compiler:
+    """Compiles rows in their order, each knowing what the rows before it give.
+
+    Attributes:
+        formulas: by row ref.
+        records: of streams by id, where they are known.
+    """
 
     def __init__(
         self,
@@ -79,6 +84,10 @@ class _Compiler:
             return
         self._depths[step.output] = 0 if formula else nested
         self.records[step.output] = record_of(step, self.graph, self.records, formula)
+
+    def scope(self, inputs: Sequence[tuple[str, RecordType | None]]) -> Scope:
+        """The names that a formula outside of the rows may use, in a test for instance."""
+        return make_scope(inputs, self.helpers, tables=self.tables)
 
     def _compile(self, step: Step) -> Formula | None:
         cell = step.row.formula

@@ -1,0 +1,113 @@
+"""The cell Send of a test row, understood: a formula for a value, fields of the example, or the example."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rrp_sheets.checks.parts import TooLarge, compiled, fields, literal
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.formulas import Formula, FormulaProblem, Scope
+from rrp_sheets.model.cells import Cell
+from rrp_sheets.model.names import key, nearest
+from rrp_sheets.model.values import RecordType, Value
+
+Given = Formula | Value
+"""What gives a value: a formula without inputs, worked out when it is sent, or the value itself."""
+
+
+@dataclass(frozen=True)
+class Sending:
+    """What a test row sends.
+
+    Attributes:
+        text: as the cell says it.
+        value: when the whole cell is one value or formula.
+        fields: values of fields, by the field's name; the others have their example values.
+        whole: True when `value` counts, False when it is the example with `fields` changed.
+    """
+
+    text: str
+    value: Given = None
+    fields: tuple[tuple[str, Given], ...] = ()
+    whole: bool = False
+
+
+def read_send(cell: Cell, record: RecordType | None, scope: Scope, report: Report) -> Sending | None:
+    """What a Send cell means; None when it was refused.
+
+    Args:
+        cell: of the sheet; not blank.
+        record: of the stream, where it is known.
+        scope: of a formula without inputs.
+        report: where findings go.
+    """
+    try:
+        found, value = literal(cell.text)
+        if found:
+            return Sending(cell.text, value, whole=True)
+        parts = fields(cell.text)
+        if parts is not None:
+            return _fields(cell, parts, record, scope, report)
+    except TooLarge as error:
+        report.add("TEST014", cell.address, text=str(error))
+        return None
+    formula = compiled(cell.text, scope)
+    if isinstance(formula, FormulaProblem):
+        tell_formula(report, "TEST007", cell, formula)
+        return None
+    return Sending(cell.text, formula, whole=True)
+
+
+def _fields(
+    cell: Cell, parts: list[tuple[str, str]], record: RecordType | None, scope: Scope, report: Report
+) -> Sending | None:
+    if not known_fields(cell, [name for name, _ in parts], record, report):
+        return None
+    given: list[tuple[str, Given]] = []
+    for name, text in parts:
+        found, value = literal(text)
+        if not found:
+            formula = compiled(text, scope)
+            if isinstance(formula, Formula):
+                value = formula
+            elif _is_text(name, record):
+                value = text  # zone=Left hand
+            else:
+                tell_formula(report, "TEST007", cell, formula)
+                return None
+        given.append((name, value))
+    return Sending(cell.text, fields=tuple(given))
+
+
+def known_fields(cell: Cell, names: list[str], record: RecordType | None, report: Report) -> bool:
+    """Whether a record has all these fields, each named once; what is wrong is reported."""
+    seen: set[str] = set()
+    for name in names:
+        k = record.keys.get(key(name)) if record else key(name)
+        if k is None and record is not None:
+            guess = nearest(name, [f.name for f in record.fields])
+            every = ", ".join(f.name for f in record.fields)
+            remedy = f"Did you mean {guess}?" if guess else f"Its fields are: {every}."
+            report.add("TEST008", cell.address, record=record.name, field=name, remedy=remedy)
+            return False
+        if k in seen:
+            report.add("TEST013", cell.address, field=name)
+            return False
+        seen.add(k or "")
+    return True
+
+
+def _is_text(name: str, record: RecordType | None) -> bool:
+    if record is None:
+        return True
+    k = record.keys[key(name)]
+    return any(key(f.name) == k and f.kind in ("text", "any") for f in record.fields)
+
+
+def tell_formula(report: Report, code: str, cell: Cell, problem: FormulaProblem) -> None:
+    """Report at a test's cell what is wrong with the formula in it."""
+    remedy = problem.remedy
+    if problem.code in ("FORM001", "FORM004", "FORM005"):
+        remedy += ' A text to send stands in quotes: "Hello".' if code == "TEST007" else ""
+    why = problem.message[:1].lower() + problem.message[1:]
+    report.add(code, cell.address, text=cell.text, why=why, remedy=remedy.strip())

@@ -1,0 +1,243 @@
+"""The test sheets, understood: what is sent into which stream when, and what must come where (design: 7-exchange)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from rrp_sheets.checks.expecting import Expectation, Place, read_expect
+from rrp_sheets.checks.sending import Sending, read_send
+from rrp_sheets.devices import Robot
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.formulas import Scope
+from rrp_sheets.graph import Graph, Stream, StreamKind
+from rrp_sheets.model.cells import Address, Cell
+from rrp_sheets.model.durations import parse_duration, show_duration
+from rrp_sheets.model.exchange import DONE
+from rrp_sheets.model.names import argument_name, key, nearest
+from rrp_sheets.model.values import RecordType
+from rrp_sheets.model.workbook import TestRow, TestSheet, Workbook
+
+LONGEST_US = 24 * 3_600_000_000  # a day: longer is surely a typing mistake
+MakeScope = Callable[[Sequence[tuple[str, RecordType | None]]], Scope]
+
+
+@dataclass(frozen=True)
+class CaseRow:
+    """A row of a test, understood: it sends, or it expects.
+
+    Attributes:
+        row: its number in the sheet.
+        address: of the cell that says what is sent or expected.
+        time_us: from the start of the test.
+        name: the stream as the row names it.
+        stream: its id; a done stream that no row reads has one too.
+        sending: None of a row that expects.
+        expectation: None of a row that sends.
+        why_silent: why nothing can ever come on that stream; empty when it runs.
+    """
+
+    row: int
+    address: Address
+    time_us: int
+    name: str
+    stream: str
+    sending: Sending | None = None
+    expectation: Expectation | None = None
+    why_silent: str = ""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A test sheet: its rows in the order of the sheet."""
+
+    name: str
+    rows: tuple[CaseRow, ...]
+
+    @property
+    def sends(self) -> list[CaseRow]:
+        """The rows that send, by time; those of one time in the order of the sheet."""
+        return sorted((r for r in self.rows if r.sending), key=lambda r: r.time_us)
+
+    @property
+    def expects(self) -> list[CaseRow]:
+        """The rows that expect, in the order of the sheet."""
+        return [r for r in self.rows if r.expectation]
+
+
+@dataclass(frozen=True)
+class _Named:
+    """What a name means: a stream of the graph, or one that is not in it since no row uses it."""
+
+    id: str
+    shown: str
+    kind: StreamKind
+    record: RecordType | None = None
+    why_silent: str = ""
+
+
+@dataclass
+class _Names:
+    """The streams of a workbook by what a test may call them."""
+
+    workbook: Workbook
+    robot: Robot
+    graph: Graph
+    running: frozenset[str]
+    records: Mapping[str, RecordType | None]
+    by_name: dict[str, list[Stream]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        devices = (StreamKind.SENSOR, StreamKind.ACTUATOR, StreamKind.DONE)
+        for stream in self.graph.streams.values():
+            sheet, _, name = stream.id.partition("!")
+            if stream.kind in devices:
+                self.by_name.setdefault(stream.id, []).insert(0, stream)
+            else:
+                self.by_name.setdefault(f"{sheet}!{name}", []).append(stream)
+                if stream.name:
+                    self.by_name.setdefault(name, []).append(stream)
+        self.used = {i for b in self.graph.behaviours if b.key in self.running for s in b.steps if s.active
+                     for i in (*s.inputs, s.output)}  # fmt: skip
+
+    def find(self, cell: Cell, report: Report) -> _Named | None:
+        """What the name in a Stream cell means; None when it was refused."""
+        sheet, bang, name = cell.text.rpartition("!")
+        sheet = sheet.strip().strip("'")
+        k = f"{key(sheet)}!{key(name)}" if bang else key(name)
+        found = self.by_name.get(k, [])
+        if len(found) > 1 and found[0].kind is StreamKind.ORDINARY:
+            sheets = [s.address.sheet for s in found]
+            every = f"{', '.join(sheets[:-1])} and of {sheets[-1]}"
+            example = f"{_quoted_sheet(sheets[0])}!{found[0].name}"
+            report.add("TEST003", cell.address, name=cell.text, sheets=every, example=example)
+            return None
+        if found:
+            return self._of_graph(found[0], cell.text)
+        unused = None if bang else self._unused(cell.text)
+        if unused is None:
+            guess = nearest(cell.text, self._all_names())
+            remedy = f"Did you mean {guess}?" if guess else "Write a stream as it stands in a behaviour or in Devices."
+            report.add("TEST002", cell.address, name=cell.text, remedy=remedy)
+        return unused
+
+    def _of_graph(self, stream: Stream, typed: str) -> _Named:
+        why = ""
+        if stream.id not in self.used:
+            why = "its rows are switched off, or get nothing" if not stream.active else "its behaviour is not run"
+            if stream.active and self._in_a_running_sheet(stream):
+                why = "its rows are switched off, or get nothing"
+        return _Named(stream.id, stream.name or typed, stream.kind, self.records.get(stream.id), why)
+
+    def _in_a_running_sheet(self, stream: Stream) -> bool:
+        return stream.id.partition("!")[0] in self.running
+
+    def _unused(self, name: str) -> _Named | None:
+        """A device, or the done stream of an actuator, that no row uses."""
+        k = key(name)
+        declared = {key(d.stream.text): self.robot.find(d.device.text) for d in self.workbook.devices}
+        if k.endswith("done") and k not in declared:
+            of = self.graph.streams.get(k.removesuffix("done"))
+            if of is not None and of.kind is StreamKind.ACTUATOR:
+                return _Named(k, name, StreamKind.DONE, DONE)
+        found = declared.get(k) or self.robot.find(name)
+        if found is None:
+            return None
+        kind = StreamKind.SENSOR if found.type.kind == "sensor" else StreamKind.ACTUATOR
+        return _Named(k, name, kind, found.type.payload, "no row uses it")
+
+    def _all_names(self) -> list[str]:
+        names = [s.name for s in self.graph.streams.values() if s.name]
+        return names + [d.stream.text for d in self.workbook.devices if d.stream]
+
+
+def _quoted_sheet(name: str) -> str:
+    return f"'{name}'" if "!" in name else name
+
+
+def check_tests(
+    workbook: Workbook,
+    robot: Robot,
+    graph: Graph,
+    running: frozenset[str],
+    records: Mapping[str, RecordType | None],
+    make: MakeScope,
+    report: Report,
+) -> tuple[Case, ...]:
+    """The tests of a workbook; rows that cannot be understood are reported and left out.
+
+    Args:
+        workbook: with its test sheets.
+        robot: whose devices the workbook uses.
+        graph: its streams.
+        running: keys of the behaviours that run.
+        records: what is known of the values of streams, by id.
+        make: makes the scope of a formula with these inputs, with the workbook's helpers and tables.
+        report: where findings go.
+    """
+    if not workbook.tests:
+        return ()
+    names = _Names(workbook, robot, graph, running | _switchable(graph), records)
+    reader = _Reader(names, make, make(()), report)
+    return tuple(reader.case(sheet) for sheet in workbook.tests)
+
+
+def _switchable(graph: Graph) -> frozenset[str]:
+    """Keys of the behaviours that a row may switch on."""
+    switches = (s for s in graph.streams.values() if s.device and s.device.type.name == "Behaviour")
+    return frozenset(key(str(s.settings.get("name") or "")) for s in switches)
+
+
+@dataclass
+class _Reader:
+    names: _Names
+    make: MakeScope
+    alone: Scope
+    report: Report
+
+    def case(self, sheet: TestSheet) -> Case:
+        before = len(self.report)
+        rows = [found for row in sheet.rows if (found := self._row(row)) is not None]
+        if len(self.report) == before and not any(r.expectation for r in rows):
+            self.report.add("TEST012", Address(sheet.name), name=sheet.name)
+        return Case(sheet.name, tuple(rows))
+
+    def _row(self, row: TestRow) -> CaseRow | None:
+        if not row.time or not row.stream:
+            return None  # told by the reader
+        time = parse_duration(row.time.text, bare="ms")
+        if time is None or time > LONGEST_US:
+            self.report.add("TEST001", row.time.address, text=row.time.text, longest=show_duration(LONGEST_US))
+        named = self.names.find(row.stream, self.report)
+        if named is None:
+            return None
+        if named.why_silent:
+            self.report.add("TEST011", row.stream.address, name=named.shown, why=named.why_silent)
+        if row.send and row.expect:
+            self.report.add("TEST005", row.expect.address, send=row.send.text, expect=row.expect.text)
+            return None
+        if row.send and named.kind is StreamKind.ACTUATOR:
+            self.report.add("TEST004", row.send.address, name=named.shown, text=row.send.text)
+            return None
+        sending = expectation = None
+        if row.expect:
+            expectation = read_expect(row.expect, self._place(named), self.report)
+        else:
+            sending = self._sending(row, named)
+        if time is None or (sending is None and expectation is None):
+            return None
+        address = (row.expect if row.expect else row.send if row.send else row.stream).address
+        return CaseRow(address.row, address, time, row.stream.text, named.id, sending, expectation, named.why_silent)
+
+    def _sending(self, row: TestRow, named: _Named) -> Sending | None:
+        if row.send:
+            return read_send(row.send, named.record, self.alone, self.report)
+        if named.kind in (StreamKind.SENSOR, StreamKind.DONE):
+            return Sending("")
+        self.report.add("TEST006", row.send.address, name=named.shown)
+        return None
+
+    def _place(self, named: _Named) -> Place:
+        shown = named.shown.rpartition("!")[2]
+        names = frozenset(("value", key(argument_name(shown))))
+        return Place(names, named.record, lambda: self.make([(shown, named.record)]), self.alone)
