@@ -2,111 +2,103 @@
 
 from __future__ import annotations
 
-import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import click
 
 from rrp_sheets.errors import SheetsError
 
-TOPICS = ("connectors", "functions", "devices", "scene")
+TOPICS = ("connectors", "formulas", "functions", "devices", "scene", "tests", "codes")
+_SYNONYMS = {
+    "connector": "connectors", "operators": "connectors", "operator": "connectors",
+    "formula": "formulas", "language": "formulas", "function": "functions", "helpers": "formulas",
+    "device": "devices", "sensors": "devices", "sensor": "devices", "actuators": "devices", "actuator": "devices",
+    "test": "tests", "testing": "tests", "scenes": "scene", "errors": "codes", "error": "codes",
+    "warnings": "codes", "messages": "codes", "code": "codes", "overview": "", "help": "",
+}  # fmt: skip
 
 
 @click.command(name="help")
 @click.argument("topic", nargs=-1)
 def command(topic: tuple[str, ...]) -> None:
-    """Explain TOPIC: connectors, functions, devices, scene, a code such as FORM007, or a name.
+    """Explain TOPIC: connectors, formulas, functions, devices, scene, tests, codes, or a name.
 
-    A name is that of a connector (sample), a function (CLAMP), or a device (Red ball).
+    A name is that of a connector (sample), a function (CLAMP), a device (Red ball), or of a finding of a check
+    (FORM003). Without TOPIC there is an overview.
     """
-    from rrp_sheets.model.names import key
-
-    name = " ".join(topic)
-    if not name:
-        click.echo(f"Ask for one of: {', '.join(TOPICS)}, a code such as FORM007, or a name: rrp-sheets help sample")
-        sys.exit(0)
-    lists = {"connectors": _connectors, "functions": _functions, "devices": _devices, "scene": _scene}
-    text = "\n".join(lists[key(name)]()) if key(name) in lists else _one(name)
-    click.echo(text)
+    click.echo("\n\n".join(text_on(" ".join(topic))))
     sys.exit(0)
 
 
-def _connectors() -> Iterator[str]:
+def text_on(name: str) -> Iterator[str]:
+    """The blocks of text on a topic or a name.
+
+    Raises:
+        SheetsError: when there is nothing on it, with the nearest name proposed.
+    """
+    from rrp_sheets.model.names import key
+
+    topic = _SYNONYMS.get(key(name), key(name))
+    if topic == "" or topic in TOPICS:
+        return _topics()[topic]()
+    found = list(_named(name))
+    if found:
+        return iter(block for blocks in found for block in blocks)
+    raise _unknown(name)
+
+
+def _topics() -> dict[str, Callable[[], Iterator[str]]]:
+    from rrp_sheets.cli.topics.codes import all_codes
+    from rrp_sheets.cli.topics.connectors import all_connectors
+    from rrp_sheets.cli.topics.devices import all_devices
+    from rrp_sheets.cli.topics.functions import all_functions
+    from rrp_sheets.cli.topics.scene import scene
+
+    return {
+        "": lambda: _file("overview"), "formulas": lambda: _file("formulas"), "tests": lambda: _file("tests"),
+        "connectors": all_connectors, "functions": all_functions, "devices": all_devices, "scene": scene,
+        "codes": all_codes,
+    }  # fmt: skip
+
+
+def _file(name: str) -> Iterator[str]:
+    from rrp_sheets.cli.topics.layout import from_markdown
+
+    path = Path(__file__).parent / "topics" / f"{name}.md"
+    return from_markdown(path.read_text(encoding="utf-8"))
+
+
+def _named(name: str) -> Iterator[Iterator[str]]:
+    """What there is under a name: it may be a function and a device, say."""
+    from rrp_sheets.cli.topics.codes import one_code
+    from rrp_sheets.cli.topics.connectors import one_connector
+    from rrp_sheets.cli.topics.devices import one_device
+    from rrp_sheets.cli.topics.functions import one_function
     from rrp_sheets.connectors import connectors
-
-    for connector in connectors():
-        yield f"{connector.name:<15}{connector.help}"
-
-
-def _functions() -> Iterator[str]:
+    from rrp_sheets.devices import load_robot
+    from rrp_sheets.diagnostics import CODES
     from rrp_sheets.formulas.functions import library
 
-    seen = set()
-    for function in library():
-        if function.name not in seen:
-            seen.add(function.name)
-            yield f"{function.usage:<45} {function.help.splitlines()[0]}"
+    if (code := CODES.get(name.upper())) is not None:
+        yield one_code(code)
+    if (connector := connectors().get(name)) is not None:
+        yield one_connector(connector)
+    if (function := library().get(name.removesuffix("()"))) is not None:
+        yield one_function(function)
+    if (device := load_robot().find(name)) is not None:
+        yield one_device(device)
 
 
-def _devices() -> Iterator[str]:
-    from rrp_sheets.devices import load_robot
-
-    robot = load_robot()
-    for kind in ("sensor", "actuator"):
-        yield f"{kind.capitalize()}s"
-        for name in robot.device_names(kind):
-            found = robot.find(name)
-            assert found is not None
-            yield f"  {name:<22}{found.type.help}"
-
-
-def _scene() -> Iterator[str]:
-    from rrp_sheets.devices.scene import thing_names, verb_names
-
-    yield "A Scene row says when (seconds), which thing, does what, with which value."
-    yield f"Things: {', '.join(thing_names())}, or the name of a person."
-    yield f"They do: {', '.join(verb_names())}."
-    yield "For example:"
-    yield "  1     Red ball   appears      at 1, 0.2, 0.4    (metres: x ahead, y to the left, z up)"
-    yield "  3     Red ball   moves        to 0.5, 0, 0.4 in 2 s"
-    yield "  6     Red ball   circles      radius 0.2 around 0.8, 0, 0.4 period 4 s"
-    yield "  9     Red ball   disappears"
-    yield "  10    Mia        enters       at 1, 0"
-
-
-def _one(name: str) -> str:
+def _unknown(name: str) -> SheetsError:
     from rrp_sheets.connectors import connectors
     from rrp_sheets.devices import load_robot
     from rrp_sheets.diagnostics import CODES
     from rrp_sheets.formulas.functions import library
     from rrp_sheets.model.names import nearest
 
-    code = CODES.get(name.upper())
-    if code is not None:
-        message, remedy = (re.sub(r"\{\w+\}", "…", text) for text in (code.message, code.remedy))
-        return f"{code.id} ({code.severity.value}): {code.title}\n\n{message}\n→ {remedy}"
-    connector = connectors().get(name)
-    if connector is not None:
-        return f"{connector.name} ({connector.parameter.value})\n\n{connector.help}"
-    function = library().get(name)
-    if function is not None:
-        return f"{function.usage}\n\n{function.help}"
-    found = load_robot().find(name)
-    if found is not None:
-        device = found.type
-        lines = [f"{found.name} ({device.kind})", "", device.help]
-        if device.payload is not None:
-            lines += ["", "Gives a record of:", *(f"  {f.name:<22}{f.help} {f'({f.unit})' if f.unit else ''}".rstrip()
-                                                  for f in device.payload.fields)]  # fmt: skip
-        if device.takes:
-            lines += ["", f"Takes {device.takes}."]
-        if device.settings:
-            lines += ["", "Settings (columns of the Devices sheet):"]
-            lines += [f"  {s.name:<22}{s.help}" for s in device.settings.values()]
-        return "\n".join(lines)
-    known = [*TOPICS, *connectors().names(), *library().names(), *(f.name for f in load_robot().names.values())]
-    guess = nearest(name, known)
-    raise SheetsError(
-        f"There is no help on “{name}”.", f"Did you mean {guess}?" if guess else f"Try: {', '.join(TOPICS)}."
-    )
+    devices = (found.name for found in load_robot().names.values())
+    guess = nearest(name, [*TOPICS, *connectors().names(), *library().names(), *devices, *CODES])
+    remedy = f"Did you mean {guess}?" if guess else f"Try: {', '.join(TOPICS)}."
+    return SheetsError(f"There is no help on “{name}”.", remedy)

@@ -1,0 +1,62 @@
+"""`help FORM003`: the page of a code; `help codes`: all of them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from rrp_sheets.cli.topics.layout import entries, heading, paragraph
+from rrp_sheets.cli.topics.workbooks import checked, grids
+from rrp_sheets.diagnostics import CODES, Code
+from rrp_sheets.diagnostics.page import Page, completed, load_page
+
+_TOPICS = {
+    "FILE": "The file", "SHEET": "What stands in the sheets", "CONN": "Connectors",
+    "GRAPH": "Streams, and how rows are connected", "FORM": "Formulas and helpers", "DEV": "Devices",
+    "SCENE": "The scene", "TEST": "Tests", "LINT": "What is probably not meant", "PROT": "The Protocol sheet",
+}  # fmt: skip
+
+
+def all_codes() -> Iterator[str]:
+    """Every code with its title, by topic."""
+    yield paragraph("What a check can find. `rrp-sheets help FORM003`, say, explains one and shows an example.")
+    prefixes = dict.fromkeys(re.sub(r"\d+$", "", code) for code in CODES)
+    for prefix in sorted(prefixes, key=lambda p: [*_TOPICS, p].index(p)):
+        yield heading(_TOPICS.get(prefix, prefix))
+        found = (code for code in CODES.values() if re.fullmatch(rf"{prefix}\d+", code.id))
+        yield entries((code.id, _titled(code)) for code in sorted(found, key=lambda c: c.id))
+
+
+def _titled(code: Code) -> str:
+    return code.title if code.severity.value == "error" else f"{code.title} ({code.severity.value})"
+
+
+def one_code(code: Code) -> Iterator[str]:
+    """The page of a code, with what the check says of its wrong example."""
+    yield heading(f"{code.id} ({code.severity.value}): {code.title}")
+    page = load_page(code.id)
+    if page is None:
+        yield paragraph(_open(code.message))
+        yield paragraph(f"→ {_open(code.remedy)}")
+        return
+    for title, text in (("What it means", page.means), ("Why it matters", page.why), ("How to mend it", page.mend)):
+        yield f"{title}\n{paragraph(text, 2)}"
+    yield from _examples(code, page)
+
+
+def _examples(code: Code, page: Page) -> Iterator[str]:
+    if page.untabled:
+        yield f"For example\n{paragraph(page.untabled, 2)}"
+        return
+    yield "Wrong\n" + "\n\n".join(grids(page.wrong))
+    for finding in checked(completed(page.wrong)).report:
+        if finding.code == code.id and finding.address is not None:
+            said = paragraph(f"{finding.address}: {finding.message}", 2)
+            yield f"The check says\n{said}\n{paragraph(f'→ {finding.remedy}', 4)}"
+            break
+    yield "Right\n" + "\n\n".join(grids(page.right))
+
+
+def _open(template: str) -> str:
+    """A text of the catalogue with its places shown as dots."""
+    return re.sub(r"(?<!\{)\{\w+\}", "…", template)

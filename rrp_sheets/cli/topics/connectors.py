@@ -1,0 +1,74 @@
+"""`help connectors`: the list; `help sample`: one of them, with its example run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rrp_sheets.cli.topics.layout import entries, heading, paragraph
+from rrp_sheets.cli.topics.marbles import MARK_MS, input_names, marbles, parts, workbook
+from rrp_sheets.cli.topics.workbooks import checked
+from rrp_sheets.connectors import Connector, Parameter, connectors
+from rrp_sheets.model.names import key
+
+_CELLS = {
+    Parameter.FORMULA: "a formula, or the name of a helper",
+    Parameter.OPTIONAL_FORMULA: "a formula or the name of a helper; may be blank",
+    Parameter.PERIOD: "a time: 500 ms, 2 s, 1 min; a number alone means milliseconds",
+    Parameter.NONE: "blank",
+}
+
+
+def all_connectors() -> Iterator[str]:
+    """The connectors, the small set first."""
+    found = {c.name: c for c in connectors()}.values()
+    yield paragraph(
+        "What a row does with its input streams. `rrp-sheets help sample`, say, shows one with an example. "
+        "Spelling is free: combineLatest, combine latest and COMBINE_LATEST are the same."
+    )
+    yield heading("To begin with")
+    yield entries((c.name, c.help) for c in found if not c.advanced)
+    advanced = [(c.name, c.help) for c in found if c.advanced]
+    if advanced:
+        yield heading("Advanced")
+        yield entries(advanced)
+
+
+def one_connector(connector: Connector) -> Iterator[str]:
+    """A connector: what it does, what it takes, its sentence and its example."""
+    yield heading(f"{connector.name} (connector{', advanced' if connector.advanced else ''})")
+    yield paragraph(connector.help)
+    facts = [("Input streams", _count(connector)), ("Formula", _CELLS[connector.parameter])]
+    facts.append(("Output stream", "an actuator" if connector.drives else "a new name"))
+    synonyms = [s for s in connector.synonyms if key(s) != key(connector.name)]
+    if synonyms:
+        facts.append(("Also called", ", ".join(synonyms)))
+    yield entries(facts)
+    if connector.example:
+        yield from _example(connector)
+
+
+def _example(connector: Connector) -> Iterator[str]:
+    rows, parameter = parts(connector)
+    names = ", ".join(input_names(len(rows)))
+    output = "Print" if connector.drives else "Output"
+    cells = [("Input streams", names), ("Connector", connector.name), ("Formula", parameter), ("Output stream", output)]
+    yield "For example\n" + entries(cell for cell in cells if cell[1])
+    yield f"In words\n{paragraph(_sentence(connector), 2)}"
+    yield f"As marbles: one place is {MARK_MS} ms, time goes to the right\n{entries(marbles(connector))}"
+
+
+def _sentence(connector: Connector) -> str:
+    from rrp_sheets.render.rows import Rows
+    from rrp_sheets.render.texts import texts
+
+    book = checked(workbook(connector))
+    steps = book.graph.behaviours[0].steps
+    step = next(s for s in reversed(steps) if s.connector is connector)
+    return Rows(book.graph, book.workbook, texts()).sentence(step)
+
+
+def _count(connector: Connector) -> str:
+    least, most = connector.least, connector.most
+    if most == least:
+        return {1: "one", 2: "two"}.get(least, str(least))
+    return f"{least} or more" if most is None else f"{least} to {most}"

@@ -1,0 +1,89 @@
+"""`help devices`: what the robot senses and does; `help "Red ball"`: one device."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rrp_sheets.cli.topics.functions import typed
+from rrp_sheets.cli.topics.layout import columns, entries, heading, paragraph
+from rrp_sheets.devices import DeviceType, Found, Robot, Setting, load_robot
+from rrp_sheets.model.names import argument_name, key
+
+_SHOWN = 3  # further names of a device that are shown in the list
+
+
+def all_devices() -> Iterator[str]:
+    """The sensors and actuators, each with its help."""
+    robot = load_robot()
+    yield paragraph(
+        "The devices of the robot, for the columns Input streams and Output stream and for the Devices sheet. "
+        "`rrp-sheets help \"Red ball\"`, say, shows one with its fields and settings."
+    )  # fmt: skip
+    for kind in ("sensor", "actuator"):
+        yield heading(f"{kind.capitalize()}s")
+        found = (d for d in robot.devices.values() if d.kind == kind)
+        yield entries((names[0], _listed(device, names)) for device in found if (names := _names(robot, device)))
+
+
+def _names(robot: Robot, device: DeviceType) -> list[str]:
+    """The names that a device is offered under."""
+    return list(dict.fromkeys(f.name for f in robot.names.values() if f.type.name == device.name and f.offered))
+
+
+def _listed(device: DeviceType, names: list[str]) -> str:
+    others = names[1:]
+    more = f" and {len(others) - _SHOWN} more" if len(others) > _SHOWN + 1 else ""
+    shown = others[:_SHOWN] if more else others
+    also = f" Also: {', '.join(shown)}{more}." if others else ""
+    return f"{device.help}{also}"
+
+
+def one_device(found: Found) -> Iterator[str]:
+    """A device: what it gives or takes, and its settings."""
+    device = found.type
+    yield heading(f"{found.name} ({device.kind})")
+    yield paragraph(device.help)
+    if not device.simulated:
+        yield paragraph("The simulated robot does not carry it out yet.")
+    if device.payload is not None:
+        name = argument_name(found.name)
+        first = device.payload.fields[0].name
+        yield paragraph(f"It gives a record; {name}.{first} is a field of it in a formula. The fields:")
+        yield columns([(f.name, f.unit, typed(f.example), f.help) for f in device.payload.fields])
+    elif device.kind == "sensor" and device.unit:
+        yield paragraph(f"It gives a number ({device.unit}).")
+    if device.takes:
+        yield paragraph(f"It takes {device.takes}.")
+    if found.preset:
+        preset = ", ".join(f"{_setting(device, k)} = {v}" for k, v in found.preset.items())
+        yield paragraph(f"The name {found.name} stands for {device.name} with {preset}.")
+    settings = [s for k, s in device.settings.items() if k not in found.preset]
+    if settings:
+        yield "Settings: columns of the Devices sheet\n" + entries((s.name, _described(s)) for s in settings)
+
+
+def _setting(device: DeviceType, k: str) -> str:
+    return next((s.name for n, s in device.settings.items() if key(n) == k), k)
+
+
+def _described(setting: Setting) -> str:
+    """What a setting is for, what it may be, and what it is when the cell is blank."""
+    parts = [setting.help[:1].upper() + setting.help[1:]]
+    if setting.choices:
+        parts.append(f"One of {', '.join(setting.choices)}")
+    unit = f" {setting.unit}" if setting.unit else ""
+    if setting.lower is not None and setting.upper is not None:
+        parts.append(f"From {setting.lower:g} to {setting.upper:g}{unit}")
+    if setting.required:
+        parts.append("It must be filled in")
+    elif setting.default not in (None, ""):
+        parts.append(f"Blank means {_default(setting)}{unit}")
+    return ". ".join(part.rstrip(".") for part in parts) + "."
+
+
+def _default(setting: Setting) -> str:
+    from rrp_sheets.model.durations import show_duration
+
+    if setting.kind == "duration" and isinstance(setting.default, int):
+        return show_duration(setting.default)
+    return f"{setting.default:g}" if isinstance(setting.default, float) else str(setting.default)

@@ -1,0 +1,149 @@
+"""`help functions`: the library by topic; `help CLAMP`: one function, its examples as users type them."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator, Mapping
+
+from rrp_sheets.cli.topics.layout import columns, heading, paragraph
+from rrp_sheets.formulas.functions import Function, library
+
+_TOPICS = {
+    "logic": "Logic", "maths": "Maths", "trigonometry": "Angles (in radians)", "geometry": "Distances and ranges",
+    "text": "Text", "lists": "Lists", "tables": "Tables",
+}  # fmt: skip
+_LAZY = {  # functions of the grammar have no Python function, and so no doctest
+    "IF": 'IF(3 > 2; "far"; "near")', "AND": "AND(TRUE; 3 > 2)", "OR": "OR(FALSE; 3 > 2)", "NOT": "NOT(TRUE)",
+    "IFERROR": 'IFERROR(1 / 0; "no answer")',
+}  # fmt: skip
+
+
+def all_functions() -> Iterator[str]:
+    """Every function with its usage and its first sentence, by topic."""
+    yield paragraph(
+        "The functions that formulas can use. Values in brackets are separated by semicolons or commas, and capitals "
+        "make no difference. `rrp-sheets help CLAMP`, say, shows examples."
+    )
+    by_topic: dict[str, dict[str, Function]] = {topic: {} for topic in _TOPICS}
+    for function in library():
+        module = function.call.__module__.rpartition(".")[2]
+        by_topic.setdefault(module, {})[function.name] = function
+    for topic, functions in by_topic.items():
+        if functions:
+            yield heading(_TOPICS.get(topic, topic.capitalize()))
+            yield columns([(usage(f), first_line(f)) for f in functions.values()])
+
+
+def one_function(function: Function) -> Iterator[str]:
+    """A function: usage, what it does, other names, examples."""
+    yield heading(usage(function))
+    yield from (paragraph(block) for block in words(function).split("\n\n"))
+    others = [name for name in function.names if name != function.name]
+    if others:
+        yield f"Also called {', '.join(others)}."
+    shown = [f"{call} → {result}" for call, result in examples(function)]
+    if shown:
+        yield "For example\n" + "\n".join(f"  {line}" for line in shown)
+
+
+def usage(function: Function) -> str:
+    """The usage with semicolons, as in a spreadsheet.
+
+    >>> usage(library().get("CLAMP"))
+    'CLAMP(value; low; high)'
+    """
+    return function.usage.replace(",", ";").replace("_)", ")")
+
+
+def first_line(function: Function) -> str:
+    """The first sentence of a function's help."""
+    return words(function).split("\n\n")[0].replace("\n", " ")
+
+
+def words(function: Function) -> str:
+    """A function's help without its examples."""
+    return re.split(r"^>>> ", function.help, maxsplit=1, flags=re.MULTILINE)[0].strip().replace("`", "")
+
+
+def examples(function: Function) -> list[tuple[str, str]]:
+    """The doctests of a function as users type them: a formula, and what comes out.
+
+    >>> examples(library().get("CLAMP"))[0]
+    ('CLAMP(7; 0; 5)', '5')
+    """
+    if function.name in _LAZY:
+        return [(_LAZY[function.name], typed(worked_out(_LAZY[function.name])))]
+    found = []
+    for asked, answer in re.findall(r"^>>> (.+)\n((?:(?!>>> ).+\n?)*)", function.help, re.MULTILINE):
+        found += _pairs(asked, answer.strip())
+    return found
+
+
+def worked_out(formula: str) -> object:
+    """What a formula without inputs gives."""
+    from rrp_sheets.formulas import compile_formula, make_scope
+    from rrp_sheets.formulas.evaluator import GuardedInterpreter
+
+    return compile_formula(formula, make_scope([])).prepare(GuardedInterpreter())()
+
+
+def _pairs(asked: str, answer: str) -> list[tuple[str, str]]:
+    try:
+        tree = ast.parse(asked, mode="eval").body
+    except SyntaxError:
+        return [(asked, _answer(answer))]  # written as users type it already
+    result = ast.parse(answer, mode="eval").body
+    if isinstance(tree, ast.Tuple) and isinstance(result, ast.Tuple):
+        return [(_Spelling().visit(t), _Spelling().visit(r)) for t, r in zip(tree.elts, result.elts, strict=True)]
+    return [(_Spelling().visit(tree), _Spelling().visit(result))]
+
+
+def _answer(answer: str) -> str:
+    return typed(ast.literal_eval(answer))
+
+
+def typed(value: object) -> str:
+    """A value as users type it: TRUE, BLANK, "text", [1; 2], 4 for 4.0."""
+    if value is None or isinstance(value, bool):
+        return {None: "BLANK", True: "TRUE", False: "FALSE"}[value]
+    if isinstance(value, str):
+        return f'"{value}"'
+    if isinstance(value, (list, tuple)):
+        return f"[{'; '.join(typed(v) for v in value)}]"
+    return f"{value:.12g}" if isinstance(value, float) else str(value)
+
+
+def _names() -> Mapping[str, str]:
+    """The functions' names by the names of their Python functions."""
+    return {function.call.__name__: function.name for function in library()}
+
+
+class _Spelling(ast.NodeVisitor):
+    """An expression of a doctest as users type it."""
+
+    def visit_Constant(self, node: ast.Constant) -> str:  # noqa: N802 – the name that ast calls
+        return typed(node.value)
+
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> str:  # noqa: N802
+        return f"-{self.visit(node.operand)}"
+
+    def visit_List(self, node: ast.List) -> str:  # noqa: N802
+        return f"[{'; '.join(self.visit(e) for e in node.elts)}]"
+
+    def visit_Tuple(self, node: ast.Tuple) -> str:  # noqa: N802
+        return f"({'; '.join(self.visit(e) for e in node.elts)})"
+
+    def visit_Attribute(self, node: ast.Attribute) -> str:  # noqa: N802 – math.pi
+        return node.attr
+
+    def visit_Name(self, node: ast.Name) -> str:  # noqa: N802
+        return node.id
+
+    def visit_Call(self, node: ast.Call) -> str:  # noqa: N802
+        name = ast.unparse(node.func)
+        shown = _names().get(name, name.upper())
+        return f"{shown}({'; '.join(self.visit(a) for a in node.args)})"
+
+    def generic_visit(self, node: ast.AST) -> str:
+        return ast.unparse(node)

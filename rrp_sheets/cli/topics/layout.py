@@ -1,0 +1,111 @@
+"""Text for a terminal of 80 to 100 columns: paragraphs, lists of terms, columns, and sheets as grids."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+import unicodedata
+from collections.abc import Iterable, Iterator, Sequence
+
+from rrp_sheets.model.cells import column_letters
+
+WIDTH = 88
+_TERM = 26  # the widest column of terms; a longer term stands on a line of its own
+_CELL = 44
+
+
+def paragraph(text: str, indent: int = 0) -> str:
+    """A text wrapped to the width.
+
+    >>> paragraph("word " * 20).count("\\n")
+    1
+    """
+    space = " " * indent
+    return textwrap.fill(
+        " ".join(text.split()), WIDTH, initial_indent=space, subsequent_indent=space,
+        break_long_words=False, break_on_hyphens=False,
+    )  # fmt: skip
+
+
+def heading(text: str) -> str:
+    """A heading and the line below it.
+
+    >>> heading("Maths")
+    'Maths\\n-----'
+    """
+    return f"{text}\n{'-' * _wide(text)}"
+
+
+def entries(pairs: Iterable[tuple[str, str]], indent: int = 2, widest: int = _TERM) -> str:
+    """Terms and what they mean, in two columns.
+
+    >>> entries([("sample", "at a fixed pace"), ("map", "works out")])
+    '  sample  at a fixed pace\\n  map     works out'
+    """
+    pairs = list(pairs)
+    term = min(max((_wide(t) for t, _ in pairs), default=0), widest)
+    return "\n".join(_entry(left, right, indent, term) for left, right in pairs)
+
+
+def _entry(left: str, right: str, indent: int, term: int) -> str:
+    space = " " * (indent + term + 2)
+    lines = textwrap.wrap(right, WIDTH - len(space), break_long_words=False, break_on_hyphens=False) or [""]
+    head = " " * indent + left
+    if _wide(left) > term:
+        return "\n".join([head, *(space + line for line in lines)])
+    first = head + " " * (term - _wide(left) + 2) + lines[0]
+    return "\n".join([first.rstrip(), *(space + line for line in lines[1:])])
+
+
+def columns(rows: Sequence[Sequence[str]], indent: int = 2) -> str:
+    """Rows in columns; the last one is wrapped."""
+    widths = [max(_wide(row[i]) for row in rows) for i in range(len(rows[0]) - 1)]
+    pairs = (("  ".join(_padded(c, w) for c, w in zip(row, widths, strict=False)), row[-1]) for row in rows)
+    return entries(pairs, indent, widest=WIDTH)
+
+
+def grid(sheet: str, rows: Sequence[Sequence[str]], indent: int = 2) -> str:
+    """A sheet as the user knows it: with letters above its columns and numbers before its rows.
+
+    >>> print(grid("Devices", [["Stream", "Device"], ["Neck", "Head yaw"]]))
+      Devices
+         A       B
+      1  Stream  Device
+      2  Neck    Head yaw
+    """
+    width = max(len(row) for row in rows)
+    cells = [[_short(c) for c in row] + [""] * (width - len(row)) for row in rows]
+    table = [["", *(column_letters(i + 1) for i in range(width))]]
+    table += [[str(number), *row] for number, row in enumerate(cells, 1)]
+    widths = [max(_wide(row[i]) for row in table) for i in range(width + 1)]
+    lines = ["  ".join(_padded(c, w) for c, w in zip(row, widths, strict=True)).rstrip() for row in table]
+    return "\n".join(" " * indent + line for line in [sheet, *lines])
+
+
+def _short(cell: str) -> str:
+    cell = cell.replace("\n", ", ")
+    return cell if len(cell) <= _CELL else cell[: _CELL - 1] + "…"
+
+
+def _padded(text: str, width: int) -> str:
+    return text + " " * (width - _wide(text))
+
+
+def _wide(text: str) -> int:
+    """How many places a text takes; Japanese letters take two."""
+    return sum(2 if unicodedata.east_asian_width(c) in "WF" else 1 for c in text)
+
+
+def from_markdown(text: str) -> Iterator[str]:
+    """The blocks of a topic's file: `# ` headings, `* term | meaning` lists, verbatim lines and paragraphs."""
+    for block in re.split(r"\n{2,}", text.strip("\n")):
+        lines = block.split("\n")
+        if block.startswith("# "):
+            yield heading(block[2:])
+        elif block.startswith("* "):
+            rows = [re.split(r" +\| +", line[2:].strip()) for line in lines]
+            yield columns(rows)
+        elif block.startswith("    "):
+            yield textwrap.indent(textwrap.dedent(block), "  ")
+        else:
+            yield paragraph(block)
