@@ -122,25 +122,25 @@ def _names() -> Mapping[str, str]:
 class _Spelling(ast.NodeVisitor):
     """An expression of a doctest as users type it."""
 
-    def visit_Constant(self, node: ast.Constant) -> str:  # noqa: N802 – the name that ast calls
+    def visit_Constant(self, node: ast.Constant) -> str:
         return typed(node.value)
 
-    def visit_UnaryOp(self, node: ast.UnaryOp) -> str:  # noqa: N802
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> str:
         return f"-{self.visit(node.operand)}"
 
-    def visit_List(self, node: ast.List) -> str:  # noqa: N802
+    def visit_List(self, node: ast.List) -> str:
         return f"[{'; '.join(self.visit(e) for e in node.elts)}]"
 
-    def visit_Tuple(self, node: ast.Tuple) -> str:  # noqa: N802
+    def visit_Tuple(self, node: ast.Tuple) -> str:
         return f"({'; '.join(self.visit(e) for e in node.elts)})"
 
-    def visit_Attribute(self, node: ast.Attribute) -> str:  # noqa: N802 – math.pi
+    def visit_Attribute(self, node: ast.Attribute) -> str:
         return node.attr
 
-    def visit_Name(self, node: ast.Name) -> str:  # noqa: N802
+    def visit_Name(self, node: ast.Name) -> str:
         return node.id
 
-    def visit_Call(self, node: ast.Call) -> str:  # noqa: N802
+    def visit_Call(self, node: ast.Call) -> str:
         name = ast.unparse(node.func)
         shown = _names().get(name, name.upper())
         return f"{shown}({'; '.join(self.visit(a) for a in node.args)})"

@@ -15,9 +15,9 @@ _CELL = 44
 
 
 def paragraph(text: str, indent: int = 0) -> str:
-    """A text wrapped to the width.
+    r"""A text wrapped to the width.
 
-    >>> paragraph("word " * 20).count("\\n")
+    >>> paragraph("word " * 20).count("\n")
     1
     """
     space = " " * indent
@@ -28,19 +28,19 @@ def paragraph(text: str, indent: int = 0) -> str:
 
 
 def heading(text: str) -> str:
-    """A heading and the line below it.
+    r"""A heading and the line below it.
 
     >>> heading("Maths")
-    'Maths\\n-----'
+    'Maths\n-----'
     """
     return f"{text}\n{'-' * _wide(text)}"
 
 
 def entries(pairs: Iterable[tuple[str, str]], indent: int = 2, widest: int = _TERM) -> str:
-    """Terms and what they mean, in two columns.
+    r"""Terms and what they mean, in two columns.
 
     >>> entries([("sample", "at a fixed pace"), ("map", "works out")])
-    '  sample  at a fixed pace\\n  map     works out'
+    '  sample  at a fixed pace\n  map     works out'
     """
     pairs = list(pairs)
     term = min(max((_wide(t) for t, _ in pairs), default=0), widest)
