@@ -37,7 +37,8 @@ class Connector:
             `{output}`.
         build: wires the connector: from a :class:`Wiring` to the observable of its output.
         drives: True for `subscribe`, the only connector with a side effect.
-        any_input: True when one fed input is enough to be of use (`merge`); switched-off inputs are then ignored.
+        any_input: True when one fed input is enough to be of use (`merge`); switched-off inputs are then silent.
+        first_input: True when it is enough that the first input is fed (`timeout`); the others may be silent.
         extra: names that its formula sees before the inputs (accumulate: `total`, `value`).
         example: input rows of marbles (`1-2--3`) and the parameter, run to make the help's marble picture.
     """
@@ -54,5 +55,6 @@ class Connector:
     advanced: bool = False
     drives: bool = False
     any_input: bool = False
+    first_input: bool = False
     extra: tuple[str, ...] = ()
     example: Sequence[str] = ()

@@ -17,6 +17,8 @@ from reactivex.disposable import CompositeDisposable
 
 from rrp_sheets.model.values import Failure, Value
 
+Taker = Callable[[Value], None]
+
 
 class Clock(Protocol):
     """The run's one clock, in whole microseconds from the start, and its agenda."""
@@ -36,7 +38,8 @@ class Wiring:
         inputs: the observables of its input streams, in order.
         clock: the engine's clock.
         rank: the row's place in the topological order.
-        evaluate: the row's formula over its inputs' values in order; gives a Failure on an error. None without formula.
+        evaluate: the row's formula over what the connector adds to the names in scope (`Connector.extra`) and its
+            inputs' values, in order; gives a Failure on an error. None without formula.
         period_us: of a connector with a period.
         fail: tells an error with the values it came from; the event is dropped.
         names: the inputs' shown names.
@@ -68,7 +71,7 @@ def settle(
             arrived.clear()
             flush(batch, emit)
 
-        def taker(number: int) -> Callable[[Value], None]:
+        def taker(number: int) -> Taker:
             def take(value: Value) -> None:
                 if not arrived:
                     clock.push(clock.us, rank, run)

@@ -58,7 +58,7 @@ class Step:
         inputs: stream ids, in order (a blank input cell is resolved to the row above).
         output: a stream id; for `subscribe` that of the actuator stream; an anonymous stream's for a blank cell.
         period_us: of connectors that take a period.
-        active: the row is on and at least its first input is fed (of a merge: any).
+        active: the row is on and all its inputs are fed (of `once` and `timeout`: the first; of a merge: any).
         rank: the place in the topological order of the behaviour; ties by row number.
     """
 

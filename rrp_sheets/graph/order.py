@@ -55,12 +55,18 @@ def _active(order: list[int], steps: list[Step], streams: dict[str, Stream], in_
     active: dict[int, bool] = {}
     for i in order:
         step = steps[i]
-        some = step.connector.any_input or (step.connector.drives and not step.row.formula)
         inputs = [source in fed for source in step.inputs]
-        active[i] = step.row.on and i not in in_circle and (any(inputs) if some else all(inputs))
+        active[i] = step.row.on and i not in in_circle and _fed(step, inputs)
         if active[i]:
             fed.add(step.output)
     return active
+
+
+def _fed(step: Step, inputs: list[bool]) -> bool:
+    """Whether enough of a row's inputs are fed for it to be of use."""
+    if step.connector.any_input or (step.connector.drives and not step.row.formula):
+        return any(inputs)
+    return inputs[0] if step.connector.first_input else all(inputs)
 
 
 def _tell_long_chains(graph: nx.DiGraph, order: list[int], steps: list[Step], report: Report) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -131,6 +131,21 @@ def plain(value: Value) -> Value:
     if hasattr(value, "tolist"):
         return plain(value.tolist())
     raise TypeError(f"{type(value).__name__} cannot travel on a stream")
+
+
+def identity(value: Value) -> Hashable:
+    """The same for equal values only, and hashable: TRUE is not 1, 1 is 1.0, and records are told by their fields.
+
+    >>> identity([1, "a"]) == identity((1.0, "a")), identity(True) == identity(1)
+    (True, False)
+    """
+    if isinstance(value, bool):
+        return (bool, value)
+    if isinstance(value, Record):
+        return (Record, tuple(sorted((k, identity(v)) for k, v in value.values.items())))
+    if isinstance(value, (list, tuple)):
+        return (list, tuple(identity(v) for v in value))
+    return value if value is None or isinstance(value, (int, float, str)) else (type(value), id(value))
 
 
 def to_json(value: Value) -> Any:

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Iterable
 from typing import Protocol
 
+from reactivex import Observable, never
 from reactivex.disposable import CompositeDisposable
 
 from rrp_sheets.connectors.wiring import Wiring
@@ -23,6 +24,7 @@ from rrp_sheets.runtime.plan import Plan
 from rrp_sheets.runtime.progress import INSTANT, NO_ROW, RANK, SETTLING, Cell
 from rrp_sheets.runtime.streams import LiveStream
 
+_SILENT: Observable[Value] = never()  # an input whose rows are switched off: it keeps its place, and gives nothing
 _FRAMES_PER_ROW = 8  # Python frames that one row of a chain takes at most, so that 500 rows do not overflow
 
 
@@ -201,16 +203,15 @@ class Engine:
         stream.subscribe(lambda value: observer.event(clock.us, stream_id, row, value))
 
     def _connect(self, step: Step, wired: CompositeDisposable) -> None:
-        inputs = [i for i in step.inputs if i in self.streams]
         formula = self.plan.checked.formulas.get(step.ref)
         wiring = Wiring(
-            inputs=[self.streams[i] for i in inputs],
+            inputs=[self.streams.get(i, _SILENT) for i in step.inputs],
             clock=self.clock,
             rank=step.rank,
             evaluate=formula.prepare(self._interpreter, Picker(self.seed, step.ref)) if formula else None,
             period_us=max(step.period_us, SOON_US) if step.period_us else 0,
             fail=self._failer(step),
-            names=tuple(self.plan.checked.graph.streams[i].name for i in inputs),
+            names=tuple(self.plan.checked.graph.streams[i].name for i in step.inputs),
         )
         output = self.streams[step.output]
         sink = self._sender(step, output) if step.connector.drives else output.on_next

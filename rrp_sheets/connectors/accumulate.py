@@ -1,0 +1,54 @@
+"""accumulate: a total that every event changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from reactivex import Observable
+
+from rrp_sheets.connectors.spec import Connector, Parameter
+from rrp_sheets.connectors.wiring import Wiring, by_input, settle
+from rrp_sheets.model.values import Failure, Value
+
+
+def build(wiring: Wiring) -> Observable[Value]:
+    """Once per event, by input order, then arrival: the result becomes the total and is emitted.
+
+    The formula sees `total`, `value` (the event's) and the inputs: the event's own has its value, the others are
+    blank. Without formula every event counts one. An error keeps the total.
+    """
+    evaluate, fail = wiring.evaluate, wiring.fail
+    count = len(wiring.inputs)
+    total: Value = 0
+
+    def flush(batch: list[tuple[int, Value]], emit: Callable[[Value], None]) -> None:
+        nonlocal total
+        for number, value in by_input(batch):
+            if evaluate is None:
+                total += 1
+            else:
+                inputs = [value if i == number else None for i in range(count)]
+                result = evaluate(total, value, *inputs)
+                if type(result) is Failure:
+                    fail(result, (total, value, *inputs))
+                    continue
+                total = result
+            emit(total)
+
+    return settle(wiring, flush)
+
+
+ACCUMULATE = Connector(
+    name="accumulate",
+    least=1,
+    most=None,
+    parameter=Parameter.OPTIONAL_FORMULA,
+    icon=('<path d="M9.6 2.8V1.3H2.2L6.4 6l-4.2 4.7h7.4V9.2"/>'),
+    help="Works out a total anew with each value of its inputs, from the total so far; without formula it counts.",
+    sentence="With each {inputs_or}, the total is worked out anew: {formula}.",
+    build=build,
+    advanced=True,
+    any_input=True,
+    extra=("total", "value"),
+    example=("1-1-1----1-", "------0----", "IF(ISBLANK(second), total + 1, 0)"),
+)

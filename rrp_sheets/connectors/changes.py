@@ -1,0 +1,33 @@
+"""changes: drops a value that is equal to the one before."""
+
+from __future__ import annotations
+
+from reactivex import Observable
+from reactivex import operators as ops
+
+from rrp_sheets.connectors.spec import Connector, Parameter
+from rrp_sheets.connectors.wiring import Wiring
+from rrp_sheets.model.values import Value, identity
+
+
+def build(wiring: Wiring) -> Observable[Value]:
+    """The values that differ from the one before them."""
+    return wiring.inputs[0].pipe(ops.distinct_until_changed(identity))
+
+
+CHANGES = Connector(
+    name="changes",
+    least=1,
+    most=1,
+    parameter=Parameter.NONE,
+    icon=(
+        '<path d="M.8 9h3.4V3h3.4v6H11"/>'
+        '<circle cx="4.2" cy="3" r="1" class="f"/><circle cx="7.6" cy="9" r="1" class="f"/>'
+    ),
+    help="Lets a value pass only when it differs from the one before.",
+    sentence="{Input} goes on only when it differs from the one before.",
+    build=build,
+    synonyms=("distinctUntilChanged",),
+    advanced=True,
+    example=("1-1-2-2-1",),
+)

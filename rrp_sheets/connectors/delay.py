@@ -1,0 +1,40 @@
+"""delay: each value, later."""
+
+from __future__ import annotations
+
+from reactivex import Observable
+from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
+
+from rrp_sheets.connectors.spec import Connector, Parameter
+from rrp_sheets.connectors.wiring import Wiring
+from rrp_sheets.model.values import Value
+
+
+def build(wiring: Wiring) -> Observable[Value]:
+    """Every value after the period; their order and their distances are kept."""
+    clock, period, rank = wiring.clock, wiring.period_us, wiring.rank
+
+    def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> DisposableBase:
+        def take(value: Value) -> None:
+            clock.push(clock.us + period, rank, lambda: observer.on_next(value))
+
+        return wiring.inputs[0].subscribe(take)
+
+    return Observable(subscribe)
+
+
+DELAY = Connector(
+    name="delay",
+    least=1,
+    most=1,
+    parameter=Parameter.PERIOD,
+    icon=(
+        '<circle cx="2.2" cy="3" r="1.2"/><path d="M2.2 7.2h6M6.2 5.2l2 2-2 2"/>'
+        '<circle cx="10.4" cy="7.2" r="1.2" class="f"/>'
+    ),
+    help="Passes every value on later, after the period.",
+    sentence="{Input} goes on {period} later.",
+    build=build,
+    advanced=True,
+    example=("1-2--3-----", "200 ms"),
+)

@@ -1,0 +1,66 @@
+"""once: every kind of value only the first time, until something else says that it may come again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+
+from reactivex import Observable
+
+from rrp_sheets.connectors.spec import Connector, Parameter
+from rrp_sheets.connectors.wiring import Wiring, settle
+from rrp_sheets.model.values import Failure, Value, identity
+
+MOST_KEYS = 100_000
+"""Of more, the oldest are forgotten: a run of hours must not fill the memory."""
+
+
+def build(wiring: Wiring) -> Observable[Value]:
+    """Values of the first input whose key has not passed since the last value of any other input.
+
+    In one instant the other inputs come first, as with `map` and `filter`: `Right, Part | once` takes a right answer
+    that comes together with a new part as the new part's. Without formula all values have one key.
+    """
+    evaluate, fail = wiring.evaluate, wiring.fail
+    latest: list[Value] = [None] * len(wiring.inputs)
+    passed: dict[Hashable, None] = {}
+
+    def flush(batch: list[tuple[int, Value]], emit: Callable[[Value], None]) -> None:
+        for number, value in batch:
+            if number:
+                latest[number] = value
+                passed.clear()
+        for number, value in batch:
+            if number:
+                continue
+            result: Value = True
+            if evaluate is not None:
+                values = (value, *latest[1:])
+                result = evaluate(*values)
+                if type(result) is Failure:
+                    fail(result, values)
+                    continue
+            key = identity(result)
+            if key in passed:
+                continue
+            if len(passed) >= MOST_KEYS:
+                del passed[next(iter(passed))]
+            passed[key] = None
+            emit(value)
+
+    return settle(wiring, flush)
+
+
+ONCE = Connector(
+    name="once",
+    least=1,
+    most=None,
+    parameter=Parameter.OPTIONAL_FORMULA,
+    icon=('<circle cx="6" cy="6" r="4.8"/><path d="M4.6 4.4 6.2 3v6M4.6 9h3.2"/>'),
+    help="Lets a value of the first input pass only the first time (for each result of the formula, if there is one); "
+    "a value of another input lets everything pass once more.",
+    sentence="{Input} goes on only the first time.",
+    build=build,
+    advanced=True,
+    first_input=True,
+    example=("a-b-a--b-a", "-----1----", "first"),
+)

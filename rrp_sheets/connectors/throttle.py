@@ -1,0 +1,42 @@
+"""throttle: the first value of each period."""
+
+from __future__ import annotations
+
+from reactivex import Observable
+from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
+
+from rrp_sheets.connectors.spec import Connector, Parameter
+from rrp_sheets.connectors.wiring import Wiring
+from rrp_sheets.model.values import Value
+
+
+def build(wiring: Wiring) -> Observable[Value]:
+    """A value passes and begins a period in which nothing else does; one at the period's end passes."""
+    clock, period = wiring.clock, wiring.period_us
+
+    def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> DisposableBase:
+        free = 0  # from when on a value passes
+
+        def take(value: Value) -> None:
+            nonlocal free
+            if clock.us >= free:
+                free = clock.us + period
+                observer.on_next(value)
+
+        return wiring.inputs[0].subscribe(take)
+
+    return Observable(subscribe)
+
+
+THROTTLE = Connector(
+    name="throttle",
+    least=1,
+    most=1,
+    parameter=Parameter.PERIOD,
+    icon=('<path d="M1 1.5v9M11 1.5v9M1 6h3"/><circle cx="5" cy="6" r="1" class="f"/><path d="M7.6 6h.2M9.2 6h.2"/>'),
+    help="Lets one value pass and drops those that come within the period after it.",
+    sentence="At most one {input} in {period} goes on; the others are dropped.",
+    build=build,
+    advanced=True,
+    example=("1-2-3-4-5-6", "300 ms"),
+)

@@ -1,0 +1,73 @@
+"""timeout: says that something has not come in time."""
+
+from __future__ import annotations
+
+from reactivex import Observable
+from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
+from reactivex.disposable import CompositeDisposable
+
+from rrp_sheets.connectors.spec import Connector, Parameter
+from rrp_sheets.connectors.wiring import Taker, Wiring
+from rrp_sheets.model.values import Value
+
+
+def build(wiring: Wiring) -> Observable[Value]:
+    """A value of the first input arms the clock, one of any other disarms it; when it runs out, the armed value.
+
+    In one instant: disarm, arm, fire. So what comes at the last moment is in time.
+    """
+    clock, period, rank = wiring.clock, wiring.period_us, wiring.rank
+
+    def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> DisposableBase:
+        arrived: list[tuple[int, Value]] = []
+        armed: list[Value] = []  # the value that waits for its time, if any
+        due = 0
+        waiting = False  # whether a check is on the agenda: one at a time, however often the clock is armed
+
+        def settle() -> None:
+            nonlocal due, waiting
+            if any(number for number, _ in arrived):
+                armed.clear()
+            for number, value in arrived:
+                if number == 0:
+                    armed[:] = [value]
+                    due = clock.us + period
+            arrived.clear()
+            if armed and due <= clock.us:
+                observer.on_next(armed.pop())
+            if armed and not waiting:
+                waiting = True
+                clock.push(due, rank, check)
+
+        def check() -> None:
+            nonlocal waiting
+            waiting = False
+            settle()
+
+        def taker(number: int) -> Taker:
+            def take(value: Value) -> None:
+                if not arrived:
+                    clock.push(clock.us, rank, settle)
+                arrived.append((number, value))
+
+            return take
+
+        return CompositeDisposable([s.subscribe(taker(i)) for i, s in enumerate(wiring.inputs)])
+
+    return Observable(subscribe)
+
+
+TIMEOUT = Connector(
+    name="timeout",
+    least=1,
+    most=None,
+    parameter=Parameter.PERIOD,
+    icon=('<circle cx="6" cy="6.8" r="4.3"/><path d="M6 4.2v2.8M4.6 1h2.8M6 1v1.4"/><circle cx="6" cy="8.8" r=".5"/>'),
+    help="Gives the first input's value when the period has passed since it came, unless another input has had a value "
+    "meanwhile; a newer value starts the period anew.",
+    sentence="When {period} have passed since {input}, it goes on.",
+    build=build,
+    advanced=True,
+    first_input=True,
+    example=("1---2------", "--a--------", "300 ms"),
+)
