@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from rrp_sheets.checks.facts import Fact
 from rrp_sheets.checks.formulas import check_formulas
 from rrp_sheets.checks.protocol import RunPlan, check_protocol
 from rrp_sheets.checks.tests import Case, check_tests
@@ -29,6 +30,7 @@ class Checked:
         scene: understood actions; None without a Scene sheet.
         run: what the Protocol says about running.
         tests: the test sheets, understood.
+        facts: what is known about streams before the run, by stream id; of what a `subscribe` row sends, by its ref.
     """
 
     workbook: Workbook
@@ -39,18 +41,19 @@ class Checked:
     run: RunPlan
     tests: tuple[Case, ...]
     report: Report
+    facts: Mapping[str, Fact] = field(default_factory=dict)
 
 
 def check_workbook(workbook: Workbook, report: Report) -> Checked:
     """Check a workbook, adding to the report that reading it began."""
     robot = _robot(workbook, report)
     graph = build_graph(workbook, robot, connectors(), report)
-    compiled = check_formulas(workbook, graph, report)
+    compiled = check_formulas(workbook, robot, graph, report)
     scene = None if workbook.scene is None else parse_scene(workbook.scene, report, robot)
     run = check_protocol(workbook, report)
     tests = check_tests(workbook, robot, graph, run.behaviours, compiled.records, compiled.scope, report)
     report.drop_followers()
-    return Checked(workbook, robot, graph, compiled.formulas, scene, run, tests, report)
+    return Checked(workbook, robot, graph, compiled.formulas, scene, run, tests, report, compiled.facts)
 
 
 def _robot(workbook: Workbook, report: Report) -> Robot:

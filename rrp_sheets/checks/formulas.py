@@ -1,24 +1,19 @@
-"""Formulas of a workbook's rows: compiled, with what is known about the records that flow."""
+"""Formulas of a workbook's rows: compiled in their order, each knowing what the rows before it give."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
-from rrp_sheets.checks.helpers import check_helpers
-from rrp_sheets.checks.records import record_of
+from rrp_sheets.checks.examples import Examples, Trouble
+from rrp_sheets.checks.facts import Fact, sensor_fact
+from rrp_sheets.checks.helpers import Helpers, check_helpers
+from rrp_sheets.checks.known import NUMBER, TEXT, TRUTH
 from rrp_sheets.checks.telling import tell
 from rrp_sheets.connectors import Parameter
+from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.formulas import (
-    Formula,
-    FormulaProblem,
-    HelperDef,
-    Scope,
-    Table,
-    compile_formula,
-    make_scope,
-    make_table,
-)
+from rrp_sheets.formulas import Formula, FormulaProblem, Scope, Table, compile_formula, make_scope, make_table
 from rrp_sheets.graph import Graph, Step, StreamKind
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.names import argument_name, key
@@ -28,48 +23,64 @@ from rrp_sheets.model.workbook import Workbook
 MOST_TIMESTAMPS = 10
 
 
-def check_formulas(workbook: Workbook, graph: Graph, report: Report) -> Compiler:
-    """Compile every helper and every row's formula; what is known of them then."""
+@dataclass(frozen=True)
+class Compiled:
+    """The formulas of a workbook and what is known about its streams.
+
+    Attributes:
+        formulas: by the row's ref; missing where there is none or where it is wrong.
+        facts: by stream id; of actuator streams by the ref of the row that drives them.
+        troubles: by row ref, of formulas that fail on the examples.
+        examples: evaluates formulas on further values, within the bounds of this check.
+        tables: by the sheet's key.
+    """
+
+    formulas: Mapping[str, Formula]
+    facts: Mapping[str, Fact]
+    troubles: Mapping[str, Trouble]
+    helpers: Helpers
+    examples: Examples
+    tables: Mapping[str, Table]
+
+    @property
+    def records(self) -> dict[str, RecordType | None]:
+        """The record types of streams by id, where they are known."""
+        return {k: f.known.record for k, f in self.facts.items()}
+
+    def scope(self, inputs: Sequence[tuple[str, RecordType | None]]) -> Scope:
+        """The names that a formula outside of the rows may use, in a test for instance."""
+        return make_scope(inputs, self.helpers.by_key, tables=self.tables)
+
+
+def check_formulas(workbook: Workbook, robot: Robot, graph: Graph, report: Report) -> Compiled:
+    """Compile every helper and every row's formula, and work out the examples."""
     names = {key(n): n for n in workbook.sheets}
     tables = {k: make_table(names.get(k, k), rows) for k, rows in workbook.tables.items()}
-    helpers, dropped = check_helpers(workbook, tables, report)
-    compiler = Compiler(graph, helpers, tables, dropped, report)
+    compiler = _Compiler(graph, robot, check_helpers(workbook, tables, report), tables, report)
     for behaviour in graph.behaviours:
         for step in sorted(behaviour.steps, key=lambda s: s.rank):
             compiler.add(step)
-    return compiler
+    done = compiler
+    return Compiled(done.formulas, done.facts, done.troubles, done.helpers, done.examples, tables)
 
 
-class Compiler:
-    """Compiles rows in their order, each knowing what the rows before it give.
-
-    Attributes:
-        formulas: by row ref.
-        records: of streams by id, where they are known.
-    """
-
+class _Compiler:
     def __init__(
-        self,
-        graph: Graph,
-        helpers: Mapping[str, HelperDef],
-        tables: Mapping[str, Table],
-        dropped: frozenset[str],
-        report: Report,
+        self, graph: Graph, robot: Robot, helpers: Helpers, tables: Mapping[str, Table], report: Report
     ) -> None:
         self.graph = graph
         self.helpers = helpers
         self.tables = tables
-        self.dropped = dropped
         self.report = report
         self.formulas: dict[str, Formula] = {}
-        self.records: dict[str, RecordType | None] = {}
-        self.kinds: dict[str, str] = {}  # of streams that give nothing but numbers, say
+        self.troubles: dict[str, Trouble] = {}
+        self.examples = Examples(graph)
+        self.facts = {
+            s.id: sensor_fact(s, robot)
+            for s in graph.streams.values()
+            if s.kind in (StreamKind.SENSOR, StreamKind.DONE) and s.device
+        }
         self._depths: dict[str, int] = {}  # how many timestamps stand within each other
-        for stream in graph.streams.values():
-            if stream.kind in (StreamKind.SENSOR, StreamKind.DONE) and stream.device:
-                self.records[stream.id] = stream.device.type.payload
-                if stream.device.type.payload is None:
-                    self.kinds[stream.name] = "number"
 
     def add(self, step: Step) -> None:
         """Compile a row."""
@@ -83,25 +94,30 @@ class Compiler:
             self.report.add("GRAPH015", step.row.connector.address, most=MOST_TIMESTAMPS)
             return
         self._depths[step.output] = 0 if formula else nested
-        self.records[step.output] = record_of(step, self.graph, self.records, formula)
-
-    def scope(self, inputs: Sequence[tuple[str, RecordType | None]]) -> Scope:
-        """The names that a formula outside of the rows may use, in a test for instance."""
-        return make_scope(inputs, self.helpers, tables=self.tables)
+        if not step.row.on or not step.inputs:
+            return
+        facts = [self.facts.get(i, Fact()) for i in step.inputs]
+        fact, trouble = self.examples.work_out(step, facts, formula)
+        self.facts[step.ref if step.connector.drives else step.output] = fact
+        if trouble is not None and step.active:
+            self.troubles[step.ref] = trouble
 
     def _compile(self, step: Step) -> Formula | None:
         cell = step.row.formula
+        names = [self.graph.streams[i].name for i in step.inputs]
+        facts = [self.facts.get(i, Fact()) for i in step.inputs]
+        kinds = {n: f.known.kind for n, f in zip(names, facts, strict=True) if f.known.kind in (NUMBER, TEXT, TRUTH)}
         try:
             scope = make_scope(
-                [(self.graph.streams[i].name, self.records.get(i)) for i in step.inputs],
-                self.helpers,
+                zip(names, [f.known.record for f in facts], strict=True),
+                self.helpers.by_key,
                 tables=self.tables,
                 extra=step.connector.extra,
-                kinds=self.kinds,
+                kinds=kinds,
             )
             return compile_formula(helper_alone(cell, scope, len(step.inputs)), scope)
         except FormulaProblem as problem:
-            if not _about_dropped(problem, self.dropped):
+            if not _about_dropped(problem, self.helpers.dropped):
                 tell(self.report, cell, problem)
             return None
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import networkx as nx
 
@@ -17,12 +18,26 @@ from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import Workbook
 
 
-def check_helpers(
-    workbook: Workbook, tables: Mapping[str, Table], report: Report
-) -> tuple[dict[str, HelperDef], frozenset[str]]:
-    """The helpers that are in order, by key, and the keys of those that are not."""
+@dataclass(frozen=True)
+class Helpers:
+    """The helpers of a workbook.
+
+    Attributes:
+        by_key: those that are in order.
+        dropped: the keys of those that are not.
+        cells: the name's and the formula's cell, by key.
+    """
+
+    by_key: Mapping[str, HelperDef] = field(default_factory=dict)
+    dropped: frozenset[str] = frozenset()
+    cells: Mapping[str, tuple[Cell, Cell]] = field(default_factory=dict)
+
+
+def check_helpers(workbook: Workbook, tables: Mapping[str, Table], report: Report) -> Helpers:
+    """Compile the helpers; what is wrong goes to the report."""
     helpers: dict[str, HelperDef] = {}
     cells: dict[str, Cell] = {}
+    names: dict[str, Cell] = {}
     dropped: set[str] = set()
     places: dict[str, Address] = {}
     for helper in workbook.helpers:
@@ -43,6 +58,7 @@ def check_helpers(
         inputs = tuple(Input(c.text, argument_name(c.text) or "value") for c in helper.inputs)
         helpers[k] = HelperDef(argument_name(helper.name.text), inputs)
         cells[k] = helper.formula
+        names[k] = helper.name
     for k, definition in list(helpers.items()):
         try:
             scope = make_scope([(p.shown, None) for p in definition.parameters], helpers, tables=tables)
@@ -51,7 +67,8 @@ def check_helpers(
             tell(report, cells[k], problem)
             dropped.add(k)
     dropped |= _circles(helpers, cells, report)
-    return {k: h for k, h in helpers.items() if k not in dropped}, frozenset(dropped)
+    kept = {k: h for k, h in helpers.items() if k not in dropped}
+    return Helpers(kept, frozenset(dropped), {k: (names[k], cells[k]) for k in kept})
 
 
 def _circles(helpers: Mapping[str, HelperDef], cells: Mapping[str, Cell], report: Report) -> set[str]:

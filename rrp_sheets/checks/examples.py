@@ -1,0 +1,242 @@
+"""Example values: what every row gives for the examples of its inputs (design: 3-formulas, Checking before the run).
+
+Formulas are evaluated by the guarded interpreter of this check alone; nothing of it reaches a run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from rrp_sheets.checks.facts import EVENT, TIMER, Fact, Rate, fastest, slower
+from rrp_sheets.checks.known import (
+    ANY,
+    BLANK,
+    NUMBER,
+    RECORD,
+    UNKNOWN,
+    Known,
+    either,
+    exactly,
+    kind_of_value,
+    not_blank,
+)
+from rrp_sheets.checks.reasoning import known_of
+from rrp_sheets.connectors.combine_latest import together
+from rrp_sheets.connectors.timestamp import TIMED
+from rrp_sheets.formulas import Formula
+from rrp_sheets.formulas.evaluator import GuardedInterpreter
+from rrp_sheets.formulas.limits import STEPS
+from rrp_sheets.graph import Graph, Step
+from rrp_sheets.model.values import Failure, Field, Record, RecordType, Value
+
+MOST_STEPS = 1_000_000
+"""Of all example evaluations of one check together: a workbook full of endless work is checked quickly all the same."""
+MOST_OTHERS = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Trouble:
+    """A formula that fails on an example: with which values, by input, and why."""
+
+    failure: Failure
+    values: tuple[tuple[str, Value], ...]
+
+
+class Examples:
+    """Works the rows' examples out, in their order."""
+
+    def __init__(self, graph: Graph) -> None:
+        self._graph = graph
+        self._interpreter = GuardedInterpreter()
+        self._left = MOST_STEPS
+        self._prepared: dict[tuple[str, tuple[str, ...]], Callable[..., Value]] = {}
+
+    def work_out(self, step: Step, facts: Sequence[Fact], formula: Formula | None) -> tuple[Fact, Trouble | None]:
+        """What a row gives, and whether its formula fails on the examples; `facts` are those of its inputs."""
+        name = step.connector.name
+        if step.row.formula and formula is None and step.period_us is None:
+            return Fact(), None  # its formula is wrong, which is told elsewhere
+        if name == "accumulate":
+            return self._accumulate(step, facts, formula)
+        if name == "combineLatest" and formula is None:
+            return self._together(step, facts), None
+        if name == "merge":
+            return _merged(facts), None
+        if name == "timestamp":
+            return _timed(facts[0]), None
+        if name == "filter" and formula is not None:
+            return self._filter(formula, facts)
+        if name in _PASSES:
+            return _PASSES[name](step, facts), None
+        if formula is not None:
+            return self._mapped(step, formula, facts)
+        return (_merged(facts) if step.connector.drives else Fact()), None
+
+    # ---- connectors with a formula
+    def _mapped(self, step: Step, formula: Formula, facts: Sequence[Fact]) -> tuple[Fact, Trouble | None]:
+        known = known_of(formula.tree, dict(zip(formula.names, [f.known for f in facts], strict=True)))
+        rate = fastest([f.rate for f in facts]) if step.connector.name == "combineLatest" else facts[0].rate
+        fact = Fact(known, rate=rate, sure=all(f.sure for f in facts))
+        result, trouble = self._evaluate(formula, facts)
+        if isinstance(result, Failure):
+            return fact, trouble
+        return _with_example(fact, result), None
+
+    def _filter(self, formula: Formula, facts: Sequence[Fact]) -> tuple[Fact, Trouble | None]:
+        first = facts[0]
+        result, trouble = self._evaluate(formula, facts)
+        passes = type(result) in (bool, int, float) and bool(result)
+        if not passes and first.may_be_blank and trouble is None:
+            blank = replace(first, example=None, has_example=True)
+            again, _ = self._evaluate(formula, [blank, *facts[1:]])
+            if type(again) in (bool, int, float) and again:  # it lets only the blank pass
+                return replace(blank, known=exactly(None)), None
+        if passes and first.example is not None:
+            return replace(
+                first, known=not_blank(first.known) if _refuses_blank(self, formula, facts) else first.known
+            ), None
+        return replace(first, sure=first.sure and passes), trouble
+
+    def _accumulate(self, step: Step, facts: Sequence[Fact], formula: Formula | None) -> tuple[Fact, Trouble | None]:
+        rate = fastest([f.rate for f in facts])
+        if formula is None:
+            return Fact(Known(NUMBER, low=1.0), True, 1, rate=rate), None
+        names = formula.names[len(step.connector.extra) :]
+        inputs = {n: replace(f.known, blank=True, choices=None) for n, f in zip(names, facts, strict=True)}
+        known = known_of(formula.tree, {"value": UNKNOWN, **inputs, "total": Known(NUMBER)})
+        known = (
+            known if known.kind == NUMBER else known_of(formula.tree, {"value": UNKNOWN, **inputs, "total": UNKNOWN})
+        )
+        fact = Fact(known, rate=rate, sure=all(f.sure for f in facts))
+        troubles: list[Trouble] = []
+        for place, input_fact in enumerate(facts):
+            if not input_fact.has_example:
+                continue
+            arrived = [input_fact.example if i == place else None for i in range(len(facts))]
+            values = [0 if n == "total" else input_fact.example for n in step.connector.extra] + arrived
+            result = self._call(formula, values)
+            if not isinstance(result, Failure):
+                fact = fact if fact.has_example else _with_example(fact, result)
+            elif input_fact.sure and not _from_holes(result, [input_fact]):
+                troubles.append(Trouble(result, tuple(zip(formula.names, values, strict=True))))
+        return fact, troubles[0] if troubles else None
+
+    def _together(self, step: Step, facts: Sequence[Fact]) -> Fact:
+        record = together(tuple(self._graph.streams[i].name for i in step.inputs))
+        fields = dict(zip(record.positions, [f.known for f in facts], strict=True))
+        rate = fastest([f.rate for f in facts])
+        fact = Fact(Known(RECORD, record, fields), rate=rate, sure=all(f.sure for f in facts))
+        if not all(f.has_example for f in facts):
+            return fact
+        values = dict(zip(record.positions, [f.example for f in facts], strict=True))
+        holes = any(f.holes for f in facts)
+        return replace(fact, has_example=True, example=Record(record, values), holes=holes)
+
+    # ---- evaluating
+    def _evaluate(self, formula: Formula, facts: Sequence[Fact]) -> tuple[Value, Trouble | None]:
+        if not all(f.has_example for f in facts):
+            return _UNKNOWN, None
+        values = [f.example for f in facts]
+        result = self._call(formula, values)
+        if not isinstance(result, Failure) or not all(f.sure for f in facts) or _from_holes(result, facts):
+            return result, None
+        return result, Trouble(result, tuple(zip(formula.names, values, strict=True)))
+
+    def _call(self, formula: Formula, values: Sequence[Value]) -> Value:
+        if self._left <= 0:
+            return _UNKNOWN
+        at = (formula.text, formula.names)
+        if at not in self._prepared:
+            self._prepared[at] = formula.prepare(self._interpreter)
+        result = self._prepared[at](*values)
+        self._left -= STEPS - max(self._interpreter.steps, 0)
+        return result
+
+    def fails_for(self, formula: Formula, values: Sequence[Value]) -> bool:
+        """Whether a formula cannot work with these values."""
+        result = self._call(formula, values)
+        return isinstance(result, Failure) and result.code != ""
+
+
+_UNKNOWN = Failure("", "")
+_NOT_FOUND = frozenset({"FORM106", "FORM111", "FORM112"})
+"""Looking up what is not there is how a workbook says that nothing is to happen; the examples cannot know."""
+
+
+def _from_holes(failure: Failure, facts: Sequence[Fact]) -> bool:
+    """Whether a failure says nothing about the formula: the example lacks what it needs, or was looked up in vain."""
+    return (
+        failure.code == "" or failure.code in _NOT_FOUND or (failure.code == "FORM102" and any(f.holes for f in facts))
+    )
+
+
+def _refuses_blank(examples: Examples, formula: Formula, facts: Sequence[Fact]) -> bool:
+    """Whether a filter never lets blank pass: it fails on it, or does not hold."""
+    if not facts[0].may_be_blank or not all(f.has_example for f in facts):
+        return False
+    result = examples._call(formula, [None, *(f.example for f in facts[1:])])
+    return isinstance(result, Failure) or not result
+
+
+def _with_example(fact: Fact, value: Value) -> Fact:
+    """The fact with its example; where nothing is known about the values, the example says their kind."""
+    known = fact.known
+    kind = kind_of_value(value)
+    if known.kind == RECORD and known.record is None and isinstance(value, Record):
+        known = replace(known, record=value.type)
+    return replace(fact, known=known, has_example=True, example=value, holes=kind == ANY)
+
+
+def _merged(facts: Sequence[Fact]) -> Fact:
+    known = facts[0].known
+    others: list[Value] = []
+    for fact in facts[1:]:
+        known = either(known, fact.known)
+        first = facts[0]
+        if fact.has_example and first.has_example and not alike(first.example, fact.example):
+            others.append(fact.example)
+    rate = fastest([f.rate for f in facts])
+    sure = all(f.sure for f in facts)
+    kept = tuple(o for f in facts for o in f.others) + tuple(others)
+    return replace(
+        facts[0], known=known, others=kept[:MOST_OTHERS], rate=rate, sure=sure, holes=any(f.holes for f in facts)
+    )
+
+
+def alike(first: Value, second: Value) -> bool:
+    """Whether two values are of one type; blank goes with all."""
+    kinds = {kind_of_value(first), kind_of_value(second)} - {BLANK}
+    if len(kinds) < 2:
+        both = isinstance(first, Record) and isinstance(second, Record)
+        return not both or first.type == second.type
+    return False
+
+
+def _timed(fact: Fact) -> Fact:
+    value = Field("value", example=fact.example if isinstance(fact.example, Record) else None)
+    record = RecordType(TIMED.name, (value, *TIMED.fields[1:]), TIMED.aliases, TIMED.positions)
+    known = Known(RECORD, record, {"value": fact.known, "timestamp": Known(NUMBER, low=0.0, unit="s")})
+    if not fact.has_example:
+        return Fact(known, rate=fact.rate)
+    example = Record(record, {"value": fact.example, "timestamp": 1.0})
+    return Fact(known, True, example, sure=fact.sure, holes=fact.holes, rate=fact.rate)
+
+
+def _forgetting(step: Step, facts: Sequence[Fact]) -> Fact:
+    return replace(facts[0], known=replace(facts[0].known, blank=True, choices=_and_blank(facts[0].known)))
+
+
+def _and_blank(known: Known) -> tuple[Value, ...] | None:
+    return None if known.choices is None else (*known.choices, None)
+
+
+_PASSES: dict[str, Callable[[Step, Sequence[Fact]], Fact]] = {
+    "sample": lambda step, facts: replace(facts[0], rate=slower(facts[0].rate, step.period_us, TIMER)),
+    "throttle": lambda step, facts: replace(facts[0], rate=slower(facts[0].rate, step.period_us)),
+    "delay": lambda step, facts: facts[0],
+    "changes": lambda step, facts: replace(facts[0], rate=Rate("change")),
+    "once": lambda step, facts: replace(facts[0], rate=Rate(EVENT)),
+    "timeout": lambda step, facts: replace(facts[0], rate=Rate(EVENT)),
+    "forgetAfter": _forgetting,
+}

@@ -1,0 +1,135 @@
+"""What is known about a value before anything runs: its kind, its fields, its bounds, or all values it can have."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+
+from rrp_sheets.model.names import key
+from rrp_sheets.model.values import Field, Record, RecordType, Value
+
+MOST_CHOICES = 100
+NUMBER, TEXT, TRUTH, LIST, RECORD, BLANK, ANY = "number", "text", "truth", "list", "record", "blank", "any"
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """What is known about a value.
+
+    Attributes:
+        kind: `number`, `text`, `truth`, `list`, `record`, `blank`, or `any` when that is not known. A value of another
+            kind than `any` and `blank` may be blank besides, when `blank` says so.
+        record: the type of a record.
+        fields: what is known about a record's fields, by key, where it is more than their type says.
+        low, high: bounds of a number; infinite when not known.
+        choices: all the values that it can have; None when there are too many, or when they are not known.
+        unit: of a number.
+        blank: whether it may be blank.
+    """
+
+    kind: str = ANY
+    record: RecordType | None = None
+    fields: Mapping[str, Known] = field(default_factory=dict)
+    low: float = -math.inf
+    high: float = math.inf
+    choices: tuple[Value, ...] | None = None
+    unit: str = ""
+    blank: bool = False
+
+    @property
+    def bounded(self) -> bool:
+        """Whether a number has bounds on both sides."""
+        return self.kind == NUMBER and math.isfinite(self.low) and math.isfinite(self.high)
+
+    def at(self, name: str) -> Known:
+        """What is known about a field."""
+        if self.record is None:
+            return UNKNOWN
+        k = self.record.keys.get(key(name), "")
+        if k in self.fields:
+            return self.fields[k]
+        if self.choices is not None:
+            return one_of(c.values.get(k) for c in self.choices if isinstance(c, Record))
+        found = next((f for f in self.record.fields if key(f.name) == k), None)
+        return UNKNOWN if found is None else of_field(found)
+
+
+UNKNOWN = Known()
+
+
+def of_field(f: Field) -> Known:
+    """What a record type says about a field."""
+    if isinstance(f.example, Record):
+        return Known(RECORD, f.example.type)
+    return Known(f.kind, unit=f.unit) if f.kind in (NUMBER, TEXT, TRUTH) else UNKNOWN
+
+
+def kind_of_value(value: Value) -> str:
+    """The kind of a value.
+
+    >>> kind_of_value(2), kind_of_value(True), kind_of_value(None)
+    ('number', 'truth', 'blank')
+    """
+    if value is None:
+        return BLANK
+    if isinstance(value, bool):
+        return TRUTH
+    if isinstance(value, (int, float)):
+        return NUMBER
+    if isinstance(value, str):
+        return TEXT
+    return RECORD if isinstance(value, Record) else LIST if isinstance(value, (list, tuple)) else ANY
+
+
+def exactly(value: Value) -> Known:
+    """A value that is known.
+
+    >>> exactly(3).low, exactly("red").choices
+    (3.0, ('red',))
+    """
+    kind = kind_of_value(value)
+    if kind == NUMBER:
+        return Known(kind, low=float(value), high=float(value), choices=(value,))
+    record = value.type if isinstance(value, Record) else None
+    return Known(kind, record, choices=(value,), blank=value is None)
+
+
+def one_of(values: Iterable[Value]) -> Known:
+    """One of several values."""
+    result: Known | None = None
+    for value in values:
+        known = exactly(value)
+        result = known if result is None else either(result, known)
+    return UNKNOWN if result is None else result
+
+
+def either(first: Known, second: Known) -> Known:
+    """One or the other.
+
+    >>> either(exactly(1), exactly(3)).high, either(exactly(1), exactly("a")).kind
+    (3.0, 'any')
+    """
+    choices = None
+    if first.choices is not None and second.choices is not None:
+        more = [c for c in second.choices if not any(type(c) is type(o) and c == o for o in first.choices)]
+        choices = (*first.choices, *more) if len(first.choices) + len(more) <= MOST_CHOICES else None
+    if BLANK in (first.kind, second.kind):
+        other = second if first.kind == BLANK else first
+        return replace(other, choices=choices, blank=True)
+    blank = first.blank or second.blank
+    if first.kind != second.kind:
+        return Known(choices=choices, blank=blank)
+    unit = first.unit if first.unit == second.unit else first.unit or second.unit
+    record = first.record if first.record == second.record else None
+    fields = {k: either(v, second.fields[k]) for k, v in first.fields.items() if k in second.fields} if record else {}
+    low, high = min(first.low, second.low), max(first.high, second.high)
+    return Known(first.kind, record, fields, low, high, choices, unit, blank)
+
+
+def not_blank(known: Known) -> Known:
+    """The same, when it is not blank."""
+    if known.kind == BLANK or not known.blank:
+        return known
+    kept = None if known.choices is None else tuple(c for c in known.choices if c is not None)
+    return replace(known, choices=kept, blank=False)

@@ -1,0 +1,252 @@
+"""What is known about a formula's value from what is known about its inputs, without evaluating it."""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+from rrp_sheets.checks.known import (
+    LIST,
+    NUMBER,
+    TEXT,
+    TRUTH,
+    UNKNOWN,
+    Known,
+    either,
+    exactly,
+    one_of,
+)
+from rrp_sheets.formulas import HelperDef, Table
+from rrp_sheets.formulas.functions.logic import IfError
+from rrp_sheets.formulas.functions.tables import Pick
+from rrp_sheets.model.values import Value
+
+Names = Mapping[str, Known]
+MOST_STEPS = 2_000
+_TRUTHS = frozenset({"ISBLANK", "ISTEXT", "ISNUMBER", "EXACT", "ANY", "ALL"})
+_TEXTS = frozenset({"CONCAT", "FIXED", "LEFT", "LOWER", "MID", "RIGHT", "STR", "SUBSTITUTE", "TRIM", "UPPER"})
+_LISTS = frozenset({"LIST", "RANGE", "REVERSE", "SORTED"})
+_BOUNDS = {
+    "ABS": (0, math.inf), "ACOS": (0, math.pi), "ANGLE": (-math.pi, math.pi), "ASIN": (-math.pi / 2, math.pi / 2),
+    "ATAN": (-math.pi / 2, math.pi / 2), "COS": (-1, 1), "COUNT": (0, math.inf), "DISTANCE": (0, math.inf),
+    "EXP": (0, math.inf), "HYPOT": (0, math.inf), "LEN": (0, 2_000), "MATCH": (1, 1_000), "ROWS": (0, 1_000),
+    "SIGN": (-1, 1), "SIN": (-1, 1), "SQRT": (0, math.inf),
+}  # fmt: skip
+_NUMBERS = frozenset(
+    {"AVERAGE", "CEIL", "DEGREES", "INT", "LN", "LOG10", "MEDIAN", "MOD", "PI", "POWER", "RADIANS", "ROUND", "SCALE",
+     "SUM", "TAN", "TRUNC", "VALUE"}
+)  # fmt: skip
+
+
+def known_of(tree: ast.AST, names: Names) -> Known:
+    """What is known about the value of a resolved tree; `names` are its inputs.
+
+    >>> from rrp_sheets.formulas import compile_formula, make_scope
+    >>> tree = compile_formula("CLAMP(x * 2, 0, 1) + 1", make_scope([("X", None)])).tree
+    >>> known = known_of(tree, {"x": UNKNOWN}); known.kind, known.low, known.high
+    ('number', 1.0, 2.0)
+    """
+    return _of(tree, _Env(names, [MOST_STEPS]))
+
+
+@dataclass(frozen=True, slots=True)
+class _Env:
+    """The names in scope, and how many nodes may still be looked at (helpers that call helpers could be endless)."""
+
+    names: Names
+    budget: list[int]
+
+
+def _of(tree: ast.AST, env: _Env) -> Known:
+    env.budget[0] -= 1
+    found = _NODES.get(type(tree))
+    return UNKNOWN if found is None or env.budget[0] < 0 else found(tree, env)
+
+
+def _constant(node: ast.Constant, env: _Env) -> Known:
+    return UNKNOWN if isinstance(node.value, Table) else exactly(node.value)
+
+
+def _name(node: ast.Name, env: _Env) -> Known:
+    return env.names.get(node.id, UNKNOWN)
+
+
+def _attribute(node: ast.Attribute, env: _Env) -> Known:
+    return _of(node.value, env).at(node.attr)
+
+
+def _subscript(node: ast.Subscript, env: _Env) -> Known:
+    owner = _of(node.value, env)
+    place = node.slice.value if isinstance(node.slice, ast.Constant) else None
+    if owner.record is not None and isinstance(place, str):
+        return owner.at(place)
+    if owner.record is not None and type(place) is int and -len(owner.record.positions) <= place:
+        return owner.at(owner.record.positions[place]) if place < len(owner.record.positions) else UNKNOWN
+    if isinstance(node.value, (ast.Tuple, ast.List)) and type(place) is int:
+        members = node.value.elts
+        return _of(members[place], env) if -len(members) <= place < len(members) else UNKNOWN
+    return _member(owner.choices) if owner.kind == LIST else Known(TEXT) if owner.kind == TEXT else UNKNOWN
+
+
+def _member(lists: tuple[Value, ...] | None) -> Known:
+    """A member of one of these lists."""
+    if lists is None:
+        return UNKNOWN
+    return one_of(m for members in lists if isinstance(members, (list, tuple)) for m in members)
+
+
+def _ifexp(node: ast.IfExp, env: _Env) -> Known:
+    return either(_of(node.body, env), _of(node.orelse, env))
+
+
+def _iferror(node: IfError, env: _Env) -> Known:
+    return either(_of(node.value, env), _of(node.otherwise, env))
+
+
+def _truth(node: ast.AST, env: _Env) -> Known:
+    return Known(TRUTH)
+
+
+def _text(node: ast.JoinedStr, env: _Env) -> Known:
+    return Known(TEXT)
+
+
+def _list(node: ast.List | ast.Tuple, env: _Env) -> Known:
+    parts = [_of(e, env).choices for e in node.elts]
+    if all(p is not None and len(p) == 1 for p in parts):
+        return Known(LIST, choices=([p[0] for p in parts if p is not None],))
+    return Known(LIST)
+
+
+def _listcomp(node: ast.ListComp, env: _Env) -> Known:
+    return Known(LIST)
+
+
+def _unary(node: ast.UnaryOp, env: _Env) -> Known:
+    if isinstance(node.op, ast.Not):
+        return Known(TRUTH)
+    value = _of(node.operand, env)
+    if isinstance(node.op, ast.UAdd):
+        return _number(value.low, value.high, value)
+    return _number(-value.high, -value.low, value)
+
+
+def _number(low: float, high: float, like: Known | None = None) -> Known:
+    """A number within bounds; bounds that are no numbers (∞ - ∞) are none."""
+    low = -math.inf if math.isnan(low) else low
+    high = math.inf if math.isnan(high) else high
+    choices = (low,) if low == high and math.isfinite(low) else None
+    return Known(NUMBER, low=low, high=high, choices=choices, unit=like.unit if like else "")
+
+
+def _binop(node: ast.BinOp, env: _Env) -> Known:
+    left, right = _of(node.left, env), _of(node.right, env)
+    if isinstance(node.op, ast.Add) and {left.kind, right.kind} & {TEXT, LIST}:
+        return Known(left.kind if left.kind in (TEXT, LIST) else right.kind)
+    if isinstance(node.op, ast.Mult) and {left.kind, right.kind} & {TEXT, LIST}:
+        return Known(left.kind if left.kind in (TEXT, LIST) else right.kind)
+    if isinstance(node.op, ast.Add) and NUMBER not in (left.kind, right.kind):
+        return UNKNOWN  # two texts, as far as is known
+    low, high = _bounds(node.op, left, right)
+    unit = (left.unit or right.unit) if isinstance(node.op, (ast.Add, ast.Sub)) else ""
+    return replace(_number(low, high), unit=unit)
+
+
+def _bounds(op: ast.operator, left: Known, right: Known) -> tuple[float, float]:
+    if isinstance(op, ast.Add):
+        return left.low + right.low, left.high + right.high
+    if isinstance(op, ast.Sub):
+        return left.low - right.high, left.high - right.low
+    if isinstance(op, (ast.Mult, ast.Div)) and left.bounded and right.bounded:
+        if isinstance(op, ast.Div) and right.low <= 0 <= right.high:
+            return -math.inf, math.inf
+        pairs = [(a, b) for a in (left.low, left.high) for b in (right.low, right.high)]
+        ends = [a * b if isinstance(op, ast.Mult) else a / b for a, b in pairs]
+        return min(ends), max(ends)
+    return -math.inf, math.inf
+
+
+def _pick(node: Pick, env: _Env) -> Known:
+    if len(node.members) == 1:
+        return _among(node.members[0], env)
+    found = [_of(m, env) for m in node.members]
+    result = found[0]
+    for known in found[1:]:
+        result = either(result, known)
+    return result
+
+
+def _among(node: ast.AST, env: _Env) -> Known:
+    """A member of a list, or a row of a table."""
+    if isinstance(node, ast.Constant) and isinstance(node.value, Table):
+        rows = one_of(node.value.rows[:1])  # all rows are alike, and there may be many
+        return replace(rows, choices=node.value.rows) if node.value.rows else UNKNOWN
+    return _member(_of(node, env).choices)
+
+
+def _call(node: ast.Call, env: _Env) -> Known:
+    helper: HelperDef | None = getattr(node, "helper", None)
+    if helper is not None:
+        given = {p.name: _of(a, env) for p, a in zip(helper.parameters, node.args, strict=True)}
+        return _of(helper.tree, _Env(given, env.budget)) if helper.tree is not None else UNKNOWN
+    name = node.func.id if isinstance(node.func, ast.Name) else ""
+    if name in _SPECIAL:
+        return _SPECIAL[name](node, env)
+    if name in _TRUTHS:
+        return Known(TRUTH)
+    if name in _TEXTS:
+        return Known(TEXT)
+    if name in _LISTS:
+        return Known(LIST)
+    if name in _BOUNDS:
+        return _number(*_BOUNDS[name])
+    return Known(NUMBER) if name in _NUMBERS else UNKNOWN
+
+
+def _index(node: ast.Call, env: _Env) -> Known:
+    return _among(node.args[0], env)
+
+
+def _xlookup(node: ast.Call, env: _Env) -> Known:
+    found = _among(node.args[2], env)
+    return either(found, _of(node.args[3], env)) if len(node.args) > 3 else found
+
+
+def _clamp(node: ast.Call, env: _Env) -> Known:
+    value, low, high = (_of(a, env) for a in node.args)
+    return replace(_number(max(value.low, low.low), min(value.high, high.high)), unit=value.unit)
+
+
+def _extreme(node: ast.Call, env: _Env) -> Known:
+    found = [_of(a, env) for a in node.args]
+    if len(found) < 2 or any(f.kind != NUMBER for f in found):
+        return Known(NUMBER) if len(found) > 1 else _member(found[0].choices)
+    best = min if isinstance(node.func, ast.Name) and node.func.id == "MIN" else max
+    return _number(best(f.low for f in found), best(f.high for f in found), found[0])
+
+
+def _length(node: ast.Call, env: _Env) -> Known:
+    """ROWS: of a table or list that is known it is a constant."""
+    source = node.args[0]
+    if isinstance(source, ast.Constant) and isinstance(source.value, (Table, list, tuple)):
+        return exactly(len(source.value))
+    return _number(0, 1_000)
+
+
+def _radians(node: ast.Call, env: _Env) -> Known:
+    value = _of(node.args[0], env)
+    scale = math.radians if isinstance(node.func, ast.Name) and node.func.id == "RADIANS" else math.degrees
+    return _number(scale(value.low), scale(value.high))
+
+
+_SPECIAL: dict[str, Callable[[ast.Call, _Env], Known]] = {
+    "INDEX": _index, "XLOOKUP": _xlookup, "CLAMP": _clamp, "MIN": _extreme, "MAX": _extreme, "ROWS": _length,
+    "RADIANS": _radians, "DEGREES": _radians,
+}  # fmt: skip
+_NODES: dict[type, Callable[..., Known]] = {
+    ast.Constant: _constant, ast.Name: _name, ast.Attribute: _attribute, ast.Subscript: _subscript, ast.IfExp: _ifexp,
+    IfError: _iferror, ast.Compare: _truth, ast.BoolOp: _truth, ast.JoinedStr: _text, ast.List: _list,
+    ast.Tuple: _list, ast.ListComp: _listcomp, ast.UnaryOp: _unary, ast.BinOp: _binop, ast.Call: _call, Pick: _pick,
+}  # fmt: skip
