@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
+    from rrp_sheets.compare import Comparison
     from rrp_sheets.runs import RunResult, RunSettings, RunView
     from rrp_sheets.workbook import Reading
 
-__all__ = ["RunSettings", "check", "convert", "draw", "explain", "new", "read", "run"]
+__all__ = ["RunSettings", "check", "convert", "diff", "draw", "explain", "new", "read", "run"]
 
 
 def __getattr__(name: str) -> Any:
@@ -61,6 +62,22 @@ def convert(path: Path | str, target: Path | str) -> Path:
     from rrp_sheets.runs.copies import as_xlsx
 
     return as_xlsx(read(path), load_robot(), Path(target))
+
+
+def diff(first: Path | str, second: Path | str) -> Comparison:
+    """Compare two workbooks of any formats by what they mean; `same` tells whether they have the same behaviour.
+
+    Raises:
+        UnreadableFile: when one of them cannot be read at all.
+
+    >>> from rrp_sheets.resources import bundled
+    >>> diff(bundled("workbooks", "greeter.xlsx"), bundled("workbooks", "source", "greeter.md")).same
+    True
+    """
+    from rrp_sheets.compare import compare
+    from rrp_sheets.compare.opening import open_checked
+
+    return compare(open_checked(Path(first)), open_checked(Path(second)))
 
 
 def draw(path: Path | str, target: Path | str, behaviour: str = "") -> tuple[Checked, list[str]]:

@@ -17,6 +17,7 @@ _COMMANDS = {
     "check": "Say what is wrong with a workbook, and what to do about it.",
     "diagram": "Draw a workbook's behaviours.",
     "explain": "Say in plain words what a workbook does.",
+    "diff": "Say what is different between two workbooks, by what they mean.",
     "help": "Explain connectors, functions, devices, the scene, a code or a name.",
     "run": "Run a workbook on the simulated robot.",
     "serve": "Show the workbooks of a folder in the browser.",

@@ -15,7 +15,7 @@ from rrp_sheets.workbook.raw import Book, RawSheet, unreadable
 from rrp_sheets.workbook.reader import Reader
 from rrp_sheets.workbook.text_books import decode, read_csv, read_markdown
 
-_MARKDOWN = {".md", ".markdown"}
+MARKDOWN = {".md", ".markdown"}
 _MACROS = {".xlsm", ".xltm", ".xlam"}
 
 
@@ -39,8 +39,12 @@ class Reading:
     sheets: tuple[RawSheet, ...] = field(default=(), repr=False, compare=False)
 
 
-def read(path: Path | str) -> Reading:
+def read(path: Path | str, suffix: str = "") -> Reading:
     """Read a workbook: an .xlsx file, a folder of CSV files (or one), or a Markdown file.
+
+    Args:
+        path: the file or the folder.
+        suffix: the ending that tells its format, if its own does not (git's temporary files).
 
     Raises:
         UnreadableFile: when it cannot be read at all, or is refused. What is wrong inside the sheets is in the
@@ -48,7 +52,7 @@ def read(path: Path | str) -> Reading:
     """
     path = Path(path)
     try:
-        book, digest = _open(path)
+        book, digest = open_book(path, suffix)
     except OSError as error:
         why = error.strerror or "the system refuses it"
         raise unreadable("FILE016", name=path.name or str(path), why=why) from error
@@ -56,30 +60,37 @@ def read(path: Path | str) -> Reading:
     return Reading(reader.workbook, reader.report, digest, book.format, tuple(reader.sheets))
 
 
-def _open(path: Path) -> tuple[Book, str]:
+def open_book(path: Path, suffix: str = "") -> tuple[Book, str]:
+    """A file's sheets, and its digest; see `read`."""
     if "\0" in str(path) or not path.exists():
         hint = f"Did you mean “{path.name}.xlsx”?" if path.name and path.with_name(f"{path.name}.xlsx").exists() else ""
         raise unreadable("FILE001", name=path.name or str(path), hint=hint or "Check the spelling and the folder.")
     if path.is_dir():
         return _open_folder(path)
-    suffix = path.suffix.casefold()
+    suffix = (suffix or path.suffix).casefold()
     if not path.is_file():
         raise unreadable("FILE002", name=path.name)
-    data = _bytes(path, limits.FILE_BYTES)
+    data = file_bytes(path, limits.FILE_BYTES)
     if suffix in _MACROS:
         raise unreadable("FILE004", name=path.name)
     if not data:
         raise unreadable("FILE015", name=path.name)
-    if suffix in _MARKDOWN:
-        return read_markdown(data, path.name), _digest({path.name: data}, named=False)
+    if suffix in MARKDOWN:
+        return read_markdown(data, path.name), text_digest({path.name: data}, named=False)
     if suffix == ".csv":
-        return read_csv({path.stem: data}, path.name), _digest({path.stem: data}, named=True)
+        return read_csv({path.stem: data}, path.name), text_digest({path.stem: data}, named=True)
     from rrp_sheets.workbook.xlsx import XlsxBook
 
     return XlsxBook(data, path.name), hashlib.sha256(data).hexdigest()
 
 
 def _open_folder(folder: Path) -> tuple[Book, str]:
+    files = csv_files(folder)
+    return read_csv(files, folder.name or str(folder)), text_digest(files, named=True)
+
+
+def csv_files(folder: Path) -> dict[str, bytes]:
+    """The contents of a folder's CSV files by sheet name."""
     paths = sorted(p for p in folder.iterdir() if p.suffix.casefold() == ".csv" and p.name[0] not in ".~")
     if len(paths) > limits.SHEETS:
         raise unreadable("FILE012", name=folder.name, count=len(paths), limit=limits.SHEETS)
@@ -87,12 +98,12 @@ def _open_folder(folder: Path) -> tuple[Book, str]:
     left = limits.FILE_BYTES
     for p in paths:
         if p.is_file():
-            files[p.stem] = _bytes(p, left)
+            files[p.stem] = file_bytes(p, left)
             left -= len(files[p.stem])
-    return read_csv(files, folder.name or str(folder)), _digest(files, named=True)
+    return files
 
 
-def _bytes(path: Path, most: int) -> bytes:
+def file_bytes(path: Path, most: int = limits.FILE_BYTES) -> bytes:
     """The bytes of a file, read once so that what is checked, hashed and parsed is the same."""
     with path.open("rb") as file:
         data = file.read(limits.FILE_BYTES + 1)
@@ -104,7 +115,7 @@ def _bytes(path: Path, most: int) -> bytes:
     return data
 
 
-def _digest(files: Mapping[str, bytes], named: bool) -> str:
+def text_digest(files: Mapping[str, bytes], named: bool) -> str:
     """One SHA-256 over texts in the order of their names; with length and name of each where there are several."""
     total = hashlib.sha256()
     for name in sorted(files):

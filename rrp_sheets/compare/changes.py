@@ -1,0 +1,106 @@
+"""What a comparison says: a list of changes, each of which does or does not alter the behaviour."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from rrp_sheets.compare.tokens import Piece
+
+SCHEMA = 1  # of the JSON; grows when an entry changes its meaning or goes
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One difference.
+
+    Attributes:
+        kind: `added`, `removed`, `renamed`, `moved`, `changed`, `on`, `off`, `notes`, or `written` (the same, in
+            another spelling or at another place).
+        part: `behaviour`, `row`, `stream`, `device`, `helper`, `scene`, `gesture`, `protocol`, `test`, `table`,
+            `sheet`.
+        sheet: the sheet's name, that of the second workbook where both have it.
+        name: the stream, helper or field in question; empty for rows.
+        rows: its row in the first and in the second workbook, 0 where there is none.
+        what: the column, setting or field that changed.
+        before: what the first workbook says there.
+        after: what the second says.
+        effect: True when the behaviour is another one.
+        note: why it has no effect, or what the effect is.
+        pieces: of a formula, what stayed, went and came.
+    """
+
+    kind: str
+    part: str
+    sheet: str = ""
+    name: str = ""
+    rows: tuple[int, int] = (0, 0)
+    what: str = ""
+    before: str = ""
+    after: str = ""
+    effect: bool = True
+    note: str = ""
+    pieces: tuple[Piece, ...] = ()
+
+    def harmless(self, note: str) -> Change:
+        """The same change, where it has no effect, and why."""
+        return replace(self, effect=False, note=self.note or note) if self.effect else self
+
+
+@dataclass(frozen=True, slots=True)
+class Version:
+    """One of the two workbooks, as the comparison names it."""
+
+    source: str
+    digest: str
+    format: str
+    errors: int
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """What is different between two workbooks.
+
+    Attributes:
+        first: the older one, say.
+        second: the newer one.
+        changes: all of them; those of the behaviours first, sheet by sheet.
+    """
+
+    first: Version
+    second: Version
+    changes: tuple[Change, ...]
+
+    @property
+    def same(self) -> bool:
+        """Whether both have the same behaviour."""
+        return not any(c.effect for c in self.changes)
+
+    @property
+    def effects(self) -> Sequence[Change]:
+        """The changes that alter the behaviour."""
+        return [c for c in self.changes if c.effect]
+
+    @property
+    def others(self) -> Sequence[Change]:
+        """The changes that do not."""
+        return [c for c in self.changes if not c.effect]
+
+    def as_dict(self) -> dict[str, Any]:
+        """As `diff --json` prints it."""
+        from rrp_sheets.compare.wording import say
+
+        changes = []
+        for c in self.changes:
+            entry = {**asdict(c), "row_before": c.rows[0] or None, "row_after": c.rows[1] or None, "text": say(c)}
+            del entry["rows"]
+            entry["pieces"] = [{"kind": p.kind, "text": p.text} for p in c.pieces]
+            changes.append(entry)
+        return {
+            "schema": SCHEMA,
+            "same_behaviour": self.same,
+            "first": asdict(self.first),
+            "second": asdict(self.second),
+            "changes": changes,
+        }

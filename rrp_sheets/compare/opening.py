@@ -1,0 +1,50 @@
+"""Opening what is to be compared: workbooks, and what git hands over for them."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from rrp_sheets.checks import Checked, check_workbook
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.workbook import Reading, read
+
+_KNOWN = {".xlsx", ".xlsm", ".xltm", ".xlam", ".xls", ".ods", ".md", ".markdown", ".csv"}
+_HEAD = 8_192  # bytes that tell a format
+
+
+def open_workbook(path: Path) -> Reading:
+    """Read a workbook of any name: one without a known ending is told by its first bytes.
+
+    The null device, which git gives for a file that is not there, is a workbook without sheets.
+
+    Raises:
+        UnreadableFile: when it cannot be read at all, or is refused.
+    """
+    if str(path) == os.devnull:
+        return Reading(Workbook("nothing", ()), Report(), "", "none")
+    return read(path, _format(path))
+
+
+def open_checked(path: Path) -> tuple[Reading, Checked]:
+    """Read and check a workbook."""
+    reading = open_workbook(path)
+    return reading, check_workbook(reading.workbook, reading.report)
+
+
+def _format(path: Path) -> str:
+    """The ending that a file should have, if it has none of ours; empty when its own will do."""
+    if path.suffix.casefold() in _KNOWN or "\0" in str(path) or not path.is_file():
+        return ""
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD)
+    except OSError:
+        return ""
+    if b"\0" in head[:4] or head.startswith(b"PK"):
+        return ""
+    lines = [line.strip() for line in head.decode("utf-8", "replace").splitlines() if line.strip()]
+    if any(line.startswith("## ") for line in lines) and any(line.startswith("|") for line in lines):
+        return ".md"
+    return ".csv" if lines and any(mark in lines[0] for mark in ",;\t") else ""

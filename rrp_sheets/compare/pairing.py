@@ -1,0 +1,126 @@
+"""Which things of two lists belong together, and which of them have changed their order. Never quadratic."""
+
+from __future__ import annotations
+
+import bisect
+from collections import defaultdict, deque
+from collections.abc import Callable, Hashable, Iterable, Sequence
+from typing import TypeVar
+
+A = TypeVar("A")
+
+_CANDIDATES = 10  # looked at for each thing: the nearest of those that share something with it
+_NEAR = 2
+
+
+class Pairs:
+    """Pairs of indexes into two lists, found in several passes."""
+
+    def __init__(self, first: int, second: int) -> None:
+        self.to: dict[int, int] = {}
+        self.back: dict[int, int] = {}
+        self._sizes = (first, second)
+
+    def add(self, a: int, b: int) -> None:
+        """These two belong together."""
+        self.to[a], self.back[b] = b, a
+
+    def inverse(self) -> Pairs:
+        """The same pairs, from the second list to the first."""
+        other = Pairs(self._sizes[1], self._sizes[0])
+        other.to, other.back = self.back, self.to
+        return other
+
+    @property
+    def left(self) -> list[int]:
+        """Those of the first list that have no partner yet."""
+        return [i for i in range(self._sizes[0]) if i not in self.to]
+
+    @property
+    def right(self) -> list[int]:
+        """Those of the second list that have no partner yet."""
+        return [i for i in range(self._sizes[1]) if i not in self.back]
+
+    def by_key(
+        self,
+        first: Sequence[A],
+        second: Sequence[A],
+        of_first: Callable[[A], Hashable],
+        of_second: Callable[[A], Hashable],
+    ) -> None:
+        """Pair what has the same key, in order; a key of None pairs nothing."""
+        waiting: dict[Hashable, deque[int]] = defaultdict(deque)
+        for j in self.right:
+            k = of_second(second[j])
+            if k is not None:
+                waiting[k].append(j)
+        for i in self.left:
+            queue = waiting.get(of_first(first[i]))
+            if queue:
+                self.add(i, queue.popleft())
+
+    def by_likeness(
+        self,
+        first: Sequence[A],
+        second: Sequence[A],
+        features: Callable[[A], Iterable[Hashable]],
+        score: Callable[[A, A], float],
+        least: float,
+    ) -> None:
+        """Pair what is alike, the most alike first; only things that share a feature or stand near are looked at."""
+        left, right = self.left, self.right
+        if not left or not right:
+            return
+        places: dict[Hashable, list[int]] = defaultdict(list)  # places within `right`, ascending
+        for place, j in enumerate(right):
+            for feature in features(second[j]):
+                places[feature].append(place)
+        found: list[tuple[float, int, int, int]] = []
+        for place, i in enumerate(left):
+            here = place * len(right) // len(left)
+            near = set(range(max(0, here - _NEAR), min(len(right), here + _NEAR + 1)))
+            for feature in features(first[i]):
+                near.update(_nearest(places.get(feature, ()), here))
+            for other in near:
+                alike = score(first[i], second[right[other]])
+                if alike >= least:
+                    found.append((-alike, abs(other - here), i, right[other]))
+        for _, _, i, j in sorted(found):
+            if i not in self.to and j not in self.back:
+                self.add(i, j)
+
+    def moved(self) -> set[int]:
+        """Those of the first list whose partner has changed its place among the partners of the others."""
+        pairs = sorted(self.to.items())
+        return out_of_order([i for i, _ in pairs], [j for _, j in pairs])
+
+
+def _nearest(places: Sequence[int], here: int) -> Sequence[int]:
+    middle = bisect.bisect_left(places, here)
+    start = max(0, min(middle - _CANDIDATES // 2, len(places) - _CANDIDATES))
+    return places[start : start + _CANDIDATES]
+
+
+def out_of_order(names: Sequence[A], places: Sequence[int]) -> set[A]:
+    """The fewest names without which the places ascend.
+
+    >>> sorted(out_of_order("abcd", [0, 2, 3, 1]))
+    ['d']
+    """
+    tails: list[int] = []  # the last place of the best run of each length
+    at: list[int] = []  # and whose it is
+    before: list[int] = [-1] * len(places)
+    for i, place in enumerate(places):
+        length = bisect.bisect_left(tails, place)
+        before[i] = at[length - 1] if length else -1
+        if length == len(tails):
+            tails.append(place)
+            at.append(i)
+        else:
+            tails[length], at[length] = place, i
+    keep: set[int] = set()
+    i = at[-1] if at else -1
+    while i >= 0:
+        keep.add(i)
+        i = before[i]
+    return {name for i, name in enumerate(names) if i not in keep}

@@ -1,0 +1,204 @@
+"""What changed in the behaviours: sheets, rows, streams."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from rrp_sheets.compare.changes import Change
+from rrp_sheets.compare.match import Match
+from rrp_sheets.compare.order import reordered
+from rrp_sheets.compare.side import BehaviourView, RowView, Side, formula_name
+from rrp_sheets.compare.tokens import meanings, pieces
+from rrp_sheets.compare.trees import shape
+from rrp_sheets.model.names import argument_name, key
+
+OFF = "the row is switched off in both"
+RENAMED = "the same stream under another name"
+WRITTEN = "it means the same"
+_PLACE = "the row stands elsewhere, which changes nothing"
+
+
+def row_changes(first: Side, second: Side, found: Match) -> list[Change]:
+    """The changes of all behaviours, in the order of the second workbook's sheets and rows."""
+    out: list[Change] = []
+    late = reordered(first, second, found)
+    for b, behaviour in enumerate(second.behaviours):
+        a = found.behaviours.back.get(b)
+        if a is None:
+            out += _whole("added", behaviour)
+            continue
+        old = first.behaviours[a]
+        if old.key != behaviour.key:
+            out.append(Change("renamed", "behaviour", behaviour.name, before=old.name, after=behaviour.name,
+                              effect=False, note="the same rows under another name"))  # fmt: skip
+        elif old.name != behaviour.name:
+            out.append(Change("written", "behaviour", behaviour.name, what="name", before=old.name,
+                              after=behaviour.name, effect=False, note=WRITTEN))  # fmt: skip
+        out += _Pair(first, second, found, a, b, late).changes()
+    for a in found.behaviours.left:
+        out += _whole("removed", first.behaviours[a])
+    if found.behaviours.moved():
+        names = tuple(", ".join(b.name for b in side.behaviours) for side in (first, second))
+        out.append(Change("moved", "sheet", what="order of the sheets", before=names[0], after=names[1], effect=False,
+                          note="the rows are the same"))  # fmt: skip
+    return out
+
+
+def _whole(kind: str, behaviour: BehaviourView) -> Iterator[Change]:
+    """A behaviour that only one workbook has, and its rows."""
+    count = f"{len(behaviour.rows)} row{'s' if len(behaviour.rows) != 1 else ''}"
+    before, after = ("", count) if kind == "added" else (count, "")
+    on = any(row.on for row in behaviour.rows)
+    note = "" if on else "none of its rows is switched on"
+    yield Change(kind, "behaviour", behaviour.name, before=before, after=after, effect=on, note=note)
+    for row in behaviour.rows:
+        yield _one_sided(kind, row)
+
+
+def _one_sided(kind: str, view: RowView) -> Change:
+    number, text = view.row.number, row_text(view)
+    rows, before, after = ((0, number), "", text) if kind == "added" else ((number, 0), text, "")
+    note = "" if view.on else "the row is switched off"
+    return Change(kind, "row", view.sheet, rows=rows, before=before, after=after, effect=view.on, note=note)
+
+
+def row_text(view: RowView) -> str:
+    """A row in one line, as in the sheet."""
+    row = view.row
+    return " | ".join(c.text for c in (row.inputs_cell, row.connector, row.formula, row.output))
+
+
+class _Pair:
+    """Two behaviours that belong together."""
+
+    def __init__(
+        self, first: Side, second: Side, found: Match, a: int, b: int, late: dict[tuple[str, int], str]
+    ) -> None:
+        self.first, self.second, self.found, self.late = first, second, found, late
+        self.old, self.new = first.behaviours[a], second.behaviours[b]
+        self.pairs = found.rows[a, b]
+
+    def changes(self) -> list[Change]:
+        placed: list[tuple[int, int, list[Change]]] = []
+        moved = self.pairs.moved()
+        for a, b in self.pairs.to.items():
+            found = self._row(self.old.rows[a], self.new.rows[b], a in moved)
+            if found:
+                placed.append((self.new.rows[b].row.number, 1, found))
+        for b in self.pairs.right:
+            placed.append((self.new.rows[b].row.number, 1, [_one_sided("added", self.new.rows[b])]))
+        below = 0  # a row that is gone is told where it stood: after the row above it that is still there
+        for a, view in enumerate(self.old.rows):
+            if a in self.pairs.to:
+                below = self.new.rows[self.pairs.to[a]].row.number
+            else:
+                placed.append((below, 2, [_one_sided("removed", view)]))
+        placed.sort(key=lambda entry: entry[:2])
+        return [change for _, _, found in placed for change in found]
+
+    def _row(self, a: RowView, b: RowView, moved: bool) -> list[Change]:
+        out: list[Change] = []
+        if a.on != b.on:
+            out.append(self._change(a, b, "on" if b.on else "off"))
+        out += self._connector(a, b)
+        inputs = self._inputs(a, b)
+        formula = self._formula(a, b)
+        out += [*inputs, *formula, *self._output(a, b), *self._priority(a, b)]
+        late = self.late.get((self.new.key, b.row.number), "")
+        if late or moved:
+            out.append(self._change(a, b, "moved", effect=bool(late), note=late or _PLACE))
+        if a.row.notes != b.row.notes:
+            out.append(self._change(a, b, "notes", "notes", a.row.notes, b.row.notes, effect=False))
+        return out if a.on or b.on else [c.harmless(OFF) for c in out]
+
+    def _change(self, a: RowView, b: RowView, kind: str, what: str = "", before: str = "", after: str = "",
+                effect: bool = True, note: str = "") -> Change:  # fmt: skip
+        rows = (a.row.number, b.row.number)
+        return Change(kind, "row", b.sheet, rows=rows, what=what, before=before, after=after, effect=effect, note=note)
+
+    def _written(self, a: RowView, b: RowView, what: str, before: str, after: str) -> list[Change]:
+        if before == after:
+            return []
+        return [self._change(a, b, "written", what, before, after, effect=False, note=WRITTEN)]
+
+    def _connector(self, a: RowView, b: RowView) -> list[Change]:
+        before, after = a.row.connector.text, b.row.connector.text
+        if a.connector != b.connector:
+            return [self._change(a, b, "changed", "connector", before, after)]
+        return self._written(a, b, "connector", before, after)
+
+    def _inputs(self, a: RowView, b: RowView) -> list[Change]:
+        before, after = a.row.inputs_cell.text, b.row.inputs_cell.text
+        mine = self.found.inputs(a)
+        if mine != b.inputs:
+            change = self._change(a, b, "changed", "inputs", _above(before), _above(after))
+            if a.connector == b.connector == "combineLatest" and self._same_by_names(a, b):
+                return [change.harmless("the order of these inputs changes nothing")]
+            return [change]
+        if [key(c.text) for c in a.row.inputs] == [key(c.text) for c in b.row.inputs] or not self._renames(a, b):
+            return self._written(a, b, "inputs", _above(before), _above(after))
+        return []
+
+    def _same_by_names(self, a: RowView, b: RowView) -> bool:
+        if a.formula is None or b.formula is None or sorted(self.found.inputs(a)) != sorted(b.inputs):
+            return False
+        mine = dict(zip(a.formula.names[-len(a.inputs) :], self.found.inputs(a), strict=False))
+        other = dict(zip(b.formula.names[-len(b.inputs) :], b.inputs, strict=False))
+        return shape(a.formula.tree, mine, self.found.helpers) == shape(b.formula.tree, other)
+
+    def _renames(self, a: RowView, b: RowView) -> dict[str, str]:
+        """What the streams that a row reads are called now in its formula: new keys by old ones, where they differ."""
+        names = {}
+        for i in a.inputs:
+            j = self.found.streams.of(i)
+            old = formula_name(self.first.shown(i)) or "value"
+            new = formula_name(self.second.shown(j)) or "value"
+            if j in b.inputs and old != new:
+                names[old] = new
+        return names
+
+    def _formula(self, a: RowView, b: RowView) -> list[Change]:
+        before, after = a.row.formula.text, b.row.formula.text
+        names = {**self._renames(a, b), **self.found.helpers}
+        if before == after and not names:
+            return []
+        explained = meanings(before, names) == meanings(after)
+        if explained or self.found.shape(a) == b.shape or self._same_by_fields(a, b) or self._same_by_names(a, b):
+            return [] if explained and names else self._written(a, b, "formula", before, after)
+        found = pieces(before, after, names) if before and after else ()
+        return [replace(self._change(a, b, "changed", "formula", before, after), pieces=found)]
+
+    def _same_by_fields(self, a: RowView, b: RowView) -> bool:
+        """Whether only the fields are called otherwise that a combineLatest without formula names after its streams."""
+        if a.formula is None or b.formula is None or not self.first.field_names(a.inputs):
+            return False
+        fields = {}
+        for i, j in self.found.streams.to.items():
+            old, new = argument_name(self.first.shown(i)), argument_name(self.second.shown(j))
+            fields[key(old)] = key(new)
+        mine = {name: str(i) for i, name in enumerate(a.formula.names[-len(a.inputs) :])}
+        return shape(a.formula.tree, mine, self.found.helpers, fields) == b.shape
+
+    def _output(self, a: RowView, b: RowView) -> list[Change]:
+        before, after = a.row.output.text, b.row.output.text
+        if a.drives != b.drives:
+            return [self._change(a, b, "changed", "output", before, after)] if key(before) != key(after) else []
+        if a.drives:
+            if self.found.streams.of(a.output) != b.output:
+                return [self._change(a, b, "changed", "output", before, after)]
+            return self._written(a, b, "output", before, after) if key(before) == key(after) else []
+        if key(before) == key(after):
+            return self._written(a, b, "output", before, after)
+        return [Change("renamed", "stream", b.sheet, rows=(a.row.number, b.row.number), before=before, after=after,
+                       effect=False, note=RENAMED)]  # fmt: skip
+
+    def _priority(self, a: RowView, b: RowView) -> list[Change]:
+        if a.row.priority == b.row.priority:
+            return []
+        change = self._change(a, b, "changed", "priority", f"{a.row.priority:g}", f"{b.row.priority:g}")
+        return [change if a.drives or b.drives else change.harmless("only rows that drive an actuator use it")]
+
+
+def _above(text: str) -> str:
+    return text or "the row above"

@@ -1,0 +1,211 @@
+"""One of the two workbooks, as the comparison looks at it: rows resolved as far as the graph understands them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from rrp_sheets.checks import Checked
+from rrp_sheets.compare.tokens import meanings
+from rrp_sheets.compare.trees import helpers_in, shape_of
+from rrp_sheets.connectors import connectors
+from rrp_sheets.devices import Found
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.formulas import Formula, HelperDef
+from rrp_sheets.graph import Step, Stream
+from rrp_sheets.graph.devices import DeviceTable
+from rrp_sheets.model.names import argument_name, key
+from rrp_sheets.model.values import Value
+from rrp_sheets.model.workbook import Behaviour, Row
+from rrp_sheets.workbook import Reading
+from rrp_sheets.workbook.headers import recognise
+
+
+@dataclass
+class RowView:
+    """A row of a behaviour.
+
+    Attributes:
+        connector: its name as the program spells it; the key of what is written, when there is none of that name.
+        inputs: stream ids; of a row that the graph refuses, what they would be.
+        output: a stream id.
+        formula: compiled, if it could be.
+        deep: a number that is equal for rows with the same texts and the same streams (unnamed ones: made by equal
+            rows).
+    """
+
+    row: Row
+    sheet: str
+    step: Step | None
+    connector: str
+    drives: bool
+    inputs: tuple[str, ...]
+    output: str
+    formula: Formula | None
+    deep: int = 0
+
+    @property
+    def on(self) -> bool:
+        """Whether the row takes part."""
+        return self.row.on
+
+    @cached_property
+    def shape(self) -> str | tuple[str, ...]:
+        """The formula whatever its spelling; tokens where it does not compile."""
+        if self.step is not None and self.step.period_us is not None:
+            return f"{self.step.period_us} µs"
+        if self.formula is None:
+            return meanings(self.row.formula.text)
+        return shape_of(self.formula, len(self.inputs))
+
+    @cached_property
+    def tokens(self) -> frozenset[str]:
+        """The formula's tokens, for likeness."""
+        return frozenset(meanings(self.row.formula.text))
+
+
+@dataclass
+class BehaviourView:
+    """A behaviour: its name, its key, its rows in the order of the sheet."""
+
+    name: str
+    key: str
+    rows: list[RowView]
+
+
+@dataclass(frozen=True)
+class DeviceView:
+    """A stream that is a device: declared in a row of Devices (`row` is not 0), or by its name alone."""
+
+    name: str
+    found: Found | None
+    device: str
+    settings: Mapping[str, Value]
+    texts: Mapping[str, str] = field(default_factory=dict)
+    row: int = 0
+    sheet: str = "Devices"
+
+    @property
+    def meaning(self) -> tuple[object, ...]:
+        """The device and its settings: equal for two streams that do the same."""
+        kind = self.found.type.name if self.found else key(self.device)
+        return (kind, *sorted((k, repr(v)) for k, v in self.settings.items()))
+
+
+class Side:
+    """A workbook that was read and checked.
+
+    Attributes:
+        devices: all streams that are devices, by key: declared ones, and those that rows name.
+        used: ids of the streams that rows which are on read or drive.
+        helpers: as compiled, by key; only those that formulas call.
+        notes: of sheets other than behaviours, by sheet key and row.
+    """
+
+    def __init__(self, reading: Reading, checked: Checked) -> None:
+        self.reading, self.checked = reading, checked
+        self.workbook = checked.workbook
+        self.streams: Mapping[str, Stream] = checked.graph.streams
+        self._names = {key(n) for n in connectors().names()}
+        steps = {s.ref: s for b in checked.graph.behaviours for s in b.steps}
+        self.behaviours = [self._behaviour(b, steps) for b in self.workbook.behaviours]
+        rows = [row for b in self.behaviours for row in b.rows if row.on]
+        self.used = {i for row in rows for i in (*row.inputs, row.output)}
+        self.used |= {s.done_of for i in self.used if (s := self.streams.get(i)) is not None and s.done_of}
+        self.devices = self._devices()
+        self.helpers: dict[str, HelperDef] = {}
+        for formula in checked.formulas.values():
+            helpers_in(formula.tree, self.helpers)
+        self.notes = self._notes()
+
+    def shown(self, stream: str) -> str:
+        """A stream's name for people; empty for an unnamed one."""
+        found = self.streams.get(stream)
+        return found.name if found is not None else stream.rpartition("!")[2]
+
+    # ---- rows
+    def _behaviour(self, behaviour: Behaviour, steps: Mapping[str, Step]) -> BehaviourView:
+        sheet = key(behaviour.name)
+        made = {key(r.output.text) for r in behaviour.rows if r.output and not self._drives(r)}
+        deep: dict[str, int] = {}
+        above: tuple[str, ...] = ()
+        views = []
+        for row in behaviour.rows:
+            step = steps.get(f"{behaviour.name}!{row.number}")
+            view = self._view(row, behaviour.name, step, made, above)
+            home = sheet + "!"  # left out, so that a sheet that is only called otherwise has the same rows
+            inputs = tuple(
+                deep.get(i, i.removeprefix(home)) if "!#" in i else i.removeprefix(home) for i in view.inputs
+            )
+            named = view.output.removeprefix(home) if row.output else ""
+            texts = (row.on, row.priority, view.connector, row.formula.text, named)
+            view.deep = deep[view.output] = hash((inputs, *texts))
+            views.append(view)
+            if row.on:
+                above = view.inputs if view.drives else (view.output,)
+        return BehaviourView(behaviour.name, sheet, views)
+
+    def _drives(self, row: Row) -> bool:
+        connector = connectors().get(row.connector.text)
+        return connector is not None and connector.drives
+
+    def _view(self, row: Row, sheet: str, step: Step | None, made: set[str], above: tuple[str, ...]) -> RowView:
+        if step is not None:
+            formula = self.checked.formulas.get(step.ref)
+            connector = step.connector
+            return RowView(row, sheet, step, connector.name, connector.drives, step.inputs, step.output, formula)
+        found, home = connectors().get(row.connector.text), key(sheet)
+        inputs = tuple(f"{home}!{k}" if (k := key(c.text)) in made else k for c in row.inputs) or above
+        drives = found is not None and found.drives
+        output = f"{home}!{key(row.output.text)}" if row.output else f"{home}!#{row.number}"
+        name = found.name if found else key(row.connector.text)
+        return RowView(row, sheet, None, name, drives, inputs, key(row.output.text) if drives else output, None)
+
+    # ---- devices
+    def _devices(self) -> dict[str, DeviceView]:
+        table = DeviceTable(self.workbook, self.checked.robot, Report())
+        views: dict[str, DeviceView] = {}
+        for device in self.workbook.devices:
+            k = key(device.stream.text)
+            if not k or k in views:
+                continue
+            declared = table.declared.get(k)
+            texts = {n: c.text for n, c in device.settings.items() if c}
+            found, settings = (declared.found, declared.settings) if declared else (None, texts)
+            address = device.stream.address
+            views[k] = DeviceView(
+                device.stream.text, found, device.device.text, settings, texts, address.row, address.sheet
+            )
+        for stream in self.streams.values():
+            if stream.device is not None and stream.id not in views and not stream.done_of:
+                views[stream.id] = DeviceView(stream.name, stream.device, stream.device.name, stream.settings)
+        return views
+
+    # ---- notes of the other sheets
+    def _notes(self) -> dict[tuple[str, int], str]:
+        notes = {}
+        for sheet in self.reading.sheets:
+            recognised = recognise(sheet)
+            column = recognised.columns.get("Notes", 0) if recognised.kind else 0
+            if not column or (recognised.kind and recognised.kind.name == "behaviour"):
+                continue
+            for (row, at), cell in sheet.cells.items():
+                if at == column and row > recognised.row and cell.text.strip():
+                    notes[key(sheet.name), row] = cell.text.strip()
+        return notes
+
+    def note(self, sheet: str, row: int) -> str:
+        """The notes of a row that is not one of a behaviour."""
+        return self.notes.get((key(sheet), row), "")
+
+    def field_names(self, inputs: tuple[str, ...]) -> bool:
+        """Whether a row's formula may see stream names as fields: below a combineLatest without a formula."""
+        return bool(inputs) and any(
+            v.connector == "combineLatest" and not v.row.formula for b in self.behaviours for v in b.rows
+        )
+
+
+def formula_name(stream: str) -> str:
+    """The key of the name that a stream has in formulas."""
+    return key(argument_name(stream))

@@ -1,0 +1,93 @@
+"""A change in words: `Tracking row 5: 20 → 15`."""
+
+from __future__ import annotations
+
+import unicodedata
+
+from rrp_sheets.compare.changes import Change
+from rrp_sheets.compare.tokens import single
+
+LONGEST = 160  # letters of one value
+_MARKS = {"same": "{}", "gone": "[-{}-]", "new": "{{+{}+}}"}
+_PARTS = {"scene": "Scene", "test": "Test", "table": "Table", "gesture": "Gesture"}
+
+
+def place(change: Change) -> str:
+    """Where it is, without punctuation: `Tracking row 5`, `Devices: Hello`, `Helper near`."""
+    sheet, row = one_line(change.sheet), change.rows[1] or change.rows[0]
+    name = one_line(change.name)
+    match change.part:
+        case "device" | "protocol":
+            return f"{sheet}: {name}"
+        case "helper":
+            return f"Helper {name}"
+        case "behaviour":
+            return f"Behaviour {sheet}"
+        case "stream":
+            return sheet
+        case "sheet":
+            return f"Sheet {sheet}" if sheet else "Sheets"
+        case "table":
+            return f"Table {sheet} row {row}" if row else f"Table {sheet}"
+    return f"{sheet} row {row}" if row else sheet
+
+
+def say(change: Change) -> str:
+    """A change in one line; why it has no effect is not said here."""
+    at, before, after = place(change), value(change.before), value(change.after)
+    match change.kind:
+        case "added":
+            return f"{at} added{f': {after}' if change.after else ''}"
+        case "removed":
+            return f"{at} removed{f': {before}' if change.before else ''}"
+        case "renamed" if change.part == "stream":
+            name = f"stream {before}" if change.before else f"the unnamed stream of row {change.rows[0]}"
+            return f"{at}: {name} " + (f"is now called {after}" if change.after else "has no name now")
+        case "renamed":
+            return f"{change.part.capitalize()} {before} is now called {after}"
+        case "moved" if change.part == "sheet":
+            return f"The sheets stand in another order: {before} → {after}"
+        case "moved":
+            return f"{at} moved (was row {change.rows[0]})"
+        case "on" | "off":
+            return f"{at} switched {change.kind}"
+        case "written":
+            return f"{at}: {one_line(change.what)} is written differently: {before} → {after}"
+        case "notes":
+            return f"{at}: notes {before} → {after}"
+    return _changed(change, at, before, after)
+
+
+def _changed(change: Change, at: str, before: str, after: str) -> str:
+    what = one_line(change.what)
+    if change.pieces:
+        one = single(change.pieces)
+        marked = shorten("".join(_MARKS[p.kind].format(p.text) for p in change.pieces))
+        if one is None:
+            return f"{at}: {what} {marked}"
+        old, new = (shorten(one_line(t)) for t in one)
+        return f"{at}: {old} → {new} ({what} {marked})"
+    return f"{at}: {what} {before} → {after}" if what else f"{at}: {before} → {after}"
+
+
+def value(text: str) -> str:
+    """A cell's text as it is shown; blank has a word of its own."""
+    return shorten(one_line(text)) or "blank"
+
+
+def shorten(text: str) -> str:
+    """The text in at most so many letters, in one line."""
+    text = one_line(text)
+    return text if len(text) <= LONGEST else text[: LONGEST - 1] + "…"
+
+
+def one_line(text: str) -> str:
+    r"""A text without line breaks and without characters that would act on a terminal or turn its direction.
+
+    >>> one_line("a\nb\x1b[31m")
+    'a b�[31m'
+    """
+    if text.isprintable():
+        return text
+    spaced = " ".join(text.split("\n")).replace("\t", " ")
+    return "".join(c if unicodedata.category(c) not in ("Cc", "Cf", "Cs", "Zl", "Zp") else "�" for c in spaced)
