@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import contextlib
+import glob
 import os
 import tempfile
+import time
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
+
+_ABANDONED_S = 600
 
 
 def refuse_open_file(path: Path) -> None:
@@ -20,13 +24,24 @@ def refuse_open_file(path: Path) -> None:
             )
 
 
-def write_atomically(path: Path, data: bytes, *, replace: bool = True) -> None:
+Stamp = tuple[int, int, int]
+"""What shows that a file was changed: time of the last change (ns), size in bytes, number of the file itself."""
+
+
+def stamp_of(path: Path) -> Stamp:
+    """The stamp of a file as it is now."""
+    about = path.stat()
+    return about.st_mtime_ns, about.st_size, about.st_ino
+
+
+def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged: Stamp | None = None) -> None:
     """Write to a temporary file beside `path`, have it stored, and give it the name.
 
     Args:
         path: of the file.
         data: its new content.
         replace: False to refuse when there is such a file, even one made a moment ago.
+        unchanged: the stamp that the file had when it was read; it is not replaced when it has another by now.
 
     Raises:
         SheetsError: when it cannot be written, or is there already and `replace` is False.
@@ -36,16 +51,24 @@ def write_atomically(path: Path, data: bytes, *, replace: bool = True) -> None:
         raise SheetsError(f"“{path}” is not a file that can be replaced.", "Name a file.")
     half = ""
     try:
+        _sweep(path)
         handle, half = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
         with os.fdopen(handle, "wb") as file:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
         os.chmod(half, path.stat().st_mode & 0o777 if path.exists() else 0o644)
+        refuse_open_file(path)
+        if unchanged is not None and stamp_of(path) != unchanged:
+            raise SheetsError(
+                f"“{path.name}” was changed by another program at this moment; it was left as it is.",
+                "Look at it again, and then make your change.",
+            )
         if replace:
             os.replace(half, path)
         else:
             _take_name(half, path)
+        _keep_folder(path.parent)
     except FileExistsError:
         raise SheetsError(
             f"There is already a file “{path.name}”; it was left as it is.", "Choose another name, or move that file."
@@ -59,6 +82,25 @@ def write_atomically(path: Path, data: bytes, *, replace: bool = True) -> None:
         if half:
             with contextlib.suppress(FileNotFoundError):
                 os.unlink(half)
+
+
+def _sweep(path: Path) -> None:
+    """Delete what an earlier attempt left that was killed in mid-writing; nobody writes for minutes."""
+    limit = time.time() - _ABANDONED_S
+    for left in path.parent.glob(f".{glob.escape(path.name)}.*.part"):
+        with contextlib.suppress(OSError):
+            if left.stat().st_mtime < limit:
+                left.unlink()
+
+
+def _keep_folder(folder: Path) -> None:
+    """Have the new name stored too, so that a power cut cannot bring the old file back (not on Windows)."""
+    with contextlib.suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
 
 
 def _take_name(half: str, path: Path) -> None:

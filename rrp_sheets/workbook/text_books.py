@@ -16,12 +16,11 @@ from rrp_sheets.model.cells import Address
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.raw import Extent, Finding, RawCell, RawSheet, unreadable
+from rrp_sheets.workbook.text_cells import CELL_END, from_csv, from_markdown
 
 _DELIMITERS = ",;\t"
-_HEADING = re.compile(r"##[ \t]+(.*?)[ \t]*#*[ \t]*")
-_RULE = re.compile(r"\|[\s:|-]*-[\s:|-]*\|?\s*")
-_CELL_END = re.compile(r"(?<!\\)\|")
-_BREAK = re.compile(r"<br\s*/?>", re.IGNORECASE)
+HEADING = re.compile(r"##[ \t]+(.*?)[ \t]*#*[ \t]*")
+RULE = re.compile(r"\|[\s:|-]*-[\s:|-]*\|?\s*")
 
 
 class TextBook:
@@ -81,7 +80,7 @@ def read_markdown(data: bytes, name: str) -> TextBook:
 
     for line in decode(data, name).split("\n"):
         line = line.strip()  # noqa: PLW2901 – the line without its edges
-        match = _HEADING.fullmatch(line)
+        match = HEADING.fullmatch(line)
         if match:
             close()
             heading, rows, done = match[1], [], ""
@@ -91,36 +90,31 @@ def read_markdown(data: bytes, name: str) -> TextBook:
             if done:
                 done = "told"
                 findings.append(Finding("SHEET018", Address(heading), {"sheet": heading}))
-            elif not (len(rows) == 1 and _RULE.fullmatch(line)):
-                rows.append(_markdown_cells(line))
+            elif not (len(rows) == 1 and RULE.fullmatch(line)):
+                rows.append([from_markdown(piece) for piece in markdown_pieces(line)])
         else:
             done = done or ("ended" if rows else "")
     close()
     return TextBook("markdown", sheets, findings, name)
 
 
-def _markdown_cells(line: str) -> list[str]:
-    cells = [c.strip().replace("\\|", "|") for c in _CELL_END.split(line[1:])]
-    if cells and not cells[-1]:
-        cells.pop()  # what follows the closing bar
-    return [_BREAK.sub("\n", _code(c)) for c in cells]
+def markdown_pieces(line: str) -> list[str]:
+    """What stands between the bars of a table's line; what follows the closing bar is no cell."""
+    pieces = CELL_END.split(line.strip()[1:])
+    return pieces[:-1] if not pieces[-1].strip() else pieces
 
 
-def _code(cell: str) -> str:
-    """A cell without the backticks that set all of it as code.
-
-    >>> _code("`a < 1`"), _code("`a` and `b`")
-    ('a < 1', '`a` and `b`')
-    """
-    inside = cell[1:-1]
-    return inside if len(cell) > 2 and cell[0] == cell[-1] == "`" and "`" not in inside else cell
+def csv_hint(text: str) -> str:
+    """Excel's own first line that names the delimiter (`sep=;`), with its line break; it is no row of the sheet."""
+    first, found, _ = text.partition("\n")
+    return first + found if re.fullmatch(r"sep=[,;\t]\s*", first.lstrip(), re.IGNORECASE) else ""
 
 
-def _csv_rows(text: str, name: str) -> list[list[str]]:
-    first, _, rest = text.partition("\n")
-    if first.strip().casefold() in ("sep=,", "sep=;", "sep=\t"):  # Excel's own hint; it is no row of the sheet
-        return _parsed(rest, first.strip()[-1] if first.strip() != "sep=" else "\t", name)
-    best: tuple[tuple[bool, int], list[list[str]]] | None = None
+def csv_delimiter(text: str, name: str) -> str:
+    """The delimiter: the one that the file names, that makes a header row of ours, or that gives most columns."""
+    if hint := csv_hint(text):
+        return hint.lstrip()[4]
+    best: tuple[tuple[bool, int], str] | None = None
     for delimiter in _DELIMITERS:
         if delimiter not in text and best is not None:
             continue
@@ -128,8 +122,13 @@ def _csv_rows(text: str, name: str) -> list[list[str]]:
         ours = recognise(_sheet(name, rows[: limits.HEADER_ROWS])).kind is not None
         width = max((len(r) for r in rows[: limits.HEADER_ROWS]), default=0)
         if best is None or (ours, width) > best[0]:
-            best = ((ours, width), rows)
-    return best[1] if best else []
+            best = ((ours, width), delimiter)
+    return best[1] if best else _DELIMITERS[0]
+
+
+def _csv_rows(text: str, name: str) -> list[list[str]]:
+    rows = _parsed(text[len(csv_hint(text)) :], csv_delimiter(text, name), name)
+    return [[from_csv(field) for field in row] for row in rows]
 
 
 def _parsed(text: str, delimiter: str, name: str) -> list[list[str]]:

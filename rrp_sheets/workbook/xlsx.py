@@ -15,12 +15,19 @@ from rrp_sheets.workbook.xlsx_sheet import SheetHandler
 
 
 class XlsxBook:
-    """An opened .xlsx file; raises UnreadableFile for what is broken or refused."""
+    """An opened .xlsx file; raises UnreadableFile for what is broken or refused.
+
+    Attributes:
+        package: its parts.
+        part: the name of the workbook part.
+        entries: its sheets in order.
+        styles: which cell styles show dates, times or texts.
+    """
 
     format = "xlsx"
 
     def __init__(self, data: bytes, name: str) -> None:
-        self._package = package = Package(data, name)
+        self.package = package = Package(data, name)
         part = next((t for k, t in package.relations("").values() if k == "officedocument"), "xl/workbook.xml")
         if part not in package or not part.endswith(".xml"):
             raise unreadable("FILE002", name=name)
@@ -31,23 +38,23 @@ class XlsxBook:
         styles = StylesHandler()
         if "styles" in by_kind:
             package.parse(by_kind["styles"], styles)
-        self._styles, self._mac_epoch = styles, workbook.mac_epoch
+        self.part, self.styles, self._mac_epoch = part, styles, workbook.mac_epoch
         self._strings = SharedStrings(package, by_kind.get("sharedstrings"))
-        self._sheets = [
+        self.entries = [
             SheetEntry(title, relations[relation][1], hidden)
             for title, relation, hidden in workbook.sheets
             if relation in relations and relations[relation][0] == "worksheet"  # not a chart on a sheet of its own
         ]
-        if len(self._sheets) > limits.SHEETS:
-            raise unreadable("FILE012", name=name, count=len(self._sheets), limit=limits.SHEETS)
-        if not self._sheets:
+        if len(self.entries) > limits.SHEETS:
+            raise unreadable("FILE012", name=name, count=len(self.entries), limit=limits.SHEETS)
+        if not self.entries:
             raise unreadable("FILE008", name=name, what="it lists no sheets")
-        self.names = [s.name for s in self._sheets]
+        self.names = [s.name for s in self.entries]
         self.findings: list[Finding] = []
 
     def sheet(self, index: int, extent: Extent) -> RawSheet:
         """Read a sheet; see Book."""
-        entry = self._sheets[index]
-        handler = SheetHandler(entry.name, extent, self._strings, self._styles, self._mac_epoch)
-        self._package.parse(entry.part, handler)
+        entry = self.entries[index]
+        handler = SheetHandler(entry.name, extent, self._strings, self.styles, self._mac_epoch)
+        self.package.parse(entry.part, handler)
         return RawSheet(entry.name, handler.cells, tuple(handler.merged), frozenset(handler.hidden_rows), entry.hidden)

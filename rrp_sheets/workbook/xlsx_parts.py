@@ -12,6 +12,7 @@ from rrp_sheets.workbook.raw import Kind, unreadable
 from rrp_sheets.workbook.xml_stream import Handler
 
 _ESCAPED = re.compile(r"_x([0-9A-Fa-f]{4})_")
+_TEXT_FORMAT = 49
 _TRUE = {"1", "true", "on"}
 
 
@@ -93,6 +94,11 @@ class StylesHandler(Handler):
         if format_id not in self._kinds:
             self._kinds[format_id] = self._find_kind(format_id)
         return self._kinds[format_id]
+
+    def is_text(self, style: int) -> bool:
+        """Whether a style takes everything that is typed for text (`@`)."""
+        format_id = self._styles[style] if style < len(self._styles) else 0
+        return format_id == _TEXT_FORMAT or self._formats.get(format_id, "") == "@"
 
     def _find_kind(self, format_id: int) -> Kind | None:
         if format_id == 0:

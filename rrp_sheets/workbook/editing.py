@@ -1,0 +1,208 @@
+"""Changing a workbook's file: all edits or none, nothing else in it touched, never over somebody else's change.
+
+>>> from tempfile import TemporaryDirectory
+>>> from rrp_sheets.workbook.maker import make_workbook
+>>> with TemporaryDirectory() as folder:
+...     path = make_workbook({"T": [["From", "Operator", "Parameter", "To"]]}, f"{folder}/x.xlsx")
+...     edited = edit(path, [SetCell("T", 2, 3, "=2"), MoveRows("T", 2, 1, before=4)])
+...     read_sheets(path)[0].cells[3, 3].text
+'=2'
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import stat
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.workbook.atomic import Stamp, refuse_open_file, stamp_of, write_atomically
+from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows, RowEdit, SetCell, Value
+from rrp_sheets.workbook.patch.values import typed
+from rrp_sheets.workbook.raw import Extent, RawSheet, check_size, unreadable
+from rrp_sheets.workbook.reading import MARKDOWN, csv_files, file_bytes, open_book, text_digest
+
+__all__ = [
+    "DeleteRows", "Edit", "Edited", "FileChanged", "InsertRows", "MoveRows", "RowEdit", "SetCell", "Value",
+    "edit", "read_sheets", "typed",
+]  # fmt: skip
+
+
+class FileChanged(SheetsError):
+    """The file is not what it was when it was read: someone has changed it meanwhile."""
+
+
+@dataclass(frozen=True)
+class Edited:
+    """What an edit has done.
+
+    Attributes:
+        digest: of the file as it is now; the same as `Reading.digest` of it.
+        changed: whether the file was written at all.
+    """
+
+    digest: str
+    changed: bool
+
+
+def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None = None) -> Edited:
+    """Carry out edits one after the other and write the file once; each counts rows as the one before left them.
+
+    In an .xlsx only the parts of the sheets that change are written anew (see `patch`); in CSV and Markdown only the
+    lines that change.
+
+    Args:
+        path: of the workbook; a symbolic link is followed.
+        edits: what to do.
+        expected_digest: `Reading.digest` of what the edits are based on; None takes the file as it is.
+
+    Raises:
+        FileChanged: the file is not what was expected. Read it again and decide anew.
+        SheetsError: an edit cannot be done, or the file cannot be written. It is then as it was.
+        UnreadableFile: the file cannot be read at all.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise unreadable("FILE001", name=path.name or str(path), hint="Check the spelling and the folder.")
+    refuse_open_file(path)
+    path = path.resolve()
+    with _alone(path if path.is_dir() else path.parent):
+        if path.is_dir() or path.suffix.casefold() == ".csv":
+            return _edit_csv(path, edits, expected_digest)
+        _refuse_read_only(path)
+        stamp = stamp_of(path)
+        data = file_bytes(path)
+        if path.suffix.casefold() in MARKDOWN:
+            return _edit_markdown(path, data, stamp, edits, expected_digest)
+        if expected_digest not in (None, digest := hashlib.sha256(data).hexdigest()):
+            raise _changed(path)
+        new = edited_bytes(data, path.name, edits)
+        if new != data:
+            _refuse_unreadable(new, path.name)
+            write_atomically(path, new, unchanged=stamp)
+            digest = hashlib.sha256(new).hexdigest()
+        return Edited(digest, new != data)
+
+
+def edited_bytes(data: bytes, name: str, edits: Sequence[Edit]) -> bytes:
+    """An .xlsx file's bytes after edits; the same bytes when nothing changes."""
+    from rrp_sheets.workbook.patch.cells import set_cell
+    from rrp_sheets.workbook.patch.package_edit import PackageEdit
+    from rrp_sheets.workbook.patch.rows import change_rows
+
+    package = PackageEdit(data, name)
+    for one in edits:
+        if isinstance(one, SetCell):
+            set_cell(package, one)
+        else:
+            change_rows(package, one)
+    return package.to_bytes()
+
+
+def read_sheets(path: Path | str) -> tuple[RawSheet, ...]:
+    """All cells of all sheets, the user's own too.
+
+    Raises:
+        UnreadableFile: when the file cannot be read, or a sheet is beyond the limits.
+    """
+    book, _ = open_book(Path(path))
+    sheets = tuple(book.sheet(index, Extent.WHOLE) for index in range(len(book.names)))
+    for sheet in sheets:
+        check_size(sheet)
+    return sheets
+
+
+def _edit_csv(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited:
+    from rrp_sheets.workbook.text_patch import CsvTable, EncodedText, sheet_named
+
+    paths = {p.stem: p for p in (sorted(path.iterdir()) if path.is_dir() else [path]) if p.suffix.casefold() == ".csv"}
+    stamps = {name: stamp_of(p) for name, p in paths.items()}
+    files = csv_files(path) if path.is_dir() else {path.stem: file_bytes(path)}
+    open_book(path)  # refuses what cannot be read
+    if expected not in (None, digest := text_digest(files, named=True)):
+        raise _changed(path)
+    texts: dict[str, EncodedText] = {}
+    tables: dict[str, CsvTable] = {}
+    for one in edits:
+        name = sheet_named(list(files), one.sheet)
+        if name not in tables:
+            texts[name] = EncodedText(files[name])
+            tables[name] = CsvTable(name, texts[name].text, texts[name].newline)
+        tables[name].apply(one)
+    changed = {n: new for n, t in tables.items() if (new := texts[n].encode(t.whole())) != files[n]}
+    for name in changed:
+        refuse_open_file(paths[name])
+        _refuse_read_only(paths[name])
+    for name, new in changed.items():
+        write_atomically(paths[name], new, unchanged=stamps[name])
+    return Edited(text_digest(files | changed, named=True) if changed else digest, bool(changed))
+
+
+def _edit_markdown(path: Path, data: bytes, stamp: Stamp, edits: Sequence[Edit], expected: str | None) -> Edited:
+    from rrp_sheets.workbook.text_patch import EncodedText, MarkdownTable, sheet_named
+
+    names = open_book(path)[0].names
+    if expected not in (None, digest := text_digest({path.name: data}, named=False)):
+        raise _changed(path)
+    text = EncodedText(data)
+    whole = text.text
+    for one in edits:
+        table = MarkdownTable(sheet_named(names, one.sheet), whole, text.newline)
+        table.apply(one)
+        whole = table.whole()
+    new = text.encode(whole)
+    if new != data:
+        write_atomically(path, new, unchanged=stamp)
+        digest = text_digest({path.name: new}, named=False)
+    return Edited(digest, new != data)
+
+
+def _changed(path: Path) -> FileChanged:
+    return FileChanged(
+        f"“{path.name}” was changed by somebody else since it was read; nothing was written.",
+        "Look at it again, and then make your change.",
+    )
+
+
+def _refuse_unreadable(data: bytes, name: str) -> None:
+    """A result that we could not read ourselves (too large, say) is not written."""
+    from rrp_sheets.workbook import limits
+    from rrp_sheets.workbook.package import Package
+
+    if len(data) > limits.FILE_BYTES:
+        size, limit = f"{len(data) / 1e6:.1f} MB", f"{limits.FILE_BYTES / 1e6:g} MB"
+        raise unreadable("FILE006", name=name, size=size, limit=limit)
+    Package(data, name)
+
+
+def _refuse_read_only(path: Path) -> None:
+    if not path.stat().st_mode & stat.S_IWUSR:
+        raise SheetsError(
+            f"“{path.name}” is write-protected, so it was left as it is.",
+            "Take the protection off in the file's properties, or change a copy.",
+        )
+
+
+@contextlib.contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """Let no other edit of ours run in this folder meanwhile, in this process or another (not on Windows)."""
+    try:
+        import fcntl
+    except ImportError:
+        yield
+        return
+    try:
+        handle = os.open(folder, os.O_RDONLY)
+    except OSError:  # a folder that cannot be read is told when the file is
+        yield
+        return
+    try:
+        with contextlib.suppress(OSError):  # a file system without locks
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)

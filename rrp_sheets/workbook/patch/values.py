@@ -1,0 +1,89 @@
+"""What may be put into a cell, and how a cell's XML holds it."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.workbook import limits
+from rrp_sheets.workbook.edits import Value
+from rrp_sheets.workbook.patch.markup import text_xml
+from rrp_sheets.workbook.xlsx_sheet import number_text
+
+_NUMBER = re.compile(r"-?(?:0|[1-9]\d{0,14})(?:\.\d{1,15})?")
+_IMPOSSIBLE = re.compile("[\ud800-\udfff\ufffe\uffff]")
+_ESCAPED = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f]|_(?=x[0-9A-Fa-f]{4}_)")
+
+
+def typed(text: str) -> Value:
+    """What a spreadsheet program would make of a typed text, where there is no doubt; everything else is a text.
+
+    Leading zeros, long numbers, dates and whatever begins with `=` stay texts.
+
+    >>> typed("20"), typed("-0.50"), typed("007"), typed("true"), typed("1/2"), typed("=A1"), typed("")
+    (20.0, -0.5, '007', True, '1/2', '=A1', None)
+    """
+    if text.upper() in ("TRUE", "FALSE"):
+        return text.upper() == "TRUE"
+    if _NUMBER.fullmatch(text) and (len(text.strip("-0.").replace(".", "")) <= 15):
+        return float(text)
+    return text or None
+
+
+def shown(value: Value) -> str:
+    """A value as the reader gives it back.
+
+    >>> shown(20.0), shown(True), shown(None)
+    ('20', 'TRUE', '')
+    """
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "TRUE" if value else "FALSE"
+    return value if isinstance(value, str) else number_text(float(value))
+
+
+def check_value(value: Value, place: str) -> Value:
+    r"""The value as it can be stored: line breaks as `\n`, whole text as it is.
+
+    Raises:
+        SheetsError: when a cell cannot hold it.
+    """
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and not math.isfinite(value):
+        raise SheetsError(f"{value} is no number that a cell can hold ({place}).", "Write a number, or a text.")
+    if not isinstance(value, str):
+        return value
+    value = value.replace("\r\n", "\n").replace("\r", "\n")
+    length = len(value.encode("utf-16-le", "surrogatepass")) // 2  # as Excel counts
+    if length > limits.CELL_CHARACTERS:
+        raise SheetsError(
+            f"The text for {place} has {length:,} characters; a cell holds {limits.CELL_CHARACTERS:,}.",
+            "Shorten it, or split it over several cells.",
+        )
+    if match := _IMPOSSIBLE.search(value):
+        raise SheetsError(
+            f"The text for {place} contains something that is no character (U+{ord(match[0]):04X}).",
+            "Type the text again instead of pasting it.",
+        )
+    return value
+
+
+def content(value: Value, prefix: str) -> tuple[str | None, bytes]:
+    """The cell's type attribute and the XML inside it.
+
+    A text stays in the cell itself (`inlineStr`), so that the part with the shared texts need not change. It can never
+    become a formula, whatever it begins with.
+    """
+    p = prefix.encode()
+    if value is None or value == "":
+        return None, b""
+    if isinstance(value, bool):
+        return "b", b"<%sv>%d</%sv>" % (p, value, p)
+    if isinstance(value, (int, float)):
+        number = float(value)
+        text = str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
+        return None, b"<%sv>%s</%sv>" % (p, text.encode(), p)
+    text = _ESCAPED.sub(lambda m: f"_x{ord(m[0]):04X}_", value)
+    keep = b' xml:space="preserve"' if value != value.strip() or re.search(r"\s\s|[\n\t]", value) else b""
+    return "inlineStr", b"<%sis><%st%s>%s</%st></%sis>" % (p, p, keep, text_xml(text), p, p)

@@ -1,0 +1,237 @@
+"""Changing cells and rows in CSV and Markdown files: the other lines stay as they are, and so does the encoding."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.names import key
+from rrp_sheets.workbook import limits
+from rrp_sheets.workbook.edits import DeleteRows, Edit, MoveRows, RowEdit, SetCell
+from rrp_sheets.workbook.headers import recognise
+from rrp_sheets.workbook.patch.values import check_value, shown
+from rrp_sheets.workbook.raw import RawCell, RawSheet
+from rrp_sheets.workbook.text_books import HEADING, RULE, csv_delimiter, csv_hint, markdown_pieces
+from rrp_sheets.workbook.text_cells import from_csv, from_markdown, to_csv, to_markdown
+
+_LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+\Z")
+
+
+class EncodedText:
+    """A file's text with its encoding, its byte order mark and its line breaks, all of which stay.
+
+    A text that the old encoding cannot hold makes the file UTF-8 with a mark, which Excel understands.
+    """
+
+    def __init__(self, data: bytes) -> None:
+        self._encoding = "utf-8"
+        if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+            self._encoding = "utf-16"
+        elif data.startswith(b"\xef\xbb\xbf"):
+            self._encoding = "utf-8-sig"
+        try:
+            self.text = data.decode(self._encoding)
+        except UnicodeDecodeError:
+            self._encoding = "cp1252"
+            self.text = data.decode(self._encoding)
+        breaks = re.findall(r"\r\n|\r|\n", self.text)
+        self.newline = max(set(breaks), key=breaks.count) if breaks else "\n"
+
+    def encode(self, text: str) -> bytes:
+        """Another text as this file's bytes."""
+        try:
+            return text.encode(self._encoding)
+        except UnicodeEncodeError:
+            return text.encode("utf-8-sig")
+
+
+class TextTable:
+    """The rows of one sheet as lines of a text: `head`, one entry per row in `lines`, `tail`.
+
+    Subclasses know how a row is written.
+    """
+
+    def __init__(self, name: str, newline: str) -> None:
+        self.name, self.newline = name, newline
+        self.head = self.tail = ""
+        self.lines: list[str] = []
+        self.first_movable = 1
+
+    def cells(self, line: str) -> list[str]:
+        """The texts of a row's cells."""
+        raise NotImplementedError
+
+    def with_cell(self, line: str, column: int, text: str) -> str:
+        """A row with another text in one cell."""
+        raise NotImplementedError
+
+    def blank(self) -> str:
+        """A blank row."""
+        raise NotImplementedError
+
+    def apply(self, edit: Edit) -> None:
+        """Set a cell, or insert, delete or move rows; raises SheetsError where that cannot be."""
+        if isinstance(edit, SetCell):
+            self._set(edit)
+        else:
+            self._change_rows(edit)
+
+    def _set(self, edit: SetCell) -> None:
+        if not (1 <= edit.row <= limits.ROWS and 1 <= edit.column <= limits.COLUMNS):
+            raise SheetsError(
+                f"There is no cell {edit.place}.",
+                f"A sheet in a text file has at most {limits.ROWS:,} rows and {limits.COLUMNS} columns.",
+            )
+        text = shown(check_value(edit.value, edit.place))
+        if "\0" in text:
+            raise SheetsError(f"The text for {edit.place} contains a zero byte.", "Type the text again.")
+        if not text and edit.row > len(self.lines):
+            return
+        self._reach(edit.row)
+        self.lines[edit.row - 1] = self.with_cell(self.lines[edit.row - 1], edit.column, text)
+
+    def _reach(self, row: int) -> None:
+        """Have at least so many rows, and a line break behind the last one."""
+        if self.lines and not self.lines[-1].endswith(("\n", "\r")) and (len(self.lines) < row):
+            self.lines[-1] += self.newline
+        self.lines += [self.blank() for _ in range(row - len(self.lines))]
+
+    def _change_rows(self, edit: RowEdit) -> None:
+        if edit.start < 1 or edit.count < 1:
+            raise SheetsError("There are no such rows.", "Rows count from 1; name at least one.")
+        recognised = recognise(self._raw())
+        first = max(recognised.row + 1 if recognised.kind else 1, self.first_movable)
+        if edit.start < first:
+            raise SheetsError(
+                f"Row {first - 1} of “{self.name}” holds the headers; they and what is above them stay where they are.",
+                f"Choose rows from {first} on.",
+            )
+        if isinstance(edit, MoveRows) and not edit.moves:
+            return
+        last = edit.start + edit.count if not isinstance(edit, MoveRows) else max(edit.first + edit.count, edit.before)
+        if edit.start > len(self.lines) and not isinstance(edit, MoveRows):
+            return  # below everything: nothing to insert before, nothing to delete
+        if len(self.lines) + edit.count > limits.ROWS or last > 2 * limits.ROWS:
+            raise SheetsError(f"A sheet in a text file has at most {limits.ROWS:,} rows.", "Delete rows first.")
+        self._reach(last if isinstance(edit, MoveRows) else len(self.lines) + 1)
+        if not isinstance(edit, MoveRows):
+            self.lines.pop()  # it was only there for the line break
+        placed = {new: line for n, line in enumerate(self.lines, 1) if (new := edit.mapped(n)) is not None}
+        self.lines = [placed.get(n) or self.blank() for n in range(1, max(placed, default=0) + 1)]
+        if isinstance(edit, (MoveRows, DeleteRows)):
+            while len(self.lines) > 1 and self.lines[-1] == self.blank():
+                self.lines.pop()
+
+    def _raw(self) -> RawSheet:
+        rows = [self.cells(line) for line in self.lines[: limits.HEADER_ROWS]]
+        cells = {(r, c): RawCell(t) for r, row in enumerate(rows, 1) for c, t in enumerate(row, 1) if t.strip()}
+        return RawSheet(self.name, cells)
+
+    def whole(self) -> str:
+        """The text as it is now."""
+        return self.head + "".join(self.lines) + self.tail
+
+
+class CsvTable(TextTable):
+    """A CSV file."""
+
+    def __init__(self, name: str, text: str, newline: str) -> None:
+        super().__init__(name, newline)
+        self.head = csv_hint(text)
+        self._delimiter = csv_delimiter(text.replace("\r\n", "\n").replace("\r", "\n"), name)
+        body = text[len(self.head) :]
+        delimiter = re.escape(self._delimiter)
+        field = rf'(?:"(?:[^"]|"")*(?:"|\Z))?[^{delimiter}\r\n]*'
+        self._field = re.compile(field)
+        line = re.compile(rf"(?:{field}{delimiter})*{field}(?:\r\n|\r|\n|\Z)")
+        at = 0
+        while at < len(body):
+            match = line.match(body, at)
+            if match is None or match.end() == at:  # cannot be: a field may be empty
+                raise SheetsError(f"“{name}.csv” cannot be taken apart.", "Save it anew in LibreOffice.")
+            self.lines.append(match[0])
+            at = match.end()
+
+    def _spans(self, line: str) -> list[tuple[int, int]]:
+        body = line.rstrip("\r\n")
+        spans, at = [], 0
+        while match := self._field.match(body, at):
+            spans.append(match.span())
+            at = match.end() + 1
+            if at > len(body):
+                break
+        return spans if body else []
+
+    def cells(self, line: str) -> list[str]:
+        """The texts of a row's fields."""
+        fields = [line[a:b] for a, b in self._spans(line)]
+        return [from_csv(f[1:-1].replace('""', '"') if f[:1] == f[-1:] == '"' and len(f) > 1 else f) for f in fields]
+
+    def with_cell(self, line: str, column: int, text: str) -> str:
+        """A row with another text in one field; a field that was quoted stays so."""
+        spans = self._spans(line)
+        body = line.rstrip("\r\n")
+        if column > len(spans):
+            more = self._delimiter * (column - max(len(spans), 1)) + to_csv(text, self._delimiter)
+            return body + more + line[len(body) :] if text else line
+        a, b = spans[column - 1]
+        return line[:a] + to_csv(text, self._delimiter, quoted=line[a:b].startswith('"')) + line[b:]
+
+    def blank(self) -> str:
+        """A row of empty fields."""
+        width = max((len(self._spans(line)) for line in self.lines[: limits.HEADER_ROWS]), default=1)
+        return self._delimiter * (width - 1) + self.newline
+
+
+class MarkdownTable(TextTable):
+    """The table below one heading of a Markdown file."""
+
+    def __init__(self, name: str, text: str, newline: str) -> None:
+        super().__init__(name, newline)
+        self.first_movable = 2
+        lines = _LINE.findall(text)
+        begin = next(i for i, line in enumerate(lines) if _is_heading(line, name))
+        first = next((i for i in range(begin + 1, len(lines)) if lines[i].strip().startswith("|")), len(lines))
+        last = first
+        while last < len(lines) and lines[last].strip().startswith("|"):
+            last += 1
+        rows = lines[first:last]
+        self._rule = rows.pop(1) if len(rows) > 1 and RULE.fullmatch(rows[1].strip()) else ""
+        self.head, self.lines, self.tail = "".join(lines[:first]), rows, "".join(lines[last:])
+
+    def cells(self, line: str) -> list[str]:
+        """The texts of a row's cells."""
+        return [from_markdown(piece) for piece in markdown_pieces(line)]
+
+    def with_cell(self, line: str, column: int, text: str) -> str:
+        """A row with another text in one cell; columns that are set in line stay in line where it fits."""
+        edge = line[: len(line) - len(line.lstrip())]
+        pieces = markdown_pieces(line)
+        pieces += ["  "] * (column - len(pieces))
+        pieces[column - 1] = f" {to_markdown(text)} ".ljust(len(pieces[column - 1]))
+        return f"{edge}|{'|'.join(pieces)}|{line[len(line.rstrip()) :]}"
+
+    def blank(self) -> str:
+        """A row of empty cells."""
+        return "|" + "  |" * max(len(markdown_pieces(self.lines[0])) if self.lines else 1, 1) + self.newline
+
+    def whole(self) -> str:
+        """The text as it is now."""
+        lines = self.lines[:1] + ([self._rule] if self._rule else []) + self.lines[1:]
+        if len(self.lines) > 1 and self._rule and not self._rule.endswith(("\n", "\r")):
+            lines[1] += self.newline
+        return self.head + "".join(lines) + self.tail
+
+
+def _is_heading(line: str, name: str) -> bool:
+    match = HEADING.fullmatch(line.strip())
+    return match is not None and match[1] == name
+
+
+def sheet_named(names: Sequence[str], sheet: str) -> str:
+    """The sheet of that name in its spelling; raises SheetsError when there is none."""
+    found = [n for n in names if n == sheet] or [n for n in names if key(n) == key(sheet)]
+    if not found:
+        raise SheetsError(f"There is no sheet “{sheet}”.", f"The sheets are: {', '.join(names)}.")
+    return found[0]
