@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import ast
-import copy
+import unicodedata
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rrp_sheets.formulas.limits import LONGEST_FORMULA
+from rrp_sheets.formulas.parser import parse
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.scope import Scope
-from rrp_sheets.formulas.spelling import to_python
-from rrp_sheets.formulas.syntax import parse
+from rrp_sheets.formulas.tokens import tokenize
 from rrp_sheets.formulas.tree import resolve
+from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.values import Value
 
 if TYPE_CHECKING:
@@ -26,8 +28,8 @@ class Formula:
 
     Attributes:
         text: as typed.
-        tree: resolved; shared, so it is copied before an interpreter binds it.
-        names: the inputs' names in order.
+        tree: resolved; its columns are places in the text.
+        names: of what the evaluator is given, in order: what the connector adds, then the inputs.
     """
 
     text: str
@@ -41,31 +43,54 @@ class Formula:
             interpreter: one per thread.
             picker: what PICK draws with; without one it takes the first, as `check` does.
         """
-        return interpreter.prepare(copy.deepcopy(self.tree), self.names, picker)
+        return interpreter.prepare(self.tree, self.names, picker)
 
 
 def compile_formula(text: str, scope: Scope) -> Formula:
-    """Parse and check a formula; raises FormulaProblem when it is refused.
+    """Parse and check a formula, in a spreadsheet's spelling or in Python's.
+
+    Raises:
+        FormulaProblem: when it is refused; its column and length are in the text as typed.
 
     >>> from rrp_sheets.formulas import make_scope
     >>> from rrp_sheets.formulas.evaluator import GuardedInterpreter
-    >>> formula = compile_formula("=distance * 2 if distance < 1 else 0", make_scope([("Distance", None)]))
+    >>> scope = make_scope([("Distance", None)])
+    >>> formula = compile_formula("=IF(distance < 1; distance * 2; 0)", scope)
     >>> formula.prepare(GuardedInterpreter())(0.25)
     0.5
+    >>> compile_formula("distance * 2 if distance < 1 else 0", scope).prepare(GuardedInterpreter())(0.25)
+    0.5
     """
-    source = to_python(text)
+    _check_characters(text)
     try:
-        tree = parse(source)
+        tree = parse(tokenize(text, lambda name: scope.table(name) is not None), text)
     except FormulaProblem as problem:
-        spaced = next(
-            (i for i in scope.inputs.values() if " " in i.shown and i.shown.casefold() in text.casefold()), None
-        )
-        if spaced is not None and problem.code == "FORM001":
-            problem.details["remedy"] = f"Write {spaced.name} for “{spaced.shown}”."
+        _propose_name(problem, text, scope)
         raise
-    try:
-        return Formula(text, resolve(tree, scope, source), scope.order)
-    except FormulaProblem as problem:
-        if problem.column > 0:  # Python counts bytes, people count letters
-            problem.column = len(source.encode()[: problem.column].decode(errors="ignore"))
-        raise
+    return Formula(text, resolve(tree, scope, text), scope.order)
+
+
+def _check_characters(text: str) -> None:
+    size = len(text.strip())
+    if size > LONGEST_FORMULA:
+        raise FormulaProblem("FORM002", LONGEST_FORMULA, reason=f"it has more than {LONGEST_FORMULA} characters")
+    if text.isprintable():
+        return
+    for i, c in enumerate(text):
+        if unicodedata.category(c) in ("Cc", "Cs") and c not in "\n\r\t":
+            raise FormulaProblem("FORM001", i, reason="there is a character in it that cannot be seen",
+                                 remedy="Type the formula again.")  # fmt: skip
+
+
+def _propose_name(problem: FormulaProblem, text: str, scope: Scope) -> None:
+    """A stream's name with a space in it, or with a digit at its beginning, is written in another way here."""
+    if problem.code != "FORM001":
+        return
+    lower = text.casefold()
+    for shown in [*(i.shown for i in scope.inputs.values()), *(t.name for t in scope.tables.values())]:
+        if shown and shown.casefold() in lower and key(shown) != shown.casefold():
+            problem.details["remedy"] = f"Write {argument_name(shown)} for “{shown}”."
+            return
+        if shown[:1].isdigit() and key(shown) in key(text):
+            problem.details["remedy"] = f"Write {argument_name(shown)} for “{shown}”."
+            return
