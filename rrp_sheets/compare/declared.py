@@ -84,7 +84,7 @@ def _device_type(old: DeviceView, new: DeviceView) -> list[Change]:
     if mine != other:
         return [_change(old, new, "changed", "device", old.device, new.device)]
     if bool(old.row) != bool(new.row):
-        if old.meaning != new.meaning:
+        if old.meaning != new.meaning or key(old.name) != key(new.name):
             return []
         before, after = ("declared", "") if old.row else ("", "declared")
         return [_change(old, new, "written", "declaration", before, after, False, _BY_NAME)]
@@ -95,13 +95,14 @@ def _device_type(old: DeviceView, new: DeviceView) -> list[Change]:
 
 def _settings(old: DeviceView, new: DeviceView, found: Match) -> list[Change]:
     out = []
+    kept = old.found is None or new.found is None or old.found.type.name == new.found.type.name
     for k in dict.fromkeys([*old.settings, *new.settings, *old.texts, *new.texts]):
         view = new if new.found is not None and k in new.found.type.settings else old
         name = view.found.type.settings[k].name if view.found is not None and k in view.found.type.settings else k
         before, after = old.settings.get(k), new.settings.get(k)
         texts = old.texts.get(k, ""), new.texts.get(k, "")
         known = k in old.settings or k in new.settings
-        same = before == after if known else texts[0] == texts[1]
+        same = before == after if known and kept else texts[0] == texts[1]
         if not same and not _renamed_behaviour(before, after, found):
             was, now = texts[0] or _default(before), texts[1] or _default(after)
             out.append(_change(old, new, "changed", name, was, now))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 
 from rrp_sheets.compare.changes import Change
 from rrp_sheets.compare.match import Match
-from rrp_sheets.compare.pairing import Pairs, out_of_order
+from rrp_sheets.compare.pairing import Pairs
 from rrp_sheets.compare.rows import WRITTEN
 from rrp_sheets.compare.side import Side
 from rrp_sheets.compare.tokens import meanings
@@ -57,7 +57,7 @@ class Kind:
     ordered: bool = False
 
 
-def scene_changes(first: Side, second: Side) -> list[Change]:
+def scene_changes(first: Side, second: Side, found: Match) -> list[Change]:
     """The changes of the scene: what happens in the simulated world, and when."""
     kind = Kind("scene", (("time", "thing", "does"), ("thing", "does", "value"), ("time", "thing"), ("thing", "does")))
     old, new = _scene(first), _scene(second)
@@ -69,13 +69,17 @@ def scene_changes(first: Side, second: Side) -> list[Change]:
         word = "removed" if second.workbook.scene is None else "added"
         return [Change(word, "sheet", "Scene", before="" if word == "added" else "empty",
                        after="empty" if word == "added" else "")]  # fmt: skip
-    out, pairs = list_changes(old, new, kind)
-    together = sorted(pairs.to.items(), key=lambda p: (old[p[0]].time, p[0]))
-    places = {j: n for n, j in enumerate(sorted(pairs.back, key=lambda j: (new[j].time, j)))}
-    for i in sorted(out_of_order([i for i, _ in together], [places[j] for _, j in together])):
-        j = pairs.to[i]
-        if old[i].time == new[j].time:  # else its time is told
-            out.append(_change(kind, "moved", old[i], new[j], note="of several things at one time another comes first"))
+    out, pairs = list_changes(old, new, kind, found.turned)
+    timed = Pairs(len(old), len(new))  # the same pairs, each list in the order of its times
+    places = [{i: n for n, i in enumerate(sorted(range(len(s)), key=lambda i: (s[i].time, i)))} for s in (old, new)]
+    lines = {}
+    for i, j in pairs.to.items():
+        timed.add(places[0][i], places[1][j])
+        lines[places[0][i]] = old[i], new[j]
+    for n in sorted(timed.moved(found.turned)):
+        a, b = lines[n]
+        if a.time == b.time:  # else its time is told
+            out.append(_change(kind, "moved", a, b, note="of several things at one time another comes first"))
     return out
 
 
@@ -101,9 +105,10 @@ def _said(cells: Mapping[str, Cell]) -> dict[str, str]:
     return {n: c.text for n, c in cells.items()}
 
 
-def gesture_changes(first: Side, second: Side) -> list[Change]:
+def gesture_changes(first: Side, second: Side, found: Match) -> list[Change]:
     """The changes of the user's own gestures."""
-    return list_changes(_gestures(first), _gestures(second), Kind("gesture", (("name", "time"), ("name",))))[0]
+    kind = Kind("gesture", (("name", "time"), ("name",)))
+    return list_changes(_gestures(first), _gestures(second), kind, found.turned)[0]
 
 
 def _gestures(side: Side) -> list[Line]:
@@ -151,7 +156,7 @@ def test_changes(first: Side, second: Side, found: Match) -> list[Change]:
         rename = found.streams.of
         lines = [_test(mine.name, r, rename, first) for r in mine.rows] if mine else []
         now = [_test(other.name, r, lambda s: s, second) for r in other.rows] if other else []
-        out += list_changes(lines, now, kind)[0]
+        out += list_changes(lines, now, kind, found.turned)[0]
     return out
 
 
@@ -171,7 +176,7 @@ def _test(sheet: str, row: TestRow, rename: Callable[[str], str], side: Side) ->
     return Line(sheet, number, meaning, _said(cells), side.note(sheet, number))
 
 
-def table_changes(first: Side, second: Side) -> list[Change]:
+def table_changes(first: Side, second: Side, found: Match) -> list[Change]:
     """The changes of the user's own sheets that formulas name as tables."""
     out: list[Change] = []
     old, new = first.workbook.tables, second.workbook.tables
@@ -184,14 +189,14 @@ def table_changes(first: Side, second: Side) -> list[Change]:
             before, after = ("", count) if word == "added" else (count, "")
             out.append(Change(word, "table", name, before=before, after=after))
             continue
-        out += _table(name, old[k], new[k])
+        out += _table(name, old[k], new[k], found.turned)
     return out
 
 
-def _table(name: str, old: Sequence[Sequence[str]], new: Sequence[Sequence[str]]) -> list[Change]:
+def _table(name: str, old: Sequence[Sequence[str]], new: Sequence[Sequence[str]], turned: bool) -> list[Change]:
     heads = [tuple(h for h in table[0]) if table else () for table in (old, new)]
     kind = Kind("table", (tuple(key(h) for h in heads[1][:1]),), ordered=True)
-    out, _ = list_changes(_table_lines(name, old, heads[0]), _table_lines(name, new, heads[1]), kind)
+    out, _ = list_changes(_table_lines(name, old, heads[0]), _table_lines(name, new, heads[1]), kind, turned)
     mine, other = ([key(h) for h in head] for head in heads)
     if mine != other:
         before, after = (", ".join(h) for h in heads)
@@ -221,8 +226,20 @@ def _plain(text: str) -> Hashable:
 # ---- any list
 
 
-def list_changes(old: Sequence[Line], new: Sequence[Line], kind: Kind) -> tuple[list[Change], Pairs]:
-    """The changes of a list, and which lines belong together."""
+def list_changes(old: Sequence[Line], new: Sequence[Line], kind: Kind, turned: bool) -> tuple[list[Change], Pairs]:
+    """The changes of a list, and which lines belong together; the same both ways round."""
+    pairs = _pair(new, old, kind).inverse() if turned else _pair(old, new, kind)
+    moved = pairs.moved(turned) if kind.ordered else set()
+    placed: list[tuple[int, int, list[Change]]] = []
+    for i, j in pairs.to.items():
+        placed.append((new[j].row, 1, _line(kind, old[i], new[j], i in moved)))
+    placed += [(new[j].row, 1, [_change(kind, "added", None, new[j])]) for j in pairs.right]
+    placed += [(old[i].row, 2, [_change(kind, "removed", old[i], None)]) for i in pairs.left]
+    placed.sort(key=lambda entry: entry[:2])
+    return [change for _, _, found in placed for change in found], pairs
+
+
+def _pair(old: Sequence[Line], new: Sequence[Line], kind: Kind) -> Pairs:
     pairs = Pairs(len(old), len(new))
     pairs.by_key(old, new, lambda n: n.whole, lambda n: n.whole)
     for names in kind.keys:
@@ -232,14 +249,7 @@ def list_changes(old: Sequence[Line], new: Sequence[Line], kind: Kind) -> tuple[
 
         pairs.by_key(old, new, of, of)
     pairs.by_likeness(old, new, lambda n: [e for e in n.whole if e[1] not in ("", ())], _alike, _HALF)
-    moved = pairs.moved() if kind.ordered else set()
-    placed: list[tuple[int, int, list[Change]]] = []
-    for i, j in pairs.to.items():
-        placed.append((new[j].row, 1, _line(kind, old[i], new[j], i in moved)))
-    placed += [(new[j].row, 1, [_change(kind, "added", None, new[j])]) for j in pairs.right]
-    placed += [(old[i].row, 2, [_change(kind, "removed", old[i], None)]) for i in pairs.left]
-    placed.sort(key=lambda entry: entry[:2])
-    return [change for _, _, found in placed for change in found], pairs
+    return pairs
 
 
 def _alike(a: Line, b: Line) -> float:

@@ -48,6 +48,7 @@ class Match:
     rows: dict[tuple[int, int], Pairs]
     streams: StreamMap
     helpers: dict[str, str]
+    turned: bool = False  # the second workbook was taken as the first, so that both ways round the same is found
 
     def inverse(self) -> Match:
         """The same, from the second to the first."""
@@ -56,6 +57,7 @@ class Match:
             {(b, a): pairs.inverse() for (a, b), pairs in self.rows.items()},
             self.streams.inverse(),
             {b: a for a, b in self.helpers.items()},
+            not self.turned,
         )
 
     def shape(self, a: RowView) -> Hashable:

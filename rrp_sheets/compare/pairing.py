@@ -89,10 +89,16 @@ class Pairs:
             if i not in self.to and j not in self.back:
                 self.add(i, j)
 
-    def moved(self) -> set[int]:
-        """Those of the first list whose partner has changed its place among the partners of the others."""
-        pairs = sorted(self.to.items())
-        return out_of_order([i for i, _ in pairs], [j for _, j in pairs])
+    def moved(self, turned: bool = False) -> set[int]:
+        """Those of the first list whose partner has changed its place among the partners of the others.
+
+        Args:
+            turned: look from the second list. Of two that were swapped one has moved: it is to be the same one
+                whichever list is the first.
+        """
+        pairs = sorted((j, i) for i, j in self.to.items()) if turned else sorted(self.to.items())
+        names = out_of_order([a for a, _ in pairs], [b for _, b in pairs])
+        return {self.back[j] for j in names} if turned else names
 
 
 def _nearest(places: Sequence[int], here: int) -> Sequence[int]:

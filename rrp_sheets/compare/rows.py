@@ -38,7 +38,7 @@ def row_changes(first: Side, second: Side, found: Match) -> list[Change]:
         out += _Pair(first, second, found, a, b, late).changes()
     for a in found.behaviours.left:
         out += _whole("removed", first.behaviours[a])
-    if found.behaviours.moved():
+    if found.behaviours.moved(found.turned):
         names = tuple(", ".join(b.name for b in side.behaviours) for side in (first, second))
         out.append(Change("moved", "sheet", what="order of the sheets", before=names[0], after=names[1], effect=False,
                           note="the rows are the same"))  # fmt: skip
@@ -81,7 +81,7 @@ class _Pair:
 
     def changes(self) -> list[Change]:
         placed: list[tuple[int, int, list[Change]]] = []
-        moved = self.pairs.moved()
+        moved = self.pairs.moved(self.found.turned)
         for a, b in self.pairs.to.items():
             found = self._row(self.old.rows[a], self.new.rows[b], a in moved)
             if found:
@@ -129,15 +129,15 @@ class _Pair:
         return self._written(a, b, "connector", before, after)
 
     def _inputs(self, a: RowView, b: RowView) -> list[Change]:
-        before, after = a.row.inputs_cell.text, b.row.inputs_cell.text
+        before, after = _said(a, self.first), _said(b, self.second)
         mine = self.found.inputs(a)
         if mine != b.inputs:
-            change = self._change(a, b, "changed", "inputs", _above(before), _above(after))
+            change = self._change(a, b, "changed", "inputs", before, after)
             if a.connector == b.connector == "combineLatest" and self._same_by_names(a, b):
                 return [change.harmless("the order of these inputs changes nothing")]
             return [change]
         if [key(c.text) for c in a.row.inputs] == [key(c.text) for c in b.row.inputs] or not self._renames(a, b):
-            return self._written(a, b, "inputs", _above(before), _above(after))
+            return self._written(a, b, "inputs", before, after)
         return []
 
     def _same_by_names(self, a: RowView, b: RowView) -> bool:
@@ -164,8 +164,10 @@ class _Pair:
         if before == after and not names:
             return []
         explained = meanings(before, names) == meanings(after)
-        if explained or self.found.shape(a) == b.shape or self._same_by_fields(a, b) or self._same_by_names(a, b):
+        if explained or self.found.shape(a) == b.shape or self._same_by_names(a, b):
             return [] if explained and names else self._written(a, b, "formula", before, after)
+        if self._same_by_fields(a, b):
+            return []  # the stream's new name is told
         found = pieces(before, after, names) if before and after else ()
         return [replace(self._change(a, b, "changed", "formula", before, after), pieces=found)]
 
@@ -200,5 +202,7 @@ class _Pair:
         return [change if a.drives or b.drives else change.harmless("only rows that drive an actuator use it")]
 
 
-def _above(text: str) -> str:
-    return text or "the row above"
+def _said(view: RowView, side: Side) -> str:
+    """The input cell; a blank one in words."""
+    names = ", ".join(side.shown(i) or "unnamed" for i in view.inputs)
+    return view.row.inputs_cell.text or f"the row above{f' ({names})' if names else ''}"

@@ -52,7 +52,8 @@ def say(change: Change) -> str:
         case "on" | "off":
             return f"{at} switched {change.kind}"
         case "written":
-            return f"{at}: {one_line(change.what)} is written differently: {before} → {after}"
+            what = f": {one_line(change.what)}" if change.what else ""
+            return f"{at}{what} is written differently: {before} → {after}"
         case "notes":
             return f"{at}: notes {before} → {after}"
     return _changed(change, at, before, after)
