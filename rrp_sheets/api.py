@@ -8,16 +8,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
     from rrp_sheets.compare import Comparison
+    from rrp_sheets.render.score import Score
     from rrp_sheets.runs import RunResult, RunSettings, RunView
+    from rrp_sheets.runs.apart import Ended
+    from rrp_sheets.testing import TestReport
     from rrp_sheets.workbook import Reading
 
-__all__ = ["RunSettings", "check", "convert", "diff", "draw", "explain", "new", "read", "run"]
+__all__ = ["RunSettings", "check", "convert", "diff", "draw", "explain", "new", "read", "run", "test"]
 
 
 def __getattr__(name: str) -> Any:
@@ -117,3 +121,91 @@ def run(
     if checked.report.errors:
         return checked, None
     return checked, run_checked(reading, checked, settings, view)
+
+
+def run_apart(path: Path | str, settings: RunSettings | None = None, view: RunView | None = None) -> Ended:
+    """Check a workbook and run it, in a process of its own that is watched; what the command line does.
+
+    :func:`run` keeps everything in this process, where a notebook can look at it; a row that never ends is then
+    the notebook's to interrupt. Here it is ended by a watchdog, and memory is limited.
+
+    Raises:
+        UnreadableFile: when it cannot be read.
+        MissingPart: when the simulator is not installed here.
+        RunBroken: when the run broke off before it left anything.
+    """
+    from rrp_sheets.runs.apart import run_apart as run_in_process
+
+    return run_in_process(Path(path), settings, view)
+
+
+def test(path: Path | str, stopped: Callable[[], bool] = lambda: False) -> tuple[Checked, TestReport | None]:
+    """Run a workbook's test sheets in virtual time; no report when the workbook has errors.
+
+    Args:
+        path: of the workbook.
+        stopped: asked again and again; the tests stop when it says so.
+
+    Raises:
+        UnreadableFile: when it cannot be read.
+    """
+    from rrp_sheets.testing import run_tests
+
+    checked = check(path)
+    if checked.report.errors:
+        return checked, None
+    return checked, run_tests(checked, stopped)
+
+
+test.__test__ = False  # type: ignore[attr-defined]  # no test of pytest's
+
+
+def marbles(
+    path: Path | str,
+    *,
+    behaviour: str = "",
+    window: tuple[int | None, int | None] = (None, None),
+    streams: Sequence[str] = (),
+) -> tuple[Checked | None, list[Score] | None]:
+    """What came on the streams of a recorded run, or of a workbook's tests, to be drawn.
+
+    Args:
+        path: a run's folder, a trace, or a workbook with tests.
+        behaviour: only this one.
+        window: from when to when, in microseconds.
+        streams: only these, by name.
+
+    Returns:
+        The workbook when it is one, and the diagrams; none of a workbook that has errors or no tests.
+
+    Raises:
+        UnreadableFile: when it cannot be read.
+        SheetsError: when there is no such behaviour, stream or time in it.
+    """
+    from rrp_sheets.render.score import chosen
+    from rrp_sheets.runs.marbles import is_trace, trace_scores
+    from rrp_sheets.testing.marbles import scores
+
+    checked, report = None, None
+    if is_trace(Path(path)):
+        found = trace_scores(Path(path))
+    else:
+        checked, report = test(path)
+        if report is None or not report.cases:
+            return checked, None
+        found = [score for case in report.cases for score in scores(checked, case)]
+    return checked, chosen(found, behaviour, window, streams)
+
+
+def draw_marbles(scores: Sequence[Score], target: Path | str) -> list[str]:
+    """Draw marble diagrams into an .svg, .pdf, .png or .txt file; what the picture lacks, in words."""
+    from rrp_sheets.render.marble_output import write_marbles
+
+    return write_marbles(scores, target)
+
+
+def draw_tests(report: TestReport, target: Path | str) -> list[str]:
+    """Draw what came on the streams in a workbook's tests."""
+    from rrp_sheets.testing.marbles import scores
+
+    return draw_marbles([s for case in report.cases for s in scores(report.checked, case)], target)

@@ -20,6 +20,8 @@ _COMMANDS = {
     "diff": "Say what is different between two workbooks, by what they mean.",
     "help": "Explain connectors, functions, devices, the scene, a code or a name.",
     "run": "Run a workbook on the simulated robot.",
+    "test": "Run the tests that stand in a workbook.",
+    "marbles": "Draw what came on the streams of a run or of a workbook's tests.",
     "serve": "Show the workbooks of a folder in the browser.",
 }
 UNREADABLE, BROKEN, INTERRUPTED = 2, 3, 130

@@ -1,0 +1,129 @@
+"""`rrp-sheets test FILE`."""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+import threading
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING
+
+import click
+
+from rrp_sheets.cli.main import INTERRUPTED, UNREADABLE
+
+if TYPE_CHECKING:
+    from rrp_sheets.testing import CaseResult, TestReport
+
+NO_TESTS = 5
+
+
+@click.command(name="test")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--json", "as_json", is_flag=True, help="print the results as JSON")
+@click.option("--junit", type=click.Path(path_type=Path), help="write the results as JUnit XML into this file")
+@click.option("--marbles", type=click.Path(path_type=Path),
+              help="draw what came on the streams, as .svg, .pdf or .png")  # fmt: skip
+def command(file: Path, as_json: bool, junit: Path | None, marbles: Path | None) -> None:
+    """Run the test sheets of FILE: what they send goes in, what they expect must come out.
+
+    Every sheet with the headers Time (ms), Stream, Send and Expect is a test. It runs without robot and simulator, as
+    fast as the machine can. What does not hold is shown with its cell, what came instead, and the marble diagram.
+
+    Exit code: 0 all tests hold, 1 some do not, 2 the file cannot be read or has errors, 5 it has no tests, 130 stopped
+    with Ctrl-C.
+    """
+    from rrp_sheets import api
+    from rrp_sheets.cli.check import print_findings
+
+    stop = _StopOnInterrupt()
+    checked, report = api.test(file, stop.asked)
+    if report is None:
+        print_findings(checked.report.errors, err=True)
+        click.echo("The workbook has errors, so its tests are not run.", err=True)
+        if as_json:
+            click.echo(json.dumps({"findings": [d.as_dict() for d in checked.report]}, ensure_ascii=False))
+        sys.exit(UNREADABLE)
+    if as_json:
+        from rrp_sheets.testing.words import as_dict
+
+        click.echo(json.dumps(as_dict(report), ensure_ascii=False, indent=2))
+    else:
+        _show(report)
+    if junit is not None:
+        from rrp_sheets.testing.junit import junit as as_junit
+        from rrp_sheets.workbook.atomic import write_atomically
+
+        write_atomically(junit, as_junit(report))
+    if marbles is not None and report.cases:
+        for note in api.draw_tests(report, marbles):
+            click.echo(f"Note: {note}", err=True)
+        click.echo(f"Drawn: {marbles}", err=True)
+    sys.exit(_code(report))
+
+
+def _code(report: TestReport) -> int:
+    if report.stopped:
+        return INTERRUPTED
+    if not report.checked.tests:
+        return NO_TESTS
+    return 0 if report.passed else 1
+
+
+def _show(report: TestReport) -> None:
+    if not report.checked.tests:
+        click.echo("This workbook has no tests.", err=True)
+        click.echo("  → Add a sheet with the headers Time (ms), Stream, Send, Expect.", err=True)
+        return
+    for result in report.cases:
+        _show_case(report, result)
+    failed = sum(not c.passed for c in report.cases)
+    count = len(report.cases)
+    took = f"{sum(c.seconds for c in report.cases):.2f} s"
+    if report.stopped:
+        click.echo(f"Stopped: {count} of {len(report.checked.tests)} tests were run.", err=True)
+    elif failed:
+        click.echo(f"{failed} of {count} {'tests fail' if count > 1 else 'test fails'} ({took}).")
+    else:
+        click.echo(f"{count} {'tests hold' if count > 1 else 'test holds'} ({took}).")
+
+
+def _show_case(report: TestReport, result: CaseResult) -> None:
+    from rrp_sheets.render.marble_text import marble_text
+    from rrp_sheets.testing.marbles import around_failures
+    from rrp_sheets.testing.words import counted, failure_lines, fault_lines
+
+    sign = click.style("✓", fg="green", bold=True) if result.passed else click.style("✗", fg="red", bold=True)
+    click.echo(f"{sign} {result.case.name}: {counted(result)}")
+    faults = fault_lines(result)
+    if not result.passed:
+        for line in failure_lines(result):
+            click.echo(f"  {line}")
+        for line in marble_text(around_failures(report.checked, result), width=_columns()):
+            click.echo(f"    {line}")
+    for line in faults[:10]:
+        click.echo(f"  {click.style('formula', fg='yellow')} {line}")
+
+
+def _columns() -> int:
+    import shutil
+
+    return max(60, min(160, shutil.get_terminal_size((110, 24)).columns - 4))
+
+
+class _StopOnInterrupt:
+    """Ctrl-C asks the tests to stop; those that are over are shown."""
+
+    def __init__(self) -> None:
+        self._asked = False
+        if threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGINT, self._ask)
+
+    def _ask(self, number: int, frame: FrameType | None) -> None:
+        self._asked = True
+
+    def asked(self) -> bool:
+        """Whether somebody wants it to stop."""
+        return self._asked

@@ -1,0 +1,262 @@
+"""Draws marble diagrams as SVG: a line for each stream, a bar for each row, strips of time below each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from rrp_sheets.render.diagram import Page
+from rrp_sheets.render.marble_beads import Span, draw_lane, lane_height
+from rrp_sheets.render.marble_text import nice_step, seconds_label
+from rrp_sheets.render.measure import clean, escape, width
+from rrp_sheets.render.score import Bar, Group, Score
+from rrp_sheets.render.style import BADGE, EDGE, FILL_AND_LINE, FLAG, INK, LANDSCAPE, MONO_PT, OFF_LINE, SMALL_PT, SOFT
+from rrp_sheets.render.svg import draw_icon, frame, text
+
+WIDE = LANDSCAPE[0]
+_LABEL = 118.0  # points for the streams' names
+_RIGHT = 10.0
+_AXIS = 17.0
+_BAR = 14.0
+_GAP = 12.0
+_LEGEND = 20.0
+_MOST_STRIPS = 6
+_WANTED_GAP = 15.0  # points between two marbles of the busiest stream
+_LABELS_APART = 48.0
+
+
+@dataclass(frozen=True)
+class _Block:
+    """Some streams in some span of time, as tall as a page at most."""
+
+    score: Score
+    groups: tuple[Group, ...]
+    bars: bool
+    heights: tuple[float, ...]
+    marks: bool
+
+    @property
+    def height(self) -> float:
+        return _AXIS + sum(self.heights) + (12 if self.marks else 0)
+
+
+def draw_marbles(scores: Sequence[Score], *, strips: int = 0) -> list[Page]:
+    """The pages of marble diagrams.
+
+    Args:
+        scores: the diagrams, each begins a page of its own.
+        strips: how many strips a long time is cut into; 0 lets the busiest stream decide.
+    """
+    pages: list[Page] = []
+    for number, score in enumerate(scores, 1):
+        if not score.groups:
+            continue
+        blocks = [b for strip in _strips(score, strips) for b in _blocks(strip, score)]
+        sheets = list(_sheets(blocks))
+        for part, sheet in enumerate(sheets, 1):
+            pages.append(_page(score, sheet, f"m{number}p{part}", part, len(sheets)))
+    return pages
+
+
+def _strips(score: Score, count: int) -> list[Score]:
+    span = max(1, score.last_us - score.first_us)
+    if count <= 0:
+        room = WIDE - _LABEL - _RIGHT
+        busiest = max((len({m.us for m in lane.marbles}) for lane in score.lanes), default=0)
+        count = min(_MOST_STRIPS, max(1, round(busiest * _WANTED_GAP / room + 0.35)))
+    edges = [score.first_us + span * i // count for i in range(count + 1)]
+    return [score.between(a, b if b == edges[-1] else b - 1) for a, b in pairwise(edges)]
+
+
+def _blocks(strip: Score, whole: Score) -> Iterator[_Block]:
+    """The streams of a strip in pieces that fit on a page; rows are named in the first strip only."""
+    first = strip.first_us == whole.first_us
+    room = LANDSCAPE[1] - _AXIS - _LEGEND - 14
+    x = _span(strip)
+    marked = any(strip.first_us <= us <= strip.last_us for us, _ in strip.marks)
+    groups: list[Group] = []
+    heights: list[float] = []
+    for group in strip.groups:
+        high = lane_height(group.lane, x) + (_BAR * len(group.bars) + 3 if first and group.bars else 0)
+        if groups and sum(heights) + high > room:
+            yield _Block(strip, tuple(groups), first, tuple(heights), False)
+            groups, heights = [], []
+        groups.append(group)
+        heights.append(high)
+    yield _Block(strip, tuple(groups), first, tuple(heights), marked)
+
+
+def _sheets(blocks: Sequence[_Block]) -> Iterator[list[_Block]]:
+    """Blocks page by page."""
+    sheet: list[_Block] = []
+    used = 0.0
+    for block in blocks:
+        if sheet and used + block.height + _GAP > LANDSCAPE[1] - _LEGEND:
+            yield sheet
+            sheet, used = [], 0.0
+        sheet.append(block)
+        used += block.height + _GAP
+    if sheet:
+        yield sheet
+
+
+def _page(score: Score, sheet: Sequence[_Block], ident: str, part: int, parts: int) -> Page:
+    pieces: list[str] = []
+    y = 2.0
+    for block in sheet:
+        pieces.append(_draw_block(block, y))
+        y += block.height + _GAP
+    pieces.append(_legend(y))
+    high = y + _LEGEND
+    alt = _alt(score)
+    svg = frame("\n".join(pieces), WIDE, high, ident=ident, title=clean(score.title), description=alt)
+    caption = f"part {part} of {parts}" if parts > 1 else ""
+    rows = [b.row for g in score.groups for b in g.bars]
+    return Page(
+        title=clean(score.title), caption=caption, svg=svg, dot="", width=WIDE, height=high, scale=1.0, landscape=True,
+        rows=(min(rows, default=0), max(rows, default=0)), alt=alt, part=part, parts=parts,
+    )  # fmt: skip
+
+
+def _alt(score: Score) -> str:
+    streams = ", ".join(f"{lane.label or 'without a name'} ({len(lane.marbles)})" for lane in score.lanes[:40])
+    span = f"{seconds_label(score.first_us / 1e6)} to {seconds_label(score.last_us / 1e6)}"
+    return clean(f"Marble diagram of {score.title}, {span}. Streams and how many values each had: {streams}.")
+
+
+def _span(score: Score) -> Span:
+    return Span(score.first_us, max(score.last_us, score.first_us + 1), _LABEL + 6, WIDE - _RIGHT)
+
+
+def _draw_block(block: _Block, top: float) -> str:
+    x = _span(block.score)
+    bottom = top + _AXIS + sum(block.heights)
+    parts = list(_axis(x, top, bottom))
+    y = top + _AXIS
+    for group, high in zip(block.groups, block.heights, strict=True):
+        base = y
+        if block.bars and group.bars:
+            for bar in group.bars:
+                parts.append(_draw_bar(bar, x, base))
+                base += _BAR
+            base += 3
+        parts.append(_label(group, base, y + high, named=not block.bars))
+        parts.append(draw_lane(group.lane, x, base, y + high))
+        y += high
+    if block.marks:
+        parts += _pointers(block.score, x, bottom)
+    return "\n".join(parts)
+
+
+def _axis(x: Span, top: float, bottom: float) -> Iterator[str]:
+    step = nice_step((x.last - x.first) / 1e6, max(2, int((x.right - x.left) / _LABELS_APART)))
+    number = -(-x.first // round(step * 1e6))
+    while number * step * 1e6 <= x.last:
+        at = x.at(round(number * step * 1e6))
+        yield f'<path d="M{at:.1f} {top + 12:.1f}V{bottom:.1f}" stroke="#dcdcdc" stroke-width="0.6"/>'
+        yield text(at, top + 9, seconds_label(number * step), SMALL_PT, fill=SOFT, middle=True)
+        number += 1
+
+
+def _draw_bar(bar: Bar, x: Span, y: float) -> str:
+    """A row between the streams: its number, icon, inputs, connector and formula; the ticks of its clock below."""
+    ink = OFF_LINE if bar.off else INK
+    left, high = 3.0, _BAR - 1.5
+    parts = [
+        f'<rect x="{left}" y="{y:.1f}" width="{x.right - left:.1f}" height="{high}" rx="2.5" fill="#f4f2ee" '
+        f'stroke="#c9c4ba" stroke-width="0.6"/>',
+        f'<rect x="{left}" y="{y:.1f}" width="17" height="{high}" rx="2.5" fill="{OFF_LINE if bar.off else BADGE}"/>',
+        text(left + 8.5, y + 9.3, str(bar.row), 8 if bar.row < 1000 else 6.5, fill="#fff", bold=True, middle=True),
+        draw_icon(bar.icon, left + 20, y + 1.2, ink, 0.85),
+    ]
+    inputs = _cut(", ".join(clean(i) for i in bar.inputs), 190, SMALL_PT)
+    words = f"{inputs} → {bar.connector}"
+    parts.append(text(left + 33, y + 9.2, words, SMALL_PT, fill=ink))
+    if bar.formula:
+        start = left + 33 + width(words, SMALL_PT) + 8
+        formula = _cut(clean(bar.formula), x.right - start - 6, MONO_PT, mono=True)
+        parts.append(text(start, y + 9.2, formula, MONO_PT, fill=ink, mono=True))
+    parts += [
+        f'<path d="M{x.at(t):.1f} {y + high - 4:.1f}v5.5" stroke="{FLAG}" stroke-width="1.1"/>'
+        for t in bar.ticks if x.holds(t)
+    ]  # fmt: skip
+    return "".join(parts)
+
+
+def _cut(words: str, room: float, size: float, *, mono: bool = False) -> str:
+    """The text as far as it fits."""
+    if width(words, size, mono=mono) <= room:
+        return words
+    words = words[: max(0, int(room / size * 4))]
+    while words and width(words + "…", size, mono=mono) > room:
+        words = words[:-1]
+    return words + "…"
+
+
+def _label(group: Group, top: float, bottom: float, *, named: bool) -> str:
+    """The stream's name with its sign, and in later strips the numbers of its rows."""
+    lane = group.lane
+    base = bottom - 11.0
+    fill, line = FILL_AND_LINE.get(lane.kind, ("#fff", INK))
+    name = clean(lane.label)
+    rows = f" {', '.join(str(b.row) for b in group.bars[:3])}" if named and group.bars else ""
+    shown = _cut(name, _LABEL - 22 - width(rows, 7.5), 9.5)
+    parts = [_sign(lane.kind, 8.0, base, fill, line)]
+    if shown:
+        parts.append(text(17, base + 3.2, shown, 9.5, bold=lane.kind != "stream"))
+    if rows:
+        at = 17 + (width(shown, 9.5, bold=True) if shown else 0)
+        parts.append(text(at, base + 3.2, rows, 7.5, fill=SOFT))
+    return f'<g class="label">{"<title>" + escape(name) + "</title>" if shown != name else ""}{"".join(parts)}</g>'
+
+
+def _sign(kind: str, x: float, y: float, fill: str, line: str) -> str:
+    if kind == "stream":
+        return f'<ellipse cx="{x}" cy="{y:.1f}" rx="5" ry="4.2" fill="{fill}" stroke="{line}" stroke-width="1.2"/>'
+    if kind == "anonymous":
+        return f'<circle cx="{x}" cy="{y:.1f}" r="2.2" fill="{INK}"/>'
+    box = f'<rect x="{x - 5}" y="{y - 4.2:.1f}" width="10" height="8.4" '
+    if kind == "actuator":
+        inner = f'<rect x="{x - 3}" y="{y - 2.2:.1f}" width="6" height="4.4" fill="{fill}" stroke="{line}"/>'
+        return f'{box}fill="#fff" stroke="{line}" stroke-width="1"/>{inner}'
+    dashes = ' stroke-dasharray="2 1.4"' if kind == "done" else ""
+    return f'{box}fill="{fill}" stroke="{line}" stroke-width="1.6"{dashes}/>'
+
+
+def _pointers(score: Score, x: Span, y: float) -> Iterator[str]:
+    """Arrows at the marked times; marks of one time stand together, and where there is no room left, at the left."""
+    by_time: dict[int, list[str]] = {}
+    for us, words in score.marks:
+        if x.holds(us):
+            by_time.setdefault(us, []).append(words)
+    taken = 0.0
+    for us, found in sorted(by_time.items()):
+        at = x.at(us)
+        words = clean(", ".join(found[:3]) + (" …" if len(found) > 3 else ""))
+        wide = width(words, 7.5)
+        left = at + 5 if at + 5 + wide < x.right + _RIGHT else at - 5 - wide
+        yield f'<path d="M{at:.1f} {y + 1:.1f}l3 5.5h-6z" fill="{FLAG}"/>'
+        if left > taken:
+            yield text(left, y + 7.5, words, 7.5, fill=FLAG)
+            taken = left + wide
+
+
+def _legend(y: float) -> str:
+    """What the signs mean, in one line."""
+    signs = (("sensor", "sensor"), ("stream", "stream"), ("actuator", "actuator"), ("done", "done: a command’s end"))
+    x, parts = 10.0, [f'<path d="M3 {y + 1:.1f}H{WIDE - _RIGHT:.1f}" stroke="#c9c4ba" stroke-width="0.6"/>']
+    for kind, words in signs:
+        fill, line = FILL_AND_LINE.get(kind, ("#fff", INK))
+        parts += [_sign(kind, x, y + 10, fill, line), text(x + 9, y + 13, words, SMALL_PT, fill=SOFT)]
+        x += width(words, SMALL_PT) + 30
+    cross = f"M{x - 3:.1f} {y + 7:.1f}l6 6m0 -6l-6 6"
+    parts += [f'<path d="{cross}" stroke="{FLAG}" stroke-width="1.6"/>',
+              text(x + 8, y + 13, "error", SMALL_PT, fill=SOFT)]  # fmt: skip
+    x += 46
+    parts += [f'<path d="M{x:.1f} {y + 7:.1f}v6" stroke="{FLAG}" stroke-width="1.1"/>',
+              text(x + 6, y + 13, "a row’s clock acts", SMALL_PT, fill=SOFT)]  # fmt: skip
+    x += width("a row’s clock acts", SMALL_PT) + 24
+    parts += [f'<path d="M{x - 4:.1f} {y + 10:.1f}h22" stroke="{EDGE}" stroke-width="6" stroke-dasharray="1 1.2"/>',
+              text(x + 23, y + 13, "many values", SMALL_PT, fill=SOFT)]  # fmt: skip
+    return "".join(parts)

@@ -1,0 +1,98 @@
+"""Marble diagrams of recorded runs: from a run's folder, or from a trace alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.checks import check_workbook
+from rrp_sheets.errors import UnreadableFile
+from rrp_sheets.graph import Graph
+from rrp_sheets.model.values import Value, record_from_mapping
+from rrp_sheets.render.score import Group, Lane, Marble, Score, make_score
+from rrp_sheets.runtime.trace import read_trace, stream_label
+
+TRACE, WORKBOOK = "trace.jsonl", "protocol.xlsx"
+
+
+def is_trace(path: Path) -> bool:
+    """Whether a path is a run's folder or a trace, and no workbook."""
+    return path.suffix.casefold() == ".jsonl" or (path.is_dir() and (path / TRACE).is_file())
+
+
+def trace_scores(path: Path) -> list[Score]:
+    """The marble diagrams of a recorded run, one for each behaviour; without the workbook beside it, one for all.
+
+    Raises:
+        UnreadableFile: when it is no trace.
+    """
+    file = path / TRACE if path.is_dir() else path
+    header: Mapping[str, Any] = {}
+    lines: list[dict[str, Any]] = []
+    for line in read_trace(file):
+        if not isinstance(line, dict):
+            raise UnreadableFile("FILE001", f"“{file}” is not a trace.", "Name a run's folder.")
+        if line.get("type") == "header":
+            header = line
+        elif "t" in line:
+            lines.append(line)
+    graph = _graph(file.with_name(WORKBOOK))
+    return _alone(header, lines) if graph is None else _with_rows(graph, lines)
+
+
+def _graph(workbook: Path) -> Graph | None:
+    """The graph of the copy that lies beside a trace, when there is one that can be read."""
+    from rrp_sheets.workbook import read
+
+    try:
+        reading = read(workbook)
+    except UnreadableFile:
+        return None
+    return check_workbook(reading.workbook, reading.report).graph
+
+
+def _with_rows(graph: Graph, lines: list[dict[str, Any]]) -> list[Score]:
+    ids = {stream_label(s): s.id for s in graph.streams.values()}
+    events = [
+        (_us(e), ids[e["stream"]], str(e.get("row", "")), value_from_json(e["stream"], e["value"]))
+        for e in lines
+        if "value" in e and e.get("stream") in ids
+    ]
+    errors = [(_us(e), str(e["row"]), str(e.get("error") or e.get("text"))) for e in lines if _is_error(e)]
+    last = max((_us(e) for e in lines), default=0)
+    scores = [make_score(graph, b, events, errors, last) for b in graph.behaviours]
+    return [s for s in scores if any(lane.marbles for lane in s.lanes)]
+
+
+def _is_error(entry: Mapping[str, Any]) -> bool:
+    return "row" in entry and ("error" in entry or entry.get("happening") == "error")
+
+
+def _alone(header: Mapping[str, Any], lines: list[dict[str, Any]]) -> list[Score]:
+    """Streams by what the trace's header says of them."""
+    kinds = {str(s.get("stream")): str(s.get("kind")) for s in header.get("streams", ()) if isinstance(s, dict)}
+    marbles: dict[str, list[Marble]] = {name: [] for name in kinds}
+    for entry in lines:
+        if "value" in entry and "stream" in entry:
+            name = str(entry["stream"])
+            value = value_from_json(name, entry["value"])
+            marbles.setdefault(name, []).append(Marble(_us(entry), value, str(entry.get("row", ""))))
+    order = {"sensor": 0, "done": 0, "actuator": 2}
+    names = sorted(marbles, key=lambda n: order.get(kinds.get(n, ""), 1))
+    groups = tuple(Group((), Lane(n, n.rpartition("!")[2], kinds.get(n, "stream"), tuple(marbles[n]))) for n in names)
+    last = max((_us(e) for e in lines), default=0)
+    return [Score(str(header.get("name", "Run")), groups, 0, last)] if lines else []
+
+
+def _us(entry: Mapping[str, Any]) -> int:
+    return round(float(entry["t"]) * 1_000_000)
+
+
+def value_from_json(name: str, value: Any) -> Value:
+    """A value as it was on the stream: JSON's objects are records."""
+    if isinstance(value, dict):
+        return record_from_mapping(name, {str(k): value_from_json(k, v) for k, v in value.items()})
+    if isinstance(value, list):
+        return [value_from_json(name, v) for v in value]
+    return value

@@ -1,0 +1,215 @@
+"""Which of a test's expectations hold: every row takes one event of its stream, and no event is taken twice."""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from rrp_sheets.checks.tests import Case, CaseRow
+from rrp_sheets.formulas.evaluator import GuardedInterpreter
+from rrp_sheets.model.values import show
+from rrp_sheets.testing.frames import TOLERANCE, Frames
+from rrp_sheets.testing.holds import Holds, make_holds
+from rrp_sheets.testing.results import Event, Fault, RowResult
+
+_NEIGHBOURS = 100  # events before and after that are looked at to say when something came
+_MOST_TRIES = 4_000  # of finding another event for a row that came too late to get one
+
+
+@dataclass
+class _Lane:
+    """The events of one stream, and which row has taken which."""
+
+    events: list[Event]
+    frames: list[int]
+    taken: dict[int, int]  # event → row, as places in their lists
+
+    def between(self, first: int, last: int) -> range:
+        return range(bisect_left(self.frames, first), bisect_right(self.frames, last))
+
+
+@dataclass
+class _Wanted:
+    row: CaseRow
+    holds: Holds
+    window: range
+    lane: _Lane
+
+
+def judge(
+    case: Case, events: Sequence[Event], faults: Sequence[Fault], frames: Frames, names: Mapping[str, str]
+) -> tuple[RowResult, ...]:
+    """A result for every row that expects, in the order of the sheet.
+
+    Args:
+        case: the test.
+        events: what came, in order.
+        faults: formulas that failed.
+        frames: of the run.
+        names: of the rows' streams, as shown, by id.
+    """
+    lanes: dict[str, _Lane] = {}
+    for event in events:
+        lane = lanes.setdefault(event.stream, _Lane([], [], {}))
+        lane.events.append(event)
+        lane.frames.append(frames.at(event.us))
+    interpreter = GuardedInterpreter()
+    wanted: dict[int, _Wanted] = {}
+    for place, row in enumerate(case.rows):
+        if row.expectation and row.expectation.kind != "nothing":
+            lane = lanes.setdefault(row.stream, _Lane([], [], {}))
+            frame = frames.at(row.time_us)
+            window = lane.between(frame - TOLERANCE, frame + TOLERANCE)
+            wanted[place] = _Wanted(row, make_holds(row.expectation, interpreter), window, lane)
+    found = _share_out(wanted)
+    quiet_since = since(case)
+    results = []
+    for place, row in enumerate(case.rows):
+        if row.expectation is None:
+            continue
+        if place in wanted:
+            results.append(_judged(wanted[place], found.get(place), faults, frames, names))
+        else:
+            results.append(_nothing(row, quiet_since[place], lanes.get(row.stream), frames, names))
+    return tuple(results)
+
+
+def _share_out(wanted: Mapping[int, _Wanted]) -> dict[int, Event]:
+    """An event for as many rows as can be: those that are most particular choose first, the others make room."""
+
+    def particular(place: int) -> tuple[int, int]:
+        kind = wanted[place].row.expectation
+        assert kind is not None
+        rank = {"value": 0, "about": 1, "fields": 1, "condition": 2}.get(kind.kind, 3)
+        return wanted[place].row.time_us, rank
+
+    for place in sorted(wanted, key=particular):
+        tries = [_MOST_TRIES]
+        _take(place, wanted, set(), tries)
+    found = {}
+    for lane in {id(w.lane): w.lane for w in wanted.values()}.values():
+        found.update({place: lane.events[i] for i, place in lane.taken.items()})
+    return found
+
+
+def _take(place: int, wanted: Mapping[int, _Wanted], asked: set[int], tries: list[int]) -> bool:
+    """Let a row take an event, if need be one whose row can take another (an augmenting path)."""
+    mine = wanted[place]
+    lane = mine.lane
+    fitting = []
+    for i in mine.window:
+        if i in asked:
+            continue
+        if i not in lane.taken:
+            if not mine.holds(lane.events[i].value):
+                lane.taken[i] = place
+                return True
+        else:
+            fitting.append(i)
+    for i in fitting:
+        tries[0] -= 1
+        if tries[0] < 0:
+            return False
+        if i in asked or mine.holds(lane.events[i].value):
+            continue
+        asked.add(i)
+        if len(asked) < 200 and _take(lane.taken[i], wanted, asked, tries):
+            lane.taken[i] = place
+            return True
+    return False
+
+
+# ---- words
+
+
+def _judged(
+    mine: _Wanted, event: Event | None, faults: Sequence[Fault], frames: Frames, names: Mapping[str, str]
+) -> RowResult:
+    row, lane = mine.row, mine.lane
+    if event is not None:
+        return RowResult(row, True, event)
+    near = [lane.events[i] for i in mine.window]
+    hints: list[str] = []
+    if near:
+        reasons = [mine.holds(e.value) for e in near]
+        got = ", then ".join(came(e, names) for e in near[:3]) + (" and more" if len(near) > 3 else "")
+        hints += [r for r in dict.fromkeys(reasons) if r not in ("", "different")][:2]
+        if not all(reasons):
+            hints.append("Another row of this test has taken it; each value counts for one row.")
+    elif not lane.events:
+        got = f"nothing came on “{row.name}” in the whole test"
+    else:
+        got = f"nothing came at {seconds(row.time_us)}"
+    if lane.events:
+        hints += _elsewhere(mine)
+    return RowResult(row, False, None, got, (*hints, *_faults_near(row, faults, frames)))
+
+
+def _elsewhere(mine: _Wanted) -> list[str]:
+    """When what was expected did come."""
+    lane, row = mine.lane, mine.row
+    inside = set(mine.window)
+    middle = mine.window.start
+    about = range(max(0, middle - _NEIGHBOURS), min(len(lane.events), middle + _NEIGHBOURS))
+    outside = sorted((i for i in about if i not in inside), key=lambda i: abs(lane.events[i].us - row.time_us))
+    fitting = next((i for i in outside if i not in lane.taken and not mine.holds(lane.events[i].value)), None)
+    if fitting is not None:
+        return [f"It came at {seconds(lane.events[fitting].us)}."]
+    if inside or not outside:
+        return []
+    event = lane.events[outside[0]]
+    return [f"The nearest was {show(event.value, 80)} at {seconds(event.us)}."]
+
+
+def _nothing(row: CaseRow, since_us: int, lane: _Lane | None, frames: Frames, names: Mapping[str, str]) -> RowResult:
+    """Whether nothing came since the row before, but what other rows expect."""
+    if lane is None:
+        return RowResult(row, True)
+    late = [i for i in lane.between(frames.at(since_us), frames.at(row.time_us)) if i not in lane.taken]
+    if not late:
+        return RowResult(row, True)
+    events = [lane.events[i] for i in late]
+    more = f" and {len(events) - 1} more" if len(events) > 1 else ""
+    return RowResult(row, False, events[0], came(events[0], names) + more)
+
+
+def since(case: Case) -> list[int]:
+    """From when on a `nothing` would count in each row: the time of the row before (µs).
+
+    Rows are taken by their times, those of one time as they stand in the sheet. Rows that expect at one time are one
+    list, so the row before is the one before that list: a row that sends at that time and stands above, or else the
+    latest of an earlier time. Without any it is the start.
+    """
+    times = sorted({r.time_us for r in case.rows})
+    before = dict(zip(times, [0, *times], strict=False))
+    sent: set[int] = set()
+    found = []
+    for row in case.rows:
+        found.append(row.time_us if row.time_us in sent else before[row.time_us])
+        if row.sending:
+            sent.add(row.time_us)
+    return found
+
+
+def came(event: Event, names: Mapping[str, str]) -> str:
+    """`“Hello” at 2 s from Talk!4`."""
+    origin = f" from {event.row}" if event.row else ""
+    return f"{show(event.value, 120)} at {seconds(event.us)}{origin}"
+
+
+def seconds(us: int) -> str:
+    """A time of a test, as its rows are written.
+
+    >>> seconds(2_000_000), seconds(33_333)
+    ('2000 ms', '33.3 ms')
+    """
+    ms = us / 1000
+    return f"{ms:.0f} ms" if ms == int(ms) else f"{ms:.1f} ms"
+
+
+def _faults_near(row: CaseRow, faults: Sequence[Fault], frames: Frames) -> list[str]:
+    """Formulas that failed shortly before or at that time often explain why nothing came."""
+    at = frames.at(row.time_us)
+    near = [f for f in faults if at - TOLERANCE <= frames.at(f.us) <= at + TOLERANCE]
+    return [f"{f.row} could not be worked out at {seconds(f.us)}: {f.message}" for f in near[:3]]
