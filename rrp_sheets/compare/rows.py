@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cached_property
 
 from rrp_sheets.compare.changes import Change
 from rrp_sheets.compare.match import Match
@@ -133,7 +134,7 @@ class _Pair:
         mine = self.found.inputs(a)
         if mine != b.inputs:
             change = self._change(a, b, "changed", "inputs", before, after)
-            if a.connector == b.connector == "combineLatest" and self._same_by_names(a, b):
+            if self._same_by_names(a, b):
                 return [change.harmless("the order of these inputs changes nothing")]
             return [change]
         if [key(c.text) for c in a.row.inputs] == [key(c.text) for c in b.row.inputs] or not self._renames(a, b):
@@ -141,7 +142,10 @@ class _Pair:
         return []
 
     def _same_by_names(self, a: RowView, b: RowView) -> bool:
-        if a.formula is None or b.formula is None or sorted(self.found.inputs(a)) != sorted(b.inputs):
+        """Whether two combinations differ in the order of their inputs only."""
+        if a.formula is None or b.formula is None or not a.connector == b.connector == "combineLatest":
+            return False
+        if sorted(self.found.inputs(a)) != sorted(b.inputs):
             return False
         mine = dict(zip(a.formula.names[-len(a.inputs) :], self.found.inputs(a), strict=False))
         other = dict(zip(b.formula.names[-len(b.inputs) :], b.inputs, strict=False))
@@ -173,14 +177,22 @@ class _Pair:
 
     def _same_by_fields(self, a: RowView, b: RowView) -> bool:
         """Whether only the fields are called otherwise that a combineLatest without formula names after its streams."""
-        if a.formula is None or b.formula is None or not self.first.field_names(a.inputs):
+        if a.formula is None or b.formula is None or not self.fields:
             return False
-        fields = {}
-        for i, j in self.found.streams.to.items():
-            old, new = argument_name(self.first.shown(i)), argument_name(self.second.shown(j))
-            fields[key(old)] = key(new)
+        fields = self.fields
         mine = {name: str(i) for i, name in enumerate(a.formula.names[-len(a.inputs) :])}
         return shape(a.formula.tree, mine, self.found.helpers, fields) == b.shape
+
+    @cached_property
+    def fields(self) -> dict[str, str]:
+        """What fields are called now that have the names of streams: new keys by old ones, where they differ."""
+        if not self.first.field_names:
+            return {}
+        names = {
+            key(argument_name(self.first.shown(i))): key(argument_name(self.second.shown(j)))
+            for i, j in self.found.streams.to.items()
+        }
+        return {old: new for old, new in names.items() if old != new}
 
     def _output(self, a: RowView, b: RowView) -> list[Change]:
         before, after = a.row.output.text, b.row.output.text

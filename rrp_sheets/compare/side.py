@@ -115,7 +115,7 @@ class Side:
         self.used |= {s.done_of for i in self.used if (s := self.streams.get(i)) is not None and s.done_of}
         self.devices = self._devices()
         self.helpers: dict[str, HelperDef] = {}
-        for formula in checked.formulas.values():
+        for formula in checked.formulas.values() if self.workbook.helpers else ():
             helpers_in(formula.tree, self.helpers)
         self.notes = self._notes()
 
@@ -199,11 +199,10 @@ class Side:
         """The notes of a row that is not one of a behaviour."""
         return self.notes.get((key(sheet), row), "")
 
-    def field_names(self, inputs: tuple[str, ...]) -> bool:
-        """Whether a row's formula may see stream names as fields: below a combineLatest without a formula."""
-        return bool(inputs) and any(
-            v.connector == "combineLatest" and not v.row.formula for b in self.behaviours for v in b.rows
-        )
+    @cached_property
+    def field_names(self) -> bool:
+        """Whether formulas may see stream names as fields: below a combineLatest without a formula."""
+        return any(v.connector == "combineLatest" and not v.row.formula for b in self.behaviours for v in b.rows)
 
 
 def formula_name(stream: str) -> str:
