@@ -1,6 +1,6 @@
-"""Formulas: spelling → tree → checks → evaluator, and the library of functions by topic (design: 3-formulas)."""
+"""Formulas: tokens → tree → checks → evaluator, and the library of functions by topic (design: 3-formulas)."""
 
-from rrp_sheets.formulas.formula import Formula, compile_formula
+from rrp_sheets.formulas.formula import Formula, compile_formula, read_formula
 from rrp_sheets.formulas.pick import Picker
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.scope import HelperDef, Input, Scope, make_scope
@@ -17,4 +17,5 @@ __all__ = [
     "compile_formula",
     "make_scope",
     "make_table",
+    "read_formula",
 ]

@@ -70,6 +70,16 @@ def compile_formula(text: str, scope: Scope) -> Formula:
     return Formula(text, resolve(tree, scope, text), scope.order)
 
 
+def read_formula(text: str) -> ast.expr:
+    """The tree of a formula as it is typed, names and calls not looked up; raises FormulaProblem.
+
+    >>> ast.unparse(read_formula("=IF(a <> 1; x^2; 50%)"))
+    'IF(a != 1, x ** 2, 0.5)'
+    """
+    _check_characters(text)
+    return parse(tokenize(text), text)
+
+
 def _check_characters(text: str) -> None:
     size = len(text.strip())
     if size > LONGEST_FORMULA:

@@ -9,3 +9,4 @@ LONGEST_LIST = 1_000
 MOST_LEAVES = 10_000  # of a result, lists within lists counted whole
 MOST_LOOPS = 2
 STEPS = 20_000  # per evaluation, shared with the helpers it calls
+DEEPEST_HELPERS = 20  # helpers that call helpers that call …

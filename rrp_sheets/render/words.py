@@ -7,8 +7,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from rrp_sheets.formulas.problems import FormulaProblem
-from rrp_sheets.formulas.spelling import to_python
+from rrp_sheets.formulas import FormulaProblem, read_formula
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import key
 from rrp_sheets.render.contents import Content, find_field
@@ -216,8 +215,8 @@ def shown(formula: str) -> str:
 
 def _parse(formula: str) -> ast.expr:
     try:
-        return ast.parse(to_python(formula), mode="eval").body
-    except (FormulaProblem, SyntaxError, ValueError, RecursionError, MemoryError):
+        return read_formula(formula)
+    except FormulaProblem:
         raise _NotSimple from None
 
 

@@ -17,7 +17,7 @@ from play import example, rows
 
 from rrp_sheets import api
 from rrp_sheets.formulas.formula import Formula
-from rrp_sheets.formulas.spelling import to_python
+from rrp_sheets.formulas import read_formula
 from rrp_sheets.model.values import Record
 from rrp_sheets.resources import bundled
 from rrp_sheets.runtime.frame import FrameEngine
@@ -67,7 +67,7 @@ def calls_of(plan, frames, monkeypatch):
 
     def spy(self, interpreter, picker=None):
         inner = prepare(self, interpreter, picker)
-        node = ast.parse(to_python(self.text), mode="eval").body
+        node = read_formula(self.text)
         for part in ast.walk(node):  # plain asteval knows fields by their exact spelling only
             if isinstance(part, ast.Attribute):
                 part.attr = part.attr.casefold()

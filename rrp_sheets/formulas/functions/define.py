@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from rrp_sheets.formulas.limits import DEEPEST, LARGEST_NUMBER, LONGEST_LIST, LONGEST_TEXT, MOST_LEAVES
-from rrp_sheets.formulas.problems import FormulaProblem, wrong_kind
+from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Record, Value
 
@@ -29,7 +29,7 @@ class Function:
         names: the first is shown; the others are accepted too.
         call: the Python function; it raises FormulaProblem for values that it cannot take.
         least, most: how many arguments it takes.
-        usage: `CLAMP(number, low, high)`.
+        usage: `CLAMP(number; low; high)`.
         help: its docstring.
         make: for IF, AND, OR, NOT, IFERROR: makes the node from the arguments' nodes, which are evaluated lazily.
         charges: whether it takes a keyword `charge`, to be told steps of work beyond the length of its arguments.
@@ -73,7 +73,7 @@ def define(
     least = sum(1 for p in parameters if p.default is p.empty and p.kind is not p.VAR_POSITIONAL)
     many = any(p.kind is p.VAR_POSITIONAL for p in parameters)
     shown = name or call.__name__.strip("_").upper()
-    names = ", ".join(f"{p.name}, …" if p.kind is p.VAR_POSITIONAL else p.name for p in parameters)
+    names = "; ".join(f"{p.name}; …" if p.kind is p.VAR_POSITIONAL else p.name for p in parameters)
     most = MANY if many else len(parameters)
     usage = f"{shown}({names})"
     return Function(
@@ -86,6 +86,13 @@ def number(value: Value) -> int | float:
     if isinstance(value, (int, float)):
         return value
     raise wrong_kind("a number", value)
+
+
+def truth(value: Value) -> bool:
+    """The value as a condition: TRUE, FALSE, a number or blank."""
+    if value is None or isinstance(value, (int, float)):
+        return bool(value)
+    raise FormulaProblem("FORM108", what=kind_of(value), example="= or <")
 
 
 def whole(value: Value) -> int:
@@ -112,12 +119,22 @@ def listing(value: Value) -> list[Value] | tuple[Value, ...]:
     raise wrong_kind("a list", value)
 
 
+def islist(value: Value) -> bool:
+    """Whether a value is a list, or a table, which is the list of its rows."""
+    return isinstance(value, (list, tuple, Table))
+
+
 def flat(values: tuple[Value, ...]) -> list[Value]:
     """Arguments and the members of lists among them, blanks left out, as spreadsheets count."""
     found: list[Value] = []
     for v in values:
-        found.extend(v if isinstance(v, (list, tuple)) else [v])
+        found.extend(listing(v) if islist(v) else [v])
     return [v for v in found if v is not None]
+
+
+def too_long() -> FormulaProblem:
+    """The problem that a text becomes too long."""
+    return FormulaProblem("FORM105", reason=f"texts have at most {LONGEST_TEXT} characters")
 
 
 def shown(value: Value) -> str:

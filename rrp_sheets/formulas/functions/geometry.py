@@ -59,4 +59,25 @@ def scale(value: Value, from_low: Value, from_high: Value, to_low: Value, to_hig
     return number(to_low) + (number(value) - number(from_low)) * (number(to_high) - number(to_low)) / span
 
 
-FUNCTIONS = (define(distance), define(hypot), define(angle), define(clamp), define(scale))
+def between(value: Value, low: Value, high: Value) -> bool:
+    """Whether a number lies between two others, or is one of them.
+
+    >>> between(3, 1, 5), between(6, 1, 5)
+    (True, False)
+    """
+    return number(low) <= number(value) <= number(high)
+
+
+def anglediff(first: Value, second: Value) -> float:
+    """The turn from the first direction to the second, the short way round, in radians.
+
+    >>> round(anglediff(0.1, 0.4), 2), round(anglediff(3, -3), 2)
+    (0.3, 0.28)
+    """
+    turn = (number(second) - number(first) + math.pi) % (2 * math.pi) - math.pi
+    return turn + 2 * math.pi if turn < -math.pi else turn
+
+
+FUNCTIONS = (
+    define(distance), define(hypot), define(angle), define(anglediff), define(clamp), define(scale), define(between),
+)  # fmt: skip

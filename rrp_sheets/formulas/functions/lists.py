@@ -1,8 +1,9 @@
-"""Lists."""
+"""Lists. Where a list is asked for, a table is the list of its rows."""
 
 from __future__ import annotations
 
-from rrp_sheets.formulas.functions.define import bounded, define, listing, number, whole
+from rrp_sheets.formulas.compare import same
+from rrp_sheets.formulas.functions.define import Charge, bounded, define, flat, free, listing, number, whole
 from rrp_sheets.formulas.limits import LONGEST_LIST
 from rrp_sheets.formulas.problems import FormulaProblem, wrong_kind
 from rrp_sheets.model.values import Value
@@ -18,9 +19,21 @@ def range_(first: Value, end: Value = None, step: Value = 1) -> list[int]:
     if whole(step) == 0:
         raise FormulaProblem("FORM107", what="A step of 0 never ends")
     numbers = range(start, stop, whole(step))
-    if len(numbers) > LONGEST_LIST:
+    if not -LONGEST_LIST <= (stop - start) // whole(step) <= LONGEST_LIST or len(numbers) > LONGEST_LIST:
         raise FormulaProblem("FORM105", reason=f"lists have at most {LONGEST_LIST} places")
     return list(numbers)
+
+
+def sequence(count: Value, start: Value = 1, step: Value = 1) -> list[int | float]:
+    """So many numbers, from 1, or from the start in steps.
+
+    >>> sequence(3), sequence(3, 0, 0.5)
+    ([1, 2, 3], [0, 0.5, 1.0])
+    """
+    if not 0 <= whole(count) <= LONGEST_LIST:
+        raise FormulaProblem("FORM105", reason=f"lists have at most {LONGEST_LIST} places")
+    first, by = number(start), number(step)
+    return [bounded(first + i * by) if i else first for i in range(whole(count))]
 
 
 def sorted_(values: Value) -> list[Value]:
@@ -44,6 +57,65 @@ def reverse(values: Value) -> list[Value]:
     return list(reversed(listing(values)))
 
 
+def unique(values: Value, *, charge: Charge = free) -> list[Value]:
+    """A list with each value once.
+
+    >>> unique(["red", "blue", "Red"])
+    ['red', 'blue']
+    """
+    found: list[Value] = []
+    for v in listing(values):
+        charge(1 + len(found) // 10)
+        if not any(same(v, other, charge) for other in found):
+            found.append(v)
+    return found
+
+
+def first(values: Value) -> Value:
+    """The first member of a list, or the first row of a table.
+
+    >>> first([3, 1, 2])
+    3
+    """
+    return _some(values)[0]
+
+
+def last(values: Value) -> Value:
+    """The last member of a list, or the last row of a table.
+
+    >>> last([3, 1, 2])
+    2
+    """
+    return _some(values)[-1]
+
+
+def _some(values: Value) -> list[Value] | tuple[Value, ...]:
+    members = listing(values)
+    if not members:
+        raise FormulaProblem("FORM107", what="There is nothing in the list")
+    return members
+
+
+def take(values: Value, count: Value) -> list[Value]:
+    """The first members of a list; with a negative number, the last ones.
+
+    >>> take([1, 2, 3], 2), take([1, 2, 3], -1)
+    ([1, 2], [3])
+    """
+    members, n = listing(values), whole(count)
+    return list(members[:n] if n >= 0 else members[n:])
+
+
+def drop(values: Value, count: Value) -> list[Value]:
+    """A list without its first members; with a negative number, without its last ones.
+
+    >>> drop([1, 2, 3], 1), drop([1, 2, 3], -1)
+    ([2, 3], [1, 2])
+    """
+    members, n = listing(values), whole(count)
+    return list(members[n:] if n >= 0 else members[:n])
+
+
 def list_(*values: Value) -> Value:
     """A list of the values.
 
@@ -57,4 +129,57 @@ def list_(*values: Value) -> Value:
     return bounded(list(values))
 
 
-FUNCTIONS = (define(range_), define(sorted_), define(reverse), define(list_))
+def count(*values: Value) -> int:
+    """How many numbers there are among some values or in a list.
+
+    >>> count([1, 2, "three"])
+    2
+    """
+    return sum(1 for v in flat(values) if isinstance(v, (int, float)) and not isinstance(v, bool))
+
+
+def counta(*values: Value) -> int:
+    """How many values there are that are not blank.
+
+    >>> counta([1, None, "three"])
+    2
+    """
+    return len(flat(values))
+
+
+def countif(values: Value, what: Value, *, charge: Charge = free) -> int:
+    """How many members of a list equal a value; to count by a condition, write SUM([x > 3 for x in list]).
+
+    >>> countif(["red", "blue", "Red"], "red")
+    2
+    """
+    if isinstance(what, str) and what[:1] in ("<", ">", "="):
+        raise FormulaProblem(
+            "FORM107", what="COUNTIF counts what is equal; for a condition write SUM([x > 3 for x in list])"
+        )
+    return sum(1 for v in listing(values) if same(v, what, charge))
+
+
+def all_(values: Value) -> bool:
+    """Whether all members of a list hold.
+
+    >>> all_([True, 1])
+    True
+    """
+    return all(bool(number(v)) for v in listing(values))
+
+
+def any_(values: Value) -> bool:
+    """Whether at least one member of a list holds.
+
+    >>> any_([False, 0, True])
+    True
+    """
+    return any(bool(number(v)) for v in listing(values))
+
+
+FUNCTIONS = (
+    define(range_), define(sequence), define(sorted_, "SORT"), define(reverse), define(unique), define(first),
+    define(last), define(take), define(drop), define(list_), define(count), define(counta), define(countif),
+    define(all_), define(any_),
+)  # fmt: skip

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from decimal import ROUND_HALF_UP, Decimal, localcontext
+from collections.abc import Callable
+from decimal import ROUND_DOWN, ROUND_HALF_UP, ROUND_UP, Decimal, localcontext
 
-from rrp_sheets.formulas.functions.define import define, flat, listing, number, whole
+from rrp_sheets.formulas.functions.define import define, flat, number, whole
+from rrp_sheets.formulas.limits import LARGEST_NUMBER
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.model.values import Value
 
@@ -96,10 +98,32 @@ def round_(value: Value, places: Value = 0) -> Number:
     >>> round_(2.5), round_(-2.5), round_(1.005, 2), round_(1234, -2)
     (3, -3, 1.01, 1200)
     """
+    return _cut(value, places, ROUND_HALF_UP)
+
+
+def _cut(value: Value, places: Value, how: str) -> Number:
     n, p = number(value), max(-15, min(15, whole(places)))
     with localcontext(prec=60):  # 15 digits before the point and 15 behind it, with room
-        rounded = Decimal(repr(float(n))).quantize(Decimal(1).scaleb(-p), rounding=ROUND_HALF_UP)
+        rounded = Decimal(repr(float(n))).quantize(Decimal(1).scaleb(-p), rounding=how)
     return int(rounded) if p <= 0 else float(rounded)
+
+
+def roundup(value: Value, places: Value = 0) -> Number:
+    """A number rounded away from zero.
+
+    >>> roundup(2.1), roundup(-2.1), roundup(1.231, 2)
+    (3, -3, 1.24)
+    """
+    return _cut(value, places, ROUND_UP)
+
+
+def rounddown(value: Value, places: Value = 0) -> Number:
+    """A number rounded towards zero.
+
+    >>> rounddown(2.9), rounddown(-2.9), rounddown(1.239, 2)
+    (2, -2, 1.23)
+    """
+    return _cut(value, places, ROUND_DOWN)
 
 
 def int_(value: Value) -> int:
@@ -120,13 +144,45 @@ def trunc(value: Value) -> int:
     return math.trunc(number(value))
 
 
-def ceil(value: Value) -> int:
-    """The whole number at or above a number.
+def floor(value: Value, step: Value = 1) -> Number:
+    """The whole number at or below a number, or the multiple of a step.
 
-    >>> ceil(2.1)
-    3
+    >>> floor(2.7), floor(-2.1), floor(0.37, 0.25)
+    (2, -3, 0.25)
     """
-    return math.ceil(number(value))
+    return _step(value, step, math.floor)
+
+
+def ceil(value: Value, step: Value = 1) -> Number:
+    """The whole number at or above a number, or the multiple of a step.
+
+    >>> ceil(2.1), ceil(-2.7), ceil(0.3, 0.25)
+    (3, -2, 0.5)
+    """
+    return _step(value, step, math.ceil)
+
+
+def mround(value: Value, step: Value) -> Number:
+    """The nearest multiple of a step.
+
+    >>> mround(17, 5), mround(0.3, 0.25)
+    (15, 0.25)
+    """
+    return _step(value, step, lambda n: int(_cut(n, 0, ROUND_HALF_UP)))
+
+
+def _step(value: Value, step: Value, how: Callable[[float], int]) -> Number:
+    n, by = number(value), number(step)
+    if by == 1:
+        return how(n)
+    if by <= 0:
+        raise FormulaProblem("FORM107", what="The step must be more than 0")
+    times = n / by
+    if abs(times) > LARGEST_NUMBER:
+        raise FormulaProblem("FORM105", reason="numbers go up to 1e15")
+    # 0.3 / 0.1 is a little less than 3 to a computer
+    near = round(times)
+    return (near if abs(times - near) < 1e-9 else how(times)) * by
 
 
 def mod(value: Value, divisor: Value) -> Number:
@@ -138,6 +194,53 @@ def mod(value: Value, divisor: Value) -> Number:
     if number(divisor) == 0:
         raise FormulaProblem("FORM101")
     return number(value) % number(divisor)
+
+
+def quotient(value: Value, divisor: Value) -> int:
+    """How many times a number goes into another, without the rest.
+
+    >>> quotient(7, 3), quotient(-7, 3)
+    (2, -2)
+    """
+    if number(divisor) == 0:
+        raise FormulaProblem("FORM101")
+    return math.trunc(_bounded(number(value) / number(divisor)))
+
+
+def product(*values: Value) -> Number:
+    """The product of some numbers or of a list.
+
+    >>> product(2, 3, [4])
+    24
+    """
+    result: Number = 1
+    for v in flat(values):
+        result = _bounded(result * number(v))
+    return result
+
+
+def _bounded(n: Number) -> Number:
+    if not -LARGEST_NUMBER <= n <= LARGEST_NUMBER:
+        raise FormulaProblem("FORM105", reason="numbers go up to 1e15")
+    return n
+
+
+def iseven(value: Value) -> bool:
+    """Whether a whole number is even.
+
+    >>> iseven(4), iseven(3)
+    (True, False)
+    """
+    return math.trunc(number(value)) % 2 == 0
+
+
+def isodd(value: Value) -> bool:
+    """Whether a whole number is odd.
+
+    >>> isodd(3), isodd(4)
+    (True, False)
+    """
+    return math.trunc(number(value)) % 2 == 1
 
 
 def sign(value: Value) -> int:
@@ -205,36 +308,22 @@ def median(*values: Value) -> Number:
     return found[half] if len(found) % 2 else (found[half - 1] + found[half]) / 2
 
 
-def count(*values: Value) -> int:
-    """How many numbers there are among some values or in a list.
+def stdev(*values: Value) -> float:
+    """The standard deviation of some numbers or of a list, as of a sample.
 
-    >>> count([1, 2, "three"])
-    2
+    >>> stdev(1, 3)
+    1.4142135623730951
     """
-    return sum(1 for v in flat(values) if isinstance(v, (int, float)) and not isinstance(v, bool))
-
-
-def all_(values: Value) -> bool:
-    """Whether all members of a list hold.
-
-    >>> all_([True, 1])
-    True
-    """
-    return all(bool(number(v)) for v in listing(values))
-
-
-def any_(values: Value) -> bool:
-    """Whether at least one member of a list holds.
-
-    >>> any_([False, 0, True])
-    True
-    """
-    return any(bool(number(v)) for v in listing(values))
+    found = _numbers(values)
+    if len(found) < 2:
+        raise FormulaProblem("FORM107", what="There is no deviation of less than two numbers")
+    mean = sum(found) / len(found)
+    return math.sqrt(sum((n - mean) ** 2 for n in found) / (len(found) - 1))
 
 
 FUNCTIONS = (
     define(abs_), define(sqrt), define(exp), define(ln), define(log10), define(power, "POW"), define(round_),
-    define(int_, "FLOOR"), define(trunc), define(ceil, "CEILING"), define(mod), define(sign), define(min_),
-    define(max_), define(sum_), define(average, "MEAN", "AVG"), define(median), define(count), define(all_),
-    define(any_),
+    define(roundup), define(rounddown), define(mround), define(int_), define(floor), define(trunc),
+    define(ceil, "CEILING"), define(mod), define(quotient), define(sign), define(min_), define(max_), define(sum_),
+    define(product), define(average, "MEAN", "AVG"), define(median), define(stdev), define(iseven), define(isodd),
 )  # fmt: skip

@@ -6,20 +6,12 @@ import ast
 
 from rrp_sheets.formulas.compare import same
 from rrp_sheets.formulas.functions.define import MANY, Charge, Function, define, free, listing, shown, whole
+from rrp_sheets.formulas.nodes import Pick
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Value
 
 _NO_DEFAULT = object()
-
-
-class Pick(ast.expr):
-    """The node of PICK: it draws from `members`; `site` tells the PICKs of a row apart."""
-
-    _fields = ("members",)
-
-    members: list[ast.expr]
-    site: str
 
 
 def rows(table: Value) -> int:

@@ -4,11 +4,24 @@ from __future__ import annotations
 
 import re
 
-from rrp_sheets.formulas.functions.define import define, listing, number, shown, text, whole
+from rrp_sheets.formulas.functions.define import (
+    bounded,
+    define,
+    islist,
+    listing,
+    number,
+    shown,
+    text,
+    too_long,
+    truth,
+    whole,
+)
+from rrp_sheets.formulas.functions.maths import round_
 from rrp_sheets.formulas.limits import LONGEST_TEXT
 from rrp_sheets.formulas.problems import FormulaProblem, wrong_kind
 from rrp_sheets.model.values import Value
 
+_LAYOUT = re.compile(r"(?P<digits>(?P<thousands>#,##)?[#0]{1,15})(?P<places>\.0{1,15})?(?P<percent>%?)")
 _NUMBER = re.compile(r"\s*[+-]?(\d{1,16}(\.\d{0,16})?|\.\d{1,16})\s*", re.ASCII)
 
 
@@ -49,12 +62,15 @@ def trim(value: Value) -> str:
 
 
 def concat(*values: Value) -> str:
-    """Texts and numbers joined to one text.
+    """Texts and numbers, and those in lists, joined to one text.
 
-    >>> concat("Kim", " ", 5)
-    'Kim 5'
+    >>> concat("Kim", " ", 5), concat(["a", "b"])
+    ('Kim 5', 'ab')
     """
-    return "".join(shown(v) for v in values)
+    parts = [shown(m) for v in values for m in (listing(v) if islist(v) else [v])]
+    if sum(map(len, parts)) > LONGEST_TEXT:
+        raise too_long()
+    return "".join(parts)
 
 
 def str_(value: Value) -> str:
@@ -108,17 +124,120 @@ def mid(value: Value, start: Value, count: Value) -> str:
     return text(value)[first : first + max(whole(count), 0)]
 
 
-def substitute(value: Value, old: Value, new: Value) -> str:
-    """A text with every `old` in it replaced by `new`.
+def substitute(value: Value, old: Value, new: Value, which: Value = None) -> str:
+    """A text with every `old` in it replaced by `new`, or only the first, second, … one.
 
-    >>> substitute("red ball", "red", "blue")
-    'blue ball'
+    >>> substitute("red ball", "red", "blue"), substitute("a-b-c", "-", "+", 2)
+    ('blue ball', 'a-b+c')
     """
-    if not text(old):
-        return text(value)
-    if text(value).count(text(old)) * len(text(new)) > LONGEST_TEXT:
-        raise FormulaProblem("FORM105", reason=f"texts have at most {LONGEST_TEXT} characters")
-    return text(value).replace(text(old), text(new))
+    given, before, after = text(value), text(old), shown(new)
+    if not before:
+        return given
+    if given.count(before) * len(after) > LONGEST_TEXT:
+        raise too_long()
+    if which is None:
+        return given.replace(before, after)
+    parts = given.split(before)
+    n = whole(which)
+    if n < 1:
+        raise FormulaProblem("FORM107", what="The first one has the number 1")
+    if n >= len(parts):
+        return given
+    return before.join(parts[:n]) + after + before.join(parts[n:])
+
+
+def find(what: Value, value: Value, start: Value = 1) -> int:
+    """Where a text stands in another, capitals considered; the first letter has number 1. Not there: an error.
+
+    >>> find("ball", "red ball")
+    5
+    """
+    return _find(text(what), text(value), start, "FIND")
+
+
+def search(what: Value, value: Value, start: Value = 1) -> int:
+    """Where a text stands in another, without regard to capitals; the first letter has number 1. Not there: an error.
+
+    >>> search("BALL", "red ball")
+    5
+    """
+    return _find(text(what).casefold(), text(value).casefold(), start, "SEARCH")
+
+
+def _find(what: str, value: str, start: Value, name: str) -> int:
+    if whole(start) < 1:
+        raise FormulaProblem("FORM107", what="The first letter has the number 1")
+    at = value.find(what, whole(start) - 1)
+    if at < 0:
+        raise FormulaProblem(
+            "FORM107", what=f"{name} does not find the text; to ask whether it is there, write what in text"
+        )
+    return at + 1
+
+
+def startswith(value: Value, what: Value) -> bool:
+    """Whether a text begins with another, without regard to capitals.
+
+    >>> startswith("Red ball", "red")
+    True
+    """
+    return text(value).casefold().startswith(text(what).casefold())
+
+
+def endswith(value: Value, what: Value) -> bool:
+    """Whether a text ends with another, without regard to capitals.
+
+    >>> endswith("Red ball", "BALL")
+    True
+    """
+    return text(value).casefold().endswith(text(what).casefold())
+
+
+def proper(value: Value) -> str:
+    """A text with a capital at the beginning of each word.
+
+    >>> proper("red ball, kim's")
+    "Red Ball, Kim's"
+    """
+    return re.sub(r"[^\W\d_]+('[^\W\d_]+)?", lambda m: m[0][:1].upper() + m[0][1:].lower(), text(value))
+
+
+def rept(value: Value, times: Value) -> str:
+    """A text so many times.
+
+    >>> rept("ha", 3)
+    'hahaha'
+    """
+    n = whole(times)
+    if n < 0:
+        raise FormulaProblem("FORM107", what="A text cannot be repeated less than 0 times")
+    if len(text(value)) * n > LONGEST_TEXT:
+        raise too_long()
+    return text(value) * n
+
+
+def textjoin(between: Value, skip_blanks: Value, *values: Value) -> str:
+    """Texts and numbers joined with something between them; blanks are left out when the second value is TRUE.
+
+    >>> textjoin(", ", True, ["red", None, "blue"], 3)
+    'red, blue, 3'
+    """
+    skip, members = truth(skip_blanks), [m for v in values for m in (listing(v) if islist(v) else [v])]
+    parts = ["" if m is None else shown(m) for m in members if not (skip and m in (None, ""))]
+    if sum(len(p) + len(text(between)) for p in parts) > LONGEST_TEXT + len(text(between)):
+        raise too_long()
+    return text(between).join(parts)
+
+
+def textsplit(value: Value, between: Value = " ") -> list[Value]:
+    """The parts of a text, which something stands between.
+
+    >>> textsplit("red, blue", ", ")
+    ['red', 'blue']
+    """
+    if not text(between):
+        raise FormulaProblem("FORM107", what="TEXTSPLIT needs to know what stands between the parts")
+    return bounded(text(value).split(text(between)))  # type: ignore[no-any-return]
 
 
 def exact(first: Value, second: Value) -> bool:
@@ -130,18 +249,41 @@ def exact(first: Value, second: Value) -> bool:
     return text(first) == text(second)
 
 
-def fixed(value: Value, places: Value = 2) -> str:
-    """A number as a text with so many decimal places.
+def text_(value: Value, layout: Value) -> str:
+    """A number as a text in a layout: digits as in `0.00`, a separator for thousands as in `#,##0`, or percent `0%`.
 
-    >>> fixed(0.5, 1)
-    '0.5'
+    >>> text_(2.5, "0.00"), text_(1234.5, "#,##0"), text_(0.256, "0.0%")
+    ('2.50', '1,235', '25.6%')
     """
     if isinstance(value, str):
         raise wrong_kind("a number", value)
-    return format(number(value), f".{max(0, min(15, whole(places)))}f")
+    found = _LAYOUT.fullmatch(text(layout))
+    if not found:
+        raise FormulaProblem("FORM107", what="TEXT knows layouts such as 0.00, #,##0 and 0%")
+    places = len((found["places"] or ".")[1:])
+    n = round_(number(value) * (100 if found["percent"] else 1), places)
+    shown_ = format(n, f"{',' if found['thousands'] else ''}.{places}f")
+    whole_digits = found["digits"].replace(",", "").replace("#", "")
+    sign, digits = ("-", shown_[1:]) if shown_.startswith("-") else ("", shown_)
+    missing = len(whole_digits) - len(digits.split(".")[0].replace(",", ""))
+    return f"{sign}{'0' * max(missing, 0)}{digits}{found['percent']}"
+
+
+def fixed(value: Value, places: Value = 2) -> str:
+    """A number as a text with so many decimal places.
+
+    >>> fixed(0.5, 1), fixed(2.345, 2)
+    ('0.5', '2.35')
+    """
+    if isinstance(value, str):
+        raise wrong_kind("a number", value)
+    n = max(0, min(15, whole(places)))
+    return format(round_(number(value), n), f".{n}f")
 
 
 FUNCTIONS = (
-    define(len_), define(upper), define(lower), define(trim), define(concat, "CONCATENATE"), define(str_),
-    define(value, "NUMBER"), define(left), define(right), define(mid), define(substitute), define(exact), define(fixed),
+    define(len_), define(upper), define(lower), define(proper), define(trim), define(concat, "CONCATENATE"),
+    define(textjoin), define(textsplit), define(str_), define(value, "NUMBER"), define(text_), define(fixed),
+    define(left), define(right), define(mid), define(find), define(search), define(startswith), define(endswith),
+    define(substitute), define(rept), define(exact),
 )  # fmt: skip

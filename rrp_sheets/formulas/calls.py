@@ -1,0 +1,211 @@
+"""Names and calls: looked up in the scope, bound to their nodes, or refused with what to write instead."""
+
+from __future__ import annotations
+
+import ast
+import re
+import unicodedata
+from typing import NoReturn
+
+from rrp_sheets.formulas.elsewhere import AMBIGUOUS, function_here, name_here
+from rrp_sheets.formulas.functions import Function
+from rrp_sheets.formulas.hints import cell, cell_reference
+from rrp_sheets.formulas.nodes import Plain
+from rrp_sheets.formulas.problems import FormulaProblem
+from rrp_sheets.formulas.scope import HelperDef, Scope
+from rrp_sheets.model.names import argument_name, key, nearest
+
+_DECIMAL_COMMA = re.compile(r"(?<![\w.])\d+,\d+")
+ADVICE = "Formulas are built of inputs, numbers, texts, operators and the library's functions."
+
+
+class Calls:
+    """The part of the resolver that knows the scope."""
+
+    def __init__(self, scope: Scope, typed: str) -> None:
+        self.scope = scope
+        self.typed = typed
+        self.local: dict[str, str] = {}  # names bound by list comprehensions around, by key
+
+    def visit_at(self, node: ast.expr, depth: int) -> ast.expr:
+        """Check and bind a node and what is in it."""
+        raise NotImplementedError
+
+    def refuse(self, node: ast.AST, what: str, remedy: str = ADVICE) -> NoReturn:
+        """Raise FORM003 at a node."""
+        start = getattr(node, "col_offset", 0)
+        raise FormulaProblem("FORM003", start, _length(node), what=what, remedy=remedy)
+
+    # ---- names
+    def on_name(self, node: ast.Name, depth: int) -> ast.expr:
+        """An input, a helper that is a constant, a constant, or a table."""
+        name, k, scope = node.id, key(node.id), self.scope
+        if k in self.local:
+            node.id = self.local[k]
+            return node
+        if name.startswith("_") or "__" in name:
+            raise FormulaProblem(
+                "FORM004", node.col_offset, _length(node), name=name, remedy="Names start with a letter."
+            )
+        if k in scope.inputs:
+            node.id = scope.inputs[k].name
+            return node
+        helper = scope.helpers.get(k)
+        if helper is not None:
+            if helper.parameters:
+                raise FormulaProblem("FORM006", node.col_offset, _length(node), name=helper.shown, gets="none",
+                                     takes=_count(len(helper.parameters)), usage=_usage(helper))  # fmt: skip
+            return _bind_helper(node, helper, [])
+        if k in scope.constants:
+            return ast.copy_location(ast.Constant(scope.constants[k]), node)
+        table = scope.table(name)
+        if table is not None:
+            return ast.copy_location(plain(table), node)
+        if scope.functions.get(name):
+            self.refuse(node, f"The function {name} without brackets", f"Write {name}(…) with what it works on.")
+        if cell(name):
+            raise cell_reference(node.col_offset, name, self._mine())
+        raise FormulaProblem("FORM004", node.col_offset, _length(node), name=name, remedy=self._propose(name))
+
+    def _mine(self) -> list[str]:
+        return list(dict.fromkeys(i.name for i in self.scope.inputs.values()))
+
+    def _propose(self, name: str) -> str:
+        guess = nearest(name, self.scope.known())
+        if guess:
+            return f'Did you mean {argument_name(guess)}? (A text needs quotes: "{name}".)'
+        there = name_here(key(name))
+        if there:
+            return there
+        mine = self._mine()
+        if not mine:
+            return "Put a text between quotes."
+        named = f"The inputs are called {', '.join(mine)}" if len(mine) > 1 else f"The input is called {mine[0]}"
+        return f'{named} here. (A text needs quotes: "{name}".)'
+
+    def new_name(self, target: ast.expr) -> str:
+        """Take a name after “for” into use; it must not be in use."""
+        if not isinstance(target, ast.Name) or target.id.startswith("_") or "__" in target.id:
+            self.refuse(target, "This after “for”", "Write a new name after “for”.")
+        name, k = unicodedata.normalize("NFKC", target.id), key(target.id)
+        scope = self.scope
+        taken = k in scope.inputs or k in scope.helpers or k in scope.constants or scope.table(name) is not None
+        if taken or scope.functions.get(name) or k in _RESERVED:
+            self.refuse(target, f"“{name}” after “for”", "Choose a name that is not in use yet.")
+        target.id = self.local[k] = name
+        return k
+
+    # ---- calls
+    def on_call(self, node: ast.Call, depth: int) -> ast.expr:
+        """A call of a library function or a helper by its name; nothing else can be called."""
+        if isinstance(node.func, ast.Attribute):
+            self._method(node.func)
+        if not isinstance(node.func, ast.Name) or key(node.func.id) in self.local:
+            self.refuse(node, "A call of something that is not a function")
+        name, k, scope = node.func.id, key(node.func.id), self.scope
+        helper = scope.helpers.get(k)
+        function = scope.functions.get(name)
+        alias = k == "value" and k in scope.inputs and scope.inputs[k].name != "value"
+        if k in scope.inputs and not alias and not (helper is None and function is not None and k == "value"):
+            self.refuse(node, f"The input {name} followed by brackets", "An input is a value: write it without ( ).")
+        if helper is not None:
+            return self._helper(node, helper, depth)
+        if k in AMBIGUOUS:
+            raise FormulaProblem("FORM019", node.col_offset, len(name), name=name, remedy=AMBIGUOUS[k])
+        if function is None:
+            raise self._unknown_function(node, name)
+        args = self._arguments(node, depth)
+        if not function.least <= len(args) <= function.most:
+            usage = function.usage + self._comma_hint(node, len(args) > function.most)
+            raise FormulaProblem("FORM006", node.col_offset, len(name), name=function.name, gets=_given(len(args)),
+                                 takes=function.takes, usage=usage)  # fmt: skip
+        if function.make is None:
+            return _bind_function(node, function, args)
+        try:  # IF, AND, …: syntax rather than calls, their arguments are evaluated lazily
+            return ast.copy_location(function.make(args), node)
+        except FormulaProblem as problem:
+            problem.column, problem.length = node.col_offset, len(name)
+            raise
+
+    def _arguments(self, node: ast.Call, depth: int) -> list[ast.expr]:
+        for arg in node.args:
+            if getattr(arg, "sheet", False) and isinstance(arg, ast.Compare) and isinstance(arg.left, ast.Name):
+                left = arg.left.id
+                if not self._is_known(left):
+                    self.refuse(
+                        arg, f"{left}= inside the brackets", f"Write the value alone. ({left} is no input here.)"
+                    )
+        return [self.visit_at(a, depth) for a in node.args]
+
+    def _is_known(self, name: str) -> bool:
+        k, scope = key(name), self.scope
+        return any(k in known for known in (self.local, scope.inputs, scope.helpers, scope.constants, scope.tables))
+
+    def _comma_hint(self, node: ast.Call, too_many: bool) -> str:
+        found = _DECIMAL_COMMA.search(self.typed[node.col_offset : node.end_col_offset])
+        return f" — decimal numbers with a point: {found[0].replace(',', '.')}" if found and too_many else ""
+
+    def _helper(self, node: ast.Call, helper: HelperDef, depth: int) -> ast.expr:
+        args = self._arguments(node, depth)
+        if len(args) != len(helper.parameters):
+            takes, usage = _count(len(helper.parameters)), _usage(helper)
+            raise FormulaProblem("FORM006", node.col_offset, _length(node.func), name=helper.shown, takes=takes,
+                                 gets=_given(len(args)), usage=usage)  # fmt: skip
+        return _bind_helper(node, helper, args)
+
+    def _method(self, method: ast.Attribute) -> NoReturn:
+        function = self.scope.functions.get(method.attr)
+        advice = f"Write {function.name}(…) instead." if function else function_here(key(method.attr)) or ADVICE
+        self.refuse(method, f"“.{method.attr}( )”", advice)
+
+    def _unknown_function(self, node: ast.Call, name: str) -> FormulaProblem:
+        advice = function_here(key(name))
+        if advice is None:
+            guess = nearest(name, [h.shown for h in self.scope.helpers.values()] + self.scope.functions.names())
+            advice = f"Did you mean {guess}?" if guess else "See `rrp-sheets help functions`."
+        if self.scope.table(name) is not None:
+            advice = f"{name} is a table: write INDEX({name}; 1) for a row, or {name}[…] for a column."
+        return FormulaProblem("FORM005", node.col_offset, len(name), name=name, remedy=advice)
+
+
+def plain(value: object) -> Plain:
+    """A node of a value that is no literal."""
+    node = Plain()
+    node.value = value
+    return node
+
+
+def _bind_function(node: ast.expr, function: Function, args: list[ast.expr]) -> ast.expr:
+    call = ast.copy_location(ast.Call(ast.Name(function.name), args, []), node)
+    call.bound = function.call  # type: ignore[attr-defined]
+    call.charges = function.charges  # type: ignore[attr-defined]
+    return call
+
+
+def _bind_helper(node: ast.expr, helper: HelperDef, args: list[ast.expr]) -> ast.expr:
+    call = ast.copy_location(ast.Call(ast.Name(helper.shown), args, []), node)
+    call.helper = helper  # type: ignore[attr-defined]
+    return call
+
+
+def _length(node: ast.AST) -> int:
+    start = getattr(node, "col_offset", 0)
+    return max((getattr(node, "end_col_offset", None) or start + 1) - start, 1)
+
+
+def _given(n: int) -> str:
+    return "none" if n == 0 else str(n)
+
+
+def _count(n: int) -> str:
+    return {0: "no arguments", 1: "one argument"}.get(n, f"{n} arguments")
+
+
+def _usage(helper: HelperDef) -> str:
+    return f"{helper.shown}({'; '.join(p.name for p in helper.parameters)})" if helper.parameters else helper.shown
+
+
+_RESERVED = frozenset((
+    "print", "open", "eval", "exec", "dir", "id", "type", "object", "input", "vars", "globals", "locals", "getattr",
+    "setattr", "hasattr", "compile", "exit", "quit", "repr", "self", "true", "false", "none", "blank", "null",
+))  # fmt: skip

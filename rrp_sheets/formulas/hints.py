@@ -1,0 +1,222 @@
+"""What cannot be read, told in a therapist's words, with how to write it here."""
+
+from __future__ import annotations
+
+import ast
+import re
+from typing import NoReturn
+
+from rrp_sheets.formulas.limits import LARGEST_NUMBER
+from rrp_sheets.formulas.problems import FormulaProblem
+from rrp_sheets.formulas.tokens import Token
+
+KEYWORDS = frozenset((
+    "else", "for", "in", "is", "lambda", "await", "yield", "import", "from", "class", "def", "del", "try", "with",
+    "assert", "raise", "return", "global", "nonlocal", "while", "async", "as", "except", "finally", "pass", "break",
+    "continue", "elif",
+))  # fmt: skip
+_REFUSED_WORDS = {"lambda": "A lambda", "await": "“await”", "yield": "“yield”", "async": "“async”"}
+_UNITS = frozenset(
+    ("m", "cm", "mm", "km", "s", "ms", "sec", "min", "h", "kg", "g", "hz", "deg", "degree", "degrees", "rad")
+)
+_CELL = re.compile(r"\$?[A-Za-z]{1,3}\$?[1-9]\d{0,6}")
+_SIGNS = {  # a sign that nothing here is called by: what people mean with it
+    "&&": "Write AND(…; …).", "||": "Write OR(…; …).", "?": "Write IF(condition; then; otherwise).",
+    "=>": "Write >=.", "=<": "Write <=.", "><": "Write <>.", "~": "Write NOT(…).", "|": "Write OR(…; …).",
+    "<<": "Write < once, or multiply by 2.", ">>": "Write > once, or divide by 2.", "@": "Leave it out.",
+    "\\": "Write / to divide.", "`": "Put texts between quotes.", "{": "Write lists in brackets [ ]: [1; 2].",
+    "}": "Write lists in brackets [ ]: [1; 2].", "$": "Write the stream's name.", "°": "Write RADIANS(…).",
+    ":=": "A formula only calculates: use an accumulate row to remember a value.",
+    "!": "Write NOT(…), or <> for not equal.",
+}  # fmt: skip
+_BETWEEN = "Write what to do with the two values: & + - * / < =, or ; between."
+_ADVICE = "A formula is one calculation of inputs, numbers, texts, operators and the library's functions."
+
+
+def syntax(token: Token, reason: str, remedy: str) -> FormulaProblem:
+    """The problem FORM001 at a token."""
+    return FormulaProblem("FORM001", token.start, max(token.end - token.start, 1), reason=reason, remedy=remedy)
+
+
+def refused(token: Token, what: str, remedy: str, code: str = "FORM003") -> FormulaProblem:
+    """The problem FORM003 at a token."""
+    return FormulaProblem(code, token.start, max(token.end - token.start, 1), what=what, remedy=remedy)
+
+
+def cell(name: str) -> bool:
+    """Whether a name looks like a cell of a spreadsheet: A1, $B$12."""
+    return _CELL.fullmatch(name) is not None
+
+
+def cell_reference(start: int, text: str, names: list[str] | None = None) -> FormulaProblem:
+    """The problem FORM018: a cell where a stream's name belongs."""
+    example = " or ".join(names[:3]) if names else "redBall"
+    remedy = f"Write the name of the row's input instead: {example}." if names else (
+        f"Write the name of one of the row's inputs instead, such as {example}.")  # fmt: skip
+    return FormulaProblem("FORM018", start, len(text), cell=text, remedy=remedy)
+
+
+def number(token: Token) -> int | float:
+    """The number that a token shows; raises FormulaProblem FORM008."""
+    text = token.text.replace("_", "")
+    try:
+        found = (
+            int(text, 0)
+            if text[1:2] in ("x", "X", "o", "O", "b", "B")
+            else int(text)
+            if text.isdecimal()
+            else float(text)
+        )
+    except ValueError:
+        raise syntax(token, f"“{token.text}” is not a number", "Write a number such as 0.5.") from None
+    if abs(found) > LARGEST_NUMBER:
+        shown = token.text if len(token.text) <= 13 else token.text[:12] + "…"
+        raise FormulaProblem("FORM008", token.start, token.end - token.start, number=shown)
+    return found
+
+
+def truth_beside_number(left: ast.expr, right: ast.expr) -> bool:
+    """Whether TRUE or FALSE is compared with a number, which is never equal in a spreadsheet and may be in Python."""
+    kinds = {type(n.value) if isinstance(n, ast.Constant) else None for n in (left, right)}
+    return bool in kinds and bool(kinds & {int, float})
+
+
+def bare_separator(tokens: list[Token], i: int) -> NoReturn:
+    """A comma or semicolon that no brackets stand around."""
+    decimal = _decimal(tokens, i)
+    if decimal:
+        raise refused(decimal[0], "A decimal comma", f"Write {decimal[1]}; for a pair, use brackets: (x; y).")
+    name = "comma" if tokens[i].text == "," else "semicolon"
+    raise refused(tokens[i], f"A {name} without brackets", "Put brackets around values that belong together: (x; y).")
+
+
+def mixed_separators(tokens: list[Token], i: int, separator: Token) -> NoReturn:
+    """Both `;` and `,` between the values of one pair of brackets: most often one is a decimal comma."""
+    comma = i if tokens[i].text == "," else tokens.index(separator)
+    decimal = _decimal(tokens, comma)
+    if decimal:
+        raise refused(decimal[0], "A decimal comma", f"Write {decimal[1]}.")
+    raise refused(tokens[i], "Both ; and , in one pair of brackets",
+                  "Write the same sign between all values; decimal numbers have a point.")  # fmt: skip
+
+
+def _decimal(tokens: list[Token], i: int) -> tuple[Token, str] | None:
+    """The number that a comma stands in, and how to write it; None when it stands between two values."""
+    before, comma, after = tokens[i - 1], tokens[i], tokens[i + 1] if i + 1 < len(tokens) else tokens[i]
+    if comma.text != "," or before.kind != "number" or after.kind != "number" or after.start != comma.end:
+        return None
+    whole = before.text.replace(".", "")
+    remedy = f"{whole}.{after.text}"
+    if "." not in before.text and len(after.text) == 3 and whole != "0":
+        remedy = f"{whole}{after.text} for thousands, or {remedy}"
+    return Token("number", "", before.start, after.end), remedy
+
+
+def no_value(tokens: list[Token], i: int) -> NoReturn:
+    """Something stands where a value belongs."""
+    now, before = tokens[i], tokens[i - 1] if i else None
+    if now.kind == "end":
+        if before is None:
+            raise syntax(now, "there is nothing in it", "Write a formula.")
+        raise syntax(before, f"it breaks off after “{_near(before)}”", "Write what belongs there.")
+    if now.text in ("*", "**") and (before is None or before.text in ("(", "[", ",", ";")):
+        raise refused(now, "A star", "Write the list itself: MAX(balls).")
+    if now.text == "{":
+        raise _braces(tokens, i)
+    if now.text == "$":
+        raise cell_reference(now.start, now.text + "".join(t.text for t in tokens[i + 1 : i + 4] if t.kind != "end"))
+    if now.text in _SIGNS:
+        raise refused(now, f"The sign {now.text}", _SIGNS[now.text])
+    if now.text in (")", "]"):
+        raise syntax(now, f"there is nothing before “{now.text}”", "Write a value there, or take the sign away.")
+    if now.text == ":":
+        raise syntax(now, "there is a colon in it", "Colons stand only in brackets: balls[0:2].")
+    if before is not None and before.text in ("=", "==") and now.text in ("=", "=="):
+        raise syntax(now, "two signs = stand apart", "Write x = 3 or x == 3.")
+    raise syntax(now, f"a value is missing before “{_near(now)}”", "Write what belongs there.")
+
+
+def _braces(tokens: list[Token], i: int) -> FormulaProblem:
+    """Braces are lists to a spreadsheet, and sets or dictionaries to Python."""
+    inner = [t.text for t in tokens[i:] if t.kind == "sign"]
+    if ":" in inner:
+        return refused(tokens[i], "A dictionary", "Write lists in brackets [ ]: [1; 2]; look up with XLOOKUP.")
+    return refused(tokens[i], "{ }", _SIGNS["{"])
+
+
+def keyword(tokens: list[Token], i: int) -> NoReturn:
+    """A word of Python's, or IF, AND, OR, NOT without brackets, where a value belongs."""
+    now, lower = tokens[i], tokens[i].text.casefold()
+    if lower in _REFUSED_WORDS:
+        raise refused(now, _REFUSED_WORDS[lower], _ADVICE)
+    if lower == "if":
+        raise syntax(now, "“if” stands at its beginning", 'Write IF(distance < 1; "near"; "far").')
+    if lower == "not":
+        raise syntax(now, "NOT in capitals needs brackets", "Write NOT(…), or not in small letters.")
+    if lower in ("and", "or", "in", "is", "else", "for"):
+        raise syntax(now, f"a value is missing before “{now.text}”", "Write what belongs there.")
+    raise syntax(now, f"“{now.text}” belongs to a program", _ADVICE)
+
+
+def leftover(tokens: list[Token], i: int, typed: str) -> NoReturn:
+    """A value is complete, and something stands behind it that cannot."""
+    before, now = tokens[i - 1], tokens[i]
+    if now.kind == "sign":
+        raise _odd_sign(tokens, i)
+    if now.kind == "number" and before.kind == "number":
+        raise syntax(now, "there is a space in a number", f"Write {before.text}{now.text}.")
+    if now.kind in ("text", "texts") and before.kind in ("text", "texts"):
+        raise syntax(now, "two texts stand side by side", "Write & between them to join them.")
+    if now.kind == "name":
+        raise _odd_word(before, now)
+    shown = "a text" if now.kind in ("text", "texts") else f"“{_near(now)}”"
+    raise syntax(
+        now, f"there is no sign before {shown}", "Write what to do with the two values: & + - * / < =, or ; between."
+    )
+
+
+def _odd_word(before: Token, now: Token) -> FormulaProblem:
+    lower = now.text.casefold()
+    if lower in ("and", "or", "not"):
+        return syntax(now, "AND, OR and NOT in capitals need brackets",
+                      "Write and, or, not in small letters, or AND(…; …).")  # fmt: skip
+    if lower in ("then", "elif", "elseif"):
+        return syntax(now, f"“{now.text}” is not understood", "Write IF(condition; then; otherwise).")
+    if lower == "between":
+        return syntax(now, "“between” is not understood", "Write 1 <= distance <= 2.")
+    if lower in ("equals", "equal", "is"):
+        return syntax(now, f"“{now.text}” is not understood", "Write = to compare.")
+    if lower == "mod":
+        return syntax(now, "“mod” stands between two values", "Write MOD(x; y).")
+    if before.kind == "number" and lower in _UNITS:
+        advice = "Leave the unit out: distances are in metres, angles in radians (30° is 30 degrees)."
+        return syntax(now, "there is a unit behind a number", advice)
+    if before.kind == "number":
+        return syntax(now, "there is no sign between a number and a name", f"Write {before.text} * {now.text}.")
+    return syntax(now, f"there is no sign before “{_near(now)}”", f"{_BETWEEN} A text needs quotes.")
+
+
+def _odd_sign(tokens: list[Token], i: int) -> FormulaProblem:
+    before, now = tokens[i - 1], tokens[i]
+    following = tokens[i + 1] if i + 1 < len(tokens) else now
+    if now.text == "!" and before.kind in ("name", "text") and following.kind != "end":
+        end = tokens[i + 2].end if following.text == "$" and i + 2 < len(tokens) else following.end
+        remedy = "Write the name of one of the row's inputs, or of a table's column: Parts[Ask]."
+        shown = f"{before.text}!{following.text}"
+        return FormulaProblem("FORM018", before.start, end - before.start, cell=shown, remedy=remedy)
+    if now.text == ":" and before.kind in ("name", "number"):
+        return cell_reference(before.start, f"{before.text}:{following.text}")
+    if now.text == "$" and before.kind == "name":
+        return cell_reference(before.start, f"{before.text}${following.text}")
+    if now.text in (")", "]"):
+        return syntax(now, "an opening bracket is missing", "Add the opening bracket, or take this one away.")
+    if now.text == ":=":
+        return refused(now, "An assignment", _SIGNS[":="])
+    if now.text in _SIGNS:
+        return refused(now, f"The sign {now.text}", _SIGNS[now.text])
+    return syntax(now, f"“{now.text}” does not belong there", "Check what stands there.")
+
+
+def _near(token: Token) -> str:
+    text = token.text or "a text"
+    return text if len(text) <= 20 else text[:19] + "…"

@@ -1,0 +1,50 @@
+"""The kinds of nodes that Python's own tree lacks. Each has its handler in the evaluator."""
+
+from __future__ import annotations
+
+import ast
+
+
+class Join(ast.expr):
+    """`a & b & c`: a text of all of them."""
+
+    _fields = ("values",)
+
+    values: list[ast.expr]
+
+
+class IfError(ast.expr):
+    """IFERROR: `value`, or `otherwise` when evaluating it fails. ISERROR: `otherwise` is None."""
+
+    _fields = ("value", "otherwise")
+
+    value: ast.expr
+    otherwise: ast.expr | None
+
+
+class Switch(ast.expr):
+    """SWITCH: the result of the first case that `value` equals, or `otherwise`; IFS: of the first that holds."""
+
+    _fields = ("value", "cases", "results", "otherwise")
+
+    value: ast.expr | None
+    cases: list[ast.expr]
+    results: list[ast.expr]
+    otherwise: ast.expr | None
+
+
+class Pick(ast.expr):
+    """PICK: it draws from `members`; `site` tells the PICKs of a row apart."""
+
+    _fields = ("members",)
+
+    members: list[ast.expr]
+    site: str
+
+
+class Plain(ast.expr):
+    """A value that is no literal of Python: a table, or a column of one."""
+
+    _fields = ()
+
+    value: object

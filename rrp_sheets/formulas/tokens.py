@@ -1,0 +1,338 @@
+"""What the user typed, cut into tokens. Every token knows its place in the typed text.
+
+Folded here, outside of texts: full-width characters, dashes and minus signs, no-break spaces. Texts may stand between
+straight or smart quotes; a quote is doubled, or has a backslash before it, to stand in a text.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from rrp_sheets.formulas.problems import FormulaProblem
+
+_NUMBER = r"(?P<number>0[xXoObB]\w+|(?:\d+(?:_\d+)*\.?(?:\d+(?:_\d+)*)?|\.\d+(?:_\d+)*)(?:[eE][+-]?\d+)?)"
+_NAME = r"(?P<name>[A-Za-z_]\w*)"
+_SIGN = r"(?P<sign>\*\*|//|<=|>=|<>|!=|==|=<|=>|><|:=|&&|\|\||<<|>>|[-+*/%^&=<>()\[\]{},;:.~|!@?$\\`°≤≥≠])"
+_TOKEN = re.compile(rf"\s*(?:{_NUMBER}|{_NAME}|{_SIGN})", re.ASCII)
+_SPACE = re.compile(r"\s*", re.ASCII)
+_HEX = re.compile(r"[0-9a-fA-F]+")
+_ERROR_VALUE = re.compile(r"#[A-Z][A-Z0-9_]*[/!?A]")
+
+_DOUBLE, _SINGLE = '"“”„‟＂', "'‘’‚‛＇"
+_QUOTES = _DOUBLE + _SINGLE
+_PAIRS = {
+    "“": '”"＂',
+    "„": '“”"',
+    "‟": '”"',
+    "”": '”"',
+    "＂": '＂"',
+    "‘": "’'＇",
+    "‚": "‘’'",
+    "‛": "’'",
+    "’": "’'",
+    "＇": "＇'",
+}
+_FOLDED = {
+    **dict.fromkeys("–—−‐‑﹣", "-"),
+    **dict.fromkeys("\u00a0\u202f\u2007\u2009\u200b\u200c\u200d\u2060\ufeff\u00ad", " "),
+    "×": "*", "÷": "/", "º": "°", "˚": "°", "∕": "/", "⁄": "/", "∧": "^", "‹": "<", "›": ">",
+}  # fmt: skip
+_KEPT = frozenset("²³¹⁴⁵⁶⁷⁸⁹⁰½¼¾…≤≥≠" + _QUOTES)  # folding these would change what they mean
+_ESCAPES = {"n": "\n", "t": "\t", "\\": "\\", '"': '"', "'": "'", "\n": ""}
+_CODED = {"x": 2, "u": 4, "U": 8}
+_LETTERS = frozenset("fFbBrRuU")
+
+
+class Token(NamedTuple):
+    """A token.
+
+    Attributes:
+        kind: `number`, `name`, `sign`, `text`, `texts` (a text with values in it), `column` (of a table), or `end`.
+        text: folded; of a text, what stands between its quotes.
+        start, end: its place in the typed text.
+        parts: of `texts`: texts and :class:`Hole`s in turn. Of `column`: the table's name and the column's.
+    """
+
+    kind: str
+    text: str
+    start: int
+    end: int
+    parts: tuple[str | Hole, ...] = ()
+
+
+@dataclass(frozen=True)
+class Hole:
+    """A value in a text, as in `f"{distance:.1f} m"`: its tokens and its format."""
+
+    tokens: list[Token]
+    format: str | None
+    start: int
+    end: int
+
+
+def tokenize(typed: str, is_table: Callable[[str], bool] = lambda _name: False) -> list[Token]:
+    """The tokens of a formula; a leading `=` is none of them.
+
+    Args:
+        typed: the cell's text.
+        is_table: whether a name is a table's: what stands in brackets behind it is a column's name as it is.
+
+    Raises:
+        FormulaProblem: FORM001 or FORM003 at a character that nothing can begin with, or a text that does not end.
+
+    >>> [t.text for t in tokenize("=distance – 1 ≤ 50%")]
+    ['distance', '-', '1', '≤', '50', '%', '']
+    >>> [(t.kind, t.text) for t in tokenize("“say ””hi””” & X")][0]
+    ('text', 'say ”hi”')
+    """
+    start = len(typed) - len(typed.lstrip())
+    if typed.startswith("=", start) and not typed.startswith("==", start):
+        start += 1
+    lexer = _Lexer(typed, is_table)
+    tokens, end = lexer.read(start, False)
+    assert end == len(typed)
+    return tokens
+
+
+def fold(text: str) -> str:
+    """The text with every character that has a plain form in that form; as long as before."""
+    return text if text.isascii() else "".join(c if c.isascii() else _plain(c) for c in text)
+
+
+def _plain(c: str) -> str:
+    if c in _FOLDED:
+        return _FOLDED[c]
+    if c in _KEPT:
+        return c
+    folded = unicodedata.normalize("NFKC", c)
+    return folded if len(folded) == 1 else c
+
+
+class _Lexer:
+    def __init__(self, typed: str, is_table: Callable[[str], bool]) -> None:
+        self.typed = typed
+        self.plain = fold(typed)
+        self.is_table = is_table
+
+    def read(self, at: int, in_text: bool) -> tuple[list[Token], int]:
+        """The tokens from a place on; in a text's hole, up to what ends the hole. And the place behind them."""
+        tokens: list[Token] = []
+        plain, size, deep = self.plain, len(self.plain), 0
+        while True:
+            found = _TOKEN.match(plain, at)
+            if found is None:
+                at = _SPACE.match(plain, at).end()  # type: ignore[union-attr]
+                if at < size and plain[at] == "#" and not _ERROR_VALUE.match(plain, at):  # a comment
+                    at = plain.find("\n", at) if "\n" in plain[at:] else size
+                    continue
+                if at >= size:
+                    tokens.append(Token("end", "", size, size))
+                    return tokens, size
+                token = self._odd(at)
+            else:
+                kind = found.lastgroup or ""
+                token = Token(kind, found[kind], found.start(kind), found.end())
+                if kind == "sign":
+                    sign = token.text
+                    if in_text and not deep and (sign in ("}", ":", "!") or sign == ":="):
+                        tokens.append(Token("end", "", token.start, token.start))
+                        return tokens, token.start
+                    deep += (sign in "([{") - (sign in ")]}") if len(sign) == 1 else 0
+                elif kind == "name":
+                    token = self._name(token)
+            tokens.append(token)
+            at = token.end
+
+    def _odd(self, at: int) -> Token:
+        """A token that begins with another character: a text, or a name that is not Latin."""
+        c = self.typed[at]
+        if c in _QUOTES:
+            value, end = self._text(at)
+            return Token("text", value, at, end)
+        if self.plain[at].isidentifier():
+            return self._name(Token("name", "", at, at))
+        raise _strange(self.typed, at)
+
+    def _name(self, token: Token) -> Token:
+        """The whole name; with a quote right behind it, it is a text's `f`; with a bracket, maybe a table's column."""
+        end, plain = token.end, self.plain
+        while end < len(plain) and not plain[end].isascii() and f"a{plain[end]}".isidentifier():
+            end += 1
+            while end < len(plain) and f"a{plain[end]}".isidentifier():
+                end += 1
+        name = plain[token.start : end]
+        following = self.typed[end : end + 1]
+        if following and following in _QUOTES and set(name) <= _LETTERS:
+            if name not in "fF":
+                raise FormulaProblem("FORM003", token.start, len(name), what=f"The letter {name} before a text",
+                                     remedy="Leave it out.")  # fmt: skip
+            parts, end = self._text_with_values(end)
+            return Token("texts", "", token.start, end, parts)
+        if following == "[" and self.is_table(name):
+            return self._column(name, token.start, end)
+        return Token("name", name, token.start, end)
+
+    def _column(self, name: str, start: int, at: int) -> Token:
+        depth, end = 0, at
+        while end < len(self.typed):
+            depth += {"[": 1, "]": -1}.get(self.typed[end], 0)
+            end += 1
+            if not depth:
+                title = self.typed[at + 1 : end - 1].strip()
+                if len(title) > 1 and title[0] in _QUOTES and title[-1] in _QUOTES:
+                    title = title[1:-1]
+                return Token("column", title, start, end, (name,))
+        raise FormulaProblem("FORM001", at, reason="a closing bracket is missing", remedy=f"Write {name}[Column].")
+
+    # ---- texts
+    def _text(self, at: int) -> tuple[str, int]:
+        end = self._closing(at)
+        return self._decode(at, at + 1, end), end + 1
+
+    def _closing(self, at: int) -> int:
+        """The place of the quote that ends the text which begins at a place."""
+        opener = self.typed[at]
+        kind = _DOUBLE if opener in _DOUBLE else _SINGLE
+        end = self._next(at, _PAIRS.get(opener, opener))
+        if end < 0:  # one of the quotes was made a smart one, or the wrong one
+            end = self._next(at, kind)
+        if end >= 0:
+            return end
+        remedy = "Close the text with the same quote as at its beginning."
+        if self.typed.endswith("\\" + opener):
+            remedy = "The backslash makes the last quote a part of the text: write two backslashes."
+        raise FormulaProblem("FORM001", at, max(len(self.typed) - at, 1),
+                             reason="a quote is missing at the end of a text", remedy=remedy)  # fmt: skip
+
+    def _next(self, at: int, closers: str) -> int:
+        typed = self.typed
+        if typed[at] == "'" and typed.startswith("'''", at):
+            raise FormulaProblem("FORM003", at, 3, what="A triple quote", remedy="Write one quote on each side.")
+        end = at + 1
+        while end < len(typed):
+            c = typed[end]
+            if c == "\\":
+                end += 2
+            elif c not in closers:
+                end += 1
+            elif typed[end + 1 : end + 2] == c:  # doubled: a part of the text
+                end += 2
+            elif c in "’＇" and typed[end - 1].isalnum() and typed[end + 1 : end + 2].isalnum():
+                end += 1  # an apostrophe
+            else:
+                return end
+        return -1
+
+    def _decode(self, opener: int, start: int, end: int) -> str:
+        """The characters of a text: doubled quotes are one, and a backslash gives what follows it a meaning."""
+        body = self.typed[start:end]
+        kind = _DOUBLE if self.typed[opener] in _DOUBLE else _SINGLE
+        if "\\" not in body and not any(c in body for c in kind):
+            return body
+        found: list[str] = []
+        i = 0
+        while i < len(body):
+            c, following = body[i], body[i + 1 : i + 2]
+            if c == "\\":
+                value, used = self._escape(body, i, start)
+                found.append(value)
+                i += used
+                continue
+            found.append(c)
+            i += 2 if c in kind and following == c else 1
+        return "".join(found)
+
+    def _escape(self, body: str, i: int, start: int) -> tuple[str, int]:
+        following = body[i + 1 : i + 2]
+        if following in _ESCAPES:
+            return _ESCAPES[following], 2
+        if following in _QUOTES:
+            return following, 2
+        if following in _CODED:
+            digits = body[i + 2 : i + 2 + _CODED[following]]
+            if (
+                re.fullmatch(r"[0-9a-fA-F]+", digits)
+                and len(digits) == _CODED[following]
+                and int(digits, 16) < 0x110000
+            ):
+                return chr(int(digits, 16)), 2 + len(digits)
+        if following and following in "xuUN01234567abfrv":
+            raise FormulaProblem("FORM003", start + i, 2, what=f"“\\{following}” in a text",
+                                 remedy="Write the character itself; for a backslash, write two.")  # fmt: skip
+        return "\\", 1
+
+    def _text_with_values(self, at: int) -> tuple[tuple[str | Hole, ...], int]:
+        """The parts of a text with values in it; `at` is the place of its quote."""
+        typed, opener = self.typed, self.typed[at]
+        closers = _PAIRS.get(opener, opener)
+        parts: list[str | Hole] = []
+        begin = i = at + 1
+        while i < len(typed):
+            c = typed[i]
+            if c == "\\":
+                i += 2
+            elif c in "{}" and typed[i + 1 : i + 2] == c:
+                parts += [self._decode(at, begin, i), c]
+                begin = i = i + 2
+            elif c == "{":
+                parts.append(self._decode(at, begin, i))
+                hole = self._hole(i)
+                parts.append(hole)
+                begin = i = hole.end
+            elif c == "}":
+                raise FormulaProblem("FORM001", i, reason="there is a } without {", remedy="Write }} to show one }.")
+            elif c not in closers:
+                i += 1
+            elif typed[i + 1 : i + 2] == c:
+                i += 2
+            else:
+                parts.append(self._decode(at, begin, i))
+                return tuple(parts), i + 1
+        raise FormulaProblem("FORM001", at, max(len(typed) - at, 1), reason="a quote is missing at the end of a text",
+                             remedy="Close the text with the same quote as at its beginning.")  # fmt: skip
+
+    def _hole(self, start: int) -> Hole:
+        tokens, end = self.read(start + 1, True)
+        if self.typed.startswith("!", end):
+            raise FormulaProblem("FORM003", end, 2, what="“!” in a text",
+                                 remedy="Write the value alone, or with a format such as {distance:.1f}.")  # fmt: skip
+        spec = None
+        if self.typed.startswith(":", end):
+            begin = end + 1
+            end = min((p for p in (self.typed.find(c, begin) for c in "{}") if p >= 0), default=len(self.typed))
+            spec = self.typed[begin:end]
+            if self.typed.startswith("{", end):
+                raise FormulaProblem("FORM010", begin, max(end - begin, 1), spec=spec + "{…}")
+        if not self.typed.startswith("}", end):
+            raise FormulaProblem("FORM001", start, reason="a } is missing in a text with values",
+                                 remedy='Write for example f"It is {distance} away".')  # fmt: skip
+        return Hole(tokens, spec, start, end + 1)
+
+
+_REMEDIES = {
+    "²": "Write ^2 for a square.", "³": "Write ^3.", "√": "Write SQRT(…).", "∛": "Write (…) ^ (1/3).",
+    "½": "Write 0.5.", "¼": "Write 0.25.", "¾": "Write 0.75.", "∞": "There is no infinite number here.",
+    "·": "Write * to multiply.", "•": "Write * to multiply.", "«": 'Put texts between quotes: "red".',
+    "»": 'Put texts between quotes: "red".', "「": 'Put texts between quotes: "red".', "€": "Write the number alone.",
+    "、": "Write ; or , between values.", "…": "Write all of it.", "¬": "Write NOT(…).", "→": "Write IF(…; …; …).",
+    "$": "Write the number alone.", "‰": "Write for example 0.005.",
+}  # fmt: skip
+
+
+def _strange(typed: str, at: int) -> FormulaProblem:
+    """The problem of a character that nothing can begin with."""
+    c = typed[at]
+    found = _ERROR_VALUE.match(typed, at)
+    if found:
+        reason = f"it holds the error value {found[0]} of a spreadsheet"
+        return FormulaProblem("FORM001", at, len(found[0]), reason=reason,
+                              remedy="Type the formula again; write the streams' names instead of cells.")  # fmt: skip
+    if unicodedata.category(c) in ("Cc", "Cs", "Co", "Cn", "Cf"):
+        return FormulaProblem("FORM001", at, reason="there is a character in it that cannot be seen",
+                              remedy="Type the formula again.")  # fmt: skip
+    remedy = _REMEDIES.get(c, "Leave it out; texts stand between quotes.")
+    return FormulaProblem("FORM001", at, reason=f"“{c}” has no meaning in a formula", remedy=remedy)
