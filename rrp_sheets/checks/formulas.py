@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -16,7 +17,7 @@ from rrp_sheets.diagnostics import Report
 from rrp_sheets.formulas import Formula, FormulaProblem, Scope, Table, compile_formula, make_scope, make_table
 from rrp_sheets.graph import Graph, Step, StreamKind
 from rrp_sheets.model.cells import Cell
-from rrp_sheets.model.names import argument_name, key
+from rrp_sheets.model.names import argument_name, key, nearest
 from rrp_sheets.model.values import RecordType
 from rrp_sheets.model.workbook import Workbook
 
@@ -57,6 +58,7 @@ def check_formulas(workbook: Workbook, robot: Robot, graph: Graph, report: Repor
     names = {key(n): n for n in workbook.sheets}
     tables = {k: make_table(names.get(k, k), rows) for k, rows in workbook.tables.items()}
     compiler = _Compiler(graph, robot, check_helpers(workbook, tables, report), tables, report)
+    compiler.sheets = own_sheets(workbook)
     for behaviour in graph.behaviours:
         for step in sorted(behaviour.steps, key=lambda s: s.rank):
             compiler.add(step)
@@ -80,6 +82,7 @@ class _Compiler:
             for s in graph.streams.values()
             if s.kind in (StreamKind.SENSOR, StreamKind.DONE) and s.device
         }
+        self.sheets: list[str] = []  # names that may be meant for tables
         self._depths: dict[str, int] = {}  # how many timestamps stand within each other
 
     def add(self, step: Step) -> None:
@@ -107,6 +110,7 @@ class _Compiler:
         names = [self.graph.streams[i].name for i in step.inputs]
         facts = [self.facts.get(i, Fact()) for i in step.inputs]
         kinds = {n: f.known.kind for n, f in zip(names, facts, strict=True) if f.known.kind in (NUMBER, TEXT, TRUTH)}
+        scope = None
         try:
             scope = make_scope(
                 zip(names, [f.known.record for f in facts], strict=True),
@@ -115,11 +119,30 @@ class _Compiler:
                 extra=step.connector.extra,
                 kinds=kinds,
             )
+            if key(cell.text) in self.helpers.dropped and key(cell.text) not in scope.inputs:
+                return None  # a helper alone in the cell that is wrong, which was told there
             return compile_formula(helper_alone(cell, scope, len(step.inputs)), scope)
         except FormulaProblem as problem:
+            self._propose_sheet(problem, scope)
             if not _about_dropped(problem, self.helpers.dropped):
                 tell(self.report, cell, problem)
             return None
+
+    def _propose_sheet(self, problem: FormulaProblem, scope: Scope | None) -> None:
+        """Let an unknown name be a misspelt table; only sheets that formulas name right are tables yet."""
+        name = str(problem.details.get("name", ""))
+        if scope is None or problem.code != "FORM004":
+            return
+        guess = nearest(name, [*self.sheets, *scope.known()])
+        if guess is not None and guess in self.sheets:
+            problem.details["remedy"] = f'Did you mean {argument_name(guess)}? (A text needs quotes: "{name}".)'
+
+
+def own_sheets(workbook: Workbook) -> list[str]:
+    """The sheets of the user's own, by what they are called."""
+    ours = {"devices", "helpers", "scene", "gestures", "protocol"}
+    ours |= {key(b.name) for b in workbook.behaviours} | {key(t.name) for t in workbook.tests}
+    return [name for name in workbook.sheets if key(name) not in ours]
 
 
 def _takes_formula(step: Step) -> bool:
@@ -130,6 +153,10 @@ def helper_alone(cell: Cell, scope: Scope, count: int) -> str:
     """A cell that holds only a helper's name applies it to the row's inputs in order."""
     text = cell.text
     helper = scope.helpers.get(key(text))
+    if helper is None and re.fullmatch(r"\w+( \w+)+", text):
+        guess = nearest(text, [h.shown for h in scope.helpers.values()])
+        if guess and not {"if", "and", "or", "not", "in"} & set(text.casefold().split()):
+            raise FormulaProblem("FORM005", 0, len(text), name=text, remedy=f"Did you mean {guess}?")
     if helper is None or not helper.parameters or key(text) in scope.inputs:
         return text
     if len(helper.parameters) != count:

@@ -64,11 +64,23 @@ def check_helpers(workbook: Workbook, tables: Mapping[str, Table], report: Repor
             scope = make_scope([(p.shown, None) for p in definition.parameters], helpers, tables=tables)
             definition.tree = compile_formula(cells[k].text, scope).tree
         except FormulaProblem as problem:
+            _propose_input(problem, definition, cells[k].text)
             tell(report, cells[k], problem)
             dropped.add(k)
     dropped |= _circles(helpers, cells, report)
     kept = {k: h for k, h in helpers.items() if k not in dropped}
     return Helpers(kept, frozenset(dropped), {k: (names[k], cells[k]) for k in kept})
+
+
+def _propose_input(problem: FormulaProblem, helper: HelperDef, text: str) -> None:
+    """Let an unknown name be an input that the helper's row forgets."""
+    if helper.parameters or problem.column < 0:
+        return
+    name = text[problem.column : problem.column + problem.length]
+    bare = problem.code == "FORM003" and library().get(name) is not None
+    if problem.code == "FORM004" or bare:
+        remedy = f"If {name} is an input of the helper, write it into the column Inputs."
+        problem.details["remedy"] = f"{remedy} {problem.details['remedy']}"
 
 
 def _circles(helpers: Mapping[str, HelperDef], cells: Mapping[str, Cell], report: Report) -> set[str]:

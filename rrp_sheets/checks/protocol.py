@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.model.durations import parse_duration
+from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Workbook
 
@@ -56,7 +56,8 @@ def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
     if text := protocol.text("Time limit"):
         limit = parse_duration(text, bare="s")
         if not limit:
-            report.add("PROT006", protocol.fields["timelimit"].address, text=text)
+            meant = meant_duration(text, "s") or "90 s"
+            report.add("PROT006", protocol.fields["timelimit"].address, text=text, meant=meant)
     return RunPlan(_behaviours(workbook, report), rate, seed, limit or None, engine or "frame")
 
 

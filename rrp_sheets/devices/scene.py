@@ -25,7 +25,7 @@ from rrp_sheets.devices.catalogue import Robot
 from rrp_sheets.devices.scene_values import BadValueError, read_value
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.cells import Cell
-from rrp_sheets.model.durations import parse_duration
+from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.workbook import SceneRow
@@ -79,6 +79,7 @@ def parse_scene(rows: Sequence[SceneRow], report: Report, robot: Robot) -> tuple
         name = key(action.thing)
         if action.verb in ("move", "circle", "away", "look", "disappear") and name not in present:
             report.add("SCENE005", cells[action.row].address, thing=action.thing)
+            present.add(name)  # told once
         if action.verb == "appear":
             present.add(name)
         elif action.verb == "disappear":
@@ -89,7 +90,8 @@ def parse_scene(rows: Sequence[SceneRow], report: Report, robot: Robot) -> tuple
 def _action(row: SceneRow, report: Report, robot: Robot) -> SceneAction | None:
     time_us = parse_duration(row.time.text, bare="s")
     if time_us is None:
-        report.add("SCENE001", row.time.address, text=row.time.text or "blank")
+        meant = meant_duration(row.time.text, "s") or "2.5"
+        report.add("SCENE001", row.time.address, text=row.time.text or "blank", meant=meant)
     kind = _kind(row.thing, row.does, report)
     if kind is None:
         return None
@@ -108,6 +110,29 @@ def _action(row: SceneRow, report: Report, robot: Robot) -> SceneAction | None:
     if time_us is None:
         return None
     return SceneAction(time_us, row.thing.text, verb, values, row.thing.address.row)
+
+
+def check_presses(
+    rows: Sequence[SceneRow], actions: Sequence[SceneAction], buttons: Sequence[str], report: Report
+) -> None:
+    """Warn of presses of buttons that the workbook does not have.
+
+    Args:
+        rows: as they stand in the sheet.
+        actions: what was understood of them.
+        buttons: the labels of the workbook's operator buttons.
+        report: takes the findings.
+    """
+    cells = {row.value.address.row: row.value for row in rows}
+    for action in actions:
+        label = str(action.values.get("label", ""))
+        if action.verb != "press" or key(label) in {key(b) for b in buttons}:
+            continue
+        near = nearest(label, buttons)
+        remedy = f"Did you mean “{near}”?" if near else f"The buttons are: {', '.join(buttons)}."
+        if not buttons:
+            remedy = f"Declare it in the sheet Devices: Device OperatorButton, Label “{label}”."
+        report.add("SCENE006", cells[action.row].address, label=label, remedy=remedy)
 
 
 def _kind(thing: Cell, does: Cell, report: Report) -> str | None:

@@ -12,7 +12,7 @@ from rrp_sheets.graph.devices import DeviceTable
 from rrp_sheets.graph.model import BehaviourGraph, Graph, Step, Stream, StreamKind
 from rrp_sheets.graph.names import Names
 from rrp_sheets.graph.order import set_in_order
-from rrp_sheets.model.durations import parse_duration
+from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Behaviour, Row, Workbook
 from rrp_sheets.registry import Registry
@@ -154,7 +154,9 @@ class _Builder:
                 return None
             period = parse_duration(cell.text)
             if not period:
-                self.report.add("CONN008", cell.address, text=cell.text)
+                meant = meant_duration(cell.text)
+                remedy = f"Did you mean {meant}? " if meant else ""
+                self.report.add("CONN008", cell.address, text=cell.text, remedy=remedy)
             elif period < SHORTEST_US and cell.text.replace(".", "").isdigit():
                 self.report.add("CONN010", cell.address, text=cell.text)
             return period or None

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from rrp_sheets.devices import DeviceType, Found, Robot, Setting
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.model.cells import Address, Cell
-from rrp_sheets.model.durations import parse_duration
+from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Workbook
@@ -93,7 +93,8 @@ class DeviceTable:
 
     def _unknown_setting(self, found: Found, k: str, cell: Cell) -> None:
         names = [s.name for s in found.type.settings.values()]
-        remedy = f"Its settings are: {', '.join(names)}." if names else "It has no settings: leave the cell blank."
+        remedy = f"Leave the cell blank; its settings are: {', '.join(names)}."
+        remedy = remedy if names else "It has no settings: leave the cell blank."
         self.report.add("DEV007", cell.address, device=found.name, setting=k, remedy=remedy)
 
     def _setting(self, setting: Setting, cell: Cell) -> Value:
@@ -172,17 +173,17 @@ def understand(setting: Setting, text: str, robot: Robot, mine: Sequence[str] = 
         guess = nearest(text, [j.name for j in robot.joints.values()] + list(robot.data["groups"]))
         return None, f"a joint such as {guess or 'HeadYaw'}"
     if setting.kind == "colour":
-        good = key(text) in COLOURS or _HEX.fullmatch(text)
-        return (
-            text.casefold() if _HEX.fullmatch(text) else key(text)
-        ), "" if good else "a colour such as red or #ff8000"
+        if _HEX.fullmatch(text):
+            return text.casefold(), ""
+        wants = f"a colour such as {nearest(text, COLOURS) or 'red'} or #ff8000"
+        return key(text), "" if key(text) in COLOURS else wants
     if setting.kind == "words":
         words = tuple(dict.fromkeys(w for part in re.split(r"[,;\n]", text) if (w := part.strip())))
         good = bool(words) and len(text) <= LONGEST_SETTING
         return words, "" if good else "words with commas between them, for example yes, no"
     if setting.kind == "duration":
         us = parse_duration(text, bare="s")
-        return us, "" if us is not None else "a time such as 2 s"
+        return us, "" if us is not None else f"a time such as {meant_duration(text, 's') or '2 s'}"
     return text, "" if len(text) <= LONGEST_SETTING else f"a text of at most {LONGEST_SETTING} characters"
 
 
@@ -216,7 +217,8 @@ def _number(setting: Setting, text: str) -> tuple[Value, str]:
         wants = f"a number from {low:g} to {high:g}" + (f" ({setting.unit})" if setting.unit else "")
     bare = text.strip().removesuffix(setting.unit).strip() if setting.unit else text.strip()
     if not _NUMBER.fullmatch(bare):
-        return None, wants
+        pointed = bare.replace(",", ".")
+        return None, f"{pointed}, with a decimal point" if _NUMBER.fullmatch(pointed) else wants
     number = float(bare)
     if not math.isfinite(number):
         return None, wants

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from rrp_sheets.connectors import Connector
@@ -17,6 +18,7 @@ from rrp_sheets.model.workbook import Behaviour, Row
 DONE_DEVICE = Found(
     "Done", DeviceType("Done", "sensor", "Tells the end of every command of an actuator stream.", payload=DONE)
 )
+_AND = re.compile(r"[;&+/]|\band\b", re.IGNORECASE)  # what is written between two names instead of a comma
 _KINDS = {"sensor": StreamKind.SENSOR, "actuator": StreamKind.ACTUATOR}
 
 
@@ -65,18 +67,26 @@ class Names:
         declared = self.devices.find(cell.text)
         if declared is None:
             if row.on and k not in self.devices.broken and not self._done_of_broken(k):
-                names = [r.output.text for r in self.made.values()] + self.devices.names("sensor")
-                guess = nearest(cell.text, names)
-                remedy = f"Did you mean {guess}?" if guess else "Write the output stream of another row, or a sensor."
-                if any(sign in cell.text for sign in ";&+"):
-                    remedy = "Write a comma between two streams."
-                self.report.add("GRAPH001", cell.address, name=cell.text, remedy=remedy)
+                self.report.add("GRAPH001", cell.address, name=cell.text, remedy=self._propose(cell.text))
             return None
         if declared.found.type.kind == "actuator":
             if row.on:
                 self.report.add("GRAPH009", cell.address, name=cell.text)
             return None
         return self._device(declared, cell, row)
+
+    def _propose(self, text: str) -> str:
+        """What to do about a name that no row gives."""
+        parts = [part.strip() for part in _AND.split(text)]
+        if any(sign in text for sign in ";&+") or (len(parts) > 1 and all(map(self._known, parts))):
+            return "Write a comma between two streams."
+        dones = [f"{name} done" for name in self.devices.names("actuator")]
+        names = [r.output.text for r in self.made.values()] + self.devices.names("sensor")
+        guess = nearest(text, [*names, *dones])
+        return f"Did you mean {guess}?" if guess else "Write the output stream of another row, or a sensor."
+
+    def _known(self, name: str) -> bool:
+        return key(name) in self.made or self.devices.find(name) is not None
 
     def _done(self, cell: Cell, name: str, declared: Declared) -> str:
         """The stream of the ends of an actuator stream's commands."""

@@ -12,6 +12,13 @@ _UNITS = {
     "h": 3_600_000_000, "hour": 3_600_000_000, "hours": 3_600_000_000,
 }  # fmt: skip
 _DURATION = re.compile(r"\s*(\d+(?:\.\d+)?|\.\d+)\s*([a-z]*)\.?\s*", re.ASCII)
+_BEGINNINGS = {
+    "ms": "ms",
+    "mil": "ms",
+    "m": "min",
+    "s": "s",
+    "h": "h",
+}  # of units in other languages, and misspelt ones
 LONGEST_US = 31 * 24 * 3_600_000_000  # a month: longer is surely a typing mistake
 
 
@@ -30,6 +37,21 @@ def parse_duration(text: str, bare: str = "ms") -> int | None:
         return None
     us = float(match[1]) * _UNITS[match[2] or bare]
     return round(us) if us <= LONGEST_US else None
+
+
+def meant_duration(text: str, bare: str = "ms") -> str:
+    """A duration that the user most likely meant by a text that is none; empty when there is no telling.
+
+    >>> meant_duration("1,5 s"), meant_duration("10 sek"), meant_duration("soon")
+    ('1.5 s', '10 s', '')
+    """
+    match = re.fullmatch(r"\s*(\d+(?:[.,]\d+)?)\s*([^\W\d]*)\.?\s*", unicodedata.normalize("NFKC", text))
+    if not match:
+        return ""
+    typed = match[2].casefold()
+    unit = next((u for first, u in _BEGINNINGS.items() if typed.startswith(first)), "")
+    meant = f"{match[1].replace(',', '.')} {unit}".strip()
+    return meant if (unit or not typed) and parse_duration(meant, bare) else ""
 
 
 def show_duration(us: int) -> str:

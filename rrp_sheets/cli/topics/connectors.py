@@ -71,4 +71,5 @@ def _count(connector: Connector) -> str:
     least, most = connector.least, connector.most
     if most == least:
         return {1: "one", 2: "two"}.get(least, str(least))
-    return f"{least} or more" if most is None else f"{least} to {most}"
+    words = {1: "one", 2: "two"}.get(least, str(least))
+    return f"{words} or more" if most is None else f"{words} to {most}"

@@ -25,7 +25,7 @@ _SCENE: tuple[Code, ...] = (
         _E,
         "Time not understood",
         "“{text}” is not a time of the scene.",
-        "Write seconds from the start of the run, for example 2.5.",
+        "Write seconds from the start of the run, for example {meant}.",
     ),
     Code("SCENE002", _E, "Unknown thing", "The scene has no thing “{text}”.", "{remedy}"),
     Code("SCENE003", _E, "Unknown verb", "A thing of this kind ({kind}) does not know how to do “{text}”.", "{remedy}"),
@@ -37,5 +37,6 @@ _SCENE: tuple[Code, ...] = (
         "{thing} is told to do something at a time when it is not there.",
         "Add a row before it, in which it appears.",
     ),
+    Code("SCENE006", _W, "No such button", "This workbook has no button “{label}”.", "{remedy}"),
 )
 CODES = (*_DEVICES, *_SCENE)

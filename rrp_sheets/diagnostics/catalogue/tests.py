@@ -5,7 +5,7 @@ from rrp_sheets.diagnostics.catalogue.code import Code, Severity
 _E, _W, _I = Severity.ERROR, Severity.WARNING, Severity.INFO
 CODES: tuple[Code, ...] = (
     Code("TEST001", _E, "Not a time of a test", "“{text}” is not a time at which a test can do something.",
-         "Write milliseconds from the start, such as 2000, or a time such as 2 s; at most {longest}."),
+         "Write milliseconds from the start, such as 2000, or a time such as {meant}; at most {longest}."),
     Code("TEST002", _E, "Unknown stream in a test", "No stream of this workbook is called “{name}”.", "{remedy}"),
     Code("TEST003", _E, "A stream name of several sheets", "“{name}” is a stream of {sheets}.", "Write {example}."),
     Code("TEST004", _E, "Sent to an actuator",

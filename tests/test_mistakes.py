@@ -1,0 +1,176 @@
+"""Mistakes of beginners: one finding, at its cell, with a remedy that mends it (the table is in mistakes.md)."""
+
+from __future__ import annotations
+
+import datetime as dt
+import re
+from pathlib import Path
+
+import openpyxl
+import pytest
+from play import check
+
+from rrp_sheets import api
+from rrp_sheets.model.cells import column_letters
+
+HERE = Path(__file__).parent
+SOURCES = HERE.parent / "workbooks" / "source"
+CELL = re.compile(r"(.+)!([A-Z]+)(\d+)")
+Cells = dict[str, str]
+"""A workbook as its cells' texts by address (`Tracking!C2`)."""
+
+
+def split(line: str) -> list[str]:
+    return [cell.strip() for cell in line.strip().strip("|").split("|")]
+
+
+def cells_of(markdown: str) -> Cells:
+    """The cells of a Markdown workbook."""
+    cells: Cells = {}
+    sheet, row = "", 0
+    for line in markdown.split("\n"):
+        if line.startswith("## "):
+            sheet, row = line[3:].strip(), 0
+        elif line.startswith("|") and not re.fullmatch(r"[|\s-]+", line):
+            row += 1
+            cells |= {f"{sheet}!{column_letters(c)}{row}": text for c, text in enumerate(split(line), 1)}
+    return cells
+
+
+def markdown_of(cells: Cells) -> str:
+    """The Markdown workbook of some cells."""
+    sheets: dict[str, dict[tuple[int, int], str]] = {}
+    for address, text in cells.items():
+        sheet, letters, row = CELL.fullmatch(address).groups()
+        column = sum((ord(c) - 64) * 26**i for i, c in enumerate(reversed(letters)))
+        sheets.setdefault(sheet, {})[int(row), column] = text
+    lines = []
+    for sheet, grid in sheets.items():
+        right, bottom = max(c for _, c in grid), max(r for r, _ in grid)
+        lines.append(f"\n## {sheet}")
+        for r in range(1, bottom + 1):
+            lines.append(f"| {' | '.join(grid.get((r, c), '') for c in range(1, right + 1))} |")
+            if r == 1:
+                lines.append("|" + "---|" * right)
+    return "\n".join(lines) + "\n"
+
+
+def mistakes() -> list[tuple[str, ...]]:
+    text = (HERE / "mistakes.md").read_text(encoding="utf-8").partition("\n# quiz\n")[0]
+    return [tuple(split(line)) for line in text.split("\n") if re.match(r"\| (?!Workbook )\w", line)]
+
+
+def base(name: str) -> Cells:
+    if name == "quiz":
+        return cells_of((HERE / "mistakes.md").read_text(encoding="utf-8").partition("\n# quiz\n")[2])
+    return cells_of((SOURCES / f"{name}.md").read_text(encoding="utf-8"))
+
+
+def found(cells: Cells) -> list[tuple[str, str, str]]:
+    return [(d.code, str(d.address or ""), d.remedy) for d in check(markdown_of(cells)).report]
+
+
+# What following a remedy looks like when it asks for something to be done, and does not say what to type.
+DOES = {
+    "delete": lambda typed, mended: not any(mended),
+    "blank": lambda typed, mended: not any(mended),
+    "commas": lambda typed, mended: "," in mended[0] and "," not in typed[0],
+    "comma": lambda typed, mended: "," in mended[0] and "," not in typed[0],
+    "once": lambda typed, mended: len(set(mended[0].split(", "))) == len(mended[0].split(", ")),
+    "another name": lambda typed, mended: mended[0] not in typed,
+    "another input": lambda typed, mended: mended[0] not in typed,
+    "rename": lambda typed, mended: mended[0] not in typed,
+    "letters": lambda typed, mended: mended[0].isalpha(),
+    "closing bracket": lambda typed, mended: mended[0].count(")") == typed[0].count(")") + 1,
+    "quote": lambda typed, mended: mended[0] == typed[0] + '"',
+    "what belongs there": lambda typed, mended: mended[0].startswith(typed[0]),
+    "leave the unit out": lambda typed, mended: typed[0].startswith(mended[0]),
+    "choose one": lambda typed, mended: bool(mended[0]),
+    "fill it in": lambda typed, mended: bool(mended[0]),
+    "formula": lambda typed, mended: bool(mended[0]),
+    "name": lambda typed, mended: bool(mended[0]),
+    "inputs": lambda typed, mended: bool(mended[0]),
+    "the column expect": lambda typed, mended: mended == ["", typed[0]],
+    "two rows": lambda typed, mended: len(mended) > 3,
+    "devices": lambda typed, mended: bool(mended[0]),
+    "without the others": lambda typed, mended: "praise(" not in mended[0],
+}
+
+
+@pytest.mark.parametrize("name", sorted({m[0] for m in mistakes()}))
+def test_the_workbooks_are_in_order(name):
+    assert found(base(name)) == []
+
+
+@pytest.mark.parametrize("mistake", mistakes(), ids=lambda m: f"{m[0]} {m[1]} {m[2]} {m[3]}"[:90])
+def test_one_mistake_one_finding_and_a_remedy_that_mends_it(mistake):
+    name, where, text, finding, says, mended = mistake
+    typed = [part.strip() for part in text.split("<br>")]
+    wrong = {**base(name), **dict(zip(where.split("<br>"), typed, strict=True))}
+    code, address = finding.split(" ")
+    assert [d[:2] for d in found(wrong)] == [(code, address)]
+    (remedy,) = (d[2] for d in found(wrong))
+    assert says.casefold() in remedy.casefold(), remedy
+    fix = {cell.strip(): now.strip() for cell, _, now in (part.partition("=") for part in mended.split("<br>"))}
+    follows = DOES.get(says.casefold())
+    assert follows(typed, list(fix.values())) if follows else any(says in now for now in fix.values())
+    assert found({**wrong, **fix}) == []
+
+
+def test_there_are_enough_and_no_mistake_stands_there_twice():
+    assert len(mistakes()) >= 60 and len({m[:3] for m in mistakes()}) == len(mistakes())
+
+
+FINE = [
+    ("Tracking!A3", "DISTANCE"),
+    ("Tracking!A2", "red_ball"),
+    ("Tracking!A2", "ＲｅｄＢａｌｌ"),
+    ("Tracking!A2", "'Red ball"),
+    ("Tracking!B3", "FILTER"),
+    ("Tracking!B4", " Subscribe "),
+    ("Tracking!C3", "=distance >= 0.8"),
+    ("Tracking!C3", "Distance ≥ 0.8"),
+    ("Tracking!C3", "distance >= .8"),
+    ("Tracking!C2", "value.distance"),
+    ("Tracking!C2", "red_ball.Distance"),
+    ("Tracking!C2", "redBall[“distance”]"),
+    ("Tracking!D4", "HeadTracker"),
+    ("Tracking!D4", "head tracker"),
+    ("Tracking!A1", "inputs"),
+    ("Tracking!E1", "Comment"),
+    ("Tracking!E1", "My own column"),
+    ("Protocol!B8", "NAO"),
+    ("Protocol!B9", "30 Hz"),
+    ("Scene!A2", "0.5 s"),
+    ("Scene!C2", "appear"),
+    ("Scene!B3", "red ball"),
+]
+
+
+@pytest.mark.parametrize(("cell", "text"), FINE)
+def test_what_is_typed_differently_but_is_fine(cell, text):
+    book = base("simple-tracking")
+    assert cell in book
+    assert found({**book, cell: text}) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "cell", "excel", "again"),
+    [
+        ("simple-tracking", "Tracking!C3", dt.datetime(2026, 8, 1), "distance >= 0.8"),
+        ("simple-tracking", "Tracking!D3", dt.date(2026, 5, 1), "Far ball"),
+        ("simple-tracking", "Tracking!A4", dt.date(2026, 5, 1), "Far ball"),
+        ("greeter", "Greet!C2", dt.time(10, 0), "10 s"),
+        ("greeter", "Devices!C2", dt.date(2026, 5, 1), "Hello"),
+        ("simple-tracking", "Scene!A2", dt.time(0, 30), "0.5"),
+        ("simple-tracking", "Scene!D2", dt.date(2026, 3, 1), "at 1, 0, 0.4"),
+    ],
+)
+def test_what_excel_turned_into_a_date(name, cell, excel, again, tmp_path):
+    book = openpyxl.load_workbook(SOURCES.parent / f"{name}.xlsx")
+    sheet, _, at = cell.partition("!")
+    for value, expected in ((excel, [("SHEET006", cell)]), (again, [])):
+        book[sheet][at] = value
+        book[sheet][at].number_format = "@" if value is again else "yyyy-mm-dd"
+        book.save(tmp_path / "x.xlsx")
+        assert [(d.code, str(d.address)) for d in api.check(tmp_path / "x.xlsx").report] == expected
