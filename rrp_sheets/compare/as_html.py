@@ -60,8 +60,9 @@ def _versions(comparison: Comparison) -> str:
 
 
 def _section(title: str, changes: Sequence[Change]) -> str:
-    heads = "".join(f'<th scope="col">{h}</th>' for h in _HEADS)
-    rows = "\n".join(_row(c) for c in changes[:MOST])
+    shown = _HEADS if any(c.note for c in changes[:MOST]) else _HEADS[:-1]
+    heads = "".join(f'<th scope="col">{h}</th>' for h in shown)
+    rows = "\n".join(_row(c, shown) for c in changes[:MOST])
     more = (
         f"<p>… and {len(changes) - MOST:,} more; <code>--json</code> lists them all.</p>" if len(changes) > MOST else ""
     )
@@ -71,14 +72,14 @@ def _section(title: str, changes: Sequence[Change]) -> str:
     )
 
 
-def _row(change: Change) -> str:
+def _row(change: Change, heads: Sequence[str]) -> str:
     sign, word = _KINDS[change.kind]
     before, after = _sides(change)
     what = f"{change.what} {word}" if change.what and change.what != word else word
     cells = (what, before, after, _e(change.note))
     sign_html = f'<span class="sign" aria-hidden="true">{sign}</span> '
     out = [f'<th scope="row">{_where(change)}</th>']
-    for head, cell in zip(_HEADS[1:], cells, strict=True):
+    for head, cell in zip(heads[1:], cells, strict=False):
         content = sign_html + _e(cell) if head == "What" else cell
         empty = "" if content else ' class="empty"'
         out.append(f'<td data-head="{head}"{empty}>{content}</td>')
@@ -105,8 +106,11 @@ def _sides(change: Change) -> tuple[str, str]:
             return "", f"<ins>{_e(after)}</ins>" if change.after else ""
         case "removed":
             return f"<del>{_e(before)}</del>" if change.before else "", ""
-        case "on" | "off" | "moved" if not change.before:
-            return "", ""
+        case "on" | "off":
+            before, after = ("off", "on") if change.kind == "on" else ("on", "off")
+            return f"<del>{before}</del>", f"<ins>{after}</ins>"
+        case "moved" if not change.before:
+            return f"row {change.rows[0]}", f"row {change.rows[1]}"
         case "changed":
             return f"<del>{_e(before)}</del>", f"<ins>{_e(after)}</ins>"
     return _e(before), _e(after)
