@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from rrp_sheets.model.values import show
-from rrp_sheets.render.marble_text import short
+from rrp_sheets.render.marble_values import cut, fitting, short
 from rrp_sheets.render.measure import clean, escape, width
 from rrp_sheets.render.score import Lane, Marble
 from rrp_sheets.render.style import DASHES, EDGE, FILL_AND_LINE, FLAG, INK, SMALL_PT
@@ -19,6 +19,7 @@ _MOST_STACKED = 4
 _LEAST = 3.2  # points between two marbles that are drawn apart
 _VALUE_PT = 7.5
 _LONGEST = 92.0  # points of a marble with a text in it
+_AFTER_LAST = 44.0  # points of room for the value of a marble at the very end
 _CROWD = 4  # so many marbles at least make a band
 
 
@@ -33,7 +34,8 @@ class Span:
 
     def at(self, us: int) -> float:
         """Where a time is; marbles keep some room to the edges."""
-        return self.left + 8 + (us - self.first) * (self.right - self.left - 16) / (self.last - self.first)
+        room = self.right - self.left - 8 - _AFTER_LAST
+        return self.left + 8 + (us - self.first) * room / (self.last - self.first)
 
     def holds(self, us: int) -> bool:
         """Whether a time is in it."""
@@ -89,7 +91,7 @@ def draw_lane(lane: Lane, x: Span, top: float, bottom: float) -> str:
         f'<path d="M{x.right - 5:.1f} {base - 2.6:.1f}l5 2.6l-5 2.6" fill="none" stroke="{line}" stroke-width="0.9"/>',
     ]
     places = _places(lane, x)
-    for place, following in zip(places, [*places[1:], None], strict=True):
+    for place, following in zip(places, [*places[1:], None], strict=False):
         end = following.x if following else x.right + 2
         if place.end >= 0:
             parts.append(_draw_band(place, lane, base, end, (fill, line)))
@@ -113,15 +115,14 @@ def _draw_marble(
 ) -> str:
     title = f"<title>{_told(marble)}</title>"
     if marble.error:
-        reason = _fitting(clean(marble.error), room - 12)
+        reason = cut(clean(marble.error[:200]), room - 12, _measure) if room > 40 else ""
         cross = f'<path d="M{x - 3.6:.1f} {y - 3.6:.1f}l7.2 7.2m0 -7.2l-7.2 7.2" stroke="{FLAG}" stroke-width="1.8"/>'
         words = _on_white(x + 6.5, y + 2.8, reason, SMALL_PT - 1) if reason else ""
         return f'<g class="error">{title}{cross}{words}</g>'
-    words = f"+{more + 1}" if more else short(marble.value)
     size = _VALUE_PT
     half = min(_HIGH / 2, max(1.1, room / 2 - 0.5))
-    shown = _fitting(words, min(_LONGEST, room + half - 3) - 6)
-    long = max(2 * half, width(shown, size) + 6) if shown else 2 * half
+    shown = f"+{more + 1}" if more else fitting(marble.value, min(_LONGEST, room - 0.8) - 5.5, _measure, 16)
+    long = max(2 * half, width(shown, size) + 5.5) if shown else 2 * half
     blank = marble.value is None and not more
     return (
         f'<g class="marble">{title}{_shape(lane.kind, x - half, y, long, colours, blank=blank)}'
@@ -130,16 +131,8 @@ def _draw_marble(
     )
 
 
-def _fitting(words: str, room: float) -> str:
-    """The text if it fits, cut where a useful part of it does; else none."""
-    if width(words, _VALUE_PT) <= room:
-        return words
-    if room < 16:
-        return ""
-    words = words[: int(room)]
-    while words and width(words + "…", _VALUE_PT) > room:
-        words = words[:-1]
-    return words.rstrip() + "…" if words else ""
+def _measure(words: str) -> float:
+    return width(words, _VALUE_PT)
 
 
 def _on_white(x: float, y: float, words: str, size: float) -> str:

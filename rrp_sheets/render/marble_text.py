@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rrp_sheets.model.values import Record, Value, show
+from rrp_sheets.render.marble_values import fitting, short
 from rrp_sheets.render.measure import clean, columns
 from rrp_sheets.render.score import Lane, Marble, Score
 
@@ -92,7 +92,7 @@ def _line(lane: Lane, scale: _Scale) -> str:
         places.setdefault(scale.at(marble.us), []).append(marble)
     starts = sorted(places)
     line, column = "", 0
-    for at, following in zip(starts, [*starts[1:], scale.room + 6], strict=True):
+    for at, following in zip(starts, [*starts[1:], scale.room + 6], strict=False):
         line += "─" * (at - column)
         shown = _mark(places[at], following - at - 1)
         line += shown
@@ -103,30 +103,12 @@ def _line(lane: Lane, scale: _Scale) -> str:
 def _mark(marbles: Sequence[Marble], room: int) -> str:
     if any(m.error for m in marbles):
         return "✗"
-    text = " ".join(short(m.value) for m in marbles)
-    text = f"({text})" if len(marbles) > 1 else text
+    if len(marbles) == 1:
+        return fitting(marbles[0].value, room) or "●"
+    text = f"({' '.join(short(m.value) for m in marbles)})"
     if columns(text) <= room:
         return text
-    if len(marbles) > 1 and room >= 2:
-        return "●" + (str(len(marbles)) if len(marbles) < 10 else "+")
-    if room >= 4:
-        while columns(text) > room - 1:
-            text = text[:-1]
-        return text + "…"
-    return "●"
-
-
-def short(value: Value) -> str:
-    r"""A value as it stands on a marble.
-
-    >>> short(0.123456), short(None), short("Hello\n you"), short(True)
-    ('0.123', 'blank', 'Hello you', 'TRUE')
-    """
-    if isinstance(value, str):
-        return clean(value[:200])
-    if isinstance(value, Record):
-        return clean(", ".join(f"{n} {short(v)}" for n, v in value.as_dict().items() if v not in (None, ""))[:200])
-    return clean(show(value, 200))
+    return "●" + (str(len(marbles)) if len(marbles) < 10 else "+") if room >= 2 else "●"
 
 
 def _marks(marks: Sequence[tuple[int, str]], scale: _Scale) -> list[str]:

@@ -41,12 +41,13 @@ class _Block:
         return _AXIS + sum(self.heights) + (12 if self.marks else 0)
 
 
-def draw_marbles(scores: Sequence[Score], *, strips: int = 0) -> list[Page]:
+def draw_marbles(scores: Sequence[Score], *, strips: int = 0, legend: bool = True) -> list[Page]:
     """The pages of marble diagrams.
 
     Args:
         scores: the diagrams, each begins a page of its own.
         strips: how many strips a long time is cut into; 0 lets the busiest stream decide.
+        legend: whether to say below what the signs mean.
     """
     pages: list[Page] = []
     for number, score in enumerate(scores, 1):
@@ -55,7 +56,7 @@ def draw_marbles(scores: Sequence[Score], *, strips: int = 0) -> list[Page]:
         blocks = [b for strip in _strips(score, strips) for b in _blocks(strip, score)]
         sheets = list(_sheets(blocks))
         for part, sheet in enumerate(sheets, 1):
-            pages.append(_page(score, sheet, f"m{number}p{part}", part, len(sheets)))
+            pages.append(_page(score, sheet, f"m{number}p{part}", (part, len(sheets)), legend))
     return pages
 
 
@@ -101,14 +102,16 @@ def _sheets(blocks: Sequence[_Block]) -> Iterator[list[_Block]]:
         yield sheet
 
 
-def _page(score: Score, sheet: Sequence[_Block], ident: str, part: int, parts: int) -> Page:
+def _page(score: Score, sheet: Sequence[_Block], ident: str, of: tuple[int, int], legend: bool) -> Page:
+    part, parts = of
     pieces: list[str] = []
     y = 2.0
     for block in sheet:
         pieces.append(_draw_block(block, y))
         y += block.height + _GAP
-    pieces.append(_legend(y))
-    high = y + _LEGEND
+    if legend:
+        pieces.append(_legend(y))
+    high = y + (_LEGEND if legend else -_GAP + 4)
     alt = _alt(score)
     svg = frame("\n".join(pieces), WIDE, high, ident=ident, title=clean(score.title), description=alt)
     caption = f"part {part} of {parts}" if parts > 1 else ""
@@ -166,8 +169,7 @@ def _draw_bar(bar: Bar, x: Span, y: float) -> str:
     parts = [
         f'<rect x="{left}" y="{y:.1f}" width="{x.right - left:.1f}" height="{high}" rx="2.5" fill="#f4f2ee" '
         f'stroke="#c9c4ba" stroke-width="0.6"/>',
-        f'<rect x="{left}" y="{y:.1f}" width="17" height="{high}" rx="2.5" fill="{OFF_LINE if bar.off else BADGE}"/>',
-        text(left + 8.5, y + 9.3, str(bar.row), 8 if bar.row < 1000 else 6.5, fill="#fff", bold=True, middle=True),
+        _badge(bar, left, y, high) if bar.row else "",
         draw_icon(bar.icon, left + 20, y + 1.2, ink, 0.85),
     ]
     inputs = _cut(", ".join(clean(i) for i in bar.inputs), 190, SMALL_PT)
@@ -182,6 +184,12 @@ def _draw_bar(bar: Bar, x: Span, y: float) -> str:
         for t in bar.ticks if x.holds(t)
     ]  # fmt: skip
     return "".join(parts)
+
+
+def _badge(bar: Bar, x: float, y: float, high: float) -> str:
+    colour, size = OFF_LINE if bar.off else BADGE, 8 if bar.row < 1000 else 6.5
+    box = f'<rect x="{x}" y="{y:.1f}" width="17" height="{high}" rx="2.5" fill="{colour}"/>'
+    return box + text(x + 8.5, y + 9.3, str(bar.row), size, fill="#fff", bold=True, middle=True)
 
 
 def _cut(words: str, room: float, size: float, *, mono: bool = False) -> str:

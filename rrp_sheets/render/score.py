@@ -58,7 +58,7 @@ class Bar:
     """A connector: a row between its inputs and its output.
 
     Attributes:
-        row: its number in the sheet.
+        row: its number in the sheet; 0 for none.
         inputs: names of the input streams.
         connector: its name.
         icon: SVG elements in a 12 × 12 box.
