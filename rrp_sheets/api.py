@@ -8,20 +8,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
     from rrp_sheets.compare import Comparison
+    from rrp_sheets.formulas.trial import Answer
     from rrp_sheets.render.score import Score
     from rrp_sheets.runs import RunResult, RunSettings, RunView
     from rrp_sheets.runs.apart import Ended
+    from rrp_sheets.runs.changes import CellSet
     from rrp_sheets.testing import TestReport
     from rrp_sheets.workbook import Reading
+    from rrp_sheets.workbook.editing import Edit, Edited
 
-__all__ = ["RunSettings", "check", "convert", "diff", "draw", "explain", "new", "read", "run", "test"]
+__all__ = [
+    "RunSettings",
+    "check",
+    "convert",
+    "diff",
+    "draw",
+    "edit",
+    "explain",
+    "new",
+    "read",
+    "run",
+    "set_cell",
+    "test",
+]
 
 
 def __getattr__(name: str) -> Any:
@@ -60,12 +76,35 @@ def new(path: Path | str, robot: str = "nao", template: str = "guided") -> Path:
     return make_new(Path(path), load_robot(robot), template)
 
 
-def convert(path: Path | str, target: Path | str) -> Path:
-    """Make a styled .xlsx from a workbook of any format (CSV, Markdown)."""
-    from rrp_sheets.devices import load_robot
-    from rrp_sheets.runs.copies import as_xlsx
+def convert(path: Path | str, target: Path | str, *, replace: bool = True) -> Path:
+    """Write a workbook in another format: a styled .xlsx, a Markdown file (.md), or a folder of CSV files.
 
-    return as_xlsx(read(path), load_robot(), Path(target))
+    Raises:
+        SheetsError: when it cannot be written, or there is such a file and `replace` is False.
+        UnreadableFile: when the workbook cannot be read.
+    """
+    from rrp_sheets.devices import load_robot
+    from rrp_sheets.runs.copies import convert as convert_workbook
+
+    return convert_workbook(Path(path), load_robot(), Path(target), replace=replace)
+
+
+def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None = None) -> Edited:
+    """Change cells and rows of a workbook's file (`workbook.edits`), all or none, and leave all else as it is.
+
+    Raises:
+        SheetsError: when an edit cannot be done, somebody else has changed the file, or it cannot be written.
+    """
+    from rrp_sheets.workbook.editing import edit as edit_file
+
+    return edit_file(path, edits, expected_digest=expected_digest)
+
+
+def set_cell(path: Path | str, cell: str, value: str, sheet: str = "") -> CellSet:
+    """Put a typed text into a cell (`Tracking!C5`, or `C5` of a sheet), and check the workbook; see `edit`."""
+    from rrp_sheets.runs.changes import set_cell as set_one
+
+    return set_one(Path(path), cell, value, sheet)
 
 
 def diff(first: Path | str, second: Path | str) -> Comparison:
@@ -102,6 +141,17 @@ def explain(path: Path | str, behaviour: str = "") -> tuple[str, Checked]:
 
     checked = check(path)
     return explain_checked(checked, behaviour), checked
+
+
+def formula(text: str, inputs: Mapping[str, Any] | None = None) -> Answer:
+    """Try a formula with inputs as JSON knows them; an object is a payload record.
+
+    >>> formula("IF(x > 3; 1; 0)", {"x": 5}).value
+    1
+    """
+    from rrp_sheets.formulas.trial import try_formula
+
+    return try_formula(text, inputs or {})
 
 
 def run(

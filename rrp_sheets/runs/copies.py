@@ -55,9 +55,36 @@ def make_new(path: Path, robot: Robot, template: str = "guided") -> Path:
     return new_workbook(path, offers(robot), robot=robot.name)
 
 
-def as_xlsx(reading: Reading, robot: Robot, target: Path) -> Path:
+def as_xlsx(reading: Reading, robot: Robot, target: Path, *, replace: bool = True) -> Path:
     """A workbook of any format as a styled .xlsx."""
     from rrp_sheets.workbook import to_sheets
     from rrp_sheets.workbook.maker import make_workbook
 
-    return make_workbook(to_sheets(reading), target, offers(robot))
+    return make_workbook(to_sheets(reading), target, offers(robot), replace=replace)
+
+
+def convert(path: Path, robot: Robot, target: Path, *, replace: bool = True) -> Path:
+    """Write a workbook in the format that the target's name tells: .xlsx, .md, or else a folder of CSV files.
+
+    Raises:
+        SheetsError: when both are .xlsx, or the target cannot be written.
+    """
+    from rrp_sheets.workbook import read
+    from rrp_sheets.workbook.editing import read_sheets
+    from rrp_sheets.workbook.rows import to_rows
+    from rrp_sheets.workbook.text_write import write_csv, write_markdown
+
+    suffix = target.suffix.casefold()
+    if suffix == ".xlsx":
+        if path.suffix.casefold() == ".xlsx" and not path.is_dir():
+            raise SheetsError("Both are .xlsx workbooks; there is nothing to convert.", "Copy the file instead.")
+        return as_xlsx(read(path), robot, target, replace=replace)
+    sheets = to_rows(read_sheets(path))
+    if suffix in (".md", ".markdown"):
+        return write_markdown(sheets, target, replace=replace)
+    if suffix in (".csv", ".xls", ".ods", ".xlsm", ".pdf", ".txt", ".tsv"):
+        raise SheetsError(
+            f"“{target.name}” is no format that can be written.",
+            "Name an .xlsx or .md file, or a folder (without ending) for CSV files.",
+        )
+    return write_csv(sheets, target)

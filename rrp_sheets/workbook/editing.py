@@ -24,7 +24,7 @@ from rrp_sheets.workbook.atomic import Stamp, refuse_open_file, stamp_of, write_
 from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows, RowEdit, SetCell, Value
 from rrp_sheets.workbook.patch.values import typed
 from rrp_sheets.workbook.raw import Extent, RawSheet, check_size, unreadable
-from rrp_sheets.workbook.reading import MARKDOWN, csv_files, file_bytes, open_book, text_digest
+from rrp_sheets.workbook.reading import MARKDOWN, csv_files, csv_order, file_bytes, open_book, text_digest
 
 __all__ = [
     "DeleteRows", "Edit", "Edited", "FileChanged", "InsertRows", "MoveRows", "RowEdit", "SetCell", "Value",
@@ -123,7 +123,8 @@ def _edit_csv(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited
     stamps = {name: stamp_of(p) for name, p in paths.items()}
     files = csv_files(path) if path.is_dir() else {path.stem: file_bytes(path)}
     open_book(path)  # refuses what cannot be read
-    if expected not in (None, digest := text_digest(files, named=True)):
+    order = csv_order(path) if path.is_dir() else []
+    if expected not in (None, digest := text_digest(files, named=True, order=order)):
         raise _changed(path)
     texts: dict[str, EncodedText] = {}
     tables: dict[str, CsvTable] = {}
@@ -137,9 +138,16 @@ def _edit_csv(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited
     for name in changed:
         refuse_open_file(paths[name])
         _refuse_read_only(paths[name])
-    for name, new in changed.items():
-        write_atomically(paths[name], new, unchanged=stamps[name])
-    return Edited(text_digest(files | changed, named=True) if changed else digest, bool(changed))
+    written: list[str] = []
+    try:
+        for name, new in changed.items():
+            write_atomically(paths[name], new, unchanged=stamps[name])
+            written.append(name)
+    except SheetsError:
+        for name in written:  # all or nothing
+            write_atomically(paths[name], files[name])
+        raise
+    return Edited(text_digest(files | changed, named=True, order=order) if changed else digest, bool(changed))
 
 
 def _edit_markdown(path: Path, data: bytes, stamp: Stamp, edits: Sequence[Edit], expected: str | None) -> Edited:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from rrp_sheets.model.workbook import Workbook
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.raw import Book, RawSheet, unreadable
 from rrp_sheets.workbook.reader import Reader
-from rrp_sheets.workbook.text_books import decode, read_csv, read_markdown
+from rrp_sheets.workbook.text_books import ORDER, decode, read_csv, read_markdown
 
 MARKDOWN = {".md", ".markdown"}
 _MACROS = {".xlsm", ".xltm", ".xlam"}
@@ -85,8 +85,17 @@ def open_book(path: Path, suffix: str = "") -> tuple[Book, str]:
 
 
 def _open_folder(folder: Path) -> tuple[Book, str]:
-    files = csv_files(folder)
-    return read_csv(files, folder.name or str(folder)), text_digest(files, named=True)
+    files, order = csv_files(folder), csv_order(folder)
+    return read_csv(files, folder.name or str(folder), order), text_digest(files, named=True, order=order)
+
+
+def csv_order(folder: Path) -> list[str]:
+    """The sheets that the folder's `order.txt` names, in that order; empty without one."""
+    path = folder / ORDER
+    if not path.is_file():
+        return []
+    lines = decode(file_bytes(path, limits.PART_BYTES), ORDER).split("\n")
+    return [name for line in lines if (name := line.strip())][: limits.SHEETS]
 
 
 def csv_files(folder: Path) -> dict[str, bytes]:
@@ -115,9 +124,9 @@ def file_bytes(path: Path, most: int = limits.FILE_BYTES) -> bytes:
     return data
 
 
-def text_digest(files: Mapping[str, bytes], named: bool) -> str:
+def text_digest(files: Mapping[str, bytes], named: bool, order: Sequence[str] = ()) -> str:
     """One SHA-256 over texts in the order of their names; with length and name of each where there are several."""
-    total = hashlib.sha256()
+    total = hashlib.sha256("".join(f"{name}\n" for name in order).encode("utf-8", "surrogateescape"))
     for name in sorted(files):
         content = decode(files[name], name).encode()
         if named:

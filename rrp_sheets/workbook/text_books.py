@@ -1,7 +1,8 @@
 """The CSV and Markdown backends. Row 1 is the header and rows count as in a sheet.
 
 A folder of CSV files is a workbook: one file is one sheet, the file's name is the sheet's name, and the sheets stand
-in the order of the names, numbers counting as numbers (`2 Greet.csv` before `10 Look.csv`). The delimiter (comma,
+in the order of the names, numbers counting as numbers (`2 Greet.csv` before `10 Look.csv`), unless a file `order.txt`
+says otherwise, one sheet a line. The delimiter (comma,
 semicolon or tab) is the one that gives the header row most columns.
 """
 
@@ -10,7 +11,7 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from rrp_sheets.model.cells import Address
 from rrp_sheets.workbook import limits
@@ -18,6 +19,7 @@ from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.raw import Extent, Finding, RawCell, RawSheet, unreadable
 from rrp_sheets.workbook.text_cells import CELL_END, from_csv, from_markdown
 
+ORDER = "order.txt"
 _DELIMITERS = ",;\t"
 HEADING = re.compile(r"##[ \t]+(.*?)[ \t]*#*[ \t]*")
 RULE = re.compile(r"\|[\s:|-]*-[\s:|-]*\|?\s*")
@@ -57,10 +59,11 @@ def decode(data: bytes, name: str) -> str:
     raise unreadable("FILE014", name=name)
 
 
-def read_csv(files: Mapping[str, bytes], name: str) -> TextBook:
-    """A workbook from the contents of CSV files by sheet name."""
+def read_csv(files: Mapping[str, bytes], name: str, order: Sequence[str] = ()) -> TextBook:
+    """A workbook from the contents of CSV files by sheet name; `order` names the sheets that come first."""
     sheets, findings = [], []
-    for sheet in sorted(files, key=_natural):
+    places = {sheet: i for i, sheet in enumerate(order)}
+    for sheet in sorted(files, key=lambda sheet: (places.get(sheet, len(places)), natural(sheet))):
         rows = _csv_rows(decode(files[sheet], f"{sheet}.csv"), f"{sheet}.csv")
         sheets.append(_sheet(sheet, rows))
         findings.extend(_overlong(sheet, rows))
@@ -71,7 +74,7 @@ def read_markdown(data: bytes, name: str) -> TextBook:
     """A workbook from a Markdown text: `## Name of the sheet`, below it a table."""
     sheets: list[RawSheet] = []
     findings: list[Finding] = []
-    heading, rows, done = "", list[list[str]](), ""
+    heading, rows, done, ruled = "", list[list[str]](), "", False
 
     def close() -> None:
         if heading and rows:
@@ -83,14 +86,16 @@ def read_markdown(data: bytes, name: str) -> TextBook:
         match = HEADING.fullmatch(line)
         if match:
             close()
-            heading, rows, done = match[1], [], ""
+            heading, rows, done, ruled = match[1], [], "", False
         elif line.startswith("|") and heading:
             if done == "told":
                 continue
             if done:
                 done = "told"
                 findings.append(Finding("SHEET018", Address(heading), {"sheet": heading}))
-            elif not (len(rows) == 1 and RULE.fullmatch(line)):
+            elif len(rows) == 1 and not ruled and RULE.fullmatch(line):
+                ruled = True
+            else:
                 rows.append([from_markdown(piece) for piece in markdown_pieces(line)])
         else:
             done = done or ("ended" if rows else "")
@@ -153,7 +158,7 @@ def _overlong(sheet: str, rows: list[list[str]]) -> list[Finding]:
     ][:20]
 
 
-def _natural(name: str) -> list[tuple[int, int, str]]:
+def natural(name: str) -> list[tuple[int, int, str]]:
     """The order of names in which numbers count as numbers."""
     parts = re.split(r"(\d{1,9})", name.casefold())
     return [(0, int(p), "") if p.isascii() and p.isdigit() else (1, 0, p) for p in parts if p]

@@ -57,11 +57,16 @@ class SheetHandler(Handler):
         self._type = self._style = self._value = self._formula = ""
         self._formula_kind = self._shared = ""
         self._masters: dict[str, tuple[str, str]] = {}
-        self._phonetic = self._in_cell = False
+        self._phonetic = self._in_cell = self._in_data = False
 
     def start(self, name: str, attributes: Any) -> None:
         """A row, a cell, or a part of a cell begins."""
-        if name == "c":
+        if name == "sheetData":
+            self._in_data = True
+        elif not self._in_data:
+            if name == "mergeCell":
+                self._merge(attributes.get("ref", ""))
+        elif name == "c":
             self._start_cell(attributes)
         elif name == "row":
             self._row = number(attributes.get("r"), self._row + 1)
@@ -76,8 +81,6 @@ class SheetHandler(Handler):
             self.wanted = True
         elif name == "rPh":
             self._phonetic = True
-        elif name == "mergeCell":
-            self._merge(attributes.get("ref", ""))
 
     def end(self, name: str) -> None:
         """A part of a cell, or a cell, ends."""
@@ -89,10 +92,12 @@ class SheetHandler(Handler):
                     self._formula = text
                 else:
                     self._value += text
-        elif name == "c":
+        elif name == "c" and self._in_data:
             self._end_cell()
         elif name == "rPh":
             self._phonetic = False
+        elif name == "sheetData":
+            self._in_data = False
 
     def _start_cell(self, attributes: Any) -> None:
         self._elements += 1

@@ -1,0 +1,92 @@
+"""Writing a workbook as a Markdown text, or as a folder of CSV files; reading it back gives the same sheets."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.workbook import limits
+from rrp_sheets.workbook.atomic import write_atomically
+from rrp_sheets.workbook.text_books import ORDER, csv_delimiter, natural
+from rrp_sheets.workbook.text_cells import to_csv, to_markdown
+
+Rows = Sequence[Sequence[str]]
+_NO_FILE_NAME = re.compile(r"[/\\\x00-\x1f]|^[.~ ]|[. ]$")
+
+
+def markdown_text(sheets: Mapping[str, Rows]) -> str:
+    r"""The sheets as Markdown tables, each below its name; a sheet without rows is left out.
+
+    >>> print(markdown_text({"T": [["From", "To"], ["a|b"]]}))
+    ## T
+    <BLANKLINE>
+    | From | To |
+    |------|----|
+    | a\|b |    |
+    <BLANKLINE>
+    """
+    return "\n".join(_markdown_table(name, rows) for name, rows in sheets.items() if any(any(row) for row in rows))
+
+
+def _markdown_table(name: str, rows: Rows) -> str:
+    width = max(len(row) for row in rows)
+    cells = [[to_markdown(text) for text in row] + [""] * (width - len(row)) for row in rows]
+    widths = [min(max(2, *(len(row[c]) for row in cells)), 60) for c in range(width)]
+    lines = ["| " + " | ".join(t.ljust(w) for t, w in zip(row, widths, strict=True)) + " |" for row in cells]
+    lines.insert(1, "|" + "|".join("-" * (w + 2) for w in widths) + "|")
+    heading = " ".join(name.split()) + (" #" if name.rstrip().endswith("#") else "")
+    return f"## {heading}\n\n" + "\n".join(lines) + "\n"
+
+
+def csv_text(rows: Rows) -> str:
+    r"""Rows as CSV with commas; where another delimiter could be taken for the right one, the first line names it.
+
+    >>> csv_text([["a", "1,5"], [], ["=b"]])
+    'a,"1,5"\n\n\'=b\n'
+    """
+    body = "".join(",".join(to_csv(text) for text in row) + "\n" for row in rows)
+    return body if csv_delimiter(body, "") == "," else "sep=,\n" + body
+
+
+def write_markdown(sheets: Mapping[str, Rows], path: Path, *, replace: bool = True) -> Path:
+    """Write a Markdown file; raises SheetsError when it cannot be written, or there is one and `replace` is False."""
+    data = markdown_text(sheets).encode()
+    _refuse_large(data)
+    write_atomically(path, data, replace=replace)
+    return path
+
+
+def write_csv(sheets: Mapping[str, Rows], folder: Path) -> Path:
+    """Write a folder of CSV files, one a sheet, and where needed the file `order.txt` with the order of the sheets.
+
+    Raises:
+        SheetsError: when there are CSV files in the folder already, a sheet's name cannot be a file's name, or
+            something cannot be written.
+    """
+    if folder.is_dir() and any(p.suffix.casefold() == ".csv" for p in folder.iterdir()):
+        raise SheetsError(f"There are CSV files in “{folder.name}” already.", "Name another folder, or empty that one.")
+    for name in sheets:
+        if _NO_FILE_NAME.search(name) or len(name.encode()) > 200:
+            raise SheetsError(f"The sheet “{name}” cannot be a file of that name.", "Rename the sheet.")
+    files = {name: csv_text(rows).encode("utf-8-sig") for name, rows in sheets.items()}  # the mark is for Excel
+    _refuse_large(b"".join(files.values()))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        why = error.strerror or "the system refuses it"
+        raise SheetsError(f"“{folder}” cannot be made: {why}.", "Name another folder.") from error
+    if list(sheets) != sorted(sheets, key=natural):
+        write_atomically(folder / ORDER, ("\n".join(sheets) + "\n").encode())
+    for name, data in files.items():
+        write_atomically(folder / f"{name}.csv", data, replace=False)
+    return folder
+
+
+def _refuse_large(data: bytes) -> None:
+    if len(data) > limits.FILE_BYTES:
+        raise SheetsError(
+            f"As text the workbook has {len(data) / 1e6:.1f} MB; {limits.FILE_BYTES / 1e6:g} MB can be read again.",
+            "Take out the sheets that the robot does not need.",
+        )

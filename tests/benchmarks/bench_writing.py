@@ -1,0 +1,43 @@
+"""How long it takes to save an edit into a large workbook. Wall time of this machine, with the disk."""
+
+from __future__ import annotations
+
+import statistics
+import time
+
+import pytest
+import xlsxwriter
+
+from rrp_sheets.workbook.editing import MoveRows, SetCell, edit, read_sheets
+
+ROWS, LIMIT_S = 10_000, 0.5
+
+
+@pytest.fixture
+def large(tmp_path):
+    path = tmp_path / "large.xlsx"
+    with xlsxwriter.Workbook(str(path)) as book:
+        sheet = book.add_worksheet("Long")
+        sheet.write_row(0, 0, ["Input streams", "Connector", "Formula", "Output stream", "On", "Notes", "Mine", "Done"])
+        for i in range(1, ROWS):
+            sheet.write_row(i, 0, [f"Stream {i}", "map", f"stream{i} * 2", f"Stream {i + 1}", "", "a note", i, i % 3])
+    return path
+
+
+@pytest.mark.parametrize(
+    ("what", "edits"),
+    [
+        ("one cell", [SetCell("Long", 5_000, 3, "stream4999 * 3")]),
+        ("a hundred cells", [SetCell("Long", 5_000 + i, 3, "x") for i in range(100)]),
+        ("a row moved far", [MoveRows("Long", 9_000, 1, 3)]),
+    ],
+)
+def test_one_edit_saved(large, what, edits):
+    seconds = []
+    for _ in range(3):
+        began = time.perf_counter()
+        edit(large, edits)
+        seconds.append(time.perf_counter() - began)
+    assert len(read_sheets(large)[0].rows()) == ROWS
+    print(f"\n{what} saved into {ROWS} rows: {statistics.median(seconds):.2f} s (limit {LIMIT_S} s for one cell)")
+    assert what != "one cell" or min(seconds) < LIMIT_S
