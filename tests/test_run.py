@@ -99,43 +99,49 @@ def test_a_killed_simulator_breaks_the_run_off_with_a_readable_trace(tmp_path):
     for line in process.stdout:
         if "Head tracker" in line:
             break
-    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
-    simulators = [int(c) for c in children if b"rrp_sheets.sim" in Path(f"/proc/{c}/cmdline").read_bytes()
-                  or b"spawn_main" in Path(f"/proc/{c}/cmdline").read_bytes()]  # fmt: skip
-    assert simulators
-    os.kill(simulators[0], signal.SIGKILL)
+    (engine,) = children(process.pid)  # the process that evaluates; the simulator is its child
+    (simulator,) = children(engine)
+    assert b"rrp_sheets.sim.child" in Path(f"/proc/{simulator}/cmdline").read_bytes()
+    os.kill(simulator, signal.SIGKILL)
     _, errors = process.communicate(timeout=40)
     assert process.returncode == 3 and "broke off" in errors and "Traceback" not in errors
     assert json.loads(events(out)[-1])["ended"] == "broken"
     assert (out / "run.xlsx").is_file()
 
 
-def simulators() -> set[str]:
-    """The numbers of the simulator processes on this machine."""
-    found = set()
-    for entry in Path("/proc").iterdir():
-        with suppress(OSError):
-            if entry.name.isdigit() and b"rrp_sheets.sim.child" in (entry / "cmdline").read_bytes():
-                found.add(entry.name)
-    return found
+def children(pid: int) -> list[int]:
+    """The numbers of a process's children."""
+    return [int(c) for c in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
 
 
-def test_no_process_is_left_behind(tmp_path):
-    before = simulators()
-    process = subprocess.Popen([*COMMAND, "run", str(BOOK), "--out", str(tmp_path / "o")], env=ENV,
-                               stdout=subprocess.PIPE, text=True, encoding="utf-8")  # fmt: skip
-    assert process.stdout is not None
+def runs(pid: int) -> bool:
+    """Whether a process still does something (one that has ended may wait to be buried)."""
+    with suppress(OSError):
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    return False
+
+
+@pytest.mark.parametrize("who", ["program", "engine"])
+def test_no_process_is_left_behind(who, tmp_path):
+    out = tmp_path / "o"
+    process = subprocess.Popen([*COMMAND, "run", str(BOOK), "--out", str(out)], env=ENV, start_new_session=True,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8")  # fmt: skip
+    assert process.stdout is not None and process.stderr is not None
     for line in process.stdout:
         if "Head tracker" in line:
             break
-    assert simulators() - before
-    process.kill()  # the parent dies without a word: the simulator must notice
-    process.wait()
-    process.stdout.close()
-    deadline = time.monotonic() + 10
-    while simulators() - before and time.monotonic() < deadline:
+    (engine,) = children(process.pid)
+    left = {engine, *children(engine)}
+    assert len(left) == 2
+    os.kill(process.pid if who == "program" else engine, signal.SIGKILL)  # it dies without a word: the others notice
+    deadline = time.monotonic() + 40
+    while any(runs(pid) for pid in left) and time.monotonic() < deadline:
         os.sched_yield()
-    assert not simulators() - before
+    assert not [pid for pid in left if runs(pid)]
+    process.communicate(timeout=40)
+    assert process.returncode == (-signal.SIGKILL if who == "program" else 3)
+    assert (out / "film.gif").is_file() and (out / "run.xlsx").is_file()  # the robot has come to its rest
+    assert json.loads(events(out)[-1])["ended"] == ("stopped" if who == "program" else "broken")
 
 
 def test_a_reader_that_goes_away_does_not_take_the_run_with_it(tmp_path):

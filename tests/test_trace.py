@@ -33,7 +33,7 @@ def trace(tmp_path):
     writer = TraceWriter(path, plan, {"seed": 7})
     engine = FrameEngine(plan, writer)
     world = VirtualWorld([(0, "headyaw", 2), (33_333, "headyaw", 0)])
-    run_loop(engine, world, world.start(), 66_666, trace=writer)
+    run_loop(engine, world, world.start(), 66_666)
     writer.happening(66_666, Happening("say", "Hello", "print", "T!4"))
     writer.close({"ended": "time"})
     return path

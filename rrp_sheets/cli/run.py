@@ -53,12 +53,13 @@ def command(
     )  # fmt: skip
     watch = Watch()
     _stop_on_interrupt(watch)
-    checked, result = api.run(file, settings, watch)
+    ended = api.run_apart(file, settings, watch)
+    result = ended.result
     if result is None:
-        print_findings(checked.report, err=True)
+        print_findings(ended.findings, err=True)
         click.echo("The workbook has errors, so the run does not begin.", err=True)
         if as_json:
-            click.echo(json.dumps({"findings": [d.as_dict() for d in checked.report]}, ensure_ascii=False))
+            click.echo(json.dumps({"findings": [d.as_dict() for d in ended.findings]}, ensure_ascii=False))
         sys.exit(1)
     watch.ended(result)
     if as_json:

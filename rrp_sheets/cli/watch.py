@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -12,10 +10,7 @@ from rrp_sheets.cli.check import print_findings
 from rrp_sheets.cli.main import mute
 from rrp_sheets.model.exchange import Happening
 from rrp_sheets.model.values import Failure, Record, Value, show
-from rrp_sheets.runs import RunResult, RunView
-
-if TYPE_CHECKING:
-    from rrp_sheets.runtime.plan import Plan
+from rrp_sheets.runs import RunResult, RunStart, RunView
 
 _QUIET_US = 2_000_000  # a stream that keeps driving its actuator is told again only after such a pause
 _CHANGE_US = 1_000_000  # and changes of what it sends at most so often
@@ -52,14 +47,12 @@ class Watch(RunView):
         """Whether Ctrl-C was pressed."""
         return self.interrupted
 
-    def started(self, plan: Plan, until_us: int, folder: Path) -> None:
+    def started(self, start: RunStart) -> None:
         """Say what runs and for how long."""
-        self._names = {a.stream: a.name for a in plan.actuators}
-        self._until = until_us
-        rows = len(plan.steps)
-        title = plan.checked.workbook.protocol.text("Title") or Path(plan.checked.workbook.source).stem
-        print_findings(plan.checked.report, err=True)
-        self._echo(f"{title}: {rows} rows for {until_us / 1e6:g} s. Ctrl-C stops.")
+        self._names = dict(start.actuators)
+        self._until = start.until_us
+        print_findings(start.findings, err=True)
+        self._echo(f"{start.title}: {len(start.rows)} rows for {start.until_us / 1e6:g} s. Ctrl-C stops.")
 
     def _line(self, us: int, text: str, colour: str | None = None) -> None:
         self._told = us

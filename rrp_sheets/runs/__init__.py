@@ -1,5 +1,21 @@
-"""One run from the workbook to the folder that it leaves."""
+"""One run from the workbook to the folder that it leaves; in this process (`run`), or in one of its own (`apart`)."""
 
-from rrp_sheets.runs.run import RunResult, RunSettings, RunView, run
+from __future__ import annotations
 
-__all__ = ["RunResult", "RunSettings", "RunView", "run"]
+from typing import TYPE_CHECKING, Any
+
+from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView, Summary
+
+if TYPE_CHECKING:
+    from rrp_sheets.runs.running import run
+
+__all__ = ["RunResult", "RunSettings", "RunStart", "RunView", "Summary", "run"]
+
+
+def __getattr__(name: str) -> Any:
+    """`run`, without loading the engine for those who only watch."""
+    if name == "run":
+        from rrp_sheets.runs.running import run
+
+        return run
+    raise AttributeError(name)

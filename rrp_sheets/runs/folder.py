@@ -71,31 +71,43 @@ class RunFolder:
             raise SheetsError(message, "Make room, or name another folder with --out.") from None
 
     def finish(self, checked: Checked) -> tuple[dict[str, str], tuple[str, ...]]:
-        """Write the table and the diagram; the files of the folder with what each is, and what could not be made.
+        """Write the table and the diagram; see :func:`finish_folder`."""
+        return finish_folder(self.path, checked)
 
-        A diagram that cannot be drawn must not take the rest of the run with it.
-        """
-        problems = []
-        for name, make in (("run.xlsx", self._table), ("diagram.svg", self._draw)):
-            try:
-                make(checked)
-            except (SheetsError, OSError) as error:
-                problems.append(f"{name} could not be made: {error}")
-        files = {name: what for name, what in _WHAT.items() if (self.path / name).is_file()}
-        for wav in sorted(self.path.glob("*.wav")):
-            files[wav.name] = "what the robot said"
-        return files, tuple(problems)
 
-    def _table(self, checked: Checked) -> None:
-        from rrp_sheets.workbook.table import write_table
+def finish_folder(path: Path, checked: Checked) -> tuple[dict[str, str], tuple[str, ...]]:
+    """Write a run's table and diagram; the files of the folder with what each is, and what could not be made.
 
-        header, rows, widths = tidy(self.path / "trace.jsonl")
-        write_table(self.path / "run.xlsx", "run", header, rows, widths)
+    A diagram that cannot be drawn must not take the rest of the run with it.
+    """
+    problems = []
+    for name, make in (("run.xlsx", _table), ("diagram.svg", _draw)):
+        try:
+            make(path, checked)
+        except (SheetsError, OSError) as error:
+            problems.append(f"{name} could not be made: {error}")
+    return files_in(path), tuple(problems)
 
-    def _draw(self, checked: Checked) -> None:
-        from rrp_sheets.runs.drawings import draw
 
-        draw(checked, self.path / "diagram.svg")
+def files_in(path: Path) -> dict[str, str]:
+    """The files of a run's folder, with what each is."""
+    files = {name: what for name, what in _WHAT.items() if (path / name).is_file()}
+    for wav in sorted(path.glob("*.wav")):
+        files[wav.name] = "what the robot said"
+    return files
+
+
+def _table(path: Path, checked: Checked) -> None:
+    from rrp_sheets.workbook.table import write_table
+
+    header, rows, widths = tidy(path / "trace.jsonl")
+    write_table(path / "run.xlsx", "run", header, rows, widths)
+
+
+def _draw(path: Path, checked: Checked) -> None:
+    from rrp_sheets.runs.drawings import draw
+
+    draw(checked, path / "diagram.svg")
 
 
 def tidy(trace: Path) -> tuple[list[str], Iterator[list[Any]], list[float]]:

@@ -110,17 +110,17 @@ class Engine:
         cell = self.clock.cell
         cell[INSTANT] += 1
         cell[SETTLING] = 1
-        self.clock.begin(now_us)
-        streams = self.streams
-        for stream, value in arrivals:
-            if stream in streams:
-                streams[stream].on_next(value)
-        self.clock.drain()
-        commands, self._commands = self._commands, []
-        if commands and self.plan.own:
-            commands = self._carry_out(commands)
-        cell[SETTLING] = 0
-        return commands
+        try:
+            self.clock.begin(now_us)
+            streams = self.streams
+            for stream, value in arrivals:
+                if stream in streams:
+                    streams[stream].on_next(value)
+            self.clock.drain()
+            commands, self._commands = self._commands, []
+            return self._carry_out(commands) if commands and self.plan.own else commands
+        finally:
+            cell[SETTLING] = 0
 
     def _carry_out(self, commands: list[Command]) -> list[Command]:
         """The engine's own devices act, after the graph has settled; the commands that are left for the world."""

@@ -4,45 +4,76 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any
+from typing import Protocol
 
 from rrp_sheets.model.exchange import Happening
 from rrp_sheets.runtime.engine import Engine
 from rrp_sheets.runtime.ports import Arrivals, World
-from rrp_sheets.runtime.trace import TraceWriter
 
 
-@dataclass
-class Summary:
-    """What a run amounted to.
+class Hooks:
+    """What a loop tells and asks as it goes; subclass it."""
 
-    Attributes:
-        events: how many values each stream had, by its name in the trace.
-        errors: how often each row's formula failed.
-        commands: how many commands each actuator stream was given.
-        simulated: seconds of the run's clock.
-        wall: seconds that passed meanwhile.
-        ended: `time` (its time was over), `stopped` (by the user), `end run` (by a row), `broken`.
-        ended_by: the row that ended the run, or was being worked out when it broke off; empty where there is none.
+    def happening(self, us: int, happening: Happening) -> None:
+        """Something besides the events."""
+
+    def frame(self, us: int) -> None:
+        """A frame is over, or some 30 ms of an event loop."""
+
+    def stopped(self) -> bool:
+        """Whether the run should stop now; asked after each frame."""
+        return False
+
+
+class Course(Protocol):
+    """A run that has been started, whichever its engine."""
+
+    @property
+    def engine(self) -> Engine:
+        """The engine."""
+        ...
+
+    def go(self, until_us: int, hooks: Hooks) -> tuple[int, str]:
+        """Run until the time is over, a row ends the run or the user stops; the time (µs) and how it ended.
+
+        Raises:
+            RunBroken: when a device has broken.
+        """
+        ...
+
+    def stop(self) -> list[Happening]:
+        """Bring everything to its rest, in bounded time; what could not be stopped is told.
+
+        Raises:
+            RunBroken: when something broke while stopping.
+        """
+        ...
+
+
+class FrameCourse:
+    """A run in frames.
+
+    Args:
+        world: started here.
+        wire: makes the engine.
+        paced: wait so that the run is not faster than real time.
     """
 
-    events: dict[str, int] = field(default_factory=dict)
-    errors: dict[str, int] = field(default_factory=dict)
-    commands: dict[str, int] = field(default_factory=dict)
-    simulated: float = 0.0
-    wall: float = 0.0
-    ended: str = "time"
-    ended_by: str = ""
+    def __init__(self, world: World, wire: Callable[[], Engine], *, paced: bool) -> None:
+        self._world = world
+        self._arrivals = world.start()
+        self._paced = paced
+        self.engine = wire()
 
-    def as_dict(self, *, wall: bool) -> dict[str, Any]:
-        """As JSON; without the wall clock for the trace, whose bytes must not depend on it."""
-        entry: dict[str, Any] = {
-            "ended": self.ended, **({"by": self.ended_by} if self.ended_by else {}),
-            "simulated_seconds": self.simulated, "events": self.events, "errors": self.errors,
-            "actuator_commands": self.commands,
-        }  # fmt: skip
-        return {**entry, "wall_seconds": round(self.wall, 3)} if wall else entry
+    def go(self, until_us: int, hooks: Hooks) -> tuple[int, str]:
+        """Run frames."""
+        return run_loop(self.engine, self._world, self._arrivals, until_us, hooks=hooks, paced=self._paced)
+
+    def stop(self) -> list[Happening]:
+        """Stop the world."""
+        self.engine.close()
+        self._world.stop()
+        return []
 
 
 def run_loop(
@@ -51,40 +82,31 @@ def run_loop(
     arrivals: Arrivals,
     until_us: int,
     *,
-    trace: TraceWriter | None = None,
+    hooks: Hooks | None = None,
     paced: bool = False,
-    stopped: Callable[[], bool] = lambda: False,
-    tell: Callable[[int, Happening], None] = lambda us, happening: None,
-    tick: Callable[[int], None] = lambda us: None,
 ) -> tuple[int, str]:
-    """Run frames until the time is over, a row ends the run or the user stops; the reached time (µs) and how it ended.
+    """Run frames until the time is over, a row ends the run or the user stops; the time (µs) and how it ended.
 
     Args:
         engine: with its rows wired.
         world: started and stopped by the caller.
         arrivals: what its start gave: those of time 0.
         until_us: the last frame is the first at or after this time.
-        trace: flushed once per frame.
+        hooks: told and asked after each frame.
         paced: wait so that the run is not faster than real time.
-        stopped: asked before each frame.
-        tell: called with each happening.
-        tick: called after each frame.
     """
+    hooks = hooks or Hooks()
     rate = engine.plan.checked.run.frame_rate
     frame = now = 0
     began = time.monotonic()
     while True:
         commands = engine.settle(now, arrivals.events)
         for happening in (*arrivals.happenings, *engine.take_happenings()):
-            if trace is not None:
-                trace.happening(now, happening)
-            tell(now, happening)
-        if trace is not None:
-            trace.flush()
-        tick(now)
+            hooks.happening(now, happening)
+        hooks.frame(now)
         if engine.ended_by:
             return now, "end run"
-        if stopped():
+        if hooks.stopped():
             return now, "stopped"
         if now >= until_us:
             return now, "time"

@@ -1,13 +1,16 @@
-"""What the engine needs of a world, and what passes between the two. A world is a simulator, a test, or a robot."""
+"""What the engines need of a world, and what passes between the two. A world is a simulator, a test, or a robot."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from rrp_sheets.model.exchange import Command, Happening
+from rrp_sheets.model.exchange import Command, DeviceUse, Happening
 from rrp_sheets.model.values import Value
+
+if TYPE_CHECKING:
+    from rrp_sheets.runtime.mail import Mail
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,4 +34,52 @@ class World(Protocol):
 
     def stop(self) -> None:
         """Bring the robot to its safe rest and let everything go; in bounded time, whatever hangs."""
+        ...
+
+
+class Sensor(Protocol):
+    """A sensor of a world that goes by itself. What it delivers from threads of its own is only put into the mail."""
+
+    def start(self, mail: Mail) -> None:
+        """Begin to deliver. Raises RunBroken when it cannot."""
+        ...
+
+    def stop(self) -> None:
+        """Deliver nothing more."""
+        ...
+
+
+class Actuator(Protocol):
+    """An actuator of a world that goes by itself. It is called on a thread of its own, and may take its time."""
+
+    def start(self) -> None:
+        """Make ready. Raises RunBroken when it cannot."""
+        ...
+
+    def take(self, command: Command) -> None:
+        """Carry out a command. Raises RunBroken when the run cannot go on."""
+        ...
+
+    def rest(self) -> None:
+        """Come to a safe rest."""
+        ...
+
+
+class LiveWorld(Protocol):
+    """A world that goes by itself, on the wall clock: devices one by one."""
+
+    def open(self, mail: Mail) -> None:
+        """Make the world ready. Raises RunBroken when it cannot be."""
+        ...
+
+    def sensor(self, use: DeviceUse) -> Sensor:
+        """The device of a sensor stream."""
+        ...
+
+    def actuator(self, use: DeviceUse) -> Actuator:
+        """The device of an actuator stream."""
+        ...
+
+    def close(self) -> None:
+        """Let everything go, the robot in its safe rest."""
         ...

@@ -1,6 +1,8 @@
 """The simulator's process: `python -m rrp_sheets.sim.child FD`, started by :mod:`rrp_sheets.sim.process` only.
 
-It answers requests on the connection that it inherits, one by one, and ends when that connection does.
+It answers requests on the connection that it inherits, one by one, and ends when that connection does. When the engine
+has gone without a word, it first brings the robot to its safe stop by itself (the dead man's switch): silence, a
+moment's hold, the rest posture; the film and the speech are finished.
 """
 
 from __future__ import annotations
@@ -20,17 +22,33 @@ def main() -> None:
     # One thread: what is computed must not depend on the machine's load or its number of cores.
     for library in ("OMP", "OPENBLAS", "MKL"):
         os.environ[f"{library}_NUM_THREADS"] = "1"
+    _take_all_memory()
     link: Connection[Any, Any] = Connection(int(sys.argv[1]))
+    answers: dict[str, Callable[..., Any]] = {}
+    rests = True
     try:
         while True:
             number, request, arguments = link.recv()
             if request == "open":
                 answers = _open(*arguments)
+                rests = False
                 link.send((number, None))
             else:
+                rests = rests or request == "stop"
                 link.send((number, answers[request](*arguments)))
     except (EOFError, BrokenPipeError, ConnectionResetError):
+        if not rests:
+            answers["stop"]()
+
+
+def _take_all_memory() -> None:
+    """The process that evaluates formulas has a memory limit, and we inherit it: pictures and sound need more."""
+    try:
+        import resource
+    except ImportError:  # Windows knows no such limit
         return
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    resource.setrlimit(resource.RLIMIT_AS, (hard, hard))
 
 
 def _open(spec: Any) -> dict[str, Callable[..., Any]]:

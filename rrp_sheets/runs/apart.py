@@ -1,0 +1,194 @@
+"""A run in a process of its own, watched: what the command line uses, and a server.
+
+Formulas come from files that strangers exchange. So they are evaluated in a process with a memory limit, and a watchdog
+here ends it when a row does not come to an end. The robot does not depend on that process: its own (the simulator's)
+brings it to its safe stop when the engine is gone.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.errors import RunBroken
+from rrp_sheets.runs.mending import close_trace
+from rrp_sheets.runs.office import Office
+from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView
+from rrp_sheets.runs.watchdog import SILENT_AFTER, STUCK_AFTER, Watchdog
+from rrp_sheets.runs.wire import pack_settings, show, unpack_error, unpack_finding, unpack_result, unpack_start
+from rrp_sheets.runtime.progress import RANK
+from rrp_sheets.sim.process import require
+
+LISTEN = 0.1  # s: how often the watchdog looks, and Ctrl-C is passed on
+REST_WITHIN = 30.0  # s, for a robot whose engine is gone to come to its safe stop
+FINISH_WITHIN = 90.0  # s, to write table and diagram of a run that broke off
+REMEDY_STUCK = "Look at that row's connector and formula; if they are of ours, please report it with the workbook."
+REMEDY_DIED = "Run it again; if it happens again, please report it with the workbook."
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How it ended.
+
+    Attributes:
+        findings: about the workbook, when it has errors; then it did not run.
+        result: what the run left, otherwise.
+    """
+
+    findings: tuple[Diagnostic, ...] = ()
+    result: RunResult | None = None
+
+
+class RunProcess:
+    """A run in a process of its own, which starts at once. Listen to it until it ends; stop it from any thread.
+
+    Args:
+        path: of the workbook, which that process reads and checks.
+        settings: how to run.
+
+    Raises:
+        MissingPart: when the simulator is not installed here.
+    """
+
+    def __init__(self, path: Path, settings: RunSettings | None = None) -> None:
+        require()
+        self._office = Office()
+        self._office.send("run", str(path.absolute()), pack_settings(settings or RunSettings()))
+        self._started: RunStart | None = None
+        self._world: int | None = None
+        self._finishing = False
+        self._began = time.monotonic()
+
+    @property
+    def pid(self) -> int:
+        """The process's number."""
+        return self._office.pid
+
+    def stop(self) -> None:
+        """Ask the run to stop in order; it ends after its frame."""
+        self._office.send("stop")
+
+    def listen(self, view: RunView) -> Ended:
+        """Tell a view everything until the run has ended.
+
+        Raises:
+            UnreadableFile: when the workbook cannot be read.
+            MissingPart: when the simulator is not installed here.
+            SheetsError: when the folder cannot be used.
+            RunBroken: when a device does not start, or the process ends before the run has begun.
+        """
+        try:
+            return self._listen(view)
+        finally:
+            self._office.close()
+            if self._world is not None:
+                os.close(self._world)
+
+    def _listen(self, view: RunView) -> Ended:
+        office, asked = self._office, False
+        watchdog = Watchdog(office.cell)
+        while True:
+            if not asked and view.stopped():
+                asked = True
+                self.stop()
+            messages = office.receive(LISTEN)
+            if messages is None:
+                return self._broken(view, f"The run's process has ended unexpectedly{office.last_words()}", REMEDY_DIED)
+            for message in messages:
+                ended = self._take(message, view)
+                if ended is not None:
+                    return ended
+            if watchdog.bites(heard=bool(messages), patient=self._started is None or self._finishing):
+                office.kill()
+                late = STUCK_AFTER if watchdog.stuck else SILENT_AFTER
+                return self._broken(view, f"The run has not gone on for {late:g} s", REMEDY_STUCK)
+
+    def _take(self, message: list[Any], view: RunView) -> Ended | None:
+        kind, *rest = message
+        if kind == "result":
+            return Ended(result=unpack_result(rest[0]))
+        if kind == "failed":
+            raise unpack_error(rest[0])
+        if kind == "memory":
+            raise RunBroken("The workbook needs more memory than a run may have.", "Divide it into smaller ones.")
+        if kind == "checked":
+            return Ended(findings=tuple(map(unpack_finding, rest[0])))
+        if kind == "started":
+            self._started = unpack_start(rest[0])
+            self._began = time.monotonic()
+            self._hold_world()
+            view.started(self._started)
+        elif kind == "finishing":
+            self._finishing = True
+            view.finishing()
+        else:
+            show(message, view)
+        return None
+
+    def _hold_world(self) -> None:
+        """Hold on to the simulator's process, so that its end can be awaited even when the engine has died."""
+        if self._started is not None and self._started.world is not None and hasattr(os, "pidfd_open"):
+            with suppress(OSError):
+                self._world = os.pidfd_open(self._started.world)
+
+    # ---- a run that broke off
+    def _broken(self, view: RunView, what: str, remedy: str) -> Ended:
+        """The engine is gone: wait for the robot's safe stop, close the trace, write what can be written."""
+        start = self._started
+        row = start.rows.get(self._office.cell[RANK], "") if start else ""
+        if row:
+            what += f" while the row {row} was being worked out"
+        error = RunBroken(f"{what}.", remedy)
+        if start is None or not (start.folder / "trace.jsonl").is_file():
+            raise error
+        wall = time.monotonic() - self._began
+        if not self._finishing:
+            view.finishing()
+        self._await_rest()
+        summary = close_trace(start, row)
+        summary.wall = wall
+        files, problems = _finish(start.folder)
+        return Ended(result=RunResult(start.folder, files, summary, error, problems))
+
+    def _await_rest(self) -> None:
+        """Wait until the robot has come to its safe stop and its process has ended."""
+        world = self._started.world if self._started else None
+        if self._world is not None:
+            select.select([self._world], [], [], REST_WITHIN)
+        elif world is not None:
+            deadline = time.monotonic() + REST_WITHIN
+            with suppress(ProcessLookupError):
+                while time.monotonic() < deadline:
+                    os.kill(world, 0)
+                    time.sleep(0.05)
+
+
+def _finish(folder: Path) -> tuple[dict[str, str], tuple[str, ...]]:
+    """Let a fresh process write table and diagram; it checks the workbook again, and may be ended as well."""
+    from rrp_sheets.runs.folder import files_in  # loads what reads a trace: only when something broke
+
+    office = Office()
+    try:
+        office.send("finish", str(folder))
+        deadline = time.monotonic() + FINISH_WITHIN
+        while (left := deadline - time.monotonic()) > 0 and (messages := office.receive(left)) is not None:
+            for kind, *rest in messages:
+                if kind == "finished":
+                    return rest[0], tuple(rest[1])
+                if kind in ("failed", "memory"):
+                    break
+        office.kill()
+    finally:
+        office.close()
+    return files_in(folder), ("The table and the diagram could not be made.",)
+
+
+def run_apart(path: Path, settings: RunSettings | None = None, view: RunView | None = None) -> Ended:
+    """Run a workbook in a process of its own, to its end; see :meth:`RunProcess.listen`."""
+    return RunProcess(path, settings).listen(view or RunView())

@@ -1,0 +1,128 @@
+"""The process in which formulas are evaluated: `python -m rrp_sheets.runs.child LINK CELL`, started by `apart` only.
+
+It has a memory limit, and the program that started it watches where it is. Requests and answers are lines of JSON; it
+ends when the connection does.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from queue import SimpleQueue
+from typing import TYPE_CHECKING, Any
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.limits import SharedCell, lift_limit, limit_memory
+from rrp_sheets.runs.wire import (
+    Lines,
+    Outbox,
+    Reporter,
+    pack_error,
+    pack_finding,
+    pack_result,
+    unpack_settings,
+)
+
+if TYPE_CHECKING:
+    from rrp_sheets.checks import Checked
+    from rrp_sheets.workbook import Reading
+
+ALONE_WITHIN = 45.0  # s: when the program has gone, a run is brought to its end, but not for longer
+
+
+class _RunReporter(Reporter):
+    def finishing(self) -> None:
+        """The robot is brought to rest: formulas are over, and drawing may take what memory it needs."""
+        lift_limit()
+        super().finishing()
+
+
+class _Process:
+    def __init__(self, link: socket.socket, cell: SharedCell) -> None:
+        self._lines = Lines(link)
+        self._cell = cell
+        self.box = Outbox(link)
+        self._reporter = _RunReporter(self.box)
+        self._running = threading.Event()
+        self._requests: SimpleQueue[list[Any]] = SimpleQueue()
+
+    def serve(self) -> None:
+        """Carry requests out, one by one."""
+        threading.Thread(target=self._listen, daemon=True).start()
+        do: dict[str, Callable[..., None]] = {"check": self._check, "run": self._run, "finish": self._finish}
+        while True:
+            name, *arguments = self._requests.get()
+            try:
+                do[name](*arguments)
+            except SheetsError as error:
+                self.box.post(["failed", pack_error(error)])
+            except MemoryError:
+                self.box.post(["memory"])
+            self.box.finish()
+            if self.box.gone:
+                os._exit(0)
+
+    def _listen(self) -> None:
+        """Read what the program says, on a thread: it costs the engine nothing."""
+        for message in self._lines:
+            if message[0] == "stop":
+                self._reporter.stop = True
+            else:
+                self._requests.put(message)
+        if self._running.is_set():  # the program has died: the robot comes to its rest, the files are written
+            self._reporter.stop = True
+            threading.Event().wait(ALONE_WITHIN)
+        os._exit(0)
+
+    def _check(self, path: str) -> None:
+        _, checked = _checked(Path(path))
+        self.box.post(["checked", [pack_finding(d) for d in checked.report]])
+
+    def _run(self, path: str, settings: dict[str, Any]) -> None:
+        from rrp_sheets.runs.running import run
+
+        reading, checked = _checked(Path(path))
+        if checked.report.errors:
+            self.box.post(["checked", [pack_finding(d) for d in checked.report]])
+            return
+        self.box.post(["starting"])
+        self.box.flush()
+        self._running.set()
+        result = run(reading, checked, unpack_settings(settings), self._reporter, cell=self._cell.numbers)
+        self._running.clear()
+        self.box.post(["result", pack_result(result)])
+
+    def _finish(self, folder: str) -> None:
+        """Write the table and the diagram of a run whose process has been ended."""
+        from rrp_sheets.runs.folder import finish_folder
+
+        _, checked = _checked(Path(folder) / "protocol.xlsx")
+        lift_limit()
+        files, problems = finish_folder(Path(folder), checked)
+        self.box.post(["finished", files, problems])
+
+
+def _checked(path: Path) -> tuple[Reading, Checked]:
+    from rrp_sheets.checks import check_workbook
+    from rrp_sheets.workbook import read
+
+    reading = read(path)
+    return reading, check_workbook(reading.workbook, reading.report)
+
+
+def main() -> None:
+    """Serve until the connection closes."""
+    # Ctrl-C is for the program, which then asks for a stop.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    limit_memory()
+    link = socket.socket(fileno=int(sys.argv[1]))
+    _Process(link, SharedCell(int(sys.argv[2]))).serve()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,43 @@
+"""Closing a trace whose engine was ended: the cut line goes, and a summary of what is there is added."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+
+from rrp_sheets.runs.view import RunStart, Summary
+
+
+def close_trace(start: RunStart, row: str) -> Summary:
+    """Make a trace readable to its end.
+
+    Args:
+        start: of the run.
+        row: that was being worked out.
+    """
+    path = start.folder / "trace.jsonl"
+    labels = dict.fromkeys(start.streams.values(), 0)
+    events: Counter[str] = Counter(labels)
+    errors: Counter[str] = Counter()
+    last = 0.0
+    whole = 0
+    with path.open("rb") as file:
+        for raw in file:
+            if not raw.endswith(b"\n"):
+                break  # cut off in the middle
+            whole += len(raw)
+            entry = json.loads(raw)
+            last = max(last, entry.get("t", 0.0))
+            if entry.get("type") == "summary":
+                return Summary(entry["events"], entry["errors"], entry["actuator_commands"], last, 0.0, entry["ended"])
+            if "value" in entry:
+                events[entry["stream"]] += 1
+            elif "error" in entry or entry.get("happening") == "error":
+                errors[entry.get("row") or entry.get("stream", "")] += 1
+    commands = {name: events[name] for name in start.actuators.values()}
+    summary = Summary(dict(events), dict(errors), commands, last, 0.0, "broken", row)
+    with path.open("r+b") as file:
+        file.truncate(whole)
+        file.seek(whole)
+        file.write(json.dumps({"type": "summary", **summary.as_dict(wall=False)}, ensure_ascii=False).encode() + b"\n")
+    return summary

@@ -1,0 +1,229 @@
+"""Running a workbook on a robot: check, start, loop, stop, and leave everything in a folder."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rrp_sheets import __version__
+from rrp_sheets.checks import Checked
+from rrp_sheets.devices.default_scene import default_scene
+from rrp_sheets.devices.scene import scene_end_us
+from rrp_sheets.errors import RunBroken, SheetsError
+from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.values import Failure, Value
+from rrp_sheets.runs.folder import RunFolder
+from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView, Summary
+from rrp_sheets.runtime.engine import Engine
+from rrp_sheets.runtime.events import EventEngine
+from rrp_sheets.runtime.frame import FrameEngine
+from rrp_sheets.runtime.live import LiveCourse
+from rrp_sheets.runtime.loop import Course, FrameCourse, Hooks
+from rrp_sheets.runtime.plan import Plan, make_plan
+from rrp_sheets.runtime.ports import World
+from rrp_sheets.runtime.progress import Cell
+from rrp_sheets.runtime.pump import PumpedWorld
+from rrp_sheets.runtime.trace import TraceWriter, stream_label
+
+if TYPE_CHECKING:
+    from rrp_sheets.workbook import Reading
+
+AFTER_SCENE_US = 5_000_000
+WITHOUT_SCENE_US = 30_000_000
+
+WorldMaker = Callable[[Plan, tuple[SceneAction, ...], int, Path], World]
+
+
+class _Recorder(Hooks):
+    """An engine's observer and a loop's hooks: tells the trace and the view. The trace comes when the run begins."""
+
+    def __init__(self, view: RunView) -> None:
+        self.view = view
+        self.trace: TraceWriter | None = None
+        self.refused: dict[str, int] = {}  # how often an actuator could not use a row's value
+
+    def event(self, us: int, stream: str, row: str, value: Value) -> None:
+        if self.trace is not None:
+            self.trace.event(us, stream, row, value)
+        self.view.event(us, stream, row, value)
+
+    def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
+        if self.trace is not None:
+            self.trace.error(us, row, failure, values)
+        self.view.error(us, row, failure, values)
+
+    def happening(self, us: int, happening: Happening) -> None:
+        if self.trace is not None:
+            self.trace.happening(us, happening)
+        if happening.kind == "error":  # an actuator cannot use its value: an error of that row like any other
+            place = happening.row or happening.stream
+            self.refused[place] = self.refused.get(place, 0) + 1
+        self.view.happening(us, happening)
+
+    def frame(self, us: int) -> None:
+        if self.trace is not None:
+            self.trace.flush()
+        self.view.frame(us)
+
+    def stopped(self) -> bool:
+        return self.view.stopped()
+
+
+def run(
+    reading: Reading,
+    checked: Checked,
+    settings: RunSettings | None = None,
+    view: RunView | None = None,
+    world: WorldMaker | None = None,
+    cell: Cell | None = None,
+) -> RunResult:
+    """Run a checked workbook and leave a folder with trace, workbook, catalogue, table, diagram, film and speech.
+
+    Args:
+        reading: the workbook as it was read, for the copy that is kept.
+        checked: it must have no errors.
+        settings: how to run.
+        view: told of everything as it happens; may stop the run.
+        world: makes the robot's world; the simulated NAO when None.
+        cell: where the engine is, for a watchdog in another process.
+
+    Raises:
+        SheetsError: when the workbook has errors or the folder cannot be used.
+        MissingPart: when the simulator is not installed here.
+        RunBroken: when a device does not start; then nothing is left.
+    """
+    settings, view = settings or RunSettings(), view or RunView()
+    if checked.report.errors:
+        raise SheetsError("This workbook has errors and cannot run.", "See `rrp-sheets check`.")
+    if settings.fast and checked.run.engine != "frame":
+        raise SheetsError(
+            "This workbook asks for the engine “event loop”, which goes by the wall clock and cannot be fast.",
+            "Leave out --fast, or write frame as the Engine of its Protocol.",
+        )
+    plan = make_plan(checked)
+    if not plan.steps:
+        raise SheetsError("No row of this workbook is switched on.", "Write TRUE in the On cells of some rows.")
+    scene = checked.scene if checked.scene is not None else default_scene(plan.outer_sensors, checked.robot)
+    seed = checked.run.seed if settings.seed is None else settings.seed
+    folder = RunFolder(reading, settings.out)
+    until = _until(checked, settings)
+    live = (world or _simulated(settings))(plan, scene, seed, folder.path)
+    recorder = _Recorder(view)
+    course = _begin(plan, live, recorder, seed, settings, cell)
+    view.started(_start(plan, until, folder.path, getattr(live, "pid", None)))
+    try:
+        folder.make()
+        folder.keep_workbook(checked)
+        header = {
+            "program": __version__, "workbook": reading.digest, "name": Path(reading.workbook.source).name,
+            "robot": checked.robot.name, "engine": checked.run.engine, "frame_rate": checked.run.frame_rate,
+            "mode": settings.mode, "seed": seed, "participant": settings.participant,
+            "condition": settings.condition, "operator": settings.operator,
+            "began": datetime.now(UTC).isoformat(timespec="milliseconds"),
+        }  # fmt: skip
+        trace = recorder.trace = TraceWriter(folder.path / "trace.jsonl", plan, header)
+    except SheetsError:
+        course.stop()
+        raise
+    summary, broken = _go(course, until, trace, recorder)
+    files, problems = folder.finish(checked)
+    return RunResult(folder.path, files, summary, broken, problems)
+
+
+def _begin(
+    plan: Plan, world: World, recorder: _Recorder, seed: int, settings: RunSettings, cell: Cell | None
+) -> Course:
+    """Start the devices and wire the rows, for the engine that the Protocol asks for."""
+    if plan.checked.run.engine == "frame":
+        return FrameCourse(world, lambda: FrameEngine(plan, recorder, seed, cell), paced=not settings.fast)
+    pumped = PumpedWorld(world, plan.checked.run.frame_rate)
+    return LiveCourse(plan, pumped, lambda: EventEngine(plan, recorder, seed, cell))
+
+
+def _start(plan: Plan, until: int, folder: Path, world: int | None) -> RunStart:
+    workbook = plan.checked.workbook
+    return RunStart(
+        title=workbook.protocol.text("Title") or Path(workbook.source).stem, until_us=until, folder=folder,
+        findings=tuple(plan.checked.report), streams={s.id: stream_label(s) for s in plan.streams},
+        actuators={a.stream: a.name for a in plan.actuators}, rows=plan.rows_by_rank(), world=world,
+    )  # fmt: skip
+
+
+def _go(course: Course, until: int, trace: TraceWriter, recorder: _Recorder) -> tuple[Summary, RunBroken | None]:
+    """The loop between starting and stopping; whatever happens, the world is stopped and the trace is closed."""
+    began = time.monotonic()
+    broken: RunBroken | None = None
+    ended, row, out_of_memory = "broken", "", False
+    try:
+        _, ended = course.go(until, recorder)
+        row = course.engine.ended_by
+    except RunBroken as error:
+        broken = error
+    except MemoryError:  # told below: while it is handled, what holds the memory is still held
+        out_of_memory = True
+    finally:
+        if ended == "broken":
+            row = course.engine.row
+        if out_of_memory:
+            course.engine.close()
+            broken = RunBroken(
+                f"{f'The row {row}' if row else 'The run'} needs more memory than a run may have.",
+                "Keep less in that row: fewer values, or shorter texts and lists.",
+            )
+        summary = _summary(course.engine, recorder, time.monotonic() - began, ended, row)
+        try:
+            recorder.view.finishing()
+        finally:
+            try:
+                for happening in course.stop():
+                    recorder.happening(course.engine.clock.us, happening)
+            except RunBroken as error:
+                broken = broken or error  # the first break is the cause
+            finally:
+                try:
+                    trace.close(summary.as_dict(wall=False))
+                except RunBroken as error:
+                    broken = broken or error
+    return summary, broken
+
+
+def _summary(engine: Engine, recorder: _Recorder, wall: float, ended: str, row: str) -> Summary:
+    labels = {s.id: stream_label(s) for s in engine.plan.streams}
+    counts = {labels[i]: s.arrived for i, s in engine.streams.items()}
+    commands = {a.name: engine.streams[a.stream].arrived for a in engine.plan.actuators}
+    errors = dict(engine.errors)
+    for place, count in recorder.refused.items():
+        errors[place] = errors.get(place, 0) + count
+    return Summary(counts, errors, commands, engine.clock.us / 1e6, wall, ended, row)
+
+
+def _until(checked: Checked, settings: RunSettings) -> int:
+    """When the run ends, in microseconds."""
+    if settings.seconds is not None:
+        wanted = round(settings.seconds * 1e6)
+    elif checked.scene:
+        wanted = scene_end_us(checked.scene) + AFTER_SCENE_US
+    else:
+        wanted = WITHOUT_SCENE_US
+    limit = checked.run.time_limit_us
+    return wanted if limit is None else min(wanted, limit)
+
+
+def _simulated(settings: RunSettings) -> WorldMaker:
+    def make(plan: Plan, scene: tuple[SceneAction, ...], seed: int, out: Path) -> World:
+        from rrp_sheets.drivers.simulated import SimulatedWorld
+        from rrp_sheets.sim.process import require
+
+        require()
+        checked = plan.checked
+        return SimulatedWorld(
+            checked.robot, plan.outer_sensors, plan.outer_actuators, scene, dones=plan.dones, seed=seed,
+            frame_rate=checked.run.frame_rate, out=out, film=settings.film,
+            title=checked.workbook.protocol.text("Title"),
+        )  # fmt: skip
+
+    return make

@@ -1,0 +1,140 @@
+"""What goes into a run and what comes out of it: plain data, light to import and easy to send to another process."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.errors import RunBroken
+from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.values import Failure, Value
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """How to run.
+
+    Attributes:
+        seconds: of the run's clock; None: the last scene time plus 5 s, 30 s without a Scene sheet.
+        fast: as fast as the machine can, instead of in real time.
+        out: the folder to leave everything in; None: `runs/<time>-<name>/` beside the workbook.
+        seed: None takes the Protocol's.
+        mode: `simulated`, or `pilot` for a rehearsal whose data never counts as a session.
+        participant, condition, operator: of the session, as codes.
+        film: whether to film the robot.
+    """
+
+    seconds: float | None = None
+    fast: bool = False
+    out: Path | None = None
+    seed: int | None = None
+    mode: str = "simulated"
+    participant: str = ""
+    condition: str = ""
+    operator: str = ""
+    film: bool = True
+
+
+@dataclass(frozen=True)
+class RunStart:
+    """What runs, told when it begins.
+
+    Attributes:
+        title: of the workbook.
+        until_us: when it ends by itself.
+        folder: that it will leave.
+        findings: warnings about the workbook.
+        streams: every stream's name as in the trace, by its id.
+        actuators: the names of the actuator streams, by their ids.
+        rows: the rows that run, by their place in the order.
+        world: the number of the simulator's process, if there is one.
+    """
+
+    title: str
+    until_us: int
+    folder: Path
+    findings: tuple[Diagnostic, ...] = ()
+    streams: Mapping[str, str] = field(default_factory=dict)
+    actuators: Mapping[str, str] = field(default_factory=dict)
+    rows: Mapping[int, str] = field(default_factory=dict)
+    world: int | None = None
+
+
+class RunView:
+    """What somebody who watches a run is told; subclass it. Nothing here may take long."""
+
+    def started(self, start: RunStart) -> None:
+        """The run begins."""
+
+    def event(self, us: int, stream: str, row: str, value: Value) -> None:
+        """A value on a stream (its id)."""
+
+    def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
+        """A formula failed."""
+
+    def happening(self, us: int, happening: Happening) -> None:
+        """The robot speaks, clamps a command, notes something."""
+
+    def frame(self, us: int) -> None:
+        """A frame is over."""
+
+    def finishing(self) -> None:
+        """The robot is brought to rest and the files are written."""
+
+    def stopped(self) -> bool:
+        """Whether the run should stop now."""
+        return False
+
+
+@dataclass
+class Summary:
+    """What a run amounted to.
+
+    Attributes:
+        events: how many values each stream had, by its name in the trace.
+        errors: how often each row's formula failed.
+        commands: how many commands each actuator stream was given.
+        simulated: seconds of the run's clock.
+        wall: seconds that passed meanwhile.
+        ended: `time` (its time was over), `stopped` (by the user), `end run` (by a row), `broken`.
+        ended_by: the row that ended the run, or was being worked out when it broke off; empty where there is none.
+    """
+
+    events: dict[str, int] = field(default_factory=dict)
+    errors: dict[str, int] = field(default_factory=dict)
+    commands: dict[str, int] = field(default_factory=dict)
+    simulated: float = 0.0
+    wall: float = 0.0
+    ended: str = "time"
+    ended_by: str = ""
+
+    def as_dict(self, *, wall: bool) -> dict[str, Any]:
+        """As JSON; without the wall clock for the trace, whose bytes must not depend on it."""
+        entry: dict[str, Any] = {
+            "ended": self.ended, **({"by": self.ended_by} if self.ended_by else {}),
+            "simulated_seconds": self.simulated, "events": self.events, "errors": self.errors,
+            "actuator_commands": self.commands,
+        }  # fmt: skip
+        return {**entry, "wall_seconds": round(self.wall, 3)} if wall else entry
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What a run left.
+
+    Attributes:
+        folder: of the run.
+        files: in it, with what each is.
+        summary: counts and times.
+        broken: what broke the run off; None when it ended by itself or by the user.
+        problems: files that could not be made, in words.
+    """
+
+    folder: Path
+    files: dict[str, str]
+    summary: Summary
+    broken: RunBroken | None = None
+    problems: tuple[str, ...] = ()

@@ -1,0 +1,248 @@
+"""What a run's process and the program that watches it tell each other: lines of JSON, which can do no harm.
+
+A value keeps what it is: a record its kind and its fields, a list its places.
+"""
+
+from __future__ import annotations
+
+import json
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.diagnostics.catalogue import Severity
+from rrp_sheets.errors import MissingPart, RunBroken, SheetsError, UnreadableFile
+from rrp_sheets.model.cells import Address
+from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.values import Failure, Record, Value, record_from_mapping
+from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView, Summary
+
+MOST_WAITING = 4_000_000  # bytes of events that a watcher may be behind; what is more is not shown, but in the trace
+_ERRORS = {e.__name__: e for e in (SheetsError, MissingPart, RunBroken)}
+
+
+def line(message: list[Any]) -> bytes:
+    """A message as a line; letters beyond ASCII are escaped, those of undecodable file names too."""
+    return json.dumps(message, separators=(",", ":")).encode("ascii") + b"\n"
+
+
+class Lines:
+    """Puts what arrives on a socket together into messages."""
+
+    def __init__(self, link: socket.socket) -> None:
+        self._link = link
+        self._rest = b""
+
+    def receive(self) -> list[list[Any]] | None:
+        """The messages of the next chunk, waiting for it; None when the other side has gone."""
+        try:
+            chunk = self._link.recv(1 << 18)
+        except OSError:
+            return None
+        if not chunk:
+            return None
+        *whole, self._rest = (self._rest + chunk).split(b"\n")
+        return [json.loads(w) for w in whole]
+
+    def __iter__(self) -> Iterator[list[Any]]:
+        """Message by message, to the end."""
+        while (found := self.receive()) is not None:
+            yield from found
+
+
+class Outbox:
+    """Sends without ever waiting: a watcher that is slow, or gone, does not slow the run."""
+
+    def __init__(self, link: socket.socket) -> None:
+        self._link = link
+        self._waiting = bytearray()
+        self.missed = 0
+        self.gone = False
+
+    def post(self, message: list[Any]) -> None:
+        """Put a message into the box."""
+        if not self.gone:
+            self._waiting += line(message)
+
+    def post_event(self, message: list[Any]) -> None:
+        """Put an event into the box, unless too much waits already."""
+        if len(self._waiting) > MOST_WAITING:
+            self.missed += 1
+        else:
+            self.post(message)
+
+    def flush(self) -> None:
+        """Send what can be sent without waiting."""
+        if self.missed and len(self._waiting) < MOST_WAITING // 2:
+            self.post(["missed", self.missed])
+            self.missed = 0
+        if self._waiting and not self.gone:
+            try:
+                del self._waiting[: self._link.send(self._waiting, socket.MSG_DONTWAIT)]
+            except BlockingIOError:
+                pass
+            except OSError:
+                self._leave()
+
+    def finish(self) -> None:
+        """Send everything, waiting for the watcher."""
+        try:
+            self._link.sendall(self._waiting)
+            self._waiting.clear()
+        except OSError:
+            self._leave()
+
+    def _leave(self) -> None:
+        self.gone = True
+        self._waiting.clear()
+
+
+# ---- values
+def pack(value: Value) -> Any:
+    """A value as JSON that keeps what it is.
+
+    >>> unpack(pack(["a", record_from_mapping("Red ball", {"x": 1})]))
+    ['a', Red ball(x=1)]
+    """
+    if isinstance(value, Record):
+        return {"record": value.type.name, "fields": {n: pack(v) for n, v in value.as_dict().items()}}
+    if isinstance(value, (list, tuple)):
+        return [pack(v) for v in value]
+    return value
+
+
+def unpack(packed: Any) -> Value:
+    """The value that was packed."""
+    if isinstance(packed, dict):
+        return record_from_mapping(packed["record"], {n: unpack(v) for n, v in packed["fields"].items()})
+    if isinstance(packed, list):
+        return [unpack(v) for v in packed]
+    return packed
+
+
+def pack_finding(d: Diagnostic) -> list[Any]:
+    """A finding."""
+    where = [d.address.sheet, d.address.row, d.address.column] if d.address else None
+    return [d.code, d.severity.value, where, d.message, d.remedy, d.span]
+
+
+def unpack_finding(packed: list[Any]) -> Diagnostic:
+    """The finding that was packed."""
+    code, severity, where, message, remedy, span = packed
+    address = Address(*where) if where else None
+    return Diagnostic(code, Severity(severity), address, message, remedy, tuple(span) if span else None)
+
+
+def pack_error(error: SheetsError) -> list[Any]:
+    """An error that a user may see."""
+    code = error.code if isinstance(error, UnreadableFile) else ""
+    return [type(error).__name__, error.message, error.remedy, code]
+
+
+def unpack_error(packed: list[Any]) -> SheetsError:
+    """The error that was packed."""
+    kind, message, remedy, code = packed
+    if kind == "UnreadableFile":
+        return UnreadableFile(code, message, remedy)
+    return _ERRORS.get(kind, SheetsError)(message, remedy)
+
+
+# ---- a run
+def pack_settings(settings: RunSettings) -> dict[str, Any]:
+    """The settings of a run."""
+    return {**vars(settings), "out": str(settings.out.absolute()) if settings.out else None}
+
+
+def unpack_settings(packed: dict[str, Any]) -> RunSettings:
+    """The settings that were packed."""
+    return RunSettings(**{**packed, "out": Path(packed["out"]) if packed["out"] else None})
+
+
+def pack_result(result: RunResult) -> dict[str, Any]:
+    """What a run left."""
+    broken = pack_error(result.broken) if result.broken else None
+    return {"folder": str(result.folder), "files": result.files, "summary": vars(result.summary), "broken": broken,
+            "problems": result.problems}  # fmt: skip
+
+
+def unpack_result(packed: dict[str, Any]) -> RunResult:
+    """The result that was packed."""
+    broken = unpack_error(packed["broken"]) if packed["broken"] else None
+    assert broken is None or isinstance(broken, RunBroken)
+    return RunResult(
+        Path(packed["folder"]), packed["files"], Summary(**packed["summary"]), broken, tuple(packed["problems"])
+    )
+
+
+class Reporter(RunView):
+    """The view in the run's process: tells everything to whoever watches from another.
+
+    Attributes:
+        stop: set when the run should stop.
+    """
+
+    def __init__(self, box: Outbox) -> None:
+        self._box = box
+        self.stop = False
+
+    def started(self, start: RunStart) -> None:
+        """The run begins."""
+        packed = {**vars(start), "folder": str(start.folder), "findings": [pack_finding(d) for d in start.findings],
+                  "rows": list(start.rows.items())}  # fmt: skip
+        self._box.post(["started", packed])
+        self._box.flush()
+
+    def event(self, us: int, stream: str, row: str, value: Value) -> None:
+        """A value on a stream."""
+        self._box.post_event(["event", us, stream, row, pack(value)])
+
+    def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
+        """A formula failed."""
+        failed = [failure.code, failure.message, failure.column]
+        self._box.post_event(["error", us, row, failed, [pack(v) for v in values]])
+
+    def happening(self, us: int, happening: Happening) -> None:
+        """Something to tell."""
+        self._box.post_event(["happening", us, happening.kind, happening.text, happening.stream, happening.row])
+
+    def frame(self, us: int) -> None:
+        """A frame is over."""
+        self._box.post_event(["frame", us])
+        self._box.flush()
+
+    def finishing(self) -> None:
+        """The robot is brought to rest."""
+        self._box.post(["finishing"])
+        self._box.flush()
+
+    def stopped(self) -> bool:
+        """Whether the run should stop now."""
+        return self.stop
+
+
+def show(message: list[Any], view: RunView) -> None:
+    """Tell a view what a message tells."""
+    kind, *rest = message
+    if kind == "event":
+        us, stream, row, value = rest
+        view.event(us, stream, row, unpack(value))
+    elif kind == "error":
+        us, row, failed, values = rest
+        view.error(us, row, Failure(*failed), tuple(unpack(v) for v in values))
+    elif kind == "happening":
+        us, *words = rest
+        view.happening(us, Happening(*words))
+    elif kind == "frame":
+        view.frame(rest[0])
+    elif kind == "finishing":
+        view.finishing()
+
+
+def unpack_start(packed: dict[str, Any]) -> RunStart:
+    """What was told when the run began."""
+    return RunStart(**{
+        **packed, "folder": Path(packed["folder"]), "findings": tuple(map(unpack_finding, packed["findings"])),
+        "rows": dict(packed["rows"]),
+    })  # fmt: skip

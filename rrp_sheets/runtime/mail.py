@@ -1,0 +1,66 @@
+"""What arrives for an event loop: the only thing that other threads of a run touch."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
+
+from rrp_sheets.errors import RunBroken
+from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.values import Value
+
+
+@dataclass(frozen=True, slots=True)
+class Letter:
+    """A value of a stream, a happening, or the break of a device, with the time it was put in (µs of the run)."""
+
+    us: int
+    stream: str = ""
+    value: Value = None
+    happening: Happening | None = None
+    broken: RunBroken | None = None
+
+
+class Mail:
+    """A queue with the run's clock. Any thread may put something in; one thread takes it out, in order of arrival.
+
+    Attributes:
+        begun: set when the run's clock starts; what is put in before has the time 0.
+    """
+
+    def __init__(self) -> None:
+        self.begun = threading.Event()
+        self._queue: SimpleQueue[Letter] = SimpleQueue()
+        self._zero = 0
+
+    def begin(self) -> None:
+        """Start the run's clock."""
+        self._zero = time.monotonic_ns()
+        self.begun.set()
+
+    @property
+    def now_us(self) -> int:
+        """The run's time in whole microseconds; 0 before it has begun."""
+        return (time.monotonic_ns() - self._zero) // 1_000 if self._zero else 0
+
+    def event(self, stream: str, value: Value) -> None:
+        """A value of a stream."""
+        self._queue.put(Letter(self.now_us, stream, value))
+
+    def tell(self, happening: Happening) -> None:
+        """Something to tell."""
+        self._queue.put(Letter(self.now_us, happening=happening))
+
+    def broke(self, error: RunBroken) -> None:
+        """The run cannot go on."""
+        self._queue.put(Letter(self.now_us, broken=error))
+
+    def take(self, until_us: int) -> Letter | None:
+        """The next letter, waiting until a time of the run for it; None when there is none by then."""
+        wait = (until_us - self.now_us) / 1_000_000
+        try:
+            return self._queue.get(timeout=wait) if wait > 0 else self._queue.get_nowait()
+        except Empty:
+            return None

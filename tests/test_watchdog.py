@@ -1,0 +1,173 @@
+"""A run whose engine cannot be trusted: it is ended, the row is named, the robot is in its safe stop."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("pybullet")
+
+from PIL import Image, ImageStat
+from play import rows
+
+from rrp_sheets.runs.watchdog import PATIENCE, SILENT_AFTER, STUCK_AFTER, Watchdog
+
+COMMAND = [sys.executable, "-c", "from rrp_sheets.cli.main import main; main()"]
+
+CONNECTORS = """
+import os
+from dataclasses import replace
+from rrp_sheets.connectors.map import MAP
+
+def after(count, what):
+    def build(wiring):
+        seen = []
+        def take(value):
+            seen.append(value)
+            if len(seen) > count:
+                what(seen)
+            return value
+        from reactivex import operators as ops
+        return wiring.inputs[0].pipe(ops.map(take))
+    return build
+
+def hang(seen):
+    while True:
+        pass
+
+def hoard(seen):
+    while True:
+        seen.append(bytes(50_000_000))
+
+def crash(seen):
+    raise RuntimeError("a bug of this connector")
+
+def vanish(seen):
+    os._exit(9)
+
+def provide():
+    from rrp_sheets.connectors.spec import Parameter
+    for name, what in (("hang", hang), ("hoard", hoard), ("crash", crash), ("vanish", vanish)):
+        yield name, replace(MAP, name=name, build=after(20, what), parameter=Parameter.NONE, synonyms=())
+"""
+
+
+@pytest.fixture
+def environment(tmp_path):
+    """An environment in which a package with such connectors is installed."""
+    place = tmp_path / "site"
+    about = place / "wicked-1.0.dist-info"
+    about.mkdir(parents=True)
+    (place / "wicked.py").write_text(textwrap.dedent(CONNECTORS))
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: wicked\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text("[rrp_sheets.connectors]\nwicked = wicked:provide\n")
+    return {**os.environ, "PYTHONPATH": str(place), "PYTHONIOENCODING": "utf-8"}
+
+
+def run_book(connector, tmp_path, environment, *arguments):
+    book = tmp_path / f"{connector}.md"
+    book.write_text(rows(f"| Red ball | subscribe | | Head tracker |\n| Red ball | {connector} | | X |\n"
+                         "| X | map | 1 | Y |\n| Y | subscribe | | Print |"))  # fmt: skip
+    out = tmp_path / f"out-{connector}"
+    done = subprocess.run([*COMMAND, "run", str(book), "--fast", "--out", str(out), "--json", *arguments], text=True,
+                          env=environment, capture_output=True, encoding="utf-8", timeout=90)  # fmt: skip
+    assert "Traceback" not in done.stderr, done.stderr
+    return done, out
+
+
+def head_up(out: Path, place: int) -> bool:
+    """Whether the film shows the robot's head where it is when the robot stands, in its first or last (-1) picture."""
+    with Image.open(out / "film.gif") as film:
+        film.seek(place % film.n_frames)
+        return ImageStat.Stat(film.convert("L").crop((60, 40, 170, 78))).stddev[0] > 15
+
+
+def check_broken(done, out):
+    """Exit code 3, a trace that can be read to its end, table and diagram, the row named, nothing left running."""
+    assert done.returncode == 3
+    assert "T!3" in done.stderr, done.stderr
+    lines = [json.loads(line) for line in (out / "trace.jsonl").read_text("utf-8").splitlines()]
+    assert lines[-1]["type"] == "summary" and lines[-1]["ended"] == "broken" and lines[-1]["by"] == "T!3"
+    assert lines[-1]["events"]["Red ball"] >= 20
+    assert {"run.xlsx", "diagram.svg", "film.gif", "strip.png", "protocol.xlsx"} <= {p.name for p in out.iterdir()}
+    assert json.loads(done.stdout.splitlines()[-1])["broken"]
+
+
+def test_a_stuck_row_is_ended_and_named_and_the_robot_stops_safely(tmp_path, environment):
+    began = time.monotonic()
+    done, out = run_book("hang", tmp_path, environment)
+    assert time.monotonic() - began < 30
+    check_broken(done, out)
+    assert head_up(out, 0) and not head_up(out, -1)  # it crouches, as after an orderly stop
+
+
+def test_a_row_that_eats_memory_is_ended_and_named(tmp_path, environment):
+    done, out = run_book("hoard", tmp_path, environment)
+    check_broken(done, out)
+    assert "memory" in done.stderr
+
+
+@pytest.mark.parametrize("connector", ["crash", "vanish"])
+def test_a_row_that_takes_the_engine_down_is_named(connector, tmp_path, environment):
+    done, out = run_book(connector, tmp_path, environment)
+    check_broken(done, out)
+    assert "ended unexpectedly" in done.stderr
+
+
+class Clock:
+    """Looks at a watchdog's cell at made-up times."""
+
+    def __init__(self):
+        self.cell = [0, 0, -1]
+        self.dog = Watchdog(self.cell)
+        self.now = 0.0
+        self.dog.bites(heard=True, patient=False, now=self.now)
+
+    def after(self, seconds, *, heard=False, patient=False, step=0.1):
+        end = self.now + seconds
+        while self.now < end:
+            self.now += step
+            if self.dog.bites(heard=heard, patient=patient, now=self.now):
+                return True
+        return False
+
+
+def test_a_row_may_take_two_seconds_and_no_longer():
+    clock = Clock()
+    clock.cell[:] = [1, 1, 5]
+    assert not clock.after(STUCK_AFTER - 0.2)
+    assert clock.after(0.5) and clock.dog.stuck
+
+
+def test_a_frame_of_many_slow_rows_is_not_stuck():
+    clock = Clock()
+    for row in range(10):
+        clock.cell[:] = [1, 1, row]
+        assert not clock.after(STUCK_AFTER - 0.3)
+
+
+def test_a_paced_wait_is_no_stall_but_silence_is():
+    clock = Clock()
+    clock.cell[:] = [1, 0, -1]
+    assert not clock.after(600, heard=True)
+    assert not clock.after(SILENT_AFTER - 1)
+    assert clock.after(2) and not clock.dog.stuck
+
+
+def test_what_may_take_long_is_given_time():
+    clock = Clock()
+    assert not clock.after(PATIENCE - 1, patient=True)
+    assert clock.after(2, patient=True)
+
+
+def test_a_machine_that_slept_has_nobody_stuck():
+    clock = Clock()
+    clock.cell[:] = [1, 1, 5]
+    assert not clock.after(3600, step=3600)
