@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from rrp_sheets.checks.known import (
+    ANY,
+    BLANK,
     LIST,
     NUMBER,
     TEXT,
@@ -19,8 +21,7 @@ from rrp_sheets.checks.known import (
     one_of,
 )
 from rrp_sheets.formulas import HelperDef, Table
-from rrp_sheets.formulas.functions.logic import IfError
-from rrp_sheets.formulas.functions.tables import Pick
+from rrp_sheets.formulas.nodes import IfError, Pick
 from rrp_sheets.model.values import Value
 
 Names = Mapping[str, Known]
@@ -98,7 +99,25 @@ def _member(lists: tuple[Value, ...] | None) -> Known:
 
 
 def _ifexp(node: ast.IfExp, env: _Env) -> Known:
+    held = _holds(node.test, env)
+    if held is not None:
+        return _of(node.body if held else node.orelse, env)
     return either(_of(node.body, env), _of(node.orelse, env))
+
+
+def _holds(test: ast.AST, env: _Env) -> bool | None:
+    """Whether a condition holds, where that is certain: `ISBLANK(start)` when start is known to be blank."""
+    if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
+        held = _holds(test.operand, env)
+        return None if held is None else not held
+    if isinstance(test, ast.BoolOp):
+        parts = [_holds(v, env) for v in test.values]
+        wanted = isinstance(test.op, ast.Or)
+        return wanted if wanted in parts else None if None in parts else not wanted
+    if isinstance(test, ast.Call) and isinstance(test.func, ast.Name) and test.func.id == "ISBLANK":
+        value = _of(test.args[0], env)
+        return True if value.kind == BLANK else None if value.blank or value.kind == ANY else False
+    return None
 
 
 def _iferror(node: IfError, env: _Env) -> Known:
@@ -190,7 +209,7 @@ def _call(node: ast.Call, env: _Env) -> Known:
     helper: HelperDef | None = getattr(node, "helper", None)
     if helper is not None:
         given = {p.name: _of(a, env) for p, a in zip(helper.parameters, node.args, strict=True)}
-        return _of(helper.tree, _Env(given, env.budget)) if helper.tree is not None else UNKNOWN
+        return _of(helper.tree, _Env(given, env.budget)) if helper.tree else UNKNOWN
     name = node.func.id if isinstance(node.func, ast.Name) else ""
     if name in _SPECIAL:
         return _SPECIAL[name](node, env)

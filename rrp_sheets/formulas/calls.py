@@ -10,7 +10,6 @@ from typing import NoReturn
 from rrp_sheets.formulas.elsewhere import AMBIGUOUS, function_here, name_here
 from rrp_sheets.formulas.functions import Function
 from rrp_sheets.formulas.hints import cell, cell_reference
-from rrp_sheets.formulas.nodes import Plain
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.scope import HelperDef, Scope
 from rrp_sheets.model.names import argument_name, key, nearest
@@ -168,10 +167,10 @@ class Calls:
         return FormulaProblem("FORM005", node.col_offset, len(name), name=name, remedy=advice)
 
 
-def plain(value: object) -> Plain:
-    """A node of a value that is no literal."""
-    node = Plain()
-    node.value = value
+def plain(value: object) -> ast.Constant:
+    """A node of a value that is no literal of Python: a table, or a column of one."""
+    node = ast.Constant(None)
+    node.value = value  # type: ignore[assignment]
     return node
 
 

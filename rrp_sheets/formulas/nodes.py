@@ -40,11 +40,3 @@ class Pick(ast.expr):
 
     members: list[ast.expr]
     site: str
-
-
-class Plain(ast.expr):
-    """A value that is no literal of Python: a table, or a column of one."""
-
-    _fields = ()
-
-    value: object

@@ -14,7 +14,7 @@ from typing import Any
 
 from rrp_sheets.formulas.calls import Calls, plain
 from rrp_sheets.formulas.limits import DEEPEST, LARGEST_NUMBER, MOST_LOOPS, MOST_NODES
-from rrp_sheets.formulas.nodes import Join, Pick, Plain
+from rrp_sheets.formulas.nodes import Join, Pick
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.scope import Scope
 from rrp_sheets.formulas.tables import Table
@@ -32,8 +32,9 @@ _TABLE_ARGUMENT = {"INDEX": 0, "XLOOKUP": 2, "FIRST": 0, "LAST": 0}
 def resolve(tree: ast.expr, scope: Scope, typed: str) -> ast.expr:
     """Check a tree against the allow-list and bind its names; raises FormulaProblem at the first violation."""
     resolved = _Resolver(scope, typed).visit_at(tree, 0)
-    if isinstance(resolved, Plain) and isinstance(resolved.value, Table):
-        raise FormulaProblem("FORM020", tree.col_offset, len(resolved.value.name), table=resolved.value.name)
+    table = _table_of(resolved)
+    if table is not None:
+        raise FormulaProblem("FORM020", tree.col_offset, len(table.name), table=table.name)
     return resolved
 
 
@@ -201,7 +202,8 @@ class _Resolver(Calls):
             source = owner.members[0]
         elif isinstance(owner, ast.Call) and isinstance(owner.func, ast.Name) and owner.func.id in _TABLE_ARGUMENT:
             source = owner.args[_TABLE_ARGUMENT[owner.func.id]] if not hasattr(owner, "helper") else None
-        return source.value.type if isinstance(source, Plain) and isinstance(source.value, Table) else None
+        table = _table_of(source)
+        return table.type if table else None
 
     # ---- texts with values in them
     def on_joinedstr(self, node: ast.JoinedStr, depth: int) -> ast.expr:
@@ -218,6 +220,11 @@ class _Resolver(Calls):
                 raise FormulaProblem("FORM010", node.col_offset, _width(node), spec=spec)
         node.value = self.visit_at(node.value, depth)
         return node
+
+
+def _table_of(node: ast.expr | None) -> Table | None:
+    value: object = node.value if isinstance(node, ast.Constant) else None
+    return value if isinstance(value, Table) else None
 
 
 def _width(node: ast.expr) -> int:

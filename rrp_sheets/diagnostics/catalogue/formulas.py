@@ -38,6 +38,8 @@ CODES = (
     Code("FORM020", _E, "Whole table", "The whole table {table} cannot be sent on.",
          "Take a row with INDEX({table}; 1), XLOOKUP or PICK, or a column such as {table}[…]."),
     Code("FORM021", _E, "No fields", "{what} has no fields.", "{remedy}"),
+    Code("FORM022", _E, "Input not understood", "The formula cannot be tried: {reason}.",
+         'Write {{"formula": "x + 1", "inputs": {{"x": 5}}}} on one line.'),
     Code("FORM101", _W, "Division by zero", "This divides by zero.", "Filter out the zeros before, or use IF."),
     Code("FORM102", _W, "Blank where a value is needed", "There is a blank where {needed} is needed.",
          "Filter blanks out before, or test with ISBLANK."),

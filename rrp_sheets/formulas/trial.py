@@ -1,0 +1,151 @@
+"""Trying one formula with inputs from outside: JSON, or what somebody typed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from rrp_sheets.diagnostics import CODES
+from rrp_sheets.formulas.evaluator import GuardedInterpreter
+from rrp_sheets.formulas.formula import compile_formula
+from rrp_sheets.formulas.limits import LARGEST_NUMBER, LONGEST_LIST, LONGEST_TEXT, MOST_LEAVES
+from rrp_sheets.formulas.problems import FormulaProblem
+from rrp_sheets.formulas.scope import make_scope
+from rrp_sheets.formulas.tables import value_of
+from rrp_sheets.model.names import key
+from rrp_sheets.model.values import Failure, Record, Value, record_from_mapping, to_json
+
+_MOST_INPUTS = 50
+_DEEPEST = 8  # objects and lists within each other
+_KINDS = {bool: "truth", int: "number", float: "number", str: "text"}
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What became of a formula.
+
+    Attributes:
+        outcome: `ok`; `rejected` before it was evaluated; or `error`, found by evaluating it.
+        value: when it is ok.
+        code, message, remedy: when it is not.
+        column, length: the place in the formula as typed, counted from 0; -1 when it has none.
+    """
+
+    outcome: str
+    value: Value = None
+    code: str = ""
+    message: str = ""
+    remedy: str = ""
+    column: int = -1
+    length: int = 1
+
+    def as_dict(self) -> dict[str, Any]:
+        """As `formula --json` answers."""
+        if self.outcome == "ok":
+            return {"outcome": "ok", "value": to_json(self.value)}
+        return {"outcome": self.outcome, "code": self.code, "message": self.message, "column": self.column}
+
+
+def try_formula(text: str, inputs: Mapping[str, Any], interpreter: GuardedInterpreter | None = None) -> Answer:
+    """Evaluate a formula once. Inputs are what JSON knows; an object is a payload record with its keys as fields.
+
+    >>> try_formula("IF(ball.distance > 3; 1; 0)", {"ball": {"distance": 5}}).value
+    1
+    >>> try_formula("1 / x", {"x": 0}).code, try_formula("x +", {"x": 1}).outcome
+    ('FORM101', 'rejected')
+    """
+    try:
+        if len(inputs) > _MOST_INPUTS:
+            raise FormulaProblem("FORM022", reason=f"there are more than {_MOST_INPUTS} inputs")
+        left = [MOST_LEAVES]
+        values = {name: _value(value, name, left, 0) for name, value in inputs.items()}
+        kinds = {name: _KINDS.get(type(v), "") for name, v in values.items()}
+        scope = make_scope([(n, v.type if isinstance(v, Record) else None) for n, v in values.items()], kinds=kinds)
+        evaluate = compile_formula(text, scope).prepare(interpreter or GuardedInterpreter())
+    except FormulaProblem as problem:
+        return Answer("rejected", None, problem.code, problem.message, problem.remedy, problem.column, problem.length)
+    result = evaluate(*values.values())
+    if isinstance(result, Failure):
+        remedy = CODES[result.code].remedy
+        return Answer("error", None, result.code, result.message, "" if "{" in remedy else remedy, result.column)
+    return Answer("ok", result)
+
+
+def answer_line(line: str, interpreter: GuardedInterpreter | None = None) -> Answer:
+    """The answer to `{"formula": …, "inputs": {…}}`; a line that is none is rejected with the reason.
+
+    >>> answer_line('{"formula": "x & 1", "inputs": {"x": "a"}}').value, answer_line("{").code
+    ('a1', 'FORM022')
+    """
+    try:
+        request = json.loads(line, parse_constant=_no_constant)
+    except ValueError as error:
+        return _rejected(str(error) if type(error) is ValueError else "it is not JSON")
+    except RecursionError:
+        return _rejected("it is nested too deeply")
+    if not isinstance(request, dict) or not isinstance(request.get("formula"), str):
+        return _rejected('it is no object with a text as its "formula"')
+    inputs = request.get("inputs", {})
+    if not isinstance(inputs, dict):
+        return _rejected('its "inputs" are no object')
+    return try_formula(request["formula"], inputs, interpreter)
+
+
+def typed_value(text: str) -> Any:
+    """The value that somebody typed for an input: JSON, or what a cell of a table would be.
+
+    >>> typed_value("2.5"), typed_value("red"), typed_value('{"x": 1}'), typed_value("TRUE"), typed_value("[1, 2]")
+    (2.5, 'red', {'x': 1}, True, [1, 2])
+    """
+    if text[:1] in ("{", "[", '"'):
+        try:
+            return json.loads(text, parse_constant=_no_constant)
+        except (ValueError, RecursionError):
+            return text
+    return value_of(text)
+
+
+def _rejected(reason: str) -> Answer:
+    problem = FormulaProblem("FORM022", reason=reason)
+    return Answer("rejected", None, problem.code, problem.message, problem.remedy)
+
+
+def _no_constant(name: str) -> None:
+    raise ValueError(f"{name} is no value")
+
+
+def _value(value: Any, name: str, left: list[int], depth: int) -> Value:
+    """A value from JSON as formulas know it; everything has a bound."""
+    left[0] -= 1
+    if left[0] < 0:
+        raise FormulaProblem("FORM022", reason=f"the inputs have more than {MOST_LEAVES} values")
+    reason = f"the input {name} is nested too deeply" if depth > _DEEPEST else _unfit(value, name)
+    if reason:
+        raise FormulaProblem("FORM022", reason=reason)
+    if isinstance(value, (list, tuple)):
+        return [_value(v, name, left, depth + 1) for v in value]
+    if isinstance(value, Mapping):
+        return record_from_mapping(name, {k: _value(v, name, left, depth + 1) for k, v in value.items()})
+    return value
+
+
+def _unfit(value: Any, name: str) -> str:
+    """What is wrong with a value, or nothing."""
+    if value is None or isinstance(value, bool):
+        return ""
+    if isinstance(value, str):
+        if len(value) > LONGEST_TEXT:
+            return f"the input {name} has more than {LONGEST_TEXT} characters"
+        broken = any("\ud800" <= c <= "\udfff" for c in value)
+        return f"the input {name} has a character that is none" if broken else ""
+    if isinstance(value, (int, float)):
+        fits = -LARGEST_NUMBER <= value <= LARGEST_NUMBER
+        return "" if fits else f"the input {name} is beyond the numbers of formulas, which go up to 1e15"
+    if isinstance(value, (list, tuple)):
+        return "" if len(value) <= LONGEST_LIST else f"the input {name} has more than {LONGEST_LIST} places"
+    if isinstance(value, Mapping) and all(isinstance(k, str) for k in value):
+        single = len({key(k) for k in value}) == len(value)
+        return "" if single else f"the input {name} has two fields of one name"
+    return f"the input {name} is no value that formulas know"
