@@ -293,7 +293,7 @@ def test_a_tracker_without_anything_seen_says_so() -> None:
 def test_the_film_and_the_strip_are_written(tmp_path: Path) -> None:
     scene = "| 0 | Red ball | appears | at 0.7, 0.1, 0.4 |\n| 1 | Operator | presses | Start |"
     played = play((tracker("Head"),), follow, 3, scene=scene, out=tmp_path, film=True)
-    assert played.said("note") == ["Operator presses Start: nothing in this simulation notices it yet."]
+    assert played.said("note") == ["Operator presses Start: no sensor of this workbook notices it."]
     with Image.open(tmp_path / "film.gif") as film, Image.open(tmp_path / "strip.png") as strip:
         assert getattr(film, "n_frames", 1) >= 9
         assert strip.width > 4 * strip.height

@@ -7,11 +7,14 @@ from typing import Protocol
 
 from rrp_sheets.devices.catalogue import Robot
 from rrp_sheets.devices.scene_values import BALL_SIZE, FACE_HEIGHT
+from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Value
 
 PERSON = "person"
 BALL = " ball"
+BETWEEN_US = 2_500_000  # between two things that people do
+_DOERS = {"press": ("Operator", "label"), "touch": ("Person", "zone"), "say": ("Person", "words")}
 HEIGHT = 0.574  # m: of the robot that the places below suit
 
 
@@ -35,20 +38,38 @@ def default_scene(sensors: Sequence[SensorUse], robot: Robot) -> tuple[SceneActi
     Places suit a robot of NAO's height and grow with the robot.
     """
     shown: dict[str, None] = {}
+    doings: list[tuple[str, Value]] = []
     for use in sensors:
         found = robot.find(use.device)
         if found is not None:
             settings = found.type.with_defaults(use.settings)
+            doings += [(verb, what) for s in found.type.shows if (verb := s.split()[0]) in _DOERS
+                       for what in _said_in(s.removeprefix(verb).strip(), settings, robot)]  # fmt: skip
             shown.update(
-                (s.format(**{k: str(v).casefold() for k, v in settings.items()}), None) for s in found.type.shows
-            )
+                (s.format(**{k: str(v).casefold() for k, v in settings.items()}), None)
+                for s in found.type.shows if s.split()[0] not in _DOERS
+            )  # fmt: skip
     grow = float(robot.data["robot"].get("height", HEIGHT)) / HEIGHT
     actions: list[SceneAction] = []
     for number, ball in enumerate(s for s in shown if s.endswith(BALL)):
         actions += _ball_play(ball.removesuffix(BALL), number, grow)
     if PERSON in shown:
         actions += _visit(grow)
+    for place, (verb, what) in enumerate(dict.fromkeys(doings)):
+        thing, name = _DOERS[verb]
+        actions.append(SceneAction(1_000_000 + place * BETWEEN_US, thing, verb, {name: what}))
     return tuple(sorted(actions, key=lambda a: a.time_us))
+
+
+def _said_in(pattern: str, settings: Mapping[str, Value], robot: Robot) -> list[str]:
+    """What somebody does for a sensor: a pattern such as `{zone}`, with its settings; a blank zone is the head."""
+    name = pattern.removeprefix("{").removesuffix("}")
+    given = settings.get(name)
+    if isinstance(given, tuple):
+        return [str(g) for g in given]
+    words = pattern.format(**{k: str(v or "Left" if k == "side" else v or "") for k, v in settings.items()})
+    zones = {key(z): z for z in robot.touch_zones}
+    return [zones.get(key(words), words or next(iter(robot.touch_zones), ""))]
 
 
 def _ball_play(colour: str, number: int, grow: float) -> list[SceneAction]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rrp_sheets.devices.catalogue import Robot
-from rrp_sheets.model.exchange import Command, DeviceUse
+from rrp_sheets.model.exchange import DONE, Command, DeviceUse
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import RecordType, Value
@@ -27,6 +27,7 @@ class SimulatedWorld(World):
         sensors: the sensors in use; their values arrive in this order.
         actuators: the actuators in use.
         scene: what happens in the world.
+        dones: streams that tell the end of commands, each with its actuator stream.
         seed: for what is random (nothing is in this version).
         frame_rate: frames a second of the engine; divides 240.
         out: the folder of the run, for `say-001.wav`, …, `film.gif` and `strip.png`; None writes nothing.
@@ -44,6 +45,7 @@ class SimulatedWorld(World):
         actuators: Sequence[DeviceUse],
         scene: Sequence[SceneAction] = (),
         *,
+        dones: Mapping[str, str] | None = None,
         seed: int = 0,
         frame_rate: int = 30,
         out: Path | None = None,
@@ -57,9 +59,11 @@ class SimulatedWorld(World):
             found = robot.find(use.device)
             if found is not None and found.type.payload is not None:
                 self._records[use.stream] = found.type.payload
+        self._records.update(dict.fromkeys(dones or (), DONE))
         spec = Spec(
-            robot=robot, sensors=_specs(sensors, robot), actuators=_specs(actuators, robot), scene=tuple(scene),
-            seed=seed, frame_rate=frame_rate, out=str(out.resolve()) if out is not None else "", film=film, title=title,
+            robot=robot, sensors=_specs(sensors, robot), actuators=_specs(actuators, robot),
+            dones={of: done for done, of in (dones or {}).items()}, scene=tuple(scene), seed=seed,
+            frame_rate=frame_rate, out=str(out.resolve()) if out is not None else "", film=film, title=title,
         )  # fmt: skip
         self._process = SimProcess(spec)
 

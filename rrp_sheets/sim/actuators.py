@@ -10,6 +10,7 @@ from typing import Protocol
 from rrp_sheets.model.exchange import Command, DeviceUse, Happening
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record, Value, show
+from rrp_sheets.sim.arbitration import Arbiter, Job
 from rrp_sheets.sim.body import Body
 from rrp_sheets.sim.colours import EXAMPLE, RGB, parse_colour
 from rrp_sheets.sim.faces import Faces
@@ -18,6 +19,8 @@ from rrp_sheets.sim.tracker import Trackers
 from rrp_sheets.sim.voice import Voice
 
 Tell = Callable[[Happening], None]
+REACHED = 0.03  # rad: nearer than this a joint is where it was sent
+PATIENCE_US = 1_000_000  # a joint that is not there so long after its motion is blocked: given up
 
 
 class Eyes:
@@ -50,6 +53,7 @@ class Parts:
     voice: Voice
     faces: Faces
     trackers: Trackers
+    arbiter: Arbiter
     tell: Tell
     seeing: frozenset[str]  # the sensor streams that tell where something is
 
@@ -58,7 +62,11 @@ class Actuator(Protocol):
     """Carries out the orders of one actuator stream."""
 
     def take(self, order: Command, us: int) -> None:
-        """Carry out an order; blank stops what the stream is doing."""
+        """Carry out an order, which is not blank."""
+        ...
+
+    def blank(self, order: Command, us: int) -> None:
+        """End what the stream does and has waiting."""
         ...
 
 
@@ -69,15 +77,23 @@ class _Base:
         self.settings: Mapping[str, Value] = spec.settings
         self.uses = parts.body.robot.devices[key(spec.device)].resources_for(spec.settings)
 
+    def blank(self, order: Command, us: int) -> None:
+        """End what the stream does and has waiting."""
+        self.parts.arbiter.stop(order.stream, us)
+
     def wrong(self, order: Command, needs: str) -> None:
         """Tell that a value cannot be used here."""
-        text = f"{self.spec.name} cannot use {show(order.value)}: it needs {needs}."
-        self.parts.tell(Happening("error", text, order.stream, order.row))
+        self.fail(order, f"{self.spec.name} cannot use {show(order.value)}: it needs {needs}.")
 
-    def refused(self, order: Command) -> None:
-        """Tell that something of a larger priority is going on."""
-        text = f"{self.spec.name} does nothing now: what moves the robot has a higher priority."
-        self.parts.tell(Happening("error", text, order.stream, order.row))
+    def fail(self, order: Command, text: str, kind: str = "error") -> None:
+        """Tell why an order is not carried out; it is over."""
+        self.parts.tell(Happening(kind, text, order.stream, order.row))
+        self.parts.arbiter.at_once(order, completed=False)
+
+    @property
+    def refused(self) -> str:
+        """What is told when something of a larger priority is going on."""
+        return f"{self.spec.name} does nothing now: what moves the robot has a higher priority."
 
     def clamp(self, order: Command, what: str, value: float, limits: tuple[float, float], unit: str = "") -> float:
         """The value within its limits, telling when that changes it."""
@@ -93,14 +109,13 @@ class EyeLedColor(_Base):
 
     def take(self, order: Command, us: int) -> None:
         """Paint the eyes."""
-        if order.value is None:
-            return
         colour = parse_colour(order.value)
         if colour is None:
             self.wrong(order, f"a colour, for example {EXAMPLE}")
             return
         self.parts.eyes.colour = colour
         self.parts.eyes.show()
+        self.parts.arbiter.at_once(order)
 
 
 class EyeColor(_Base):
@@ -108,15 +123,13 @@ class EyeColor(_Base):
 
     def take(self, order: Command, us: int) -> None:
         """Paint the eyes."""
-        if order.value is None:
-            return
         colour = parse_colour(self.settings.get("colour"))
         if colour is None:
-            text = f"{self.spec.name}: its setting Colour needs a colour, for example {EXAMPLE}."
-            self.parts.tell(Happening("error", text, order.stream, order.row))
+            self.fail(order, f"{self.spec.name}: its setting Colour needs a colour, for example {EXAMPLE}.")
             return
         self.parts.eyes.colour = colour
         self.parts.eyes.show()
+        self.parts.arbiter.at_once(order)
 
 
 class EyeBrightness(_Base):
@@ -124,8 +137,6 @@ class EyeBrightness(_Base):
 
     def take(self, order: Command, us: int) -> None:
         """Dim or brighten the eyes."""
-        if order.value is None:
-            return
         number = as_number(order.value)
         if number is None:
             self.wrong(order, "a number from 0 to 1")
@@ -135,33 +146,45 @@ class EyeBrightness(_Base):
             self.parts.eyes.colour = colour
         self.parts.eyes.brightness = self.clamp(order, "Brightness", number, (0.0, 1.0))
         self.parts.eyes.show()
+        self.parts.arbiter.at_once(order)
 
 
-class SayInput(_Base):
+class _Say(_Base):
+    def say(self, text: str, order: Command, us: int) -> None:
+        """Say a text, at once or after what is being said."""
+        voice, settings = self.parts.voice, self.settings
+        if not text.strip():
+            self.parts.arbiter.at_once(order)
+            return
+
+        def begin(order: Command, us: int) -> None:
+            voice.say(text, order, settings, us)
+
+        refused = f"“{text}” is not said: what is being said has a higher priority."
+        self.parts.arbiter.take(Job(order, self.uses, begin, voice.stop, voice.over, refused=refused), us)
+
+
+class SayInput(_Say):
     """Says what arrives."""
 
     def take(self, order: Command, us: int) -> None:
         """Say a text or a number."""
         value = order.value
-        if value is None:
-            self.parts.voice.stop(order.stream, us)
-        elif isinstance(value, str):
-            self.parts.voice.say(value, order, self.settings, us)
-        elif (number := as_number(value)) is not None:
-            self.parts.voice.say(f"{number:.6g}", order, self.settings, us)
+        number = as_number(value)
+        if isinstance(value, str):
+            self.say(value, order, us)
+        elif number is not None:
+            self.say(f"{number:.6g}", order, us)
         else:
             self.wrong(order, "a text to say")
 
 
-class SayParameter(_Base):
+class SayParameter(_Say):
     """Says the text of its setting."""
 
     def take(self, order: Command, us: int) -> None:
         """Say it."""
-        if order.value is None:
-            self.parts.voice.stop(order.stream, us)
-        else:
-            self.parts.voice.say(str(self.settings.get("text") or ""), order, self.settings, us)
+        self.say(str(self.settings.get("text") or ""), order, us)
 
 
 class RememberFace(_Base):
@@ -170,8 +193,6 @@ class RememberFace(_Base):
     def take(self, order: Command, us: int) -> None:
         """Remember the face of the record that arrives, else the new face in view."""
         value = order.value
-        if value is None:
-            return
         name = str(self.settings.get("name") or "")
         number = None
         if isinstance(value, str) and value.strip():
@@ -182,11 +203,12 @@ class RememberFace(_Base):
         if not self.parts.faces.anyone:
             self.parts.faces.look(self.parts.body.camera())
         if not self.parts.faces.anyone:
-            self.parts.tell(Happening("note", "There is no face to remember in view.", order.stream, order.row))
+            self.fail(order, "There is no face to remember in view.", "note")
             return
         remembered = self.parts.faces.remember(name, number)
         if remembered:
             self.parts.tell(Happening("note", f"The face is remembered as {remembered}.", order.stream, order.row))
+        self.parts.arbiter.at_once(order, completed=bool(remembered))
 
 
 class Track(_Base):
@@ -197,17 +219,24 @@ class Track(_Base):
         parts.trackers.add(spec.stream, spec.settings, self.uses)
 
     def take(self, order: Command, us: int) -> None:
-        """Follow, or let go."""
-        if order.value is None:
-            self.parts.trackers.stop(order.stream)
-        elif not self.parts.seeing.intersection(order.sensors):
-            text = f"{self.spec.name} has nothing to follow: its row does not come from a sensor that sees something."
-            self.parts.tell(Happening("error", text, order.stream, order.row))
-        elif key(str(self.settings.get("mode"))) == "move" and key(str(self.settings.get("effector"))) == "none":
-            text = f"{self.spec.name} moves nothing: in the mode Move it needs an Effector, for example Nearest arm."
-            self.parts.tell(Happening("error", text, order.stream, order.row))
-        elif not self.parts.trackers.follow(order, us):
-            self.refused(order)
+        """Follow until something else happens."""
+        if not self.parts.seeing.intersection(order.sensors):
+            self.fail(
+                order,
+                f"{self.spec.name} has nothing to follow: its row does not come from a sensor that sees something.",
+            )
+            return
+        if key(str(self.settings.get("mode"))) == "move" and key(str(self.settings.get("effector"))) == "none":
+            self.fail(
+                order,
+                f"{self.spec.name} moves nothing: in the mode Move it needs an Effector, for example Nearest arm.",
+            )
+            return
+        trackers, stream = self.parts.trackers, order.stream
+        self.parts.arbiter.give_way(trackers.idle(stream, us), order.priority, us)
+        job = Job(order, self.uses, trackers.follow, lambda us: trackers.stop(stream), endless=True,
+                  refused=self.refused)  # fmt: skip
+        self.parts.arbiter.take(job, us)
 
 
 class SetJointPosition(_Base):
@@ -220,12 +249,7 @@ class SetJointPosition(_Base):
         joint = body.robot.joints.get(key(named))
         joints = (joint.name,) if joint else body.robot.groups.get(key(named), ())
         if not joints:
-            text = f"{self.spec.name}: there is no joint “{named}”."
-            self.parts.tell(Happening("error", text, order.stream, order.row))
-            return
-        if order.value is None:
-            for name in joints:
-                body.halt(name)
+            self.fail(order, f"{self.spec.name}: there is no joint “{named}”.")
             return
         values = list(order.value) if isinstance(order.value, (list, tuple)) else [order.value]
         angles = [as_number(v) for v in values]
@@ -233,15 +257,30 @@ class SetJointPosition(_Base):
             many = f"a list of {len(joints)} angles in rad ({', '.join(joints)})"
             self.wrong(order, "an angle in rad, for example 0.5" if len(joints) == 1 else many)
             return
-        self._move(order, dict(zip(joints, (a for a in angles if a is not None), strict=True)))
+        goals = dict(zip(joints, (a for a in angles if a is not None), strict=True))
+        late = 0  # when the joints should have been where they were sent
+
+        def cease(us: int) -> None:
+            for name in goals:
+                body.halt(name)
+
+        def over(us: int) -> bool | None:
+            nonlocal late
+            if any(body.on_its_way(name) for name in goals):
+                late = us + PATIENCE_US
+                return None
+            if all(abs(body.position(name) - body.aimed(name)) < REACHED for name in goals):
+                return True
+            return None if us < late else False
+
+        job = Job(order, self.uses, lambda order, us: self._move(order, goals), cease, over, joints=frozenset(goals),
+                  refused=self.refused)  # fmt: skip
+        self.parts.arbiter.take(job, us)
 
     def _move(self, order: Command, angles: dict[str, float]) -> None:
         body = self.parts.body
         share = float(self.settings["speed"])
         yaw = angles.get("HeadYaw", body.aimed("HeadYaw"))
-        if not all(self.parts.trackers.release(part, order.priority) for part in sorted(self.uses)):
-            self.refused(order)
-            return
         for name, angle in angles.items():
             joint = body.robot.joints[key(name)]
             if joint.chain in ("LLeg", "RLeg"):
@@ -268,6 +307,27 @@ class Print(_Base):
         value = order.value
         text = value if isinstance(value, str) else show(value)
         self.parts.tell(Happening("note", text, order.stream, order.row))
+        self.parts.arbiter.at_once(order)
+
+    def blank(self, order: Command, us: int) -> None:
+        """A blank is shown like any other value."""
+        self.parts.tell(Happening("note", show(None), order.stream, order.row))
+
+
+class Later(_Base):
+    """What the simulated robot does not carry out yet: every command is over at once, not completed."""
+
+    def __init__(self, spec: DeviceUse, parts: Parts) -> None:
+        super().__init__(spec, parts)
+        self._told = False
+
+    def take(self, order: Command, us: int) -> None:
+        """Say so, once."""
+        if self._told:
+            self.parts.arbiter.at_once(order, completed=False)
+            return
+        self._told = True
+        self.fail(order, f"{self.spec.name}: the simulated robot does not carry out {self.spec.device} yet.", "note")
 
 
 ACTUATORS: Mapping[str, Callable[[DeviceUse, Parts], Actuator]] = {
@@ -275,6 +335,13 @@ ACTUATORS: Mapping[str, Callable[[DeviceUse, Parts], Actuator]] = {
     "SayParameter": SayParameter, "RememberFace": RememberFace, "Tracker": Track,
     "SetJointPosition": SetJointPosition, "Print": Print,
 }  # fmt: skip
+
+
+def make_actuator(spec: DeviceUse, parts: Parts) -> Actuator | None:
+    """What carries out the orders of an actuator stream; None when the engine does."""
+    if parts.body.robot.devices[key(spec.device)].engine:
+        return None
+    return ACTUATORS.get(spec.device, Later)(spec, parts)
 
 
 def as_number(value: Value) -> float | None:

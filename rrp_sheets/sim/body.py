@@ -123,6 +123,10 @@ class Body:
         """Where the joint is, rad."""
         return float(self._b.getJointState(self.id, self.index[joint])[0])
 
+    def on_its_way(self, joint: str) -> bool:
+        """Whether a joint's motion is not over yet."""
+        return joint in self._moving
+
     def moving(self) -> bool:
         """Whether any joint is on its way."""
         return bool(self._moving)

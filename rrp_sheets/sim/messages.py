@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from rrp_sheets.devices.catalogue import Robot
 from rrp_sheets.model.exchange import DeviceUse, Happening
@@ -23,6 +23,7 @@ class Spec:
         out: the folder for sound and film, or empty for none.
         film: whether to record the film and the strip of moments.
         title: shown on the strip.
+        dones: the actuator streams whose ends somebody wants to know, each with the stream that tells them.
     """
 
     robot: Robot
@@ -34,6 +35,7 @@ class Spec:
     out: str = ""
     film: bool = False
     title: str = ""
+    dones: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,10 +13,14 @@ from rrp_sheets.sim.body import Body, Pose
 from rrp_sheets.sim.camera import Eye, Image
 from rrp_sheets.sim.colours import parse_colour
 from rrp_sheets.sim.faces import Faces
+from rrp_sheets.sim.signals import Signals, words_in
 from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.vision import Detector, Spot
 
 STEPS_A_SECOND = 240
+LYING = 1.0  # rad of roll or pitch: the robot has fallen
+DEGREE = 0.0175  # rad: a torso that turns less has not turned
+SURE = 0.9  # the confidence of a word that the scene tells
 STILL = 2.5e-4  # rad: a joint that moves less has not moved (the physics trembles less than that when standing)
 
 
@@ -72,10 +76,18 @@ class Senses:
     body: Body
     sight: Sight
     faces: Faces
+    signals: Signals
+    deaf: Callable[[], bool]  # whether the robot speaks
 
 
 class Sensor(Protocol):
-    """Gives the values of one sensor stream."""
+    """Gives the values of one sensor stream.
+
+    Attributes:
+        locates: whether its values tell where something is, so that a tracker can follow it.
+    """
+
+    locates: bool
 
     def read(self) -> list[Value]:
         """The values of now; records as mappings of their fields."""
@@ -83,6 +95,8 @@ class Sensor(Protocol):
 
 
 class _Base:
+    locates = False
+
     def __init__(self, spec: DeviceUse, senses: Senses) -> None:
         self.spec = spec
         self.senses = senses
@@ -90,6 +104,8 @@ class _Base:
 
 class BallSensor(_Base):
     """A ball of a colour, or the largest of any colour."""
+
+    locates = True
 
     def __init__(self, spec: DeviceUse, senses: Senses) -> None:
         super().__init__(spec, senses)
@@ -112,6 +128,8 @@ class BallSensor(_Base):
 class Blob(_Base):
     """The largest spot of a colour."""
 
+    locates = True
+
     def read(self) -> list[Value]:
         """The spot, if there is one."""
         settings = self.spec.settings
@@ -122,6 +140,8 @@ class Blob(_Base):
 
 class Face(_Base):
     """Faces in view."""
+
+    locates = True
 
     def read(self) -> list[Value]:
         """Every face in view."""
@@ -148,17 +168,89 @@ class JointPosition(_Base):
         return [round(position, 4) + 0.0]
 
 
+class Orientation(_Base):
+    """How the torso is turned, when that has changed."""
+
+    _last: tuple[float, float, float, bool] | None = None
+
+    def read(self) -> list[Value]:
+        """The angles in rad, or nothing when they are much the same as before."""
+        body = self.senses.body
+        roll, pitch, yaw = body.tilt()
+        now = (roll, pitch, yaw, max(abs(roll), abs(pitch)) > LYING)
+        last = self._last
+        if last and last[3] == now[3] and all(abs(a - b) < DEGREE for a, b in zip(now[:3], last[:3], strict=True)):
+            return []
+        self._last = now
+        return [{"roll": roll, "pitch": pitch, "yaw": yaw, "fallen": now[3]}]
+
+
+class Button(_Base):
+    """An operator's button: the scene presses it."""
+
+    _count = 0
+
+    def read(self) -> list[Value]:
+        """One value for each press of this step."""
+        label, values = str(self.spec.settings.get("label") or self.spec.name), list[Value]()
+        for pressed in self.senses.signals.presses:
+            if key(pressed) == key(label):
+                self._count += 1
+                self.senses.signals.noticed("press", pressed)
+                values.append({"label": label, "count": self._count})
+        return values
+
+
+class Touched(_Base):
+    """Touches of some zones: all, the feet, the chest, or one of them."""
+
+    def __init__(self, spec: DeviceUse, senses: Senses) -> None:
+        super().__init__(spec, senses)
+        zone, side = spec.settings.get("zone"), spec.settings.get("side")
+        zones = senses.body.robot.touch_zones
+        if spec.device == "Bumper":
+            zones = (f"{side} foot",) if side else ("Left foot", "Right foot")
+        elif spec.device == "ChestButton":
+            zones = ("Chest",)
+        self._zones = frozenset((str(zone),) if zone else zones)
+
+    def read(self) -> list[Value]:
+        """The touches that begin or end now."""
+        values: list[Value] = []
+        for zone, pressed in self.senses.signals.touches:
+            if zone in self._zones:
+                self.senses.signals.noticed("touch", zone)
+                values.append({"pressed": pressed, "zone": zone})
+        return values
+
+
+class Words(_Base):
+    """Words that somebody says, told by the scene; deaf while the robot speaks."""
+
+    def read(self) -> list[Value]:
+        """The words of now."""
+        if self.senses.deaf():
+            return []
+        values: list[Value] = []
+        for said in self.senses.signals.sayings:
+            for word in words_in(said, tuple(self.spec.settings.get("words") or ())):
+                self.senses.signals.noticed("say", said)
+                values.append({"word": word, "confidence": SURE})
+        return values
+
+
 SENSORS: Mapping[str, Callable[[DeviceUse, Senses], Sensor]] = {
     "RedBall": BallSensor, "GreenBall": BallSensor, "BlueBall": BallSensor, "Ball": BallSensor,
-    "Blob": Blob, "FaceDetection": Face, "JointPosition": JointPosition,
+    "Blob": Blob, "FaceDetection": Face, "JointPosition": JointPosition, "Orientation": Orientation,
+    "OperatorButton": Button, "Touch": Touched, "Bumper": Touched, "ChestButton": Touched, "WordRecognized": Words,
 }  # fmt: skip
 
 
 class Clock:
-    """When a sensor is read: every 1/rate s, at the physics' step then or next after."""
+    """When a sensor is read: every 1/rate s, at the physics' step then or next after; without a Rate at every step."""
 
     def __init__(self, spec: DeviceUse) -> None:
-        self._rate = float(spec.settings["rate"])
+        self._rate = float(spec.settings.get("rate") or STEPS_A_SECOND)
         self._next = 0
 
     def due(self, step: int) -> bool:

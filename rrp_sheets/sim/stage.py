@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from rrp_sheets.model.exchange import Happening
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Value
@@ -62,8 +61,9 @@ class Person:
 class Stage:
     """Everything in the world except the robot. Positions are functions of the time, so nothing drifts."""
 
-    def __init__(self, bullet: Any, actions: Sequence[SceneAction]) -> None:
+    def __init__(self, bullet: Any, actions: Sequence[SceneAction], other: Callable[[SceneAction], None]) -> None:
         self._b = bullet
+        self._other = other  # what people do without moving: presses, touches, words
         self._waiting: list[SceneAction] = []
         self.balls: dict[str, Ball] = {}
         self.persons: dict[str, Person] = {}
@@ -79,25 +79,16 @@ class Stage:
         """Let further actions happen at their times; those of one time in their order."""
         self._waiting = sorted([*self._waiting, *actions], key=lambda a: a.time_us)
 
-    def go_on(self, us: int) -> list[Happening]:
+    def go_on(self, us: int) -> None:
         """Let everything act that is due until `us`."""
-        notices = []
         while self._waiting and self._waiting[0].time_us <= us:
             action = self._waiting.pop(0)
-            act = self._acts.get(action.verb)
-            if act:
-                act(action)
-            else:
-                what = " ".join(str(v) for v in action.values.values())
-                does = {"press": "presses", "touch": "touches", "say": "says"}.get(action.verb, action.verb)
-                text = f"{action.thing} {does} {what}: nothing in this simulation notices it yet."
-                notices.append(Happening("note", text, row=f"Scene!{action.row}"))
+            self._acts.get(action.verb, self._other)(action)
         for name, person in list(self.persons.items()):
             if person.until_us is not None and person.until_us <= us:
                 person.figure.remove()
                 del self.persons[name]
         self.us = us
-        return notices
 
     def place(self) -> None:
         """Put every figure where it is now; before a picture is drawn."""

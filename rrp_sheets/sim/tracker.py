@@ -73,12 +73,11 @@ class Tracker:
     pointing: str = ""
     seen_us: int = -1
     ordered_us: int = -1
-    priority: float = 0.0
 
 
 @dataclass
 class Trackers:
-    """All trackers of a run; a newer one takes over what it needs."""
+    """All trackers of a run; who may move what is the arbiter's."""
 
     body: Body
     stance: Stance
@@ -91,27 +90,23 @@ class Trackers:
         arms = ARMS.get(key(str(settings["effector"])))
         self._all[stream] = Tracker(stream, key(str(settings["mode"])), arms, parts)
 
-    def follow(self, order: Command, us: int) -> bool:
-        """Let a tracker follow the newest detection of the order's sensors.
-
-        False when a tracker of a larger priority moves the same parts.
-        """
+    def follow(self, order: Command, us: int) -> None:
+        """Let a tracker follow the newest detection of the order's sensors."""
         tracker, sensors = self._all[order.stream], order.sensors
-        rivals = [t for t in self._all.values() if t is not tracker and t.active and t.parts & tracker.parts]
-        if any(rival.priority > order.priority for rival in rivals):
-            return False
-        # an event switches to this tracker's mode, as in the original: one that gets no more events lets go
-        old = [t for t in self._all.values() if t is not tracker and us - t.ordered_us > YIELDS_AFTER * 1e6]
-        for other in (*rivals, *(t for t in old if t.active and t.priority <= order.priority)):
-            self.stop(other.stream)
         tracker.ordered_us = us
-        tracker.priority = order.priority
         tracker.active, tracker.sensors = True, tuple(sensors)
         tracker.chosen = _side(order.value)
         newest = max((self.seen[s] for s in sensors if s in self.seen), key=lambda d: d.us, default=None)
         if newest is not None and us - newest.us < LOST_AFTER * 1e6 and newest.us > tracker.seen_us:
             self._towards(tracker, newest)
-        return True
+
+    def idle(self, stream: str, us: int) -> list[str]:
+        """The streams of the other trackers that get no more events: one of another mode that gets one ends them.
+
+        An event switches to its tracker's mode, as in the original software.
+        """
+        others = [t for t in self._all.values() if t.stream != stream and t.active]
+        return [t.stream for t in others if us - t.ordered_us > YIELDS_AFTER * 1e6]
 
     def stop(self, stream: str) -> None:
         """Let go: the head stays where it looks, arms are lowered, turning ends."""
@@ -127,18 +122,6 @@ class Trackers:
             self.body.halt("HeadPitch")
         self._lower(tracker.pointing)
         tracker.pointing = ""
-
-    def release(self, part: str, priority: float) -> bool:
-        """Stop the trackers that move a part (a resource of the catalogue): something else will.
-
-        False, and nothing is stopped, when one of them has a larger priority.
-        """
-        movers = [t for t in self._all.values() if t.active and part in t.parts]
-        if any(mover.priority > priority for mover in movers):
-            return False
-        for mover in movers:
-            self.stop(mover.stream)
-        return True
 
     def detected(self, detections: Mapping[str, Detection]) -> None:
         """New detections, by sensor stream."""

@@ -1,4 +1,4 @@
-"""The robot's voice: one sentence at a time, one waiting; real audio, kept as .wav files."""
+"""The robot's voice: one sentence at a time; real audio, kept as .wav files."""
 
 from __future__ import annotations
 
@@ -36,7 +36,6 @@ class Voice:
         self._out = out
         self._tell = tell
         self._speaking: Sentence | None = None
-        self._waiting: Sentence | None = None
         self._count = 0
         self._library: Espeak | None = None
         self._missing = False
@@ -47,39 +46,22 @@ class Voice:
         return self._speaking.text if self._speaking else ""
 
     def say(self, text: str, order: Command, settings: Mapping[str, Value], us: int) -> None:
-        """Say a text, at once or after the sentence being spoken; a newer one takes the waiting one's place.
+        """Begin a sentence."""
+        self._speaking = Sentence(text, order, settings)
+        self._start(self._speaking, us)
 
-        A larger priority interrupts, a smaller one is refused.
-        """
-        if not text.strip():
-            return
-        for other in (self._speaking, self._waiting):
-            if other is not None and other.order.priority > order.priority:
-                told = f"“{text}” is not said: what is being said has a higher priority."
-                self._tell(Happening("error", told, order.stream, order.row))
-                return
-        if self._speaking is not None and self._speaking.order.priority < order.priority:
+    def over(self, us: int) -> bool | None:
+        """TRUE when the sentence has come to its end, else None."""
+        if self._speaking is not None and us < self._speaking.end_us:
+            return None
+        self._speaking = None
+        return True
+
+    def stop(self, us: int) -> None:
+        """Break the sentence off."""
+        if self._speaking is not None:
             self._cut(self._speaking, us)
             self._speaking = None
-        self._waiting = Sentence(text, order, settings)
-        self.go_on(us)
-
-    def stop(self, stream: str | None, us: int) -> None:
-        """Stop what an actuator stream says and has waiting; None stops everything."""
-        if self._waiting and stream in (None, self._waiting.order.stream):
-            self._waiting = None
-        if self._speaking and stream in (None, self._speaking.order.stream):
-            self._cut(self._speaking, us)
-            self._speaking = None
-        self.go_on(us)
-
-    def go_on(self, us: int) -> None:
-        """Let time pass until `us`."""
-        if self._speaking and us >= self._speaking.end_us:
-            self._speaking = None
-        if self._speaking is None and self._waiting is not None:
-            self._speaking, self._waiting = self._waiting, None
-            self._start(self._speaking, us)
 
     def _start(self, sentence: Sentence, us: int) -> None:
         order = sentence.order

@@ -8,7 +8,8 @@ from typing import Any
 
 from rrp_sheets.model.exchange import Command, Happening
 from rrp_sheets.model.values import Value
-from rrp_sheets.sim.actuators import ACTUATORS, Eyes, Parts
+from rrp_sheets.sim.actuators import Eyes, Parts, make_actuator
+from rrp_sheets.sim.arbitration import Arbiter
 from rrp_sheets.sim.body import EASY, STEP, Body
 from rrp_sheets.sim.camera import Eye, Image, Lens
 from rrp_sheets.sim.faces import Faces
@@ -16,6 +17,7 @@ from rrp_sheets.sim.film import Film
 from rrp_sheets.sim.messages import Outcome, Spec, State
 from rrp_sheets.sim.quiet import quiet
 from rrp_sheets.sim.sensors import SENSORS, Clock, Senses, Sight, tidy
+from rrp_sheets.sim.signals import Signals
 from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.stance import Stance
 from rrp_sheets.sim.tracker import Detection, Trackers
@@ -58,7 +60,8 @@ class SimWorld:
         self.body = Body(self._b, spec.robot)
         for _ in range(SETTLING):
             self._b.stepSimulation()
-        self.stage = Stage(self._b, spec.scene)
+        self.signals = Signals(spec.robot)
+        self.stage = Stage(self._b, spec.scene, self.signals.act)
         self.stance = Stance(self._b, self.body)
         lens = Lens(self.body.hfov, self.body.vfov, *PICTURE)
         self.sight = Sight(Eye(self._b, lens), self.body, self.stage)
@@ -66,13 +69,16 @@ class SimWorld:
         self.eyes = Eyes(self.body)
         self.voice = Voice(out, self._tell)
         self.trackers = Trackers(self.body, self.stance)
-        senses = Senses(self.body, self.sight, self.faces)
-        seeing = frozenset(s.stream for s in spec.sensors if s.device != "JointPosition")
-        parts = Parts(self.body, self.stance, self.eyes, self.voice, self.faces, self.trackers, self._tell, seeing)
+        senses = Senses(self.body, self.sight, self.faces, self.signals, lambda: bool(self.voice.saying))
         self._sensors = [
             (s.stream, SENSORS[s.device](s, senses), Clock(s)) for s in spec.sensors if s.device in SENSORS
         ]
-        self._actuators = {a.stream: ACTUATORS[a.device](a, parts) for a in spec.actuators if a.device in ACTUATORS}
+        seeing = frozenset(stream for stream, sensor, _ in self._sensors if sensor.locates)
+        self.arbiter = Arbiter(spec.dones, self._tell)
+        parts = Parts(self.body, self.stance, self.eyes, self.voice, self.faces, self.trackers, self.arbiter,
+                      self._tell, seeing)  # fmt: skip
+        made = {a.stream: make_actuator(a, parts) for a in spec.actuators}
+        self._actuators = {stream: actuator for stream, actuator in made.items() if actuator is not None}
         self._film = Film(self._b, self, spec, out) if spec.film else None
 
     def start(self) -> Outcome:
@@ -84,10 +90,13 @@ class SimWorld:
         for order in orders:
             actuator = self._actuators.get(order.stream)
             if actuator is not None:
-                actuator.take(order, self._us)
+                if order.value is None:
+                    actuator.blank(order, self._us)
+                else:
+                    actuator.take(order, self._us)
                 if self._film is not None:
                     self._film.ordered(self._us, order)
-        events: list[tuple[str, Value]] = []
+        events = self.arbiter.ended()
         last = (now_us * STEPS_A_SECOND + 500_000) // 1_000_000  # the nearest step
         while self._step < last:
             self._move()
@@ -99,9 +108,7 @@ class SimWorld:
         """Silence, a moment's hold, then the rest posture; the film is written."""
         if self._film is not None:
             self._film.over = True
-        self.voice.stop(None, self._us)
-        for stream in list(self._actuators):
-            self.trackers.stop(stream)
+        self.arbiter.stop(None, self._us)
         for name in self.body.start:
             self.body.halt(name)
         end = self._us + HOLD_US
@@ -149,28 +156,33 @@ class SimWorld:
 
     def _instant(self) -> list[tuple[str, Value]]:
         """What happens at the present step: scene, voice, sensors, film."""
-        self._notices += self.stage.go_on(self._us)
+        self.signals.begin(self._us)
+        self.stage.go_on(self._us)
         events: list[tuple[str, Value]] = []
         seen: dict[str, Detection] = {}
         for stream, sensor, clock in self._sensors:
             if clock.due(self._step):
                 values = [tidy(v) for v in sensor.read()]
                 events += [(stream, v) for v in values]
+                if not sensor.locates:
+                    continue
                 if self._film is not None:
                     self._film.saw(self._us, stream, values[0] if values else None)
-                if values and isinstance(values[0], dict):
+                if values:
                     seen[stream] = self._detection(values[0])
+        for note in self.signals.unnoticed(bool(self.voice.saying)):
+            self._tell(note)
         if seen:
             self.trackers.detected(seen)
         self._after()
-        return events
+        return events + self.arbiter.ended()
 
     def _ease(self) -> None:
         self.stage.us = self._us  # what moves goes on moving, but nothing new happens
         self._after()
 
     def _after(self) -> None:
-        self.voice.go_on(self._us)
+        self.arbiter.go_on(self._us)
         if self._film is not None:
             self._film.go_on(self._step)
 

@@ -1,0 +1,188 @@
+"""Who may move what: commands that want the same part of the robot, and the end of every command.
+
+The one place for the rules of the design (4-streams, Actuator conflict): a larger priority interrupts, a smaller one is
+refused and told on its row; at equal priority the voice queues one (a newer one takes its place), elsewhere the newer
+replaces. Repeating a running command that has no end of its own (a tracker fed at camera rate) updates it; when such a
+command is outranked it waits, and resumes. Blank ends what its stream does or has waiting.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from rrp_sheets.model.exchange import Command, Happening
+from rrp_sheets.model.values import Value
+
+QUEUES = frozenset({"voice"})  # resources for which a command of equal priority waits for its turn
+Tell = Callable[[Happening], None]
+
+
+@dataclass(eq=False)
+class Job:
+    """A command and how it is carried out.
+
+    Attributes:
+        order: the command; the latest one, when it was repeated.
+        uses: the resources that it needs.
+        begin: carry it out, or go on with it; also called when it is repeated.
+        cease: stop it at once.
+        over: None while it goes on, else whether it was completed; asked at every step.
+        joints: those that it moves, when not all of its resources.
+        endless: it goes on until something stops it.
+        refused: what to tell when a larger priority is in its way.
+    """
+
+    order: Command
+    uses: frozenset[str]
+    begin: Callable[[Command, int], None]
+    cease: Callable[[int], None]
+    over: Callable[[int], bool | None] = lambda us: None
+    joints: frozenset[str] = frozenset()
+    endless: bool = False
+    refused: str = ""
+    began_us: int = -1
+
+    def meets(self, other: Job) -> bool:
+        """Whether two cannot be carried out at the same time."""
+        if self.order.stream == other.order.stream:
+            return True
+        if self.joints and other.joints:
+            return bool(self.joints & other.joints)
+        return bool(self.uses & other.uses)
+
+
+class Arbiter:
+    """Lets commands begin, wait, and end; exactly one done event for each.
+
+    Args:
+        dones: the actuator streams whose ends somebody wants to know, with the stream that tells them.
+        tell: takes what is to be told.
+    """
+
+    def __init__(self, dones: Mapping[str, str], tell: Tell) -> None:
+        self._dones = dones
+        self._tell = tell
+        self._running: list[Job] = []
+        self._waiting: list[Job] = []  # for the voice: at most one
+        self._outranked: list[Job] = []  # endless ones, which resume
+        self._ended: list[tuple[str, Value]] = []
+
+    def take(self, job: Job, us: int) -> None:
+        """A new command."""
+        mine = self._of(job.order.stream) if job.endless else None
+        if mine is not None:
+            self._again(mine, job, us)
+            return
+        rivals = [j for j in (*self._running, *self._waiting) if j.meets(job)]
+        if any(rival.order.priority > job.order.priority for rival in rivals):
+            self._refuse(job, us)
+        elif job.uses & QUEUES and any(r.order.priority == job.order.priority for r in rivals):
+            self._drop([j for j in self._waiting if j.meets(job)], us)
+            self._waiting.append(job)
+        else:
+            self._start(job, us)
+
+    def at_once(self, order: Command, completed: bool = True) -> None:
+        """A command that was over as soon as it came, or that could not be used."""
+        self._done(order, completed, 0.0)
+
+    def stop(self, stream: str | None, us: int) -> None:
+        """End what an actuator stream does or has waiting (None: all streams); what was outranked resumes."""
+        those = [j for j in (*self._waiting, *self._outranked, *self._running) if stream in (None, j.order.stream)]
+        self._drop(those, us)
+        if stream is not None:
+            self._resume(us)
+
+    def give_way(self, streams: list[str], priority: float, us: int) -> None:
+        """End what these streams do, unless its priority is larger."""
+        self._drop([j for j in self._running if j.order.stream in streams and j.order.priority <= priority], us)
+
+    def go_on(self, us: int) -> None:
+        """Let time pass until `us`: what is over ends, and what waits begins."""
+        for job in list(self._running):
+            completed = job.over(us) if job in self._running else None
+            if completed is not None:
+                self._running.remove(job)
+                self._done(job.order, completed, _seconds(job, us))
+                self._resume(us)
+
+    def ended(self) -> list[tuple[str, Value]]:
+        """The done events since the last call, in order."""
+        ended, self._ended = self._ended, []
+        return ended
+
+    def _of(self, stream: str) -> Job | None:
+        return next((j for j in (*self._running, *self._outranked) if j.order.stream == stream and j.endless), None)
+
+    def _again(self, mine: Job, job: Job, us: int) -> None:
+        """A command that goes on already is repeated."""
+        if mine in self._running:
+            if job.order.priority < mine.order.priority:
+                self._say_refused(job)
+                return
+            mine.order = job.order
+            mine.begin(job.order, us)
+            return
+        mine.order = job.order
+        if all(rival.order.priority <= job.order.priority for rival in self._running if rival.meets(mine)):
+            self._outranked.remove(mine)
+            self._start(mine, us)
+
+    def _refuse(self, job: Job, us: int) -> None:
+        self._say_refused(job)
+        if not job.endless:
+            self._done(job.order, False, 0.0)
+            return
+        equal = [j for j in self._outranked if j.meets(job) and j.order.priority == job.order.priority]
+        self._drop(equal, us)
+        self._outranked.append(job)
+
+    def _say_refused(self, job: Job) -> None:
+        self._tell(Happening("error", job.refused, job.order.stream, job.order.row))
+
+    def _start(self, job: Job, us: int) -> None:
+        rivals = [j for j in self._running if j.meets(job)]
+        for rival in rivals:
+            if rival.endless and rival.order.priority < job.order.priority:
+                self._running.remove(rival)
+                rival.cease(us)
+                self._outranked.append(rival)
+        replaced = [j for j in (*self._running, *self._waiting) if j.meets(job)]
+        self._drop(replaced, us)
+        job.began_us = us if job.began_us < 0 else job.began_us
+        self._running.append(job)
+        job.begin(job.order, us)
+        if rivals:  # they may have used more than this one does
+            self._resume(us)
+
+    def _drop(self, jobs: list[Job], us: int) -> None:
+        for job in jobs:
+            for place in (self._running, self._waiting, self._outranked):
+                if job in place:
+                    place.remove(job)
+                    if place is self._running:
+                        job.cease(us)
+            self._done(job.order, False, _seconds(job, us))
+
+    def _resume(self, us: int) -> None:
+        """Begin what waited for what has just ended; of several, the one with the largest priority, then the newest."""
+        order = {id(job): place for place, job in enumerate(self._outranked)}
+        for job in sorted(self._outranked, key=lambda j: (-j.order.priority, -order[id(j)])):
+            if not any(rival.meets(job) for rival in self._running):
+                self._outranked.remove(job)
+                self._start(job, us)
+        for job in list(self._waiting):
+            if not any(rival.meets(job) for rival in self._running):
+                self._waiting.remove(job)
+                self._start(job, us)
+
+    def _done(self, order: Command, completed: bool, seconds: float) -> None:
+        stream = self._dones.get(order.stream)
+        if stream is not None:
+            event = {"value": order.value, "completed": completed, "seconds": round(seconds, 6)}
+            self._ended.append((stream, event))
+
+
+def _seconds(job: Job, us: int) -> float:
+    return 0.0 if job.began_us < 0 else (us - job.began_us) / 1e6
