@@ -365,6 +365,37 @@ def test_renaming_every_stream_is_no_change_of_any_row(tmp_path):
     assert told(compare(tmp_path, SPEAK, renamed)) == ["~ Talk: stream New is now called Unknown visitor"]
 
 
+def test_two_streams_that_swap_their_names_everywhere_are_the_same_behaviour(tmp_path):
+    text = """
+## T
+| Inputs | Connector | Formula | Output |
+|---|---|---|---|
+| Red ball | map | value.x | Far |
+| Blue ball | map | value.y | Near |
+| Far | subscribe | far * 2 | Print |
+| Near | subscribe | | Say |
+"""
+    swapped = text.replace("Far", "1").replace("Near", "Far").replace("1", "Near").replace("far *", "near *")
+    assert told(compare(tmp_path, text, swapped)) == [
+        "~ T: stream Far is now called Near", "~ T: stream Near is now called Far",
+    ]  # fmt: skip
+
+
+def test_a_name_that_went_to_another_row_stays_with_its_readers(tmp_path):
+    text = SPEAK.replace("face.new", "face.id > 1").replace("| New |", "| Known |")
+    after = text.replace("face.id > 1 | Known |", "face.id > 2 | Known |")
+    extra = "| Face | filter | face.id > 1 | Old |\n"
+    assert told(compare(tmp_path, text, after + extra)) == [
+        "Talk row 2: 1 → 2 (formula face.id > [-1-]{+2+})", "Talk row 6 added: Face | filter | face.id > 1 | Old",
+    ]  # fmt: skip
+
+
+def test_a_row_that_draws_tells_when_its_number_changes(tmp_path):
+    text = SPEAK.replace('"Welcome"', 'PICK(["a", "b"])')
+    comparison = compare(tmp_path, text, text.replace(HELLO, "| # | | | | |\n" + HELLO))
+    assert told(comparison) == ["~ Talk row 5 moved (was row 4)"] and "seed" in comparison.changes[0].note
+
+
 def test_the_fields_of_a_combination_follow_the_names_of_its_streams(tmp_path):
     text = """
 ## T

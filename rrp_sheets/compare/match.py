@@ -168,11 +168,18 @@ def _rows(first: Sequence[RowView], second: Sequence[RowView], found: Match) -> 
                 pairs.add(a, b)
                 _same_output(first[a], second[b], found.streams)
 
+    def by_meaning() -> None:
+        along(lambda r: (r.connector, found.inputs(r), found.shape(r)), lambda r: (r.connector, r.inputs, r.shape))
+
     streams = found.streams
     along(
         lambda r: (r.connector, found.inputs(r), found.shape(r), _named(streams.of(r.output))),
         lambda r: (r.connector, r.inputs, r.shape, _named(r.output)),
     )
+    before = dict(pairs.to), dict(pairs.back), dict(streams.to), dict(streams.back)
+    by_meaning()
+    if pairs.left or pairs.right:  # not all rows are the same under other names: then a name says more than a meaning
+        pairs.to, pairs.back, streams.to, streams.back = before
     taken = len(pairs.to)
     pairs.by_key(
         first, second,
@@ -181,10 +188,7 @@ def _rows(first: Sequence[RowView], second: Sequence[RowView], found: Match) -> 
     )  # fmt: skip
     for a, b in list(pairs.to.items())[taken:]:
         _same_output(first[a], second[b], streams)
-    along(
-        lambda r: (r.connector, found.inputs(r), found.shape(r)),
-        lambda r: (r.connector, r.inputs, r.shape),
-    )
+    by_meaning()
     taken = len(pairs.to)
     pairs.by_likeness(first, second, _features, lambda a, b: _likeness(a, b, streams), _ALIKE)
     for a, b in list(pairs.to.items())[taken:]:

@@ -17,6 +17,7 @@ from rrp_sheets.model.names import argument_name, key
 OFF = "the row is switched off in both"
 RENAMED = "the same stream under another name"
 WRITTEN = "it means the same"
+_DRAWS = "what PICK draws from one seed goes with the row's number"
 _PLACE = "the row stands elsewhere, which changes nothing"
 
 
@@ -109,6 +110,8 @@ class _Pair:
         late = self.late.get((self.new.key, b.row.number), "")
         if late or moved:
             out.append(self._change(a, b, "moved", effect=bool(late), note=late or _PLACE))
+        elif _draws(a) and _draws(b) and (a.row.number, a.sheet) != (b.row.number, b.sheet):
+            out.append(self._change(a, b, "moved", effect=False, note=_DRAWS))
         if a.row.notes != b.row.notes:
             out.append(self._change(a, b, "notes", "notes", a.row.notes, b.row.notes, effect=False))
         return out if a.on or b.on else [c.harmless(OFF) for c in out]
@@ -212,6 +215,10 @@ class _Pair:
             return []
         change = self._change(a, b, "changed", "priority", f"{a.row.priority:g}", f"{b.row.priority:g}")
         return [change if a.drives or b.drives else change.harmless("only rows that drive an actuator use it")]
+
+
+def _draws(view: RowView) -> bool:
+    return "pick" in view.tokens
 
 
 def _said(view: RowView, side: Side) -> str:
