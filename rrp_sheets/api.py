@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
     from rrp_sheets.compare import Comparison
+    from rrp_sheets.diagnostics import Report
     from rrp_sheets.formulas.trial import Answer
     from rrp_sheets.render.score import Score
     from rrp_sheets.runs import RunResult, RunSettings, RunView
@@ -32,6 +33,7 @@ __all__ = [
     "draw",
     "edit",
     "explain",
+    "mark",
     "new",
     "read",
     "run",
@@ -98,6 +100,17 @@ def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None
     from rrp_sheets.workbook.editing import edit as edit_file
 
     return edit_file(path, edits, expected_digest=expected_digest)
+
+
+def mark(path: Path | str, target: Path | str, report: Report) -> Path:
+    """Write an .xlsx copy of a workbook in which its findings stand beside their rows; the original stays as it is.
+
+    Raises:
+        SheetsError: when the copy cannot be written, or its name is taken by another file.
+    """
+    from rrp_sheets.runs.changes import write_marked
+
+    return write_marked(Path(path), Path(target), report)
 
 
 def set_cell(path: Path | str, cell: str, value: str, sheet: str = "") -> CellSet:

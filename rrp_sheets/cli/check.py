@@ -21,7 +21,8 @@ _COLOURS = {"error": "red", "warning": "yellow", "info": "blue"}
 @click.command(name="check")
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--json", "as_json", is_flag=True, help="print a list of findings as JSON")
-def command(file: Path, as_json: bool) -> None:
+@click.option("--report", "out", type=click.Path(path_type=Path), help="write a copy (.xlsx) with the findings in it")
+def command(file: Path, as_json: bool, out: Path | None) -> None:
     """Say what is wrong with FILE, each with its cell and what to do about it.
 
     Exit code: 0 fine or only warnings, 1 errors, 2 the file cannot be read.
@@ -37,11 +38,15 @@ def command(file: Path, as_json: bool) -> None:
                  "message": error.message, "remedy": error.remedy}  # fmt: skip
         click.echo(json.dumps([entry], ensure_ascii=False, indent=2))
         sys.exit(2)
+    if out is not None:
+        api.mark(file, out, report)
     if as_json:
         click.echo(json.dumps([d.as_dict() for d in report], ensure_ascii=False, indent=2))
     else:
         print_findings(report)
         click.echo(verdict(report))
+        if out is not None:
+            click.echo(f"Made {out}: the findings stand beside their rows, and all of them on its last sheet.")
     sys.exit(1 if report.errors else 0)
 
 

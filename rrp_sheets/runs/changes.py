@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from rrp_sheets.checks import check_workbook
+from rrp_sheets.devices import load_robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.cells import Address
+from rrp_sheets.runs.copies import as_xlsx
 from rrp_sheets.workbook import read
+from rrp_sheets.workbook.atomic import write_atomically
 from rrp_sheets.workbook.editing import SetCell, edit, read_sheets, typed
+from rrp_sheets.workbook.maker import sheet_titles
+from rrp_sheets.workbook.marked import is_marked_copy, marked_copy
+from rrp_sheets.workbook.reading import file_bytes
 from rrp_sheets.workbook.text_patch import sheet_named
 from rrp_sheets.workbook.xlsx_sheet import place
 
@@ -64,3 +71,38 @@ def set_cell(path: Path, cell: str, value: str, sheet: str = "") -> CellSet:
 def _text(path: Path, sheet: str, at: tuple[int, int]) -> str:
     cells = next(s.cells for s in read_sheets(path) if s.name == sheet)
     return cells[at].typed if at in cells else ""
+
+
+def write_marked(path: Path, target: Path, report: Report) -> Path:
+    """Write a copy of a workbook in which its findings stand beside their rows and their cells are marked.
+
+    Args:
+        path: of the workbook, which stays as it is; CSV and Markdown are converted.
+        target: of the copy; an earlier such copy is replaced, no other file is.
+        report: the findings.
+
+    Raises:
+        SheetsError: the copy cannot be written, or its name is taken.
+    """
+    if target.suffix.casefold() != ".xlsx":
+        raise SheetsError(f"The copy's name ends in .xlsx; “{target.name}” does not.", f"Try “{target.stem}.xlsx”.")
+    if target.exists() and not is_marked_copy(target):
+        raise SheetsError(
+            f"There is already a file “{target.name}”; it was left as it is.", "Choose another name, or move that file."
+        )
+    findings = list(report)
+    if path.is_dir() or path.suffix.casefold() != ".xlsx":
+        reading = read(path)
+        titles = sheet_titles([s.name for s in reading.sheets])
+        findings = [
+            replace(f, address=replace(f.address, sheet=titles.get(f.address.sheet, f.address.sheet)))
+            if f.address
+            else f
+            for f in findings
+        ]
+        with TemporaryDirectory() as folder:
+            data = as_xlsx(reading, load_robot(), Path(folder) / "copy.xlsx").read_bytes()
+    else:
+        data = file_bytes(path)
+    write_atomically(target, marked_copy(data, path.name, findings))
+    return target

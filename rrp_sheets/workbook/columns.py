@@ -59,7 +59,7 @@ class Table:
     def add(self, code: str, address: Address, **details: object) -> None:
         """Report a finding, unless there are too many already."""
         if len(self.report) < limits.FINDINGS:
-            self.report.add(code, address, span=None, **details)
+            self.report.add(code, address, span=None, fixes=(), **details)
 
     def address(self, row: int, column: int) -> Address:
         """The address of a cell."""

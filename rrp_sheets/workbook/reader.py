@@ -84,7 +84,7 @@ class Reader:
         """Take over what the backend noticed about a sheet that is used."""
         for finding in self._book.findings:
             if finding.address.sheet == sheet:
-                self.report.add(finding.code, finding.address, span=None, **finding.details)
+                self.report.add(finding.code, finding.address, span=None, fixes=(), **finding.details)
 
     def _add(self, recognised: Recognised, table: Table) -> None:
         match recognised.kind.name if recognised.kind else "":
