@@ -8,32 +8,24 @@ records and nowhere else, every result is bounded, and the handlers that formula
 from __future__ import annotations
 
 import ast
-import operator
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from asteval import Interpreter
 
-from rrp_sheets.formulas.compare import NUMBERS, ORDER, compare, same
+from rrp_sheets.formulas.binding import Binder
+from rrp_sheets.formulas.compare import NUMBERS, compare, same
 from rrp_sheets.formulas.functions.define import bounded, listing, shown, weighed
-from rrp_sheets.formulas.functions.maths import power
 from rrp_sheets.formulas.functions.tables import members_of
 from rrp_sheets.formulas.limits import DEEPEST_HELPERS, LARGEST_NUMBER, LONGEST_LIST, STEPS
 from rrp_sheets.formulas.nodes import IfError, Join, Pick, Switch
 from rrp_sheets.formulas.operations import arithmetic, at_place, field, formatted
 from rrp_sheets.formulas.pick import Picker
-from rrp_sheets.formulas.problems import FormulaProblem, kind_of
-from rrp_sheets.formulas.scope import HelperDef
+from rrp_sheets.formulas.problems import FormulaProblem, kind_of, problem_of
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Failure, Record, Value
 
-_ARITHMETIC: dict[type, Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: power,
-}  # fmt: skip
-_QUICK = {**ORDER, ast.Eq: operator.eq, ast.NotEq: operator.ne}
 _PLAIN = frozenset((float, bool, int, str, type(None)))
-_OWN_FAULTS = (TypeError, ValueError, ArithmeticError, LookupError, AttributeError)
 
 
 class OutOfSteps(FormulaProblem):
@@ -65,7 +57,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
 
         The tree itself is not changed, so it may be prepared on several interpreters.
         """
-        tree = _Binder(self.handlers).bind(tree)
+        tree = Binder(self.handlers).bind(tree)
         handler: Callable[[Any], Value] = tree.handler  # type: ignore[attr-defined]
         name = names[0] if len(names) == 1 else None
 
@@ -105,18 +97,8 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
                 inside = "outer" in trace.tb_frame.f_locals and hasattr(node, "helper")
                 helper = node.helper.shown if inside else ""  # type: ignore[attr-defined]
             trace = trace.tb_next
-        if isinstance(error, FormulaProblem):
-            problem = error
-        elif isinstance(error, ZeroDivisionError):
-            problem = FormulaProblem("FORM101")
-        elif isinstance(error, RecursionError):
-            problem = FormulaProblem("FORM105", reason="it is nested too deeply")
-        elif isinstance(error, (OverflowError, MemoryError)):
-            problem = FormulaProblem("FORM105", reason="numbers go up to 1e15")
-        elif isinstance(error, _OWN_FAULTS):
-            # a mistake of ours in a library function: the session goes on, and the tests hold that it never happens
-            problem = FormulaProblem("FORM109")
-        else:
+        problem = problem_of(error)
+        if problem is None:
             raise error
         failure = problem.failure(column)
         return Failure(failure.code, f"In the helper {helper}: {failure.message}", column) if helper else failure
@@ -308,59 +290,3 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         """One value in such a text, with its format."""
         value = self.run(node.value)
         return shown(value) if node.format_spec is None else formatted(value, node.format_spec.values[0].value)
-
-
-class _Binder:
-    """Copies a resolved tree, and those of its helpers, with every node's handler on it."""
-
-    def __init__(self, handlers: dict[type, Callable[[Any], Value]]) -> None:
-        self.handlers = handlers
-        self.entries: dict[int, list[ast.expr]] = {}  # the trees of helpers, by the helper's id
-        self.waiting: list[HelperDef] = []
-        self.owner = ""
-        self.picks = 0
-
-    def bind(self, tree: ast.expr) -> ast.expr:
-        bound: ast.expr = self._copy(tree)
-        while self.waiting:
-            helper = self.waiting.pop()
-            if helper.tree is None:
-                raise FormulaProblem("FORM015", name=helper.shown)
-            self.owner, self.picks = helper.shown, 0
-            self.entries[id(helper)].append(self._copy(helper.tree))
-        return bound
-
-    def _copy(self, original: Any) -> Any:
-        kind: Any = type(original)
-        node = kind.__new__(kind)  # copy.copy takes ten times as long, which thousands of rows would feel
-        held = node.__dict__
-        held.update(original.__dict__)
-        for name in kind._fields:
-            value = held.get(name)
-            if isinstance(value, (ast.expr, ast.comprehension)):
-                held[name] = self._copy(value)
-            elif type(value) is list and kind is not ast.Constant:
-                held[name] = [self._copy(v) if isinstance(v, (ast.expr, ast.comprehension)) else v for v in value]
-        node.handler = self.handlers.get(kind)
-        if kind is ast.Compare:
-            node.single = _QUICK.get(type(node.ops[0])) if len(node.ops) == 1 else None
-        elif kind is ast.BinOp:
-            node.apply = _ARITHMETIC[type(node.op)]
-            node.divides = isinstance(node.op, (ast.Div, ast.FloorDiv, ast.Mod))
-        elif kind is Pick:
-            self.picks += 1
-            node.site = f"{self.owner}#{self.picks}"
-        elif kind is ast.Call:
-            self._link(node)
-        return node
-
-    def _link(self, node: Any) -> None:
-        helper: HelperDef | None = getattr(node, "helper", None)
-        node.entry = None
-        if helper is None:
-            return
-        if id(helper) not in self.entries:
-            self.entries[id(helper)] = []
-            self.waiting.append(helper)
-        node.entry = self.entries[id(helper)]
-        node.parameters = [p.name for p in helper.parameters]

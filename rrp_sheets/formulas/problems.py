@@ -61,3 +61,22 @@ def wrong_kind(needed: str, value: Value) -> FormulaProblem:
     if value is None:
         return FormulaProblem("FORM102", needed=needed)
     return FormulaProblem("FORM103", what=f"This needs {needed}, but gets {kind_of(value)}")
+
+
+_OWN_FAULTS = (TypeError, ValueError, ArithmeticError, LookupError, AttributeError)
+
+
+def problem_of(error: Exception) -> FormulaProblem | None:
+    """What an exception while evaluating means to the user; None when the program itself is broken."""
+    if isinstance(error, FormulaProblem):
+        return error
+    if isinstance(error, ZeroDivisionError):
+        return FormulaProblem("FORM101")
+    if isinstance(error, RecursionError):
+        return FormulaProblem("FORM105", reason="it is nested too deeply")
+    if isinstance(error, (OverflowError, MemoryError)):
+        return FormulaProblem("FORM105", reason="numbers go up to 1e15")
+    if isinstance(error, _OWN_FAULTS):
+        # a mistake of ours in a library function: the session goes on, and the tests hold that it never happens
+        return FormulaProblem("FORM109")
+    return None

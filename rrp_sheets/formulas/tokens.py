@@ -13,37 +13,21 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from rrp_sheets.formulas.problems import FormulaProblem
+from rrp_sheets.formulas.quotes import PAIRS, QUOTES, closing, decode
 
 _NUMBER = r"(?P<number>0[xXoObB]\w+|(?:\d+(?:_\d+)*\.?(?:\d+(?:_\d+)*)?|\.\d+(?:_\d+)*)(?:[eE][+-]?\d+)?)"
 _NAME = r"(?P<name>[A-Za-z_]\w*)"
 _SIGN = r"(?P<sign>\*\*|//|<=|>=|<>|!=|==|=<|=>|><|:=|&&|\|\||<<|>>|[-+*/%^&=<>()\[\]{},;:.~|!@?$\\`°≤≥≠])"
 _TOKEN = re.compile(rf"\s*(?:{_NUMBER}|{_NAME}|{_SIGN})", re.ASCII)
 _SPACE = re.compile(r"\s*", re.ASCII)
-_HEX = re.compile(r"[0-9a-fA-F]+")
 _ERROR_VALUE = re.compile(r"#[A-Z][A-Z0-9_]*[/!?A]")
 
-_DOUBLE, _SINGLE = '"“”„‟＂', "'‘’‚‛＇"
-_QUOTES = _DOUBLE + _SINGLE
-_PAIRS = {
-    "“": '”"＂',
-    "„": '“”"',
-    "‟": '”"',
-    "”": '”"',
-    "＂": '＂"',
-    "‘": "’'＇",
-    "‚": "‘’'",
-    "‛": "’'",
-    "’": "’'",
-    "＇": "＇'",
-}
 _FOLDED = {
     **dict.fromkeys("–—−‐‑﹣", "-"),
     **dict.fromkeys("\u00a0\u202f\u2007\u2009\u200b\u200c\u200d\u2060\ufeff\u00ad", " "),
     "×": "*", "÷": "/", "º": "°", "˚": "°", "∕": "/", "⁄": "/", "∧": "^", "‹": "<", "›": ">",
 }  # fmt: skip
-_KEPT = frozenset("²³¹⁴⁵⁶⁷⁸⁹⁰½¼¾…≤≥≠" + _QUOTES)  # folding these would change what they mean
-_ESCAPES = {"n": "\n", "t": "\t", "\\": "\\", '"': '"', "'": "'", "\n": ""}
-_CODED = {"x": 2, "u": 4, "U": 8}
+_KEPT = frozenset("²³¹⁴⁵⁶⁷⁸⁹⁰½¼¾…≤≥≠" + QUOTES)  # folding these would change what they mean
 _LETTERS = frozenset("fFbBrRuU")
 
 
@@ -150,9 +134,9 @@ class _Lexer:
     def _odd(self, at: int) -> Token:
         """A token that begins with another character: a text, or a name that is not Latin."""
         c = self.typed[at]
-        if c in _QUOTES:
-            value, end = self._text(at)
-            return Token("text", value, at, end)
+        if c in QUOTES:
+            end = closing(self.typed, at)
+            return Token("text", decode(self.typed, at, at + 1, end), at, end + 1)
         if self.plain[at].isidentifier():
             return self._name(Token("name", "", at, at))
         raise _strange(self.typed, at)
@@ -166,7 +150,7 @@ class _Lexer:
                 end += 1
         name = plain[token.start : end]
         following = self.typed[end : end + 1]
-        if following and following in _QUOTES and set(name) <= _LETTERS:
+        if following and following in QUOTES and set(name) <= _LETTERS:
             if name not in "fF":
                 raise FormulaProblem("FORM003", token.start, len(name), what=f"The letter {name} before a text",
                                      remedy="Leave it out.")  # fmt: skip
@@ -183,92 +167,16 @@ class _Lexer:
             end += 1
             if not depth:
                 title = self.typed[at + 1 : end - 1].strip()
-                if len(title) > 1 and title[0] in _QUOTES and title[-1] in _QUOTES:
+                if len(title) > 1 and title[0] in QUOTES and title[-1] in QUOTES:
                     title = title[1:-1]
                 return Token("column", title, start, end, (name,))
         raise FormulaProblem("FORM001", at, reason="a closing bracket is missing", remedy=f"Write {name}[Column].")
 
-    # ---- texts
-    def _text(self, at: int) -> tuple[str, int]:
-        end = self._closing(at)
-        return self._decode(at, at + 1, end), end + 1
-
-    def _closing(self, at: int) -> int:
-        """The place of the quote that ends the text which begins at a place."""
-        opener = self.typed[at]
-        kind = _DOUBLE if opener in _DOUBLE else _SINGLE
-        end = self._next(at, _PAIRS.get(opener, opener))
-        if end < 0:  # one of the quotes was made a smart one, or the wrong one
-            end = self._next(at, kind)
-        if end >= 0:
-            return end
-        remedy = "Close the text with the same quote as at its beginning."
-        if self.typed.endswith("\\" + opener):
-            remedy = "The backslash makes the last quote a part of the text: write two backslashes."
-        raise FormulaProblem("FORM001", at, max(len(self.typed) - at, 1),
-                             reason="a quote is missing at the end of a text", remedy=remedy)  # fmt: skip
-
-    def _next(self, at: int, closers: str) -> int:
-        typed = self.typed
-        if typed[at] == "'" and typed.startswith("'''", at):
-            raise FormulaProblem("FORM003", at, 3, what="A triple quote", remedy="Write one quote on each side.")
-        end = at + 1
-        while end < len(typed):
-            c = typed[end]
-            if c == "\\":
-                end += 2
-            elif c not in closers:
-                end += 1
-            elif typed[end + 1 : end + 2] == c:  # doubled: a part of the text
-                end += 2
-            elif c in "’＇" and typed[end - 1].isalnum() and typed[end + 1 : end + 2].isalnum():
-                end += 1  # an apostrophe
-            else:
-                return end
-        return -1
-
-    def _decode(self, opener: int, start: int, end: int) -> str:
-        """The characters of a text: doubled quotes are one, and a backslash gives what follows it a meaning."""
-        body = self.typed[start:end]
-        kind = _DOUBLE if self.typed[opener] in _DOUBLE else _SINGLE
-        if "\\" not in body and not any(c in body for c in kind):
-            return body
-        found: list[str] = []
-        i = 0
-        while i < len(body):
-            c, following = body[i], body[i + 1 : i + 2]
-            if c == "\\":
-                value, used = self._escape(body, i, start)
-                found.append(value)
-                i += used
-                continue
-            found.append(c)
-            i += 2 if c in kind and following == c else 1
-        return "".join(found)
-
-    def _escape(self, body: str, i: int, start: int) -> tuple[str, int]:
-        following = body[i + 1 : i + 2]
-        if following in _ESCAPES:
-            return _ESCAPES[following], 2
-        if following in _QUOTES:
-            return following, 2
-        if following in _CODED:
-            digits = body[i + 2 : i + 2 + _CODED[following]]
-            if (
-                re.fullmatch(r"[0-9a-fA-F]+", digits)
-                and len(digits) == _CODED[following]
-                and int(digits, 16) < 0x110000
-            ):
-                return chr(int(digits, 16)), 2 + len(digits)
-        if following and following in "xuUN01234567abfrv":
-            raise FormulaProblem("FORM003", start + i, 2, what=f"“\\{following}” in a text",
-                                 remedy="Write the character itself; for a backslash, write two.")  # fmt: skip
-        return "\\", 1
-
+    # ---- texts with values in them
     def _text_with_values(self, at: int) -> tuple[tuple[str | Hole, ...], int]:
         """The parts of a text with values in it; `at` is the place of its quote."""
         typed, opener = self.typed, self.typed[at]
-        closers = _PAIRS.get(opener, opener)
+        closers = PAIRS.get(opener, opener)
         parts: list[str | Hole] = []
         begin = i = at + 1
         while i < len(typed):
@@ -276,10 +184,10 @@ class _Lexer:
             if c == "\\":
                 i += 2
             elif c in "{}" and typed[i + 1 : i + 2] == c:
-                parts += [self._decode(at, begin, i), c]
+                parts += [decode(typed, at, begin, i), c]
                 begin = i = i + 2
             elif c == "{":
-                parts.append(self._decode(at, begin, i))
+                parts.append(decode(typed, at, begin, i))
                 hole = self._hole(i)
                 parts.append(hole)
                 begin = i = hole.end
@@ -290,7 +198,7 @@ class _Lexer:
             elif typed[i + 1 : i + 2] == c:
                 i += 2
             else:
-                parts.append(self._decode(at, begin, i))
+                parts.append(decode(typed, at, begin, i))
                 return tuple(parts), i + 1
         raise FormulaProblem("FORM001", at, max(len(typed) - at, 1), reason="a quote is missing at the end of a text",
                              remedy="Close the text with the same quote as at its beginning.")  # fmt: skip

@@ -1,4 +1,4 @@
-"""Arithmetic and statistics."""
+"""Arithmetic."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from decimal import ROUND_DOWN, ROUND_HALF_UP, ROUND_UP, Decimal, localcontext
 
-from rrp_sheets.formulas.functions.define import define, flat, number, whole
+from rrp_sheets.formulas.functions.define import define, number, whole
 from rrp_sheets.formulas.limits import LARGEST_NUMBER
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.model.values import Value
@@ -204,22 +204,11 @@ def quotient(value: Value, divisor: Value) -> int:
     """
     if number(divisor) == 0:
         raise FormulaProblem("FORM101")
-    return math.trunc(_bounded(number(value) / number(divisor)))
+    return math.trunc(in_bounds(number(value) / number(divisor)))
 
 
-def product(*values: Value) -> Number:
-    """The product of some numbers or of a list.
-
-    >>> product(2, 3, [4])
-    24
-    """
-    result: Number = 1
-    for v in flat(values):
-        result = _bounded(result * number(v))
-    return result
-
-
-def _bounded(n: Number) -> Number:
+def in_bounds(n: Number) -> Number:
+    """The number if it is not too large; raises FormulaProblem FORM105."""
     if not -LARGEST_NUMBER <= n <= LARGEST_NUMBER:
         raise FormulaProblem("FORM105", reason="numbers go up to 1e15")
     return n
@@ -253,77 +242,8 @@ def sign(value: Value) -> int:
     return (n > 0) - (n < 0)
 
 
-def _numbers(values: tuple[Value, ...]) -> list[Number]:
-    found = [number(v) for v in flat(values)]
-    if not found:
-        raise FormulaProblem("FORM107", what="There is no number in an empty list")
-    return found
-
-
-def min_(*values: Value) -> Number:
-    """The smallest of some numbers or of a list.
-
-    >>> min_(3, [1, 2])
-    1
-    """
-    return min(_numbers(values))
-
-
-def max_(*values: Value) -> Number:
-    """The largest of some numbers or of a list.
-
-    >>> max_(3, [1, 2])
-    3
-    """
-    return max(_numbers(values))
-
-
-def sum_(*values: Value) -> Number:
-    """The sum of some numbers or of a list.
-
-    >>> sum_(1, 2, [3, 4])
-    10
-    """
-    return sum(number(v) for v in flat(values))
-
-
-def average(*values: Value) -> float:
-    """The mean of some numbers or of a list.
-
-    >>> average([1, 2, 3])
-    2.0
-    """
-    found = _numbers(values)
-    return sum(found) / len(found)
-
-
-def median(*values: Value) -> Number:
-    """The middle one of some numbers or of a list.
-
-    >>> median(1, 100, 2)
-    2
-    """
-    found = sorted(_numbers(values))
-    half = len(found) // 2
-    return found[half] if len(found) % 2 else (found[half - 1] + found[half]) / 2
-
-
-def stdev(*values: Value) -> float:
-    """The standard deviation of some numbers or of a list, as of a sample.
-
-    >>> stdev(1, 3)
-    1.4142135623730951
-    """
-    found = _numbers(values)
-    if len(found) < 2:
-        raise FormulaProblem("FORM107", what="There is no deviation of less than two numbers")
-    mean = sum(found) / len(found)
-    return math.sqrt(sum((n - mean) ** 2 for n in found) / (len(found) - 1))
-
-
 FUNCTIONS = (
     define(abs_), define(sqrt), define(exp), define(ln), define(log10), define(power, "POW"), define(round_),
     define(roundup), define(rounddown), define(mround), define(int_), define(floor), define(trunc),
-    define(ceil, "CEILING"), define(mod), define(quotient), define(sign), define(min_), define(max_), define(sum_),
-    define(product), define(average, "MEAN", "AVG"), define(median), define(stdev), define(iseven), define(isodd),
+    define(ceil, "CEILING"), define(mod), define(quotient), define(sign), define(iseven), define(isodd),
 )  # fmt: skip

@@ -1,0 +1,280 @@
+"""Reading values: numbers, texts, names, lists, fields, places, calls."""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Callable
+from typing import NoReturn, TypeVar
+
+from rrp_sheets.formulas import hints
+from rrp_sheets.formulas.limits import DEEPEST
+from rrp_sheets.formulas.problems import FormulaProblem
+from rrp_sheets.formulas.tokens import Hole, Token
+
+Node = TypeVar("Node", bound=ast.AST)
+CONSTANTS = {"true": True, "false": False, "none": None, "blank": None}
+_WORDS = frozenset(("if", "else", "and", "or", "not", "in", "is", "for"))
+_AS_FUNCTION = frozenset(("if", "and", "or", "not"))
+_STARTS = frozenset("([{-+$.") | {"**", "++", "--"}
+_TREE_DEPTH = 2 * DEEPEST  # of nested rules; brackets count on their own
+
+
+def operator_of(token: Token) -> str:
+    """The token as an operator: a sign, or one of Python's words in small letters; else nothing."""
+    return token.text if token.kind == "sign" or (token.kind == "name" and token.text in _WORDS) else ""
+
+
+class Values:
+    """The part of the parser that reads single values, and what stands in brackets or directly behind them."""
+
+    def __init__(self, tokens: list[Token], typed: str, depth: int = 0) -> None:
+        self.tokens = tokens
+        self.typed = typed
+        self.i = 0
+        self.now = tokens[0]
+        self.word = operator_of(self.now)
+        self.depth = depth
+        self.brackets = 0
+
+    # ---- moving on
+    def step(self) -> Token:
+        """Take the token that stands there."""
+        token = self.now
+        self.i += 1
+        self.now = self.tokens[self.i]
+        self.word = operator_of(self.now)
+        return token
+
+    @property
+    def next(self) -> Token:
+        """The token behind that one."""
+        return self.tokens[min(self.i + 1, len(self.tokens) - 1)]
+
+    def fail(self, reason: str, remedy: str, at: Token | None = None) -> NoReturn:
+        """Raise FORM001 at a token."""
+        at = at or self.now
+        raise FormulaProblem("FORM001", at.start, max(at.end - at.start, 1), reason=reason, remedy=remedy)
+
+    def refuse(self, what: str, remedy: str, start: int, end: int) -> NoReturn:
+        """Raise FORM003."""
+        raise FormulaProblem("FORM003", start, max(end - start, 1), what=what, remedy=remedy)
+
+    def at(self, node: Node, start: int, end: int) -> Node:
+        """The node, with its place in the typed text."""
+        node.lineno = node.end_lineno = 1  # type: ignore[attr-defined]
+        node.col_offset, node.end_col_offset = start, end  # type: ignore[attr-defined]
+        return node
+
+    def between(self, node: Node, first: ast.expr, last: ast.expr) -> Node:
+        """The node, with its place from the one to the other."""
+        return self.at(node, first.col_offset, last.end_col_offset or 0)
+
+    def deeper(self, rule: Callable[[], ast.expr]) -> ast.expr:
+        """What a rule reads, counted against how deep trees may be."""
+        self.depth += 1
+        if self.depth > _TREE_DEPTH:
+            raise FormulaProblem("FORM002", self.now.start, reason="it is nested too deeply")
+        node = rule()
+        self.depth -= 1
+        return node
+
+    def expression(self) -> ast.expr:
+        """Any value, with all operators."""
+        raise NotImplementedError
+
+    def condition(self) -> ast.expr:
+        """A value without a conditional around it."""
+        raise NotImplementedError
+
+    def list_(self) -> ast.expr:
+        """What begins with [."""
+        raise NotImplementedError
+
+    def read_inner(self, tokens: list[Token]) -> ast.expr:
+        """The value of a text's hole."""
+        raise NotImplementedError
+
+    # ---- what stands behind a value
+    def postfix(self) -> ast.expr:
+        """A value with its fields, places, brackets, and the signs % and ° behind it."""
+        node = self._value()
+        while True:
+            word = self.word
+            if word == ".":
+                self.step()
+                if self.now.kind != "name":
+                    self.fail("a field's name is missing behind a point", "Write for example redBall.distance.")
+                name = self.step()
+                node = self.at(ast.Attribute(node, name.text, ast.Load()), node.col_offset, name.end)
+            elif word == "[":
+                node = self._subscript(node)
+            elif word == "(":
+                start = self.step()
+                args = self.members(")", start, call=True)
+                node = self.at(ast.Call(node, args, []), node.col_offset, self.step().end)
+            elif word == "%" and self._is_percent(node):
+                end = self.step().end
+                node = self._scaled(node, end, lambda n: n / 100, 100)
+            elif word == "°":
+                end = self.step().end
+                if not _is_number(node):
+                    self.refuse(
+                        "The sign ° behind something that is no number", "Write RADIANS(…).", node.col_offset, end
+                    )
+                node = self._scaled(node, end, math.radians, 1)
+            else:
+                return node
+
+    def _is_percent(self, node: ast.expr) -> bool:
+        """Whether % is the sign behind a number (50%), and not the remainder's (x % 2)."""
+        following = self.next
+        if following.kind not in ("sign", "end") and following.text not in _WORDS:
+            return False
+        if following.text in ("-", "+"):
+            self.refuse("“%” before a sign", "Write (50%) - x for half minus x, or MOD(50; -x) for the remainder.",
+                        self.now.start, following.end)  # fmt: skip
+        if following.text == "not":
+            return False
+        return following.text not in _STARTS
+
+    def _scaled(self, node: ast.expr, end: int, scale: Callable[[float], float], divisor: int) -> ast.expr:
+        if isinstance(node, ast.Constant) and _is_number(node):
+            return self.at(ast.Constant(scale(node.value)), node.col_offset, end)  # type: ignore[arg-type]
+        hundred = self.at(ast.Constant(divisor), node.col_offset, end)
+        return self.at(ast.BinOp(node, ast.Div(), hundred), node.col_offset, end)
+
+    def _subscript(self, owner: ast.expr) -> ast.expr:
+        start = self.step()
+        self._open(start)
+        parts: list[ast.expr | None] = [None]
+        colons = 0
+        while self.word != "]":
+            if self.word == ":":
+                self.step()
+                colons += 1
+                parts.append(None)
+            elif parts[-1] is None and self.now.kind != "end":
+                parts[-1] = self.expression()
+            else:
+                self.unclosed(start, "]")
+        if colons == 0 and parts[0] is None:
+            self.fail("there is nothing between [ and ]", "Write a field's name or a place: balls[0].")
+        if colons > 2:
+            self.fail("there are too many : in brackets", "Write [first:end].")
+        index: ast.expr
+        if colons == 0:
+            assert parts[0] is not None
+            index = parts[0]
+        else:
+            index = self.at(ast.Slice(*parts), start.start, self.now.end)
+        self.brackets -= 1
+        return self.at(ast.Subscript(owner, index, ast.Load()), owner.col_offset, self.step().end)
+
+    # ---- values
+    def _value(self) -> ast.expr:
+        kind = self.now.kind
+        if kind == "number":
+            token = self.step()
+            return self.at(ast.Constant(hints.number(token)), token.start, token.end)
+        if kind == "text":
+            token = self.step()
+            return self.at(ast.Constant(token.text), token.start, token.end)
+        if kind == "name":
+            return self._name()
+        if kind == "texts":
+            return self._text_with_values(self.step())
+        if kind == "column":
+            token = self.step()
+            owner = self.at(ast.Name(str(token.parts[0]), ast.Load()), token.start, token.start)
+            column = self.at(ast.Constant(token.text), token.start + len(owner.id) + 1, token.end - 1)
+            return self.at(ast.Subscript(owner, column, ast.Load()), token.start, token.end)
+        if self.word == "(":
+            return self._bracketed()
+        if self.word == "[":
+            return self.list_()
+        hints.no_value(self.tokens, self.i)
+
+    def _name(self) -> ast.expr:
+        token, lower = self.now, self.now.text.casefold()
+        called = self.next.text == "(" and self.next.kind == "sign"
+        if lower in CONSTANTS:
+            self.step()
+            if called:  # spreadsheets write TRUE() as well
+                start = self.step()
+                if self.word != ")":
+                    self.fail(
+                        f"there is something between the brackets of {token.text}", f"Write {token.text} alone.", start
+                    )
+                token = token._replace(end=self.step().end)
+            return self.at(ast.Constant(CONSTANTS[lower]), token.start, token.end)
+        if (lower in _AS_FUNCTION and not called) or lower in hints.KEYWORDS:
+            hints.keyword(self.tokens, self.i)
+        self.step()
+        return self.at(ast.Name(token.text, ast.Load()), token.start, token.end)
+
+    def _bracketed(self) -> ast.expr:
+        start = self.step()
+        if self.word == ")":
+            return self.at(ast.Tuple([], ast.Load()), start.start, self.step().end)
+        members = self.members(")", start)
+        trailing = self.tokens[self.i - 1].text == "," and self.tokens[self.i - 1].kind == "sign"
+        end = self.step().end
+        node = members[0] if len(members) == 1 and not trailing else ast.Tuple(members, ast.Load())
+        node.bracketed = True  # type: ignore[attr-defined]
+        return self.at(node, start.start, end)
+
+    def _open(self, start: Token) -> None:
+        self.brackets += 1
+        if self.brackets > DEEPEST:
+            raise FormulaProblem("FORM002", start.start, reason="its brackets are nested too deeply")
+
+    def members(self, closer: str, start: Token, call: bool = False) -> list[ast.expr]:
+        """The values up to a closing bracket, which is not taken; `;` and `,` both separate, but not mixed."""
+        self._open(start)
+        found: list[ast.expr] = []
+        separator: Token | None = None
+        while not (self.word == closer and not (call and separator)):
+            if self.word in (",", ";", closer):
+                self.fail("there is nothing between two separators", "Write a value there, or BLANK for none.")
+            found.append(self.expression())
+            if closer == "]" and self.word == "for" and len(found) == 1:
+                break
+            if self.word not in (",", ";"):
+                if self.word != closer:
+                    self.unclosed(start, closer)
+                break
+            if separator is not None and separator.text != self.word:
+                hints.mixed_separators(self.tokens, self.i, separator)
+            separator = self.step()
+        self.brackets -= 1
+        return found
+
+    def unclosed(self, start: Token, closer: str) -> NoReturn:
+        """Raise what is wrong where a closing bracket belongs."""
+        if self.word == "for":
+            self.refuse("A generator", "Write the brackets [ ] around it.", self.now.start, self.now.end)
+        if self.now.kind == "end":
+            self.fail("a closing bracket is missing", f"Add the closing bracket {closer}.", start)
+        hints.leftover(self.tokens, self.i, self.typed)
+
+    def _text_with_values(self, token: Token) -> ast.expr:
+        values: list[ast.expr] = []
+        for part in token.parts:
+            if isinstance(part, Hole):
+                values.append(self._hole(part))
+            elif part:
+                values.append(self.at(ast.Constant(part), token.start, token.end))
+        return self.at(ast.JoinedStr(values), token.start, token.end)
+
+    def _hole(self, hole: Hole) -> ast.expr:
+        value = self.deeper(lambda: self.read_inner(hole.tokens))
+        spec = None
+        if hole.format is not None:
+            text = self.at(ast.Constant(hole.format), hole.start, hole.end)
+            spec = self.at(ast.JoinedStr([text]), hole.start, hole.end)
+        return self.at(ast.FormattedValue(value, -1, spec), hole.start, hole.end)
+
+
+def _is_number(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, (int, float)) and not isinstance(node.value, bool)
