@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 
 from rrp_sheets.checks.facts import Fact
 from rrp_sheets.checks.formulas import check_formulas
+from rrp_sheets.checks.lints import lint
 from rrp_sheets.checks.protocol import RunPlan, check_protocol
-from rrp_sheets.checks.tests import Case, check_tests
+from rrp_sheets.checks.tests import Case, check_tests, switchable
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import Robot, load_robot, robot_names
-from rrp_sheets.devices.scene import parse_scene
+from rrp_sheets.devices.scene import check_presses, parse_scene
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.formulas import Formula
 from rrp_sheets.graph import Graph
@@ -50,10 +51,21 @@ def check_workbook(workbook: Workbook, report: Report) -> Checked:
     graph = build_graph(workbook, robot, connectors(), report)
     compiled = check_formulas(workbook, robot, graph, report)
     scene = None if workbook.scene is None else parse_scene(workbook.scene, report, robot)
+    if scene:
+        check_presses(workbook.scene or (), scene, _buttons(workbook, graph, robot), report)
     run = check_protocol(workbook, report)
     tests = check_tests(workbook, robot, graph, run.behaviours, compiled.records, compiled.scope, report)
+    lint(workbook, robot, graph, compiled, run.behaviours | switchable(graph), report)
     report.drop_followers()
     return Checked(workbook, robot, graph, compiled.formulas, scene, run, tests, report, compiled.facts)
+
+
+def _buttons(workbook: Workbook, graph: Graph, robot: Robot) -> list[str]:
+    """The labels of the operator's buttons, declared or used by their names alone."""
+    declared = [d for d in workbook.devices if (f := robot.find(d.device.text)) and f.type.name == "OperatorButton"]
+    labels = [d.settings["label"].text if d.settings.get("label") else d.stream.text for d in declared]
+    used = [s for s in graph.streams.values() if s.device and s.device.type.name == "OperatorButton"]
+    return list(dict.fromkeys([*labels, *(str(s.settings["label"]) for s in used)]))
 
 
 def _robot(workbook: Workbook, report: Report) -> Robot:

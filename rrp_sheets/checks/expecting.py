@@ -36,6 +36,7 @@ class Expectation:
         within: how far a number may be away, for kind `about`.
         condition: a formula with the stream's value as its one input.
         fields: expectations by the name of a record's field.
+        blanks: of kind `nothing`, whether blanks may come: they stop an actuator and start nothing.
     """
 
     kind: str
@@ -45,6 +46,7 @@ class Expectation:
     within: float = 0.0
     condition: Formula | None = None
     fields: tuple[tuple[str, Expectation], ...] = ()
+    blanks: bool = False
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,8 @@ def read_expect(cell: Cell, place: Place, report: Report) -> Expectation | None:
     text = cell.text
     if key(text) in ("any", "nothing"):
         return Expectation(key(text), text)
+    if key(text) in ("nothingorblank", "blankornothing"):
+        return Expectation("nothing", text, blanks=True)
     try:
         return _condition(cell, place, report) or _other(cell, place, report)
     except TooLarge as error:

@@ -60,7 +60,7 @@ class _Env:
     budget: list[int]
 
 
-def _of(tree: ast.AST, env: _Env) -> Known:
+def _of(tree: ast.AST | None, env: _Env) -> Known:
     env.budget[0] -= 1
     found = _NODES.get(type(tree))
     return UNKNOWN if found is None or env.budget[0] < 0 else found(tree, env)

@@ -10,4 +10,4 @@ from rrp_sheets.model.cells import Cell
 def tell(report: Report, cell: Cell, problem: FormulaProblem) -> None:
     """Report a formula's problem at its cell."""
     span = (problem.column, problem.column + problem.length) if problem.column >= 0 else None
-    report.add(problem.code, cell.address, span=span, **problem.details)
+    report.add(problem.code, cell.address, span=span, fixes=(), **problem.details)

@@ -177,12 +177,12 @@ def check_tests(
     """
     if not workbook.tests:
         return ()
-    names = _Names(workbook, robot, graph, running | _switchable(graph), records)
+    names = _Names(workbook, robot, graph, running | switchable(graph), records)
     reader = _Reader(names, make, make(()), report)
     return tuple(reader.case(sheet) for sheet in workbook.tests)
 
 
-def _switchable(graph: Graph) -> frozenset[str]:
+def switchable(graph: Graph) -> frozenset[str]:
     """Keys of the behaviours that a row may switch on."""
     switches = (s for s in graph.streams.values() if s.device and s.device.type.name == "Behaviour")
     return frozenset(key(str(s.settings.get("name") or "")) for s in switches)

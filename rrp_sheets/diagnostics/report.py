@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from rrp_sheets.diagnostics.catalogue import CODES, Severity
+from rrp_sheets.diagnostics.fix import Fix
 from rrp_sheets.diagnostics.followers import without_followers
 from rrp_sheets.model.cells import Address
 
@@ -22,6 +23,7 @@ class Diagnostic:
         message: what is wrong, in the user's words.
         remedy: what to do about it.
         span: first and last+1 character within the cell's text, where known.
+        fixes: what would remove it, to choose from.
     """
 
     code: str
@@ -30,6 +32,7 @@ class Diagnostic:
     message: str
     remedy: str
     span: tuple[int, int] | None = None
+    fixes: tuple[Fix, ...] = field(default=(), compare=False)
 
     def as_dict(self) -> dict[str, Any]:
         """As `check --json` prints it."""
@@ -40,6 +43,8 @@ class Diagnostic:
             "cell": self.address.cell if self.address else "",
             "message": self.message,
             "remedy": self.remedy,
+            "span": list(self.span) if self.span else None,
+            "fixes": [{"title": f.title, "safe": f.safe} for f in self.fixes],
         }
 
 
@@ -59,12 +64,18 @@ class Report:
         self._sheets = {name: i for i, name in enumerate(sheets)}
 
     def add(
-        self, code: str, address: Address | None, *, span: tuple[int, int] | None = None, **details: object
+        self,
+        code: str,
+        address: Address | None,
+        *,
+        span: tuple[int, int] | None = None,
+        fixes: Iterable[Fix] = (),
+        **details: object,
     ) -> Diagnostic:
         """Add a finding; `details` fill the catalogue's texts."""
         entry = CODES[code]
         message, remedy = entry.message.format(**details), entry.remedy.format(**details)
-        diagnostic = Diagnostic(code, entry.severity, address, message, remedy, span)
+        diagnostic = Diagnostic(code, entry.severity, address, message, remedy, span, tuple(fixes))
         self._found[diagnostic] = None
         return diagnostic
 

@@ -1,0 +1,157 @@
+"""Rows that can drive one part of the robot at one time (design: 4-streams, Actuator conflict).
+
+Two rows are in each other's way when they use one resource at equal Priority, their conditions can hold together, and
+
+- a value that comes from one event reaches both at the same instant; or
+- one of them drives its actuator again and again, so that the other is cut off at once; or
+- they stand in different behaviours: who wrote the one need not know of the other.
+
+Within one behaviour, rows that different events drive are left alone: the newer one replaces the older one, which is
+what a therapist who presses another button means. So are rows that follow each other through a done stream.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from rrp_sheets.checks.facts import CAMERA, CHANGE, TIMER, Fact
+from rrp_sheets.checks.known import BLANK
+from rrp_sheets.checks.lints.material import Material, row_of
+from rrp_sheets.checks.routes import Route
+from rrp_sheets.graph import Step
+
+MOST_PAIRS = 20_000
+STEADY_HZ = 0.5  # what comes at least so often leaves no time for anything else
+VOICE, BRIGHTNESS = "voice", "brightness of the eyes"
+_SHARED = frozenset({"memory", "all"})  # remembering a face, and ending the run, are in nobody's way
+
+
+@dataclass(frozen=True, slots=True)
+class _Driver:
+    """A subscribe row as the lint sees it."""
+
+    step: Step
+    behaviour: str
+    uses: frozenset[str]
+    fact: Fact
+    routes: tuple[Route, ...] | None
+
+    @property
+    def steady(self) -> bool:
+        rate = self.fact.rate
+        return rate.kind in (CAMERA, CHANGE, TIMER) and rate.hz >= STEADY_HZ
+
+
+def lint_conflicts(material: Material) -> None:
+    """Report, at each row, the first row before it that it is in the way of."""
+    drivers: list[_Driver] = []
+    left = MOST_PAIRS
+    told: set[tuple[str, str, str]] = set()
+    for driver in _drivers(material):
+        spoken = False
+        for other in drivers:
+            left -= 1
+            if left < 0:
+                return
+            for resource in sorted(driver.uses & other.uses):
+                how = _in_the_way(driver, other, resource, material)
+                if not how or (driver.behaviour != other.behaviour and not _first(told, driver, other, resource)):
+                    continue
+                _tell(driver, other, resource, how, material)
+                spoken = True
+                break
+            if spoken:
+                break
+        drivers.append(driver)
+
+
+def _first(told: set[tuple[str, str, str]], one: _Driver, other: _Driver, resource: str) -> bool:
+    """Whether this is the first finding about a resource of two behaviours: one is enough."""
+    pair = (*sorted((one.behaviour, other.behaviour)), resource)
+    found = (pair[0], pair[1], pair[2])
+    fresh = found not in told
+    told.add(found)
+    return fresh
+
+
+def _tell(driver: _Driver, other: _Driver, resource: str, how: str, material: Material) -> None:
+    address = driver.step.row.output.address
+    where = row_of(other.step, driver.step)
+    if resource == VOICE and driver.behaviour == other.behaviour:
+        material.report.add("LINT004", address, other=where)
+    else:
+        material.report.add("LINT003", address, other=where, resource=resource, how=how)
+
+
+def _drivers(material: Material) -> Iterator[_Driver]:
+    for behaviour in material.behaviours():
+        for step in behaviour.steps:
+            if not step.active or not step.connector.drives:
+                continue
+            fact = material.fact(step.ref)
+            uses = _uses(step, fact, material)
+            if uses and fact.known.kind != BLANK:  # blank alone starts nothing
+                yield _Driver(step, behaviour.key, uses, fact, material.routes.of.get(step.ref))
+
+
+def _uses(step: Step, fact: Fact, material: Material) -> frozenset[str]:
+    """What a row's actuator uses; of a gesture that the value names, what those use that it can name."""
+    stream = material.graph.streams[step.output]
+    if stream.device is None:
+        return frozenset()
+    kind = stream.device.type
+    if kind.name == "EyeBrightness" and not stream.settings.get("colour"):
+        return frozenset({BRIGHTNESS})  # how bright, in whichever colour
+    uses = kind.resources_for(stream.settings) - _SHARED
+    choices = fact.known.choices
+    if kind.name == "Gesture" and not stream.settings.get("name") and choices:
+        named = [kind.resources_for({"name": c}) for c in choices if isinstance(c, str) and c]
+        return frozenset().union(*named) if named else uses
+    return uses
+
+
+def _in_the_way(one: _Driver, other: _Driver, resource: str, material: Material) -> str:
+    """How two rows are in each other's way, in words; empty when they are not."""
+    if one.step.row.priority != other.step.row.priority or one.routes is None or other.routes is None:
+        return ""
+    same_behaviour = one.behaviour == other.behaviour
+    routes = material.routes
+    if routes.together(one.routes, other.routes, same_origin=True):
+        if one.step.output == other.step.output and _same_value(one, other):
+            return ""
+        origin = next(a.origin for a in one.routes for b in other.routes if a.origin == b.origin)
+        return f"{_named(origin, material)} can reach both"
+    if resource == VOICE and same_behaviour:
+        return ""
+    steady = one if one.steady else other if other.steady else None
+    if steady is None and same_behaviour:
+        return ""
+    if not routes.together(one.routes, other.routes, same_origin=False):
+        return ""
+    if _follow(one, other, material) or _follow(other, one, material):
+        return ""
+    if steady is None:
+        return "they stand in two behaviours that know nothing of each other"
+    return f"{row_of(steady.step, one.step)} does so again and again"
+
+
+def _same_value(one: _Driver, other: _Driver) -> bool:
+    """Whether two rows send one actuator stream the same thing."""
+    first, second = one.fact.known.choices, other.fact.known.choices
+    return first is not None and first == second and len(first) == 1
+
+
+def _follow(one: _Driver, other: _Driver, material: Material) -> bool:
+    """Whether one row acts only when what the other has commanded is done."""
+    origins = {r.origin for r in one.routes or ()}
+    done = {
+        k for k in origins if k in material.graph.streams and material.graph.streams[k].done_of == other.step.output
+    }
+    return bool(origins) and origins == done
+
+
+def _named(origin: str, material: Material) -> str:
+    if origin in material.graph.streams:
+        return f"one value of “{material.graph.streams[origin].name}”"
+    return f"one value of {origin.removeprefix('clock ').replace('!', ' row ')}"

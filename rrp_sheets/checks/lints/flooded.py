@@ -1,0 +1,69 @@
+"""Streams that come many times a second into speech."""
+
+from __future__ import annotations
+
+from rrp_sheets.checks.facts import CAMERA, CHANGE, TIMER
+from rrp_sheets.checks.known import BLANK
+from rrp_sheets.checks.lints.conflicts import VOICE
+from rrp_sheets.checks.lints.material import Material
+from rrp_sheets.diagnostics.fix import Fix, FixEdit, Insert, Put
+from rrp_sheets.graph import Step
+
+TOO_OFTEN_HZ = 1.0  # a short sentence takes longer than a second
+
+
+def lint_flooded(material: Material) -> None:
+    """Report rows that would make the robot speak without end."""
+    for step in material.steps():
+        stream = material.graph.streams[step.output]
+        if not step.connector.drives or stream.device is None:
+            continue
+        fact = material.fact(step.ref)
+        speaks = VOICE in stream.device.type.resources and fact.known.kind != BLANK
+        rate = fact.rate
+        if not speaks or rate.kind not in (CAMERA, CHANGE, TIMER) or rate.hz <= TOO_OFTEN_HZ:
+            continue
+        if _counted(step, material):
+            continue
+        source = material.name(step.inputs[0])
+        material.report.add(
+            "LINT002", step.row.connector.address, fixes=_fixes(step, material), stream=source, hz=f"{rate.hz:g}"
+        )
+
+
+def _counted(step: Step, material: Material) -> bool:
+    """Whether a total decides about it: how often that is so cannot be said."""
+    makers = {s.output: s for s in material.steps() if not s.connector.drives}
+    waiting, seen = list(step.inputs), set[str]()
+    while waiting:
+        stream = waiting.pop()
+        maker = makers.get(stream)
+        if maker is None or stream in seen:
+            continue
+        seen.add(stream)
+        if maker.connector.name == "accumulate":
+            return True
+        waiting += maker.inputs
+    return False
+
+
+def _fixes(step: Step, material: Material) -> list[Fix]:
+    """A throttle before the row, or only what has changed."""
+    row = step.row
+    names = [c.text for c in row.inputs] or [material.graph.streams[i].name for i in step.inputs]
+    if len(names) != 1 or row.formula:
+        return []
+    shown = material.name(step.inputs[0])
+    columns = [c.address.column for c in (row.inputs_cell, row.connector, row.formula, row.output)]
+    sheet = row.output.address.sheet
+
+    def before(connector: str, period: str) -> tuple[FixEdit, ...]:
+        texts = zip(columns, (names[0] if row.inputs else "", connector, period, ""), strict=True)
+        cells = tuple((c, t) for c, t in texts if t)
+        blank = type(row.inputs_cell.address)(sheet, row.number + 1, columns[0])
+        return (Insert(sheet, row.number, cells), Put(blank, ""))
+
+    return [
+        Fix(f"Let “{shown}” speak once in 10 seconds at most (throttle)", before("throttle", "10 s")),
+        Fix(f"Speak only when “{shown}” has changed (changes)", before("changes", "")),
+    ]

@@ -1,0 +1,115 @@
+"""Formulas that will not do: they fail on the examples, are no condition, or join what does not go together."""
+
+from __future__ import annotations
+
+from rrp_sheets.checks.examples import alike
+from rrp_sheets.checks.known import LIST, RECORD, TEXT
+from rrp_sheets.checks.lints.material import Material, row_of
+from rrp_sheets.checks.reasoning import known_of
+from rrp_sheets.diagnostics import CODES
+from rrp_sheets.formulas import Formula
+from rrp_sheets.formulas.problems import kind_of
+from rrp_sheets.graph import Step, Stream
+from rrp_sheets.model.values import Failure, Record, Value, show
+
+_NO_CONDITION = {TEXT: "a text", LIST: "a list", RECORD: "a whole record"}
+_SAME_VALUE = frozenset({"filter", "once", "throttle", "changes", "sample", "delay", "timeout", "forgetAfter", "merge"})
+_ANY_VALUE = "any event"  # what an actuator takes that does not look at the value
+
+
+def lint_formulas(material: Material) -> None:
+    """Report what the facts say about the rows' formulas."""
+    for step in material.steps():
+        formula = material.compiled.formulas.get(step.ref)
+        if formula is not None and not _no_condition(step, formula, material):
+            _trouble(step, material)
+        if step.connector.name == "merge":
+            _mixed(step, material)
+
+
+def _no_condition(step: Step, formula: Formula, material: Material) -> bool:
+    """A filter whose formula gives a text, a list or a record: it would fail on every event."""
+    if step.connector.name != "filter":
+        return False
+    names = {n: material.fact(i).known for n, i in zip(formula.names, step.inputs, strict=True)}
+    what = _NO_CONDITION.get(known_of(formula.tree, names).kind, "")
+    if what:
+        example = f'{formula.text.strip()[:40]} = "…"' if what == "a text" else "distance < 0.5"
+        material.report.add("LINT011", step.row.formula.address, what=what, example=example)
+    return bool(what)
+
+
+def _trouble(step: Step, material: Material) -> None:
+    trouble = material.compiled.troubles.get(step.ref)
+    if trouble is None:
+        return
+    failure = trouble.failure
+    remedy = CODES[failure.code].remedy
+    if "{" in remedy:
+        remedy = "Check what the inputs give."
+    values = ", ".join(f"{name.strip() or 'value'} {show(value, 60)}" for name, value in trouble.values)
+    span = (failure.column, failure.column + 1) if failure.column >= 0 else None
+    address = step.row.formula.address
+    material.report.add("LINT010", address, span=span, values=values, reason=failure.message, remedy=remedy)
+
+
+def _mixed(step: Step, material: Material) -> None:
+    """Inputs of a merge whose values differ in kind, where somebody needs them to be alike."""
+    facts = [material.fact(i) for i in step.inputs]
+    first = facts[0]
+    if not first.has_example or first.example is None:
+        return
+    for place, fact in enumerate(facts[1:], 1):
+        if not fact.has_example or alike(first.example, fact.example):
+            continue
+        use = _use(step.output, [first.example, fact.example], material, step, 20)
+        if use is None:
+            continue
+        material.report.add(
+            "LINT006", step.row.inputs_cell.address, output=material.name(step.output), use=use,
+            first=_kind(first.example), one=material.name(step.inputs[0]),
+            second=_kind(fact.example), two=material.name(step.inputs[place]),
+        )  # fmt: skip
+        return
+
+
+def _kind(value: Value) -> str:
+    return f"a record ({value.type.name})" if isinstance(value, Record) else kind_of(value)
+
+
+def _use(stream: str, values: list[Value], material: Material, merge: Step, depth: int) -> str | None:
+    """How the values of a stream are used so that their kind matters, in words; None when only their coming counts."""
+    plain = not any(isinstance(v, Record) for v in values)
+    for reader in material.readers.get(stream, []) if depth else ():
+        formula = material.compiled.formulas.get(reader.ref)
+        if formula is not None:
+            fails = [_fails(formula, reader, stream, v, material) for v in values]
+            if any(fails) and not all(fails):
+                return f", and the formula of {row_of(reader, merge)} cannot work with both"
+        if (reader.connector.name in _SAME_VALUE and reader.inputs[0] == stream) or reader.connector.name == "merge":
+            found = _use(reader.output, values, material, merge, depth - 1)
+            if found is not None:
+                return found
+        elif reader.connector.drives and formula is None:
+            target = material.graph.streams[reader.output]
+            if _looks(target) and plain:
+                return ""
+    return None
+
+
+def _looks(stream: Stream) -> bool:
+    """Whether an actuator looks at the value, and not only at its coming."""
+    return stream.device is not None and not stream.device.type.takes.startswith(_ANY_VALUE)
+
+
+def _fails(formula: Formula, reader: Step, stream: str, value: Value, material: Material) -> bool:
+    values: list[Value] = []
+    for name in reader.connector.extra:
+        values.append(0 if name == "total" else value)
+    for i in reader.inputs:
+        fact = material.fact(i)
+        if i != stream and not fact.has_example:
+            return False
+        values.append(value if i == stream else None if reader.connector.name == "accumulate" else fact.example)
+    result = material.compiled.examples.value(formula, values)
+    return isinstance(result, Failure) and bool(result.code)

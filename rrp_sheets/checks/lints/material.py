@@ -1,0 +1,63 @@
+"""What the lints look at, and how they name rows and streams."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from rrp_sheets.checks.facts import Fact
+from rrp_sheets.checks.formulas import Compiled
+from rrp_sheets.checks.routes import Routes
+from rrp_sheets.devices import Robot
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.graph import BehaviourGraph, Graph, Step
+from rrp_sheets.model.names import key
+from rrp_sheets.model.workbook import Workbook
+
+
+@dataclass(frozen=True)
+class Material:
+    """A workbook as the lints see it.
+
+    Attributes:
+        running: keys of the behaviours that run, or that another one can switch on.
+    """
+
+    workbook: Workbook
+    robot: Robot
+    graph: Graph
+    compiled: Compiled
+    running: frozenset[str]
+    routes: Routes
+    report: Report
+    readers: dict[str, list[Step]] = field(init=False, default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for step in self.steps():
+            for stream in step.inputs:
+                self.readers.setdefault(stream, []).append(step)
+
+    def steps(self) -> Iterator[Step]:
+        """All rows that are active, behaviour by behaviour, in the order in which they settle."""
+        for behaviour in self.behaviours():
+            yield from (s for s in sorted(behaviour.steps, key=lambda s: s.rank) if s.active and s.inputs)
+
+    def behaviours(self) -> list[BehaviourGraph]:
+        """The behaviours that can run."""
+        return [b for b in self.graph.behaviours if b.key in self.running]
+
+    def fact(self, stream: str) -> Fact:
+        """What is known about a stream (or, by its ref, about what a subscribe row sends)."""
+        return self.compiled.facts.get(stream, Fact())
+
+    def name(self, stream: str) -> str:
+        """A stream's name; of one without name the row that gives it."""
+        found = self.graph.streams[stream]
+        return found.name or f"what row {found.address.row} gives"
+
+
+def row_of(step: Step, seen_from: Step) -> str:
+    """`row 5`, or `row 5 of the sheet Look` when it is in another sheet."""
+    sheet = step.row.output.address.sheet
+    other = key(sheet) != key(seen_from.row.output.address.sheet)
+    return f"row {step.number} of the sheet {sheet}" if other else f"row {step.number}"

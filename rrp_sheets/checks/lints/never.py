@@ -1,0 +1,52 @@
+"""What never happens: filters that nothing can pass, streams that never have a value."""
+
+from __future__ import annotations
+
+import ast
+
+from rrp_sheets.checks.lints.material import Material, row_of
+from rrp_sheets.graph import Step, StreamKind
+from rrp_sheets.model.values import Failure, show
+
+
+def lint_never(material: Material) -> None:
+    """Report filters that never pass and done streams that never come."""
+    for step in material.steps():
+        if step.connector.name == "filter":
+            _filter(step, material)
+    driven = {s.output for s in material.steps() if s.connector.drives}
+    told: set[str] = set()
+    for step in material.steps():
+        for stream in step.inputs:
+            found = material.graph.streams[stream]
+            if found.kind is StreamKind.DONE and found.done_of not in driven and stream not in told:
+                told.add(stream)
+                actuator = found.name.removesuffix(" done")
+                material.report.add("LINT007", step.row.inputs_cell.address, name=found.name, actuator=actuator)
+
+
+def _filter(step: Step, material: Material) -> None:
+    formula = material.compiled.formulas.get(step.ref)
+    if formula is None:
+        return
+    address = step.row.formula.address
+    if step.ref in material.routes.dead:
+        before = _filters_before(step, material)
+        why = "its condition contradicts what is known of its input"
+        remedy = "what its input can be"
+        if before:
+            rows = " and ".join(row_of(s, step) for s in before)
+            why, remedy = f"its condition contradicts {rows}, or what is known of its input", f"that of {rows}"
+        material.report.add("LINT005", address, why=why, remedy=remedy)
+    elif not any(isinstance(n, ast.Name) and n.id in formula.names for n in ast.walk(formula.tree)):
+        value = material.compiled.examples.value(formula, [None] * len(formula.names))
+        if not isinstance(value, Failure) and not value:
+            why = f"the formula is always {show(value)}, whatever arrives"
+            material.report.add("LINT005", address, why=why, remedy="use the input in it")
+
+
+def _filters_before(step: Step, material: Material) -> list[Step]:
+    """The filter rows on the way to a row."""
+    routes = material.routes.of.get(step.inputs[0]) or ()
+    steps = {s.ref: s for s in material.steps()} if routes else {}
+    return [steps[ref] for ref in dict.fromkeys(ref for r in routes for ref in r.filters)][:3]

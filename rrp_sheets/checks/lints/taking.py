@@ -1,0 +1,273 @@
+"""Values that an actuator cannot use, or not whole: what the driver would tell on the row, told before the run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+from rrp_sheets.checks.facts import Fact
+from rrp_sheets.checks.known import ANY, BLANK, LIST, NUMBER, RECORD, TEXT, TRUTH, Known, kind_of_value
+from rrp_sheets.checks.lints.material import Material
+from rrp_sheets.devices import DeviceType, Robot, Setting
+from rrp_sheets.formulas.problems import kind_of
+from rrp_sheets.graph import Step, Stream
+from rrp_sheets.graph.devices import understand
+from rrp_sheets.model.durations import parse_duration
+from rrp_sheets.model.names import key, nearest
+from rrp_sheets.model.values import Record, Value, show
+
+_WORDS = {NUMBER: "a number", TEXT: "a text", TRUTH: "TRUE or FALSE", LIST: "a list", RECORD: "a whole record"}
+
+
+@dataclass(frozen=True, slots=True)
+class Taker:
+    """What an actuator can use.
+
+    Attributes:
+        kinds: of values; blank always is (it stops).
+        wrong: what is wrong with a value of these kinds, in words, or an empty text.
+        remedy: what to send instead.
+    """
+
+    kinds: frozenset[str]
+    remedy: str
+    wrong: Callable[[Value, Stream, Material], str] = lambda value, stream, material: ""
+
+
+def lint_taking(material: Material) -> None:
+    """Report rows that send an actuator what it cannot use."""
+    seeing = {s.id for s in material.graph.streams.values() if _sees(s)}
+    ancestors: dict[str, frozenset[str]] = {}
+    for step in material.steps():
+        mine = frozenset().union(*(ancestors.get(i, frozenset({i})) for i in step.inputs))
+        if not step.connector.drives:
+            ancestors[step.output] = mine if len(mine) <= 50 else mine & seeing or frozenset(sorted(mine)[:1])
+            continue
+        stream = material.graph.streams[step.output]
+        if stream.device is None:
+            continue
+        if stream.device.type.name == "Tracker" and not mine & seeing and material.fact(step.ref).known.kind != BLANK:
+            material.report.add("LINT014", step.row.output.address, device=stream.name)
+        taker = _taker(stream.device.type, stream)
+        if taker is not None:
+            _check(step, stream, taker, material)
+
+
+def _sees(stream: Stream) -> bool:
+    payload = stream.device.type.payload if stream.device else None
+    return payload is not None and {"x", "y"} <= set(payload.keys)
+
+
+def _check(step: Step, stream: Stream, taker: Taker, material: Material) -> None:
+    fact = material.fact(step.ref)
+    if fact.known.kind == BLANK:
+        return
+    what = _what_is_wrong(fact, stream, taker, material)
+    if what:
+        assert stream.device is not None
+        address = (step.row.formula if step.row.formula else step.row.inputs_cell).address
+        takes = stream.device.type.takes
+        material.report.add("LINT012", address, device=stream.name, takes=takes, what=what, remedy=taker.remedy)
+        return
+    _limits(step, stream, fact, material)
+
+
+def _what_is_wrong(fact: Fact, stream: Stream, taker: Taker, material: Material) -> str:
+    known = fact.known
+    if known.choices:
+        found = (_wrong(c, stream, taker, material) for c in known.choices if c is not None)
+        return next((f for f in found if f), "")
+    if known.kind not in (ANY, *taker.kinds):
+        return _WORDS.get(known.kind, "something else")
+    if known.kind == ANY and fact.has_example and fact.sure and not fact.holes:
+        return _wrong(fact.example, stream, taker, material)
+    if known.kind == LIST and fact.has_example:
+        return _wrong(fact.example, stream, taker, material)
+    return ""
+
+
+def _wrong(value: Value, stream: Stream, taker: Taker, material: Material) -> str:
+    if value is None:
+        return ""
+    if kind_of_value(value) not in taker.kinds:
+        return kind_of(value)
+    return taker.wrong(value, stream, material)
+
+
+# ---- what each takes, as its driver does
+
+
+def _colour(value: Value, stream: Stream, material: Material) -> str:
+    if isinstance(value, Record):
+        return "" if isinstance(value.values.get("colour"), str) else "a record without a colour"
+    if isinstance(value, (list, tuple)):
+        fine = len(value) == 3 and all(_is_number(v) and 0 <= v <= 1 for v in value)
+        return "" if fine else f"{show(value)}, which is no (red, green, blue) from 0 to 1"
+    return _named(value, Setting("Colour", "colour"), material.robot)
+
+
+def _named(value: Value, setting: Setting, robot: Robot) -> str:
+    """What is wrong with a text that should name something."""
+    _, wants = understand(setting, str(value), robot)
+    return f"{show(value)}, which is not {wants}" if wants else ""
+
+
+def _posture(value: Value, stream: Stream, material: Material) -> str:
+    names = material.robot.postures
+    return "" if key(value) in {key(p) for p in names} else _no_name(value, "posture", names)
+
+
+def _gesture(value: Value, stream: Stream, material: Material) -> str:
+    if not isinstance(value, str):
+        return ""
+    names = [*material.robot.gestures, *(g.name.text for g in material.workbook.gestures)]
+    return "" if key(value) in {key(g) for g in names} else _no_name(value, "gesture", names)
+
+
+def _no_name(value: Value, what: str, names: Iterable[str]) -> str:
+    guess = nearest(str(value), names)
+    return f"{show(value)}, which is no {what}" + (f" (did you mean {guess}?)" if guess else "")
+
+
+def _duration(value: Value, stream: Stream, material: Material) -> str:
+    if isinstance(value, str) and parse_duration(value, bare="s") is None:
+        return f"{show(value)}, which is no time"
+    return ""
+
+
+def _angles(value: Value, stream: Stream, material: Material) -> str:
+    count = len(_joints(stream, material.robot))
+    values = list(value) if isinstance(value, (list, tuple)) else [value]
+    if len(values) != count:
+        return f"{len(values)} angles for {count} joints" if len(values) != 1 else f"one angle for {count} joints"
+    return "" if all(_is_number(v) for v in values) else f"{show(value)}, which are not all numbers"
+
+
+def _is_number(value: Value) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _joints(stream: Stream, robot: Robot) -> tuple[str, ...]:
+    named = key(str(stream.settings.get("joint")))
+    return (robot.joints[named].name,) if named in robot.joints else robot.groups.get(named, ())
+
+
+_ANGLE = "Send an angle in rad, or a list with one for each joint."
+_TAKERS: Mapping[str, Taker] = {
+    "SayInput": Taker(frozenset({TEXT, NUMBER}), 'Make a text of it in a map row, for example "I see "&colour.'),
+    "EyeLedColor": Taker(
+        frozenset({TEXT, LIST, RECORD}), 'Send "red", "#ff8000" or three numbers such as (1, 0.5, 0).', _colour
+    ),
+    "EyeBrightness": Taker(frozenset({NUMBER}), "Send a number from 0 (dark) to 1."),
+    "SetJointPosition": Taker(frozenset({NUMBER, LIST}), _ANGLE, _angles),
+    "Posture": Taker(
+        frozenset({TEXT}), "Send the name of a posture, such as StandInit, or fill the setting Name in.", _posture
+    ),
+    "Gesture": Taker(
+        frozenset({TEXT, RECORD}), "Send the name of a gesture, such as Wave, or fill the setting Name in.", _gesture
+    ),
+    "Wait": Taker(frozenset({TEXT, NUMBER}), "Send a time such as 8 s, or fill the setting Time in.", _duration),
+}  # fmt: skip
+_SETTING_DECIDES = {"Posture": "name", "Gesture": "name", "Wait": "time"}
+
+
+def _taker(kind: DeviceType, stream: Stream) -> Taker | None:
+    """What an actuator can use; None when any event will do."""
+    decides = _SETTING_DECIDES.get(kind.name)
+    if decides and stream.settings.get(decides) not in (None, ""):
+        return None
+    return _TAKERS.get(kind.name)
+
+
+# ---- limits
+
+
+def _limits(step: Step, stream: Stream, fact: Fact, material: Material) -> None:
+    assert stream.device is not None
+    address = (step.row.formula if step.row.formula else step.row.inputs_cell).address
+    for what, known, low, high, unit in _limited(stream, fact, material.robot):
+        value = _beyond(known, low, high)
+        if value is not None:
+            material.report.add(
+                "LINT013", address, value=f"{value:.3g}", what=what, low=f"{low:.3g}", high=f"{high:.3g}",
+                unit=f" {unit}" if unit else "",
+            )  # fmt: skip
+            return
+
+
+def _limited(stream: Stream, fact: Fact, robot: Robot) -> list[tuple[str, list[float], float, float, str]]:
+    """What has limits: its name, the values that it will surely be given, and the limits."""
+    assert stream.device is not None
+    if stream.device.type.name == "EyeBrightness":
+        return [("the eyes", _sure_values(fact), 0.0, 1.0, "")]
+    if stream.device.type.name != "SetJointPosition":
+        return []
+    names = _joints(stream, robot)
+    lists = _lists(fact)
+    found = []
+    for place, name in enumerate(names):
+        joint = robot.joints[key(name)]
+        values = (
+            _sure_values(fact) if len(names) == 1 and not lists else [v[place] for v in lists if len(v) == len(names)]
+        )
+        found.append((name, [v for v in values if _is_number(v)], joint.lower, joint.upper, joint.unit))
+    if {"HeadYaw", "HeadPitch"} <= set(names):
+        found += _pitches(names, lists, robot)
+    return found
+
+
+def _lists(fact: Fact) -> list[list[Value]]:
+    given = fact.known.choices if fact.known.choices is not None else (fact.example,) if fact.sure else ()
+    return [list(v) for v in given if isinstance(v, (list, tuple))]
+
+
+def _pitches(
+    names: tuple[str, ...], lists: list[list[Value]], robot: Robot
+) -> list[tuple[str, list[float], float, float, str]]:
+    """The head's pitch at the yaw that is sent with it: turned to the side it can nod less."""
+    found = []
+    yaw, pitch = names.index("HeadYaw"), names.index("HeadPitch")
+    for values in lists:
+        if len(values) == len(names) and _is_number(values[yaw]) and _is_number(values[pitch]):
+            low, high = pitch_limits(robot, float(values[yaw]))
+            found.append((f"HeadPitch with HeadYaw at {values[yaw]:.3g} rad", [values[pitch]], low, high, "rad"))
+    return found
+
+
+def pitch_limits(robot: Robot, yaw: float) -> tuple[float, float]:
+    """The limits of the head's pitch (rad) at a yaw (rad), interpolated in the robot's table.
+
+    >>> from rrp_sheets.devices import load_robot
+    >>> [round(limit, 2) for limit in pitch_limits(load_robot(), 1.527)]
+    [-0.33, 0.2]
+    """
+    joint = robot.joints["headpitch"]
+    table = robot.data.get("head_pitch_by_yaw")
+    if not table:
+        return joint.lower, joint.upper
+    return _between(table["yaw"], table["lower"], yaw), _between(table["yaw"], table["upper"], yaw)
+
+
+def _between(xs: list[float], ys: list[float], x: float) -> float:
+    x = min(max(x, xs[0]), xs[-1])
+    place = next(i for i in range(1, len(xs)) if x <= xs[i])
+    share = (x - xs[place - 1]) / (xs[place] - xs[place - 1])
+    return ys[place - 1] + share * (ys[place] - ys[place - 1])
+
+
+def _sure_values(fact: Fact) -> list[float]:
+    """Numbers that will be sent: those of a formula's branches, bounds that nothing can be within, the example."""
+    known = fact.known
+    if known.choices is not None:
+        return [c for c in known.choices if _is_number(c)]
+    values = [fact.example] if fact.has_example and fact.sure and _is_number(fact.example) else []
+    return [*values, *_far_end(known)]
+
+
+def _far_end(known: Known) -> list[float]:
+    """The end of the bounds that is nearest to 0, when all values lie on one side of it."""
+    return [known.low] if 0 < known.low < 1e9 else [known.high] if -1e9 < known.high < 0 else []
+
+
+def _beyond(values: list[float], low: float, high: float) -> float | None:
+    return next((v for v in values if v < low - 1e-6 or v > high + 1e-6), None)

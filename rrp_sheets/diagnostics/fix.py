@@ -1,0 +1,42 @@
+"""A fix: what would remove a finding, as plain data that a program can apply."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rrp_sheets.model.cells import Address
+
+
+@dataclass(frozen=True, slots=True)
+class Put:
+    """Put a text into a cell; an empty text empties it."""
+
+    address: Address
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Insert:
+    """Insert a row before another one; `cells` are the texts by column, counted from 1."""
+
+    sheet: str
+    before: int
+    cells: tuple[tuple[int, str], ...]
+
+
+FixEdit = Put | Insert
+
+
+@dataclass(frozen=True, slots=True)
+class Fix:
+    """A fix of a finding.
+
+    Attributes:
+        title: what it does, in the user's words.
+        edits: one after the other; each counts rows as the one before left them.
+        safe: whether it is surely what was meant, so that it needs no decision.
+    """
+
+    title: str
+    edits: tuple[FixEdit, ...]
+    safe: bool = False
