@@ -17,6 +17,7 @@ from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.values import show
 from rrp_sheets.runs.limits import SharedCell, lift_limit, limit_memory
 from rrp_sheets.runs.wire import (
     Lines,
@@ -81,7 +82,7 @@ class _Process:
 
     def _check(self, path: str) -> None:
         _, checked = _checked(Path(path))
-        self.box.post(["checked", [pack_finding(d) for d in checked.report]])
+        self.box.post(["checked", [pack_finding(d) for d in checked.report], _examples(checked)])
 
     def _run(self, path: str, settings: dict[str, Any]) -> None:
         from rrp_sheets.runs.running import run
@@ -113,6 +114,17 @@ def _checked(path: Path) -> tuple[Reading, Checked]:
 
     reading = read(path)
     return reading, check_workbook(reading.workbook, reading.report)
+
+
+def _examples(checked: Checked) -> dict[str, str]:
+    """An example of what each row gives, as shown, by the row's ref."""
+    found = {}
+    for behaviour in checked.graph.behaviours:
+        for step in behaviour.steps:
+            fact = checked.facts.get(step.ref if step.connector.drives else step.output)
+            if fact is not None and fact.has_example:
+                found[step.ref] = show(fact.example)
+    return found
 
 
 def main() -> None:

@@ -13,6 +13,7 @@ from typing import Any
 
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.catalogue import Severity
+from rrp_sheets.diagnostics.fix import Fix, FixEdit, Insert, Put
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError, UnreadableFile
 from rrp_sheets.model.cells import Address
 from rrp_sheets.model.exchange import Happening
@@ -123,16 +124,37 @@ def unpack(packed: Any) -> Value:
 
 
 def pack_finding(d: Diagnostic) -> list[Any]:
-    """A finding."""
-    where = [d.address.sheet, d.address.row, d.address.column] if d.address else None
-    return [d.code, d.severity.value, where, d.message, d.remedy, d.span]
+    """A finding, with its fixes."""
+    return [d.code, d.severity.value, _place(d.address), d.message, d.remedy, d.span, [_pack_fix(f) for f in d.fixes]]
 
 
 def unpack_finding(packed: list[Any]) -> Diagnostic:
     """The finding that was packed."""
-    code, severity, where, message, remedy, span = packed
+    code, severity, where, message, remedy, span, fixes = packed
     address = Address(*where) if where else None
-    return Diagnostic(code, Severity(severity), address, message, remedy, tuple(span) if span else None)
+    span = tuple(span) if span else None
+    return Diagnostic(code, Severity(severity), address, message, remedy, span, tuple(map(_unpack_fix, fixes)))
+
+
+def _place(address: Address | None) -> list[Any] | None:
+    return [address.sheet, address.row, address.column] if address else None
+
+
+def _pack_fix(fix: Fix) -> list[Any]:
+    edits = [["put", _place(e.address), e.text] if isinstance(e, Put) else ["insert", e.sheet, e.before, e.cells]
+             for e in fix.edits]  # fmt: skip
+    return [fix.title, edits, fix.safe]
+
+
+def _unpack_fix(packed: list[Any]) -> Fix:
+    title, edits, safe = packed
+    return Fix(title, tuple(map(_unpack_edit, edits)), safe)
+
+
+def _unpack_edit(packed: list[Any]) -> FixEdit:
+    if packed[0] == "put":
+        return Put(Address(*packed[1]), packed[2])
+    return Insert(packed[1], packed[2], tuple((column, text) for column, text in packed[3]))
 
 
 def pack_error(error: SheetsError) -> list[Any]:

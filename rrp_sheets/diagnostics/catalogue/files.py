@@ -93,4 +93,9 @@ CODES = (
         "In a folder, save every sheet as a .csv file; in a Markdown file, write “## Name of the sheet” and below it "
         "a table whose lines begin and end with “|”.",
     ),
+    Code(
+        "FILE018", _E, "Check not finished",
+        "“{name}” could not be checked: {why}.",
+        "Switch half of the rows off, check again, and so find the row that is to blame; then make it simpler.",
+    ),
 )  # fmt: skip
