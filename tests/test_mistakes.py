@@ -91,6 +91,7 @@ DOES = {
     "name": lambda typed, mended: bool(mended[0]),
     "inputs": lambda typed, mended: bool(mended[0]),
     "the column expect": lambda typed, mended: mended == ["", typed[0]],
+    "an output stream": lambda typed, mended: bool(mended[0]),
     "two rows": lambda typed, mended: len(mended) > 3,
     "devices": lambda typed, mended: bool(mended[0]),
     "without the others": lambda typed, mended: "praise(" not in mended[0],
