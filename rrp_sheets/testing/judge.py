@@ -63,7 +63,8 @@ def judge(
             window = lane.between(frame - TOLERANCE, frame + TOLERANCE)
             wanted[place] = _Wanted(row, make_holds(row.expectation, interpreter), window, lane)
     found = _share_out(wanted)
-    quiet_since = since(case)
+    quiet_since = since(case, frames)
+    _excuse(wanted, found)
     results = []
     for place, row in enumerate(case.rows):
         if row.expectation is None:
@@ -162,11 +163,23 @@ def _elsewhere(mine: _Wanted) -> list[str]:
     return [f"The nearest was {show(event.value, 80)} at {seconds(event.us)}."]
 
 
-def _nothing(row: CaseRow, since_us: int, lane: _Lane | None, frames: Frames, names: Mapping[str, str]) -> RowResult:
+def _excuse(wanted: Mapping[int, _Wanted], found: Mapping[int, Event]) -> None:
+    """What came in place of what a row expects is told there, and not once more where nothing should come."""
+    for place, mine in wanted.items():
+        if place not in found:
+            instead = next((i for i in mine.window if i not in mine.lane.taken), None)
+            if instead is not None:
+                mine.lane.taken[instead] = place
+
+
+def _nothing(row: CaseRow, since_frame: int, lane: _Lane | None, frames: Frames, names: Mapping[str, str]) -> RowResult:
     """Whether nothing came since the row before, but what other rows expect."""
     if lane is None:
         return RowResult(row, True)
-    late = [i for i in lane.between(frames.at(since_us), frames.at(row.time_us)) if i not in lane.taken]
+    assert row.expectation is not None
+    late = [i for i in lane.between(since_frame, frames.at(row.time_us)) if i not in lane.taken]
+    if row.expectation.blanks:
+        late = [i for i in late if lane.events[i].value is not None]
     if not late:
         return RowResult(row, True)
     events = [lane.events[i] for i in late]
@@ -174,19 +187,22 @@ def _nothing(row: CaseRow, since_us: int, lane: _Lane | None, frames: Frames, na
     return RowResult(row, False, events[0], came(events[0], names) + more)
 
 
-def since(case: Case) -> list[int]:
-    """From when on a `nothing` would count in each row: the time of the row before (µs).
+def since(case: Case, frames: Frames) -> list[int]:
+    """From which frame on a `nothing` would count in each row: since the row before.
 
     Rows are taken by their times, those of one time as they stand in the sheet. Rows that expect at one time are one
     list, so the row before is the one before that list: a row that sends at that time and stands above, or else the
-    latest of an earlier time. Without any it is the start.
+    latest of an earlier time. What came at the very time of rows that only expect belongs to these, so it counts from
+    just after them; what a sending row causes at once counts. Without any row before it is the start.
     """
     times = sorted({r.time_us for r in case.rows})
-    before = dict(zip(times, [0, *times], strict=False))
+    sending = {r.time_us for r in case.rows if r.sending}
+    before = dict(zip(times[1:], times, strict=False))
     sent: set[int] = set()
     found = []
     for row in case.rows:
-        found.append(row.time_us if row.time_us in sent else before[row.time_us])
+        us = row.time_us if row.time_us in sent else before.get(row.time_us)
+        found.append(0 if us is None else frames.at(us) + (us not in sending))
         if row.sending:
             sent.add(row.time_us)
     return found
@@ -195,7 +211,7 @@ def since(case: Case) -> list[int]:
 def came(event: Event, names: Mapping[str, str]) -> str:
     """`“Hello” at 2 s from Talk!4`."""
     origin = f" from {event.row}" if event.row else ""
-    return f"{show(event.value, 120)} at {seconds(event.us)}{origin}"
+    return f"{show(event.value, 90)} at {seconds(event.us)}{origin}"
 
 
 def seconds(us: int) -> str:

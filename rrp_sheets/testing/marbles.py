@@ -10,7 +10,7 @@ from rrp_sheets.render.score import Score, make_score, upstream
 from rrp_sheets.testing.results import CaseResult
 
 _MOST_LANES = 10
-_BEFORE_US, _AFTER_US = 2_000_000, 500_000
+_BEFORE_US, _AFTER_US = 3_000_000, 500_000
 
 
 def scores(checked: Checked, result: CaseResult) -> list[Score]:
