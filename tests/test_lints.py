@@ -1,0 +1,277 @@
+"""What the check sees before the run, and what it leaves alone (design: 4-streams, Lints)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from play import check, findings, rows
+
+from rrp_sheets import api
+from rrp_sheets.resources import bundled
+
+HEADER = "| Input streams | Connector | Formula | Output stream | Priority |\n|---|---|---|---|---|\n"
+DEVICES = """
+## Devices
+| Stream | Device | Label | Words | Joint | Name | Zone | Text | Rate |
+|---|---|---|---|---|---|---|---|---|
+| Start | OperatorButton | Start | | | | | | |
+| Words | WordRecognized | | yes, no, stop | | | | | |
+| Touch | Touch | | | | | | | |
+| Head joints | SetJointPosition | | | Head | | | | |
+| Neck | SetJointPosition | | | HeadYaw | | | | |
+| Show | Gesture | | | | | | | |
+| Wave | Gesture | | | | Wave | | | |
+| Nod | Gesture | | | | Nod | | | |
+| Stand | Posture | | | | StandInit | | | |
+| Pose | Posture | | | | | | | |
+| Rest | Wait | | | | | | | |
+| Ask | Say | | | | | | | |
+| Hint | Say | | | | | | | |
+| Hello | SayParameter | | | | | | Hello | |
+| Slow ball | RedBall | | | | | | | 0.2 |
+"""
+
+
+def lints(text: str, *more: str, header: str = HEADER) -> list[tuple[str, str]]:
+    return [f for f in findings(rows(text, DEVICES, *more, header=header)) if f[0].startswith(("LINT", "FORM"))]
+
+
+DISTANCE = "| Red ball | map | redBall.distance | D | |\n"
+CLOSE = DISTANCE + "| D | filter | d < 0.5 | Close | |\n"
+
+STALE = [
+    # a filtered input with one that is not; with all that bounds the age
+    (CLOSE + "| Close, D | combineLatest | d | X | |\n| X | subscribe | | Print | |", [("LINT001", "B4")]),
+    (CLOSE + "| D, Close | combineLatest | close + d | X | |\n| X | subscribe | | Print | |", [("LINT001", "B4")]),
+    (CLOSE + "| Close, D | combineLatest | | X | |\n| X | subscribe | | Print | |", [("LINT001", "B4")]),
+    (CLOSE + "| Close, Head yaw | combineLatest | close + headYaw | X | |\n| X | subscribe | | Print | |", [("LINT001", "B4")]),
+    ("| Start, Red ball | combineLatest | redBall.x | X | |\n| X | subscribe | | Print | |", [("LINT001", "B2")]),
+    (CLOSE + "| Close | sample | 1 s | S | |\n| S, D | combineLatest | d | X | |\n| X | subscribe | | Print | |", [("LINT001", "B5")]),
+    # a blank that the formula does not look at changes nothing
+    (CLOSE + "| Close | forgetAfter | 1 s | R | |\n| R, D | combineLatest | d | X | |\n| X | subscribe | | Print | |", [("LINT001", "B5")]),
+    (CLOSE + "| Close | forgetAfter | 1 s | R | |\n| R, D | combineLatest | IF(ISBLANK(r); BLANK; d) | X | |\n| X | subscribe | | Print | |", []),
+    (CLOSE + "| Close | timestamp | | C | |\n| D | timestamp | | T | |\n| C, T | combineLatest | (t.v, t.t - c.t) | P | |\n"
+     "| P | filter | p[1] < 1 | X | |\n| X | subscribe | | Print | |", []),
+    # timestamps whose times nobody compares
+    (CLOSE + "| Close | timestamp | | C | |\n| D | timestamp | | T | |\n| C, T | combineLatest | t.v - c.v | X | |\n| X | subscribe | | Print | |", [("LINT001", "B6")]),
+    # both have gone through the same filter; map and filter with further inputs; totals
+    (CLOSE + "| Close | map | close * 2 | A | |\n| Close | map | close * 3 | B | |\n| A, B | combineLatest | a + b | X | |\n| X | subscribe | | Print | |", []),
+    (CLOSE + "| D, Close | map | close + d | X | |\n| X | subscribe | | Print | |", []),
+    (CLOSE + "| D, Close | filter | close < d | X | |\n| X | subscribe | | Print | |", []),
+    ("| Start | accumulate | | N | |\n| N, Red ball | combineLatest | n + redBall.x | X | |\n| X | subscribe | | Print | |", []),
+    ("| Red ball, Head yaw | combineLatest | redBall.x + headYaw | X | |\n| X | subscribe | | Print | |", []),
+    ("| Start, Words | combineLatest | words.word | X | |\n| X | subscribe | | Print | |", []),
+]  # fmt: skip
+
+FLOODED = [
+    ("| Red ball | map | redBall.colour | C | |\n| C | subscribe | | Say | |", [("LINT002", "B3")]),
+    ("| Red ball | filter | redBall.distance < 1 | C | |\n| C | subscribe | | Hello | |", [("LINT002", "B3")]),
+    ("| Face | subscribe | | Hello | |", [("LINT002", "B2")]),
+    ("| Head yaw | subscribe | | Say | |", [("LINT002", "B2")]),
+    ("| Red ball | sample | 100 ms | C | |\n| C | subscribe | | Hello | |", [("LINT002", "B3")]),
+    ("| Red ball | sample | 3 s | C | |\n| C | subscribe | | Hello | |", []),
+    ("| Red ball | throttle | 3 s | C | |\n| C | subscribe | | Hello | |", []),
+    ("| Red ball | map | redBall.colour | | |\n| | changes | | C | |\n| C | subscribe | | Say | |", []),
+    ("| Face | once | face.id | F | |\n| F | subscribe | | Hello | |", []),
+    ("| Red ball, Start | timeout | 5 s | F | |\n| F | subscribe | | Hello | |", []),
+    ("| Slow ball | subscribe | | Hello | |", []),
+    ("| Touch | subscribe | | Hello | |", []),
+    ("| Hello done | subscribe | | Ask | |\n| Touch | subscribe | | Hello | |", [("LINT012", "A2")]),
+    ("| Face, Start | accumulate | IF(ISBLANK(start); total + 1; 0) | N | |\n| N | filter | n = 3 | T | |\n| T | subscribe | | Hello | |", []),
+    ("| Red ball | map | BLANK | Q | |\n| Q | subscribe | | Hello | |", []),
+]  # fmt: skip
+
+TRACKED = "| {a} | subscribe | | Head tracker | {p} |\n"
+CONFLICTS = [
+    # one value reaches both; two sensors that come again and again; a steady row and one event
+    (DISTANCE + "| D | subscribe | | Head tracker | |\n| Red ball | subscribe | | Head and body tracker | |", [("LINT003", "D4")]),
+    ("| Red ball | subscribe | | Head tracker | |\n| Face | subscribe | | Head tracker | |", [("LINT003", "D3")]),
+    ("| Red ball | subscribe | | Head tracker | |\n| Start | subscribe | | Nod | |", [("LINT003", "D3")]),
+    ("| Red ball | subscribe | | Head tracker | |\n| Start | subscribe | | Nod | 1 |", []),
+    ("| Red ball | subscribe | | Head tracker | |\n| Start | subscribe | | Wave | |", []),
+    # filters that exclude each other
+    (DISTANCE + "| D | filter | d < 0.5 | N | |\n| D | filter | d >= 0.5 | F | |\n| N | subscribe | | Head tracker | |\n| F | subscribe | | Head and body tracker | |", []),
+    (DISTANCE + "| D | filter | d < 0.5 | N | |\n| D | filter | NOT(d < 0.5) | F | |\n| N | subscribe | | Head tracker | |\n| F | subscribe | | Head and body tracker | |", []),
+    (DISTANCE + "| D | filter | d < 0.5 | N | |\n| Red ball | filter | redBall.distance > 0.7 | F | |\n| N | subscribe | | Head tracker | |\n| F | subscribe | | Head and body tracker | |", []),
+    (DISTANCE + "| D | filter | d <= 0.5 | N | |\n| D | filter | d >= 0.5 | F | |\n| N | subscribe | | Head tracker | |\n| F | subscribe | | Head and body tracker | |", [("LINT003", "D6")]),
+    (DISTANCE + "| D | filter | d < 0.6 | N | |\n| D | filter | d >= 0.5 | F | |\n| N | subscribe | | Head tracker | |\n| F | subscribe | | Head and body tracker | |", [("LINT003", "D6")]),
+    (DISTANCE + "| D | filter | OR(d < 0.5; d > 2) | N | |\n| D | filter | 0.5 <= d <= 2 | F | |\n| N | subscribe | | Head tracker | |\n| F | subscribe | | Head and body tracker | |", []),
+    ('| Touch | filter | touch.zone = "Head" | A | |\n| Touch | filter | touch.zone = "Chest" | B | |\n| A | subscribe | | Nod | |\n| B | subscribe | | Stand | |', []),
+    ('| Touch | filter | touch.zone = "Head" | A | |\n| Touch | filter | touch.zone <> "head" | B | |\n| A | subscribe | | Nod | |\n| B | subscribe | | Stand | |', []),
+    ('| Touch | filter | touch.pressed | A | |\n| Touch | filter | NOT(touch.pressed) | B | |\n| A | subscribe | | Nod | |\n| B | subscribe | | Stand | |', []),
+    ('| Touch | filter | touch.pressed | A | |\n| Touch | filter | touch.zone = "Head" | B | |\n| A | subscribe | | Nod | |\n| B | subscribe | | Stand | |', [("LINT003", "D5")]),
+    ('| Words, Start | filter | words.word = start.label | A | |\n| Words, Start | filter | words.word <> start.label | B | |\n| A | subscribe | | Nod | |\n| B | subscribe | | Stand | |', []),
+    # different events in one behaviour; a row that follows the other's end
+    ("| Start | subscribe | | Nod | |\n| Touch | subscribe | | Stand | |", []),
+    ("| Start | subscribe | | Nod | |\n| Nod done | subscribe | | Stand | |", []),
+    # speech: told, not warned of
+    ("| Start | subscribe | | Hello | |\n| Start | map | start.label | L | |\n| L | subscribe | | Ask | |", [("LINT004", "D4")]),
+    ("| Start | subscribe | | Hello | |\n| Touch | subscribe | | Ask | |", [("LINT012", "A3")]),
+    # the eyes: how bright, and in which colour, are two things
+    ("| Red ball | map | redBall.colour | C | |\n| C | subscribe | | Eye LED color | |\n| Red ball | map | CLAMP(redBall.x; 0; 1) | B | |\n| B | subscribe | | Eye brightness | |", []),
+    ('| Red ball | map | "red" | C | |\n| C | subscribe | | Eye LED color | |\n| Red ball | map | "blue" | B | |\n| B | subscribe | | Eye LED color | |', [("LINT003", "D5")]),
+    # a state decides
+    ('| Words | map | words.word | Mode | |\n| Red ball, Mode | filter | mode = "yes" | A | |\n| Face, Mode | filter | mode = "no" | B | |\n| A | subscribe | | Head tracker | |\n| B | subscribe | | Head tracker | |', []),
+    # what stops is in nobody's way
+    ("| Red ball | subscribe | | Head tracker | |\n| Start | map | BLANK | Q | |\n| Q | subscribe | | Nod | |", []),
+    # which gesture it is decides what it uses
+    ('| Start | map | "Point left" | G | |\n| G | subscribe | | Show | |\n| Start | subscribe | | Nod | |', []),
+    ('| Start | map | "Bow" | G | |\n| G | subscribe | | Show | |\n| Start | subscribe | | Nod | |', [("LINT003", "D4")]),
+]  # fmt: skip
+
+NEVER = [
+    (DISTANCE + "| D | filter | d < 0.5 and d > 1 | X | |\n| X | subscribe | | Print | |", [("LINT005", "C3")]),
+    (CLOSE + "| Close | filter | close > 1 | X | |\n| X | subscribe | | Print | |", [("LINT005", "C4")]),
+    (CLOSE + "| Close | filter | close > 0.3 | X | |\n| X | subscribe | | Print | |", []),
+    ("| Head yaw | filter | headYaw > 3 | X | |\n| X | subscribe | | Print | |", [("LINT005", "C2")]),
+    ("| Head yaw | filter | headYaw > 2 | X | |\n| X | subscribe | | Print | |", []),
+    ('| Words | filter | words.word = "maybe" | X | |\n| X | subscribe | | Print | |', [("LINT005", "C2")]),
+    ('| Words | filter | words.word = "Yes" | X | |\n| X | subscribe | | Print | |', []),
+    ('| Touch | filter | touch.zone = "Nose" | X | |\n| X | subscribe | | Print | |', [("LINT005", "C2")]),
+    ("| Red ball | filter | FALSE | X | |\n| X | subscribe | | Print | |", [("LINT005", "C2")]),
+    ("| Red ball | filter | TRUE | X | |\n| X | subscribe | | Print | |", []),
+    ("| Red ball | filter | ISBLANK(redBall) | X | |\n| X | subscribe | | Print | |", [("LINT005", "C2")]),
+    ("| Red ball | forgetAfter | 1 s | R | |\n| R | filter | ISBLANK(r) | X | |\n| X | subscribe | | Print | |", []),
+    ("| Hello done | subscribe | | Print | |", [("LINT007", "A2")]),
+    ("| Hello done | subscribe | | Print | |\n| Touch | subscribe | | Hello | |", []),
+]  # fmt: skip
+
+MIXED = [
+    ('| Red ball | map | 1 | A | |\n| Start | map | "x" | B | |\n| A, B | merge | | M | |\n| M | subscribe | | Print | |', [("LINT006", "A4")]),
+    ('| Red ball | map | 1 | A | |\n| Start | map | "x" | B | |\n| A, B | merge | | M | |\n| M | subscribe | | Stand | |', []),
+    ("| Touch, Start | merge | | M | |\n| M | subscribe | | Stand | |", []),
+    ("| Red ball, Head yaw | merge | | M | |\n| M | map | m.x + 1 | X | |\n| X | subscribe | | Print | |", [("LINT006", "A2")]),
+    ("| Red ball, Green ball | merge | | M | |\n| M | map | m.x + 1 | X | |\n| X | subscribe | | Print | |", []),
+]  # fmt: skip
+
+TAKING = [
+    ("| Start | map | (1, 2) | X | |\n| X | subscribe | | Say | |", [("LINT012", "A3")]),
+    ("| Start | subscribe | | Say | |", [("LINT012", "A2")]),
+    ("| Start | subscribe | start.label | Say | |", []),
+    ("| Start | subscribe | start.count | Say | |", []),
+    ("| Start | subscribe | start.count > 1 | Say | |", [("LINT012", "C2")]),
+    ("| Start | subscribe | start.label | Neck | |", [("LINT012", "C2")]),
+    ("| Start | subscribe | 0.5 | Neck | |", []),
+    ("| Start | subscribe | 2.5 | Neck | |", [("LINT013", "C2")]),
+    ("| Start | subscribe | 90° | Neck | |", []),
+    ("| Start | subscribe | 180° | Neck | |", [("LINT013", "C2")]),
+    ("| Start | subscribe | IF(start.count > 1; 0.5; -2.5) | Neck | |", [("LINT013", "C2")]),
+    ("| Start | subscribe | start.count / 4 | Neck | |", []),
+    ("| Start | subscribe | start.count * 4 | Neck | |", [("LINT013", "C2")]),
+    ("| Start | subscribe | CLAMP(start.count * 4; -2; 2) | Neck | |", []),
+    ("| Start | subscribe | (0, 0.5) | Head joints | |", []),
+    ("| Start | subscribe | (0, 0.6) | Head joints | |", [("LINT013", "C2")]),
+    ("| Start | subscribe | (1.5, 0.4) | Head joints | |", [("LINT013", "C2")]),
+    ("| Start | subscribe | (1.5, 0.1) | Head joints | |", []),
+    ("| Start | subscribe | 0.5 | Head joints | |", [("LINT012", "C2")]),
+    ("| Start | subscribe | 1 | Eye LED color | |", [("LINT012", "C2")]),
+    ('| Start | subscribe | "redd" | Eye LED color | |', [("LINT012", "C2")]),
+    ('| Start | subscribe | "#ff0000" | Eye LED color | |', []),
+    ("| Start | subscribe | (1, 0, 300) | Eye LED color | |", [("LINT012", "C2")]),
+    ("| Start | subscribe | 3 | Eye brightness | |", [("LINT013", "C2")]),
+    ('| Start | subscribe | "soon" | Rest | |', [("LINT012", "C2")]),
+    ('| Start | subscribe | "8 s" | Rest | |', []),
+    ('| Start | subscribe | "Wav" | Show | |', [("LINT012", "C2")]),
+    ('| Start | subscribe | "Wave" | Show | |', []),
+    ('| Start | subscribe | "Standinit" | Pose | |', []),
+    ('| Start | subscribe | "Lotus" | Pose | |', [("LINT012", "C2")]),
+    ("| Start | subscribe | | Pose | |", [("LINT012", "A2")]),
+    ("| Start | subscribe | | Stand | |", []),
+    ("| Start | subscribe | | Head tracker | |", [("LINT014", "D2")]),
+    ("| Start, Red ball | map | redBall.x | X | |\n| X | subscribe | | Head tracker | |", []),
+    ("| Start | subscribe | BLANK | Say | |", []),
+]  # fmt: skip
+
+FORMULAS = [
+    ("| Red ball | map | 1 / (redBall.x - 0.1) | X | |\n| X | subscribe | | Print | |", [("LINT010", "C2")]),
+    ("| Red ball | map | redBall.x & 1 | X | |\n| X | subscribe | | Print | |", []),
+    ("| Start | filter | start.label | X | |\n| X | subscribe | | Print | |", [("LINT011", "C2")]),
+    ("| Start | filter | (1, 2) | X | |\n| X | subscribe | | Print | |", [("LINT011", "C2")]),
+    ("| Start | filter | start.count | X | |\n| X | subscribe | | Print | |", []),
+    # a formula after a filter that keeps the example back, a done stream's value: nothing can be said
+    ("| Red ball | map | redBall.distance | D | |\n| D | filter | d > 2 | F | |\n| F | map | SQRT(f - 2) | X | |\n| X | subscribe | | Print | |", []),
+    ("| Hello done | map | helloDone.value + 1 | X | |\n| X | subscribe | | Print | |\n| Start | subscribe | | Hello | |", []),
+    ("| Start, Touch | accumulate | IF(ISBLANK(start); total + touch.zone; 0) | N | |\n| N | subscribe | | Print | |", [("LINT010", "C2")]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "expected"), STALE)
+def test_old_values_with_new_ones(text, expected):
+    assert [f for f in lints(text) if f[0] == "LINT001"] == expected
+
+
+@pytest.mark.parametrize(("text", "expected"), FLOODED)
+def test_endless_speech(text, expected):
+    assert lints(text) == expected
+
+
+@pytest.mark.parametrize(("text", "expected"), CONFLICTS)
+def test_rows_in_each_others_way(text, expected):
+    assert lints(text) == expected
+
+
+@pytest.mark.parametrize(("text", "expected"), NEVER)
+def test_what_never_happens(text, expected):
+    assert lints(text) == expected
+
+
+@pytest.mark.parametrize(("text", "expected"), MIXED)
+def test_different_kinds_of_values_joined(text, expected):
+    assert lints(text) == expected
+
+
+@pytest.mark.parametrize(("text", "expected"), TAKING)
+def test_values_that_an_actuator_cannot_use(text, expected):
+    assert lints(text) == expected
+
+
+@pytest.mark.parametrize(("text", "expected"), FORMULAS)
+def test_formulas_that_will_not_do(text, expected):
+    assert lints(text) == expected
+
+
+def test_two_behaviours_are_warned_of_once_and_priority_decides():
+    one = "| Touch | subscribe | | Wave | {p} |\n| Touch | subscribe | | Nod | {p} |"
+    other = f"## U\n{HEADER}| Start | subscribe | | Wave | |\n| Start | subscribe | | Nod | |\n"
+    found = lints(one.format(p=""), other)
+    assert found == [("LINT003", "D2"), ("LINT003", "D3")]  # the right arm, and the head
+    assert lints(one.format(p="1"), other) == []
+    switched = other + "\n## Protocol\n| Field | Value |\n|---|---|\n| Run | T |\n"
+    assert lints(one.format(p=""), switched) == []
+
+
+HELPERS = "## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n"
+
+
+@pytest.mark.parametrize(
+    ("lines", "use", "expected"),
+    [
+        ("| Twice | x | 2 * x |", "twice(redBall.x)", []),
+        ("| Twice | x | 2 * x |\n| Unused | x | x |", "twice(redBall.x)", [("LINT008", "A3")]),
+        ("| Twice | x | thrice(x) |\n| Thrice | x | 3 * x |", "twice(redBall.x)", []),
+        ("| Twice | x, y | 2 * x |", "twice(redBall.x, 1)", [("LINT009", "C2")]),
+        ("| Trials | | 4 |", "redBall.x < trials", []),
+    ],
+)
+def test_helpers(lines, use, expected):
+    assert lints(f"| Red ball | map | {use} | X | |\n| X | subscribe | | Print | |", HELPERS + lines) == expected
+
+
+@pytest.mark.parametrize("path", sorted(bundled("workbooks").glob("*.xlsx")), ids=lambda p: p.stem)
+def test_the_workbooks_that_come_with_the_program_hold_one_mistake_only(path: Path):
+    found = [d.code for d in api.check(path).report if d.code.startswith("LINT")]
+    assert found == (["LINT001"] if path.stem == "complex-tracking" else [])
+
+
+def test_the_stale_combination_is_told_with_its_rows():
+    report = api.check(bundled("workbooks", "complex-tracking.xlsx")).report
+    (finding,) = [d for d in report if d.code == "LINT001"]
+    assert "row 5" in finding.message and "row 10" in finding.message and "Close ball" in finding.message
+    assert len(finding.fixes) == 2 and not any(f.safe for f in finding.fixes)
+
+
+def test_a_circle_of_rows_or_many_equal_rows_do_not_stop_the_lints():
+    many = "\n".join("| Red ball | subscribe | | Head tracker | |" for _ in range(300))
+    assert {code for code, _ in lints(many)} <= {"LINT003"}
+    assert check(rows("| B | map | b | A | |\n| A | filter | a | B | |", header=HEADER)).report.errors
