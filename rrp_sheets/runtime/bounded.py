@@ -39,14 +39,18 @@ def within(seconds: float, calls: Iterable[tuple[str, Callable[[], None]]]) -> l
 
 
 class Hand:
-    """An actuator on a thread of its own: the engine gives it commands and goes on at once."""
+    """An actuator on a thread of its own: the engine gives it commands and goes on at once.
+
+    Attributes:
+        resting: set when it is to rest; then no further command is carried out.
+    """
 
     def __init__(self, name: str, actuator: Actuator, mail: Mail) -> None:
         self.name = name
         self._actuator = actuator
         self._mail = mail
         self._commands: SimpleQueue[Command | None] = SimpleQueue()
-        self._resting = threading.Event()
+        self.resting = threading.Event()
         self._thread = threading.Thread(target=self._work, name=name, daemon=True)
 
     def start(self) -> None:
@@ -60,14 +64,14 @@ class Hand:
 
     def rest(self) -> None:
         """Bring it to its rest; what still waits is dropped. Comes back when it rests."""
-        self._resting.set()
+        self.resting.set()
         self._commands.put(None)
         self._thread.join()
 
     def _work(self) -> None:
         try:
             while (command := self._commands.get()) is not None:
-                if not self._resting.is_set():
+                if not self.resting.is_set():
                     self._actuator.take(command)
         except RunBroken as error:
             self._mail.broke(error)

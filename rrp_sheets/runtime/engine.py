@@ -104,6 +104,17 @@ class Engine:
             self._wired.pop(behaviour).dispose()
         self.clock.clear()
 
+    def end(self, events: Iterable[tuple[str, Value]] = ()) -> None:
+        """The run is over: the rows are taken apart, and what was still going on has ended.
+
+        Args:
+            events: what the world's end has ended; observers see it, no row does.
+        """
+        self.close()
+        self._own.end()
+        for stream, value in events:
+            self.feed(stream, value)
+
     # ---- what subclasses settle with
     def _instant(self, now_us: int, arrivals: Iterable[tuple[str, Value]]) -> list[Command]:
         """One instant: values enter, the graph settles, the engine's own devices act, the world's commands come out."""

@@ -81,6 +81,13 @@ class OwnDevices:
         if act is not None:
             act(use, command)
 
+    def end(self) -> None:
+        """The run is over, and with it every wait."""
+        waiting, self._waiting = self._waiting, {}
+        for what in waiting.values():
+            what.over = True
+            self._feed_done(what, completed=False)
+
     def _wait(self, use: DeviceUse, command: Command) -> None:
         older = self._waiting.pop(use.stream, None)
         if older is not None:

@@ -32,8 +32,12 @@ class World(Protocol):
         """Carry out `commands`, let the world go on until `now_us`, and return what arrived meanwhile."""
         ...
 
-    def stop(self) -> None:
-        """Bring the robot to its safe rest and let everything go; in bounded time, whatever hangs."""
+    def stop(self) -> Sequence[tuple[str, Value]] | None:
+        """Bring the robot to its safe rest and let everything go; in bounded time, whatever hangs.
+
+        Returns:
+            The ends of the commands that were still being carried out, as `Arrivals.events` has them.
+        """
         ...
 
 
