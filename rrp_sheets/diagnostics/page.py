@@ -62,11 +62,11 @@ def parse_page(text: str) -> Page:
     code = head.strip().removeprefix("# ")
     if titles not in _FORMS:
         raise ValueError(f"The page {code} has the sections {titles}.")
-    prose = [" ".join(body.split()) for body in bodies[:3]]
+    means, why, mend = (" ".join(body.split()) for body in bodies[:3])
     if "Wrong" not in titles:
-        return Page(code, *prose, untabled=" ".join(bodies[3].split()))
+        return Page(code, means, why, mend, untabled=" ".join(bodies[3].split()))
     wrong, right = (re.sub(r"^### ", "## ", body, flags=re.MULTILINE) + "\n" for body in bodies[3:])
-    return Page(code, *prose, wrong, right)
+    return Page(code, means, why, mend, wrong, right)
 
 
 def completed(example: str) -> str:

@@ -72,7 +72,7 @@ def examples(function: Function) -> list[tuple[str, str]]:
     >>> examples(library().get("CLAMP"))[0]
     ('CLAMP(7; 0; 5)', '5')
     """
-    if function.name in _LAZY:
+    if function.name in _LAZY and ">>> " not in function.help:
         return [(_LAZY[function.name], typed(worked_out(_LAZY[function.name])))]
     found = []
     for asked, answer in re.findall(r"^>>> (.+)\n((?:(?!>>> ).+\n?)*)", function.help, re.MULTILINE):

@@ -1,0 +1,165 @@
+"""`rrp-sheets help`: every topic and every name. What it shows is true, because it is run."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from play import check, rows
+
+from rrp_sheets import api, cli
+from rrp_sheets.cli.help import TOPICS, command
+from rrp_sheets.cli.topics.connectors import one_connector
+from rrp_sheets.cli.topics.functions import examples, typed
+from rrp_sheets.cli.topics.marbles import marbles, workbook
+from rrp_sheets.cli.topics.scene import EXAMPLE, WORDS
+from rrp_sheets.cli.topics.workbooks import checked
+from rrp_sheets.connectors import connectors
+from rrp_sheets.devices import load_robot
+from rrp_sheets.diagnostics import CODES
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.formulas import FormulaProblem, compile_formula, make_scope
+from rrp_sheets.formulas.evaluator import GuardedInterpreter
+from rrp_sheets.formulas.functions import library
+from rrp_sheets.model.values import Failure
+
+WIDEST = 100
+FILES = Path(cli.__file__).parent / "topics"
+FUNCTIONS = {function.name: function for function in library()}
+CONNECTORS = {connector.name: connector for connector in connectors()}
+DEVICES = sorted({found.name for found in load_robot().names.values()})
+
+
+def help_on(*topic: str) -> str:
+    done = CliRunner().invoke(command, topic)
+    assert done.exit_code == 0, done.exception
+    return done.output
+
+
+@pytest.mark.parametrize("topic", ["", *TOPICS, *CONNECTORS, *FUNCTIONS, *DEVICES, *CODES])
+def test_every_topic_and_every_name_reads_well(topic):
+    text = help_on(*topic.split())
+    assert len(text) > 60 and max(map(len, text.split("\n"))) <= WIDEST
+    assert not re.search(r"\n\n\n|[ \t]\n|>>>|{\w+}", text.replace("{colour}", ""))
+
+
+@pytest.mark.parametrize("topic", ["", "formulas", "tests", "sample", "CLAMP", "FORM007", "scene"])
+def test_pages_as_people_see_them(topic, golden):
+    golden(f"help-{topic or 'overview'}.txt", help_on(topic))
+
+
+@pytest.mark.parametrize(
+    ("word", "topic"),
+    [("sensors", "devices"), ("actuators", "devices"), ("operators", "connectors"), ("Formula", "formulas"),
+     ("warnings", "codes"), ("combine latest", "combineLatest"), ("distinctUntilChanged", "changes"),
+     ("red_ball", "Red ball"), ("clamp", "CLAMP"), ("form007", "FORM007"), ("help", "")],
+)  # fmt: skip
+def test_other_words_for_a_topic(word, topic):
+    assert help_on(word) == help_on(topic)
+
+
+@pytest.mark.parametrize(
+    ("typo", "meant"),
+    [
+        ("clmp", "CLAMP"),
+        ("sampel", "sample"),
+        ("Red bal", "Red ball"),
+        ("conectors", "connectors"),
+        ("FORM999", "FORM"),
+    ],
+)
+def test_an_unknown_topic_proposes_the_nearest(typo, meant):
+    done = CliRunner().invoke(command, [typo])
+    assert isinstance(done.exception, SheetsError) and f"Did you mean {meant}" in done.exception.remedy
+
+
+def test_a_name_that_means_two_things_shows_both():
+    both = [name for name in FUNCTIONS if load_robot().find(name) or connectors().get(name)]
+    for name in both:
+        assert help_on(name).count("\n---") >= 2
+
+
+# ---- what is shown is true
+
+
+def value_of(formula: str, **inputs: object) -> object:
+    scope = make_scope([(name, None) for name in inputs])
+    return compile_formula(formula, scope).prepare(GuardedInterpreter())(*inputs.values())
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_function_has_examples_and_they_are_right(name):
+    shown = examples(FUNCTIONS[name])
+    assert shown
+    for formula, result in shown:
+        assert formula.isascii() or '"' in formula
+        assert typed(value_of(formula)) == result, formula
+
+
+def table(name: str, heading: str) -> list[list[str]]:
+    """The rows of the list below a heading of a topic's file."""
+    text = (FILES / f"{name}.md").read_text(encoding="utf-8").partition(f"# {heading}\n")[2].partition("\n# ")[0]
+    return [re.split(r" +\| +", line[2:]) for line in text.split("\n") if line.startswith("* ")]
+
+
+@pytest.mark.parametrize("line", table("formulas", "Two ways of writing")[1:], ids=lambda line: line[0])
+def test_both_spellings_mean_the_same(line):
+    inputs = {"distance": 1.5, "colour": "red"}
+    first, second = value_of(line[0], **inputs), value_of(line[1], **inputs)
+    assert first == second and not isinstance(first, Failure)
+
+
+@pytest.mark.parametrize("line", table("formulas", "What is refused, because it can be read in two ways"))
+def test_what_the_page_says_is_refused_is_refused(line):
+    with pytest.raises(FormulaProblem):
+        value_of(line[0], x=2.0)
+
+
+def test_the_example_of_a_test_sheet_holds(tmp_path):
+    text = (FILES / "tests.md").read_text(encoding="utf-8")
+    grid = [line[7:] for line in text.split("\n") if re.match(r"    +\d  ", line)]
+    starts = [grid[0].index(header) for header in ("Time", "Stream", "Send", "Expect")]
+    cells = [[line[a:b].strip() for a, b in zip(starts, [*starts[1:], None], strict=True)] for line in grid]
+    sheet = "\n".join(f"| {' | '.join(line)} |" for line in [cells[0], ["---"] * 4, *cells[1:]])
+    book = rows(
+        "| Red ball | filter | redBall.distance < 1 | Close ball |\n| Close ball | subscribe | | Head tracker |",
+        f"\n## Near and far\n{sheet}\n",
+    )
+    (tmp_path / "book.md").write_text(book, encoding="utf-8")
+    seen, report = api.test(tmp_path / "book.md")
+    assert seen.report.flatten(["code", "cell"]) == [] and report is not None and report.passed
+
+
+def test_the_scene_page_shows_what_the_scene_understands():
+    thing, verb, lines = "", "", []
+    for at, (named, does, value, _) in enumerate(WORDS):
+        thing, verb = {"A ball": "Red ball", "A person": "Mia"}.get(named, named) or thing, does or verb
+        lines.append(f"| {at} | {thing} | {verb} | {value} |")
+    buttons = "\n## Devices\n| Stream | Device | Label |\n|---|---|---|\n| Go | Operator button | Start |\n"
+    head = "\n## Scene\n| Time (s) | Thing | Does | Value |\n|---|---|---|---|\n"
+    body = rows("| Go | subscribe | | Print |", buttons, head)
+    assert check(body + "\n".join(lines)).report.flatten(["code", "cell"]) == []
+    shown = "\n".join(f"| {' | '.join(line[:4])} |" for line in EXAMPLE[1:])
+    assert check(body + shown).report.flatten(["code", "cell"]) == []
+
+
+@pytest.mark.parametrize("name", CONNECTORS)
+def test_the_example_of_a_connector_is_a_workbook_in_order(name):
+    assert not checked(workbook(CONNECTORS[name])).report.errors
+    assert any("As marbles" in block for block in one_connector(CONNECTORS[name]))
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("map", [("Input", "1---2-----3-"), ("Output", "10--20----30")]),
+        ("filter", [("Input", "1-5--2-7"), ("Output", "--5----7")]),
+        ("sample", [("Input", "1-2-3---4"), ("Output", "--2-3---4")]),
+        ("merge", [("First", "1---2---"), ("Second", "--a---b-"), ("Output", "1-a-2-b-")]),
+        ("timeout", [("First", "1---2------"), ("Second", "--a--------"), ("Output", "-------2---")]),
+    ],
+)
+def test_marbles_come_from_a_run(name, expected):
+    assert marbles(CONNECTORS[name]) == expected
