@@ -160,7 +160,8 @@ class Calls:
     def _unknown_function(self, node: ast.Call, name: str) -> FormulaProblem:
         advice = function_here(key(name))
         if advice is None:
-            guess = nearest(name, [h.shown for h in self.scope.helpers.values()] + self.scope.functions.names())
+            known = [h.shown for h in self.scope.helpers.values()] + self.scope.functions.names()
+            guess = None if name.startswith("_") else nearest(name, known)
             advice = f"Did you mean {guess}?" if guess else "See `rrp-sheets help functions`."
         if self.scope.table(name) is not None:
             advice = f"{name} is a table: write INDEX({name}; 1) for a row, or {name}[…] for a column."

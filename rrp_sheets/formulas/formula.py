@@ -94,6 +94,9 @@ def _check_characters(text: str) -> None:
 
 def _propose_name(problem: FormulaProblem, text: str, scope: Scope) -> None:
     """A stream's name with a space in it, or with a digit at its beginning, is written in another way here."""
+    names = list(dict.fromkeys(i.name for i in scope.inputs.values()))
+    if problem.code == "FORM018" and names and "such as" in problem.remedy:
+        problem.details["remedy"] = f"Write the name of the row's input instead: {' or '.join(names[:3])}."
     if problem.code != "FORM001":
         return
     lower = text.casefold()

@@ -163,6 +163,8 @@ def leftover(tokens: list[Token], i: int, typed: str) -> NoReturn:
     before, now = tokens[i - 1], tokens[i]
     if now.kind == "sign":
         raise _odd_sign(tokens, i)
+    if now.kind == "number" and before.kind == "number" and now.start == before.end:
+        raise syntax(now, "there are two points in a number", "Write numbers with one point: 1.5.")
     if now.kind == "number" and before.kind == "number":
         raise syntax(now, "there is a space in a number", f"Write {before.text}{now.text}.")
     if now.kind in ("text", "texts") and before.kind in ("text", "texts"):
@@ -204,12 +206,14 @@ def _odd_sign(tokens: list[Token], i: int) -> FormulaProblem:
         remedy = "Write the name of one of the row's inputs, or of a table's column: Parts[Ask]."
         shown = f"{before.text}!{following.text}"
         return FormulaProblem("FORM018", before.start, end - before.start, cell=shown, remedy=remedy)
-    if now.text == ":" and before.kind in ("name", "number"):
+    if now.text == ":" and cell(before.text):
         return cell_reference(before.start, f"{before.text}:{following.text}")
     if now.text == "$" and before.kind == "name":
         return cell_reference(before.start, f"{before.text}${following.text}")
     if now.text in (")", "]"):
         return syntax(now, "an opening bracket is missing", "Add the opening bracket, or take this one away.")
+    if now.text == ":":
+        return syntax(now, "there is a colon in it", "Colons stand only in brackets: balls[0:2].")
     if now.text == ":=":
         return refused(now, "An assignment", _SIGNS[":="])
     if now.text in _SIGNS:

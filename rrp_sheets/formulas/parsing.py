@@ -132,8 +132,10 @@ class Values:
         if following.kind not in ("sign", "end") and following.text not in _WORDS:
             return False
         if following.text in ("-", "+"):
-            self.refuse("“%” before a sign", "Write (50%) - x for half minus x, or MOD(50; -x) for the remainder.",
-                        self.now.start, following.end)  # fmt: skip
+            shown = self.typed[node.col_offset : self.now.start].strip()
+            sign = following.text
+            advice = f"Write ({shown}%) {sign} … for percent, or MOD({shown}; {sign}…) for the remainder."
+            self.refuse("“%” before a sign", advice, self.now.start, following.end)
         if following.text == "not":
             return False
         return following.text not in _STARTS

@@ -63,7 +63,7 @@ def _next(typed: str, at: int, closers: str) -> int:
 def decode(typed: str, opener: int, start: int, end: int) -> str:
     """The characters of a text: doubled quotes are one, and a backslash gives what follows it a meaning."""
     body = typed[start:end]
-    kind = _DOUBLE if typed[opener] in _DOUBLE else _SINGLE
+    kind = PAIRS.get(typed[opener], typed[opener])
     if "\\" not in body and not any(c in body for c in kind):
         return body
     found: list[str] = []

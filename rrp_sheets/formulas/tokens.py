@@ -73,10 +73,10 @@ def tokenize(typed: str, is_table: Callable[[str], bool] = lambda _name: False) 
     >>> [(t.kind, t.text) for t in tokenize("“say ””hi””” & X")][0]
     ('text', 'say ”hi”')
     """
-    start = len(typed) - len(typed.lstrip())
-    if typed.startswith("=", start) and not typed.startswith("==", start):
-        start += 1
     lexer = _Lexer(typed, is_table)
+    start = len(typed) - len(lexer.plain.lstrip())
+    if lexer.plain.startswith("=", start) and not lexer.plain.startswith("==", start):
+        start += 1
     tokens, end = lexer.read(start, False)
     assert end == len(typed)
     return tokens

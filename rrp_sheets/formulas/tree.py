@@ -182,7 +182,7 @@ class _Resolver(Calls):
             return
         guess = nearest(field, [f.name for f in record.fields] + list(record.aliases))
         names = ", ".join(f.name for f in record.fields)
-        column = (at.end_col_offset or 0) - len(field) if isinstance(at, ast.Attribute) else at.col_offset
+        column = (at.end_col_offset or 0) - len(field) if isinstance(at, ast.Attribute) else at.col_offset + 1
         raise FormulaProblem("FORM007", column, len(field), record=record.name, field=field,
                              remedy=f"Did you mean {guess}?" if guess else f"It has {names}.")  # fmt: skip
 

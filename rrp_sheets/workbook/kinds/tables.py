@@ -12,16 +12,21 @@ from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.cleaning import clean_prose
 from rrp_sheets.workbook.raw import RawSheet
 
-_WORD = re.compile(r"\w+")
+_TEXT = re.compile(r"""(?<![fF])(?:"(?:[^"]|"")*"|“[^”]*”|(?<!\w)'(?:[^']|'')*')""")
 
 
 def words(texts: Iterable[str]) -> set[str]:
-    """The keys of all words in formulas.
+    """The keys of all words in formulas, without those in texts: a text that says “notes” names no sheet.
 
-    >>> sorted(words(["INDEX(Parts; step)"]))
+    >>> sorted(words(['INDEX(Parts; step) & "notes"']))
     ['index', 'parts', 'step']
     """
-    return {key(word) for text in texts for word in _WORD.findall(text)}
+    return {key(word) for text in texts for word in _words(_TEXT.sub(" ", text))}
+
+
+def _words(text: str) -> list[str]:
+    # not by \w, which leaves out the vowel signs of many scripts
+    return "".join(c if c.isalnum() or c == "_" or f"a{c}".isidentifier() else " " for c in text).split()
 
 
 def is_named(sheet: str, named: set[str]) -> bool:
