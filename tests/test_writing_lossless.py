@@ -77,7 +77,9 @@ def office(path: Path) -> Path:
     make(path, FEATURES["formulas"])
     kind = "http://schemas.openxmlformats.org/officeDocument/2006/relationships/calcChain"
     content = "application/vnd.openxmlformats-officedocument.spreadsheetml.calcChain+xml"
-    chain = b'<calcChain xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"><c r="H2" i="1"/></calcChain>'
+    chain = (
+        b'<calcChain xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"><c r="H2" i="1"/></calcChain>'
+    )
     add_part(path, "xl/calcChain.xml", chain, content, "xl/workbook.xml", kind)
     return repack(
         path,
@@ -177,7 +179,11 @@ def test_openpyxl_reads_it(sample):
         return  # openpyxl reads neither strict files nor this hand-made cache
     edit(sample, EDITS)
     sheet = openpyxl.load_workbook(sample)[SHEET]
-    assert [sheet["C4"].value, sheet["F6"].value, sheet["A9"].value] == ["distance < 0.25", "=changed & new <b>", "a new row"]
+    assert [sheet["C4"].value, sheet["F6"].value, sheet["A9"].value] == [
+        "distance < 0.25",
+        "=changed & new <b>",
+        "a new row",
+    ]
     assert sheet["F6"].data_type != "f"
 
 
@@ -204,7 +210,9 @@ if shutil.which("soffice"):
     def converted(path: Path, kind: str) -> Path:
         profile = path.parent / "profile"
         command = ["soffice", f"-env:UserInstallation=file://{profile}", "--headless", "--convert-to", kind]
-        done = subprocess.run([*command, "--outdir", str(path.parent / "out"), str(path)], capture_output=True, text=True)
+        done = subprocess.run(
+            [*command, "--outdir", str(path.parent / "out"), str(path)], capture_output=True, text=True
+        )
         made = path.parent / "out" / f"{path.stem}.{kind.partition(':')[0]}"
         assert made.exists(), done.stderr
         return made

@@ -25,7 +25,7 @@ _READ_ME = (
     "•  Devices names the robot's sensors and actuators, with their settings.",
     "•  Helpers keeps calculations and numbers that you use in several places.",
     "•  Scene is what happens in the simulator: when a ball appears, when somebody comes in.",
-    "•  Check holds a test: values to send and what should come out (a later version runs it).",
+    "•  Check holds a test: values to send and what should come out; rrp-sheets test runs it.",
     "•  Protocol says what the session is for, who takes part and which data are kept.",
     "•  Lists holds the names for the drop-down lists. You may add sheets of your own, such as this one.",
     "",

@@ -90,7 +90,7 @@ class PackageEdit:
         """Whether there may be formulas in a sheet: in its cells, or what else a pattern finds."""
         if index in self._sheets and pattern is _FORMULA:
             return any(row.formulas for row in self._sheets[index].rows.values())
-        return _FORMULA.search(self.package.read(self.book.entries[index].part)) is not None
+        return pattern.search(self.package.read(self.book.entries[index].part)) is not None
 
     def to_bytes(self) -> bytes:
         """The whole file as it is now; the file's own bytes when nothing has changed."""

@@ -58,7 +58,8 @@ def change_rows(package: PackageEdit, edit: RowEdit) -> None:
 
 
 def _refuse_impossible(edit: RowEdit) -> None:
-    if edit.start < 1 or edit.count < 1 or max(edit.start, edit.count) > _LAST_ROW or edit.count > _MOST:
+    before = edit.before if isinstance(edit, MoveRows) else edit.start
+    if edit.start < 1 or edit.count < 1 or max(edit.start, before) > _LAST_ROW + 1 or edit.count > _MOST:
         raise SheetsError("There are no such rows.", "Rows count from 1; name at least one.")
 
 

@@ -19,14 +19,15 @@ _ESCAPED = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f]|_(?=x[0-9A-Fa-f]{4}_)")
 def typed(text: str) -> Value:
     """What a spreadsheet program would make of a typed text, where there is no doubt; everything else is a text.
 
-    Leading zeros, long numbers, dates and whatever begins with `=` stay texts.
+    A number is one when it reads the same afterwards: leading and trailing zeros, long numbers, dates and whatever
+    begins with `=` stay texts. So do `true` and `false` in small letters.
 
-    >>> typed("20"), typed("-0.50"), typed("007"), typed("true"), typed("1/2"), typed("=A1"), typed("")
-    (20.0, -0.5, '007', True, '1/2', '=A1', None)
+    >>> typed("20"), typed("-0.5"), typed("007"), typed("1.50"), typed("TRUE"), typed("=A1"), typed("")
+    (20.0, -0.5, '007', '1.50', True, '=A1', None)
     """
-    if text.upper() in ("TRUE", "FALSE"):
-        return text.upper() == "TRUE"
-    if _NUMBER.fullmatch(text) and (len(text.strip("-0.").replace(".", "")) <= 15):
+    if text in ("TRUE", "FALSE"):
+        return text == "TRUE"
+    if _NUMBER.fullmatch(text) and shown(float(text)) == text:
         return float(text)
     return text or None
 
