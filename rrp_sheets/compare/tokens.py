@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 from rrp_sheets.model.names import key
 
-MOST = 400  # tokens; longer formulas are refused anyway and are shown as a whole
+LONGEST = 2_000  # characters; longer formulas are refused anyway and are compared as a whole
+MOST = 400  # tokens that are compared one by one
 _TOKEN = re.compile(
     r"""\s*(?: (?P<text>"(?:[^"\\]|\\.|"")*" | '(?:[^'\\]|\\.)*')
             |  (?P<number>(?:\d+(?:\.\d*)?|\.\d+)(?:e[+-]?\d+)?\s*%?)
@@ -42,6 +43,8 @@ def tokens(formula: str, names: Mapping[str, str] | None = None) -> list[Token]:
     >>> [t.meaning for t in tokens("Red_Ball.x <> 50%")]
     ['redball', '.', 'x', '!=', '0.5']
     """
+    if len(formula) > LONGEST:
+        return [Token(" ".join(formula.split()), formula)]
     return [Token(_meaning(m, names or {}), m[0]) for m in _TOKEN.finditer(formula)]
 
 
