@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import pytest
@@ -9,8 +10,10 @@ import pytest
 pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
 
+from play import rows
 from test_sim_run import RED, ROBOT, scene_of
 
+from rrp_sheets import api
 from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.model.exchange import DONE, Command, DeviceUse
 
@@ -161,3 +164,65 @@ def test_two_plays_are_equal():
     commands = {0: [("say", "One."), ("say", "Two."), ("track", 1)], 20: [("yaw", 1, 2)], 25: [("eyes", "red")]}
     first, second = (Play((SAY, TRACK, YAW, EYES), commands, 60) for _ in range(2))
     assert first.dones == second.dones and len(first.dones) == 4
+
+
+def trace_of(folder: Any, book: str) -> list[str]:
+    (folder / "book.md").write_text(book, encoding="utf-8")
+    _, result = api.run(folder / "book.md", api.RunSettings(fast=True, film=False, out=folder / "run", seed=1))
+    assert result is not None
+    return (result.folder / "trace.jsonl").read_text(encoding="utf-8").splitlines()
+
+
+SEQUENCE = rows(
+    """
+    | Start | subscribe | | First |
+    | First done | filter | firstDone.completed | |
+    | | subscribe | | Pause |
+    | pause_done | subscribe | | Second |
+    | Start | subscribe | 0.3 | Head yaw to |
+    | Second DONE | map | secondDone.seconds | Took |
+    | Took | subscribe | | Print |
+    | Took | subscribe | | Last |
+    """,
+    """
+    ## Devices
+    | Stream | Device | Label | Text | Joint | Time |
+    |---|---|---|---|---|---|
+    | Start | OperatorButton | Go | | | |
+    | First | SayParameter | | First. | | |
+    | Second | SayParameter | | And second. | | |
+    | Pause | Wait | | | | 500 ms |
+    | Head yaw to | SetJointPosition | | | HeadYaw | |
+    | Last | SayParameter | | This sentence is cut off by the end of the run, which comes before its end. | | |
+    """,
+    "\n## Scene\n| Time (s) | Thing | Does | Value |\n|---|---|---|---|\n| 0.5 | Operator | presses | go |\n",
+    "\n## Protocol\n| Field | Value |\n|---|---|\n| Time limit | 5 s |\n",
+)
+
+
+def test_a_sequence_through_done_streams_runs_and_its_trace_is_the_same_again(tmp_path):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").mkdir()
+    first, second = trace_of(tmp_path / "a", SEQUENCE), trace_of(tmp_path / "b", SEQUENCE)
+    assert first[1:] == second[1:]
+    lines = [json.loads(line) for line in first[1:-1]]
+    dones = [(e["stream"], e["value"]["completed"]) for e in lines if e.get("stream", "").endswith("done")]
+    assert dones == [("First done", True), ("Pause done", True), ("Second done", True)]
+    times = {e["stream"]: e["t"] for e in lines if "stream" in e and "value" in e}
+    assert times["Pause"] >= times["First done"] and times["Pause done"] == pytest.approx(
+        times["Pause"] + 0.5, abs=0.04
+    )
+    took = next(e["value"] for e in lines if e.get("stream") == "T!Took")
+    assert times["Second done"] - times["Second"] == pytest.approx(took, abs=0.07)
+
+
+def test_the_end_of_the_run_ends_what_is_still_going_on(tmp_path):
+    book = SEQUENCE.replace(
+        "| Took | subscribe | | Last |",
+        "| Took | subscribe | | Last |\n| Last done, Pause done | subscribe | | Print |",
+    )
+    lines = [json.loads(line) for line in trace_of(tmp_path, book)]
+    (last,) = [e for e in lines if e.get("stream") == "Last done" and "value" in e]
+    assert last["value"]["completed"] is False and last["t"] == pytest.approx(5, abs=0.05)
+    assert lines[-1]["events"]["Last done"] == 1
+    assert not [e for e in lines if e.get("stream") == "Print" and e["t"] == last["t"]]  # no row reacts any more

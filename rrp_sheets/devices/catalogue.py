@@ -184,7 +184,10 @@ def load_robot(name: str = "nao") -> Robot:
     groups = {key(n): tuple(members) for n, members in data["groups"].items()}
     movers = {n: (data["chains"][joint.chain],) for n, joint in joints.items()}
     movers |= {n: tuple(r for member in members for r in movers[key(member)]) for n, members in groups.items()}
-    uses = {"chains": movers, "gestures": _gesture_uses(data.get("gestures", {}))}
+    uses: dict[str, Mapping[str, tuple[str, ...]]] = {
+        "chains": movers,
+        "gestures": _gesture_uses(data.get("gestures", {})),
+    }
     devices: dict[str, DeviceType] = {}
     names: dict[str, Found] = {}
     for kind in ("sensor", "actuator"):

@@ -81,9 +81,9 @@ class SimulatedWorld(World):
         """Carry out commands, go on until `now_us`. Raises RunBroken when the simulator has died."""
         return self._arrivals(self._process.advance(now_us, commands))
 
-    def stop(self) -> None:
+    def stop(self) -> Sequence[tuple[str, Value]]:
         """The robot rests, the film is written, the process ends; within half a minute, whatever hangs."""
-        self._process.stop()
+        return self._arrivals(self._process.stop()).events
 
     def state(self) -> State:
         """The world as it is: joints, torso, eyes, speech, things."""

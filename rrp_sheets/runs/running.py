@@ -174,7 +174,7 @@ def _go(course: Course, until: int, trace: TraceWriter, recorder: _Recorder) -> 
                 f"{f'The row {row}' if row else 'The run'} needs more memory than a run may have.",
                 "Keep less in that row: fewer values, or shorter texts and lists.",
             )
-        summary = _summary(course.engine, recorder, time.monotonic() - began, ended, row)
+        wall = time.monotonic() - began
         try:
             recorder.view.finishing()
         finally:
@@ -184,6 +184,7 @@ def _go(course: Course, until: int, trace: TraceWriter, recorder: _Recorder) -> 
             except RunBroken as error:
                 broken = broken or error  # the first break is the cause
             finally:
+                summary = _summary(course.engine, recorder, wall, ended, row)
                 try:
                     trace.close(summary.as_dict(wall=False))
                 except RunBroken as error:

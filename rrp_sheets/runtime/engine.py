@@ -104,7 +104,7 @@ class Engine:
             self._wired.pop(behaviour).dispose()
         self.clock.clear()
 
-    def end(self, events: Iterable[tuple[str, Value]] = ()) -> None:
+    def finish(self, events: Iterable[tuple[str, Value]] = ()) -> None:
         """The run is over: the rows are taken apart, and what was still going on has ended.
 
         Args:

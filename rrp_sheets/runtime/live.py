@@ -140,7 +140,7 @@ class LiveCourse:
         hands, self._hands = list(self._hands.values()), {}
         bounded(STOP_WITHIN, [(name, sensor.stop) for name, sensor in sensors])
         if self._engine is not None:
-            self._engine.close()
+            self._engine.finish()
         bounded(REST_WITHIN, [(hand.name, hand.rest) for hand in hands])
         bounded(CLOSE_WITHIN, [("the robot", self._world.close)])
         if errors:

@@ -72,7 +72,7 @@ class FrameCourse:
     def stop(self) -> list[Happening]:
         """Stop the world."""
         self.engine.close()
-        self.engine.end(self._world.stop() or ())
+        self.engine.finish(self._world.stop() or ())
         return []
 
 

@@ -109,16 +109,15 @@ class SimProcess:
         picture: Image = self._ask(ANSWER_WITHIN, "watch")
         return picture
 
-    def stop(self) -> None:
+    def stop(self) -> Outcome:
         """Bring the robot to rest, write the film, and end the process; it is ended in any case.
 
         After a break that was told already there is nothing to bring to rest, and nothing more to tell.
         """
         if self._link is None:
-            return
+            return Outcome()
         try:
-            if not self._broken:
-                self._ask(STOP_WITHIN, "stop")
+            return Outcome() if self._broken else self._outcome(self._ask(STOP_WITHIN, "stop"))
         finally:
             self.kill()
 

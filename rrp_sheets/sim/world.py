@@ -104,11 +104,12 @@ class SimWorld:
         self._us = max(self._us, now_us)
         return self._collect(events)
 
-    def stop(self) -> None:
-        """Silence, a moment's hold, then the rest posture; the film is written."""
+    def stop(self) -> Outcome:
+        """Silence, a moment's hold, then the rest posture; the film is written. What has ended with the run."""
         if self._film is not None:
             self._film.over = True
         self.arbiter.stop(None, self._us)
+        last = Outcome(tuple(self.arbiter.ended()))
         for name in self.body.start:
             self.body.halt(name)
         end = self._us + HOLD_US
@@ -124,6 +125,7 @@ class SimWorld:
             self._ease()
         if self._film is not None:
             self._film.write()
+        return last
 
     def close(self) -> None:
         """Free the physics."""
