@@ -28,8 +28,8 @@ _UNNAMED = {"DEV005": _UNDECLARED, "FORM016": _UNKNOWN_HELPER}
 """A row of Devices or Helpers without a name: whoever wants it misses it."""
 _SCENE_ROW = ("SCENE001", "SCENE002", "SCENE003", "SCENE004")
 _WRONG_ROWS = ("CONN", "GRAPH", "FORM", "DEV", "SHEET", "PROT")
-_AS_WRONG = ("CONN010", "GRAPH014", "FORM012")  # warnings, but what is meant is another row
-_OF_WRONG_ROWS = ("TEST002", "TEST011", "LINT")
+_AS_WRONG = ("CONN010", "DEV007", "GRAPH011", "GRAPH014", "FORM012")  # warnings, but what is meant is another row
+_OF_WRONG_ROWS = ("TEST002", "TEST011", "SCENE006", "LINT")
 """As long as rows are wrong, streams that tests name may be missing, and how rows act together is not known."""
 
 

@@ -13,7 +13,7 @@ from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Value
-from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.model.workbook import Device, Workbook
 
 _HEX = re.compile(r"#[0-9a-f]{6}", re.IGNORECASE)
 _DONE = re.compile(r"(.*\S)[\s_\-]*done", re.IGNORECASE)
@@ -46,8 +46,30 @@ class DeviceTable:
             "behaviour": tuple(b.name for b in workbook.behaviours),
             "gesture": tuple(dict.fromkeys(g.name.text for g in workbook.gestures if g.name)),
         }
+        misspelt = self._misspelt_columns(workbook.devices)
         for device in workbook.devices:
-            self._declare(device.stream, device.device, device.settings)
+            settings = {misspelt.get(k, k): cell for k, cell in device.settings.items()}
+            self._declare(device.stream, device.device, settings)
+
+    def _misspelt_columns(self, devices: Sequence[Device]) -> dict[str, str]:
+        """Columns whose header is nearly a setting's: told once each, and read as if they were spelt right."""
+        known = {k for device in self.robot.devices.values() for k in device.settings}
+        filled: dict[str, list[tuple[Cell, Found]]] = {}
+        for device in devices:
+            found = self.robot.find(device.device.text)
+            for k, cell in device.settings.items() if found else ():
+                if cell and k not in known and found is not None:
+                    filled.setdefault(k, []).append((cell, found))
+        meant = {}
+        for k, uses in filled.items():
+            settings = {key(s.name): s.name for _, found in uses for s in found.type.settings.values()}
+            guess = nearest(k, [name for s, name in settings.items() if not any(s in d.settings for d in devices)])
+            if guess:
+                meant[k] = key(guess)
+                cell, found = uses[0]
+                remedy = f"Did you mean {guess}? Then correct the header of this column."
+                self.report.add("DEV007", cell.address, device=found.name, setting=k, remedy=remedy)
+        return meant
 
     def _declare(self, stream: Cell, device: Cell, settings: Mapping[str, Cell]) -> None:
         if not stream:

@@ -38,7 +38,10 @@ class Names:
         self.streams = streams
         self.report = report
         self.made: dict[str, Row] = {}  # the row that gives each ordinary stream; rows that are on come first
+        self._told: set[str] = set()  # keys of names that nothing gives: each is told once, where it stands first
+        self._read = {key(cell.text) for row in behaviour.rows if row.on for cell in row.inputs}
         pairs = list(zip(behaviour.rows, connectors, strict=True))
+        self._driven_names = {key(row.output.text) for row, c in pairs if row.on and c is not None and c.drives}
         for on in (True, False):
             for row, connector in pairs:
                 if row.on is on and row.output and not (connector and connector.drives):
@@ -66,7 +69,8 @@ class Names:
             return self._done(cell, *done)
         declared = self.devices.find(cell.text)
         if declared is None:
-            if row.on and k not in self.devices.broken and not self._done_of_broken(k):
+            if row.on and k not in self._told and k not in self.devices.broken and not self._done_of_missing(k):
+                self._told.add(k)
                 self.report.add("GRAPH001", cell.address, name=cell.text, remedy=self._propose(cell.text))
             return None
         if declared.found.type.kind == "actuator":
@@ -83,7 +87,12 @@ class Names:
         dones = [f"{name} done" for name in self.devices.names("actuator")]
         names = [r.output.text for r in self.made.values()] + self.devices.names("sensor")
         guess = nearest(text, [*names, *dones])
-        return f"Did you mean {guess}?" if guess else "Write the output stream of another row, or a sensor."
+        if guess is None:
+            return "Write the output stream of another row, or a sensor."
+        made = self.made.get(key(guess))
+        if made is None or key(guess) in self._read:
+            return f"Did you mean {guess}?"
+        return f"Did you mean {guess}? Or write “{text}” into {made.output.address.cell}, which nothing uses yet."
 
     def _known(self, name: str) -> bool:
         return key(name) in self.made or self.devices.find(name) is not None
@@ -98,8 +107,10 @@ class Names:
         )
         return stream_id
 
-    def _done_of_broken(self, k: str) -> bool:
-        return k.endswith("done") and k.removesuffix("done") in self.devices.broken
+    def _done_of_missing(self, k: str) -> bool:
+        """Whether a name tells the end of an actuator that is missing, which is told where it is declared or driven."""
+        name = k.removesuffix("done")
+        return name != k and (name in self.devices.broken or name in self._driven_names)
 
     def output(self, row: Row, connector: Connector, taken: bool) -> str | None:
         """The stream id of a row's output, or None when it is refused."""
@@ -148,8 +159,9 @@ class Names:
         declared = self.devices.find(cell.text)
         if declared is not None and declared.found.type.kind == "actuator":
             return self._device(declared, cell, row)
-        if not row.on or key(cell.text) in self.devices.broken:
+        if not row.on or key(cell.text) in self.devices.broken or key(cell.text) in self._told:
             return None
+        self._told.add(key(cell.text))
         guess = nearest(cell.text, self.devices.names("actuator"))
         remedy = (
             f"Did you mean {guess}? Or declare" if guess else "Write an actuator, for example Head tracker, or declare"
