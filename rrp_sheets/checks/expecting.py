@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 
-from rrp_sheets.checks.parts import TooLarge, compiled, fields, in_quotes, literal
+from rrp_sheets.checks.parts import TooLarge, compiled, fields, in_quotes, literal, without_equals
 from rrp_sheets.checks.sending import Given, known_fields, tell_formula
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.formulas import Formula, FormulaProblem, Scope
@@ -169,15 +169,13 @@ def half_of_last_digit(number: Decimal) -> Decimal:
 
 def _value(text: str, place: Place) -> Expectation:
     """A value: what reads as one, a formula that is not just a word, or else the text itself."""
-    short = text.strip()
-    if short.startswith("=") and not short.startswith("=="):
-        short = short[1:].lstrip()
+    short = without_equals(text.strip())
     found, value = literal(short)
     if found:
         return Expectation("value", text, value, quoted=isinstance(value, str))
     if short[:1] in "[(\"'" or short.endswith(")"):
         formula = compiled(short, place.alone)
-        if isinstance(formula, Formula) and isinstance(formula.tree, (ast.List, ast.Tuple, ast.Call, ast.BinOp)):
+        if isinstance(formula, Formula) and not isinstance(formula.tree, (ast.Name, ast.Constant)):
             return Expectation("value", text, formula)
     return Expectation("value", text, short)
 

@@ -98,6 +98,15 @@ def _split(text: str, separators: str) -> list[str]:
     return [*parts, text[start:]]
 
 
+def without_equals(text: str) -> str:
+    """The text without the `=` that people write before formulas by habit.
+
+    >>> without_equals("= 5"), without_equals("== 5")
+    ('5', '== 5')
+    """
+    return text[1:].lstrip() if text.startswith("=") and not text.startswith("==") else text
+
+
 def compiled(text: str, scope: Scope) -> Formula | FormulaProblem:
     """The formula, or what is wrong with it."""
     try:

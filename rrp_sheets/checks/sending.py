@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rrp_sheets.checks.parts import TooLarge, compiled, fields, literal
+from rrp_sheets.checks.parts import TooLarge, compiled, fields, literal, without_equals
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.formulas import Formula, FormulaProblem, Scope
 from rrp_sheets.model.cells import Cell
@@ -41,17 +41,18 @@ def read_send(cell: Cell, record: RecordType | None, scope: Scope, report: Repor
         scope: of a formula without inputs.
         report: where findings go.
     """
+    text = without_equals(cell.text)
     try:
-        found, value = literal(cell.text)
+        found, value = literal(text)
         if found:
             return Sending(cell.text, value, whole=True)
-        parts = fields(cell.text)
+        parts = fields(text)
         if parts is not None:
             return _fields(cell, parts, record, scope, report)
     except TooLarge as error:
         report.add("TEST014", cell.address, text=str(error))
         return None
-    formula = compiled(cell.text, scope)
+    formula = compiled(text, scope)
     if isinstance(formula, FormulaProblem):
         tell_formula(report, "TEST007", cell, formula)
         return None

@@ -114,7 +114,7 @@ def _columns() -> int:
 
 
 class _StopOnInterrupt:
-    """Ctrl-C asks the tests to stop; those that are over are shown."""
+    """Ctrl-C asks the tests to stop, and those that are over are shown; a second one ends everything at once."""
 
     def __init__(self) -> None:
         self._asked = False
@@ -122,6 +122,8 @@ class _StopOnInterrupt:
             signal.signal(signal.SIGINT, self._ask)
 
     def _ask(self, number: int, frame: FrameType | None) -> None:
+        if self._asked:
+            raise KeyboardInterrupt
         self._asked = True
 
     def asked(self) -> bool:

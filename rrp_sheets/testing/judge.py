@@ -63,17 +63,13 @@ def judge(
             window = lane.between(frame - TOLERANCE, frame + TOLERANCE)
             wanted[place] = _Wanted(row, make_holds(row.expectation, interpreter), window, lane)
     found = _share_out(wanted)
-    quiet_since = since(case, frames)
+    results = {place: _judged(mine, found.get(place), faults, frames, names) for place, mine in wanted.items()}
     _excuse(wanted, found)
-    results = []
+    first = since(case, frames)
     for place, row in enumerate(case.rows):
-        if row.expectation is None:
-            continue
-        if place in wanted:
-            results.append(_judged(wanted[place], found.get(place), faults, frames, names))
-        else:
-            results.append(_nothing(row, quiet_since[place], lanes.get(row.stream), frames, names))
-    return tuple(results)
+        if row.expectation and place not in wanted:
+            results[place] = _nothing(row, first[place], lanes.get(row.stream), frames, names)
+    return tuple(results[place] for place in sorted(results))
 
 
 def _share_out(wanted: Mapping[int, _Wanted]) -> dict[int, Event]:
@@ -85,9 +81,12 @@ def _share_out(wanted: Mapping[int, _Wanted]) -> dict[int, Event]:
         rank = {"value": 0, "about": 1, "fields": 1, "condition": 2}.get(kind.kind, 3)
         return wanted[place].row.time_us, rank
 
+    hopeless: set[tuple[int, str, range]] = set()  # where a row got none, another of the same kind gets none either
     for place in sorted(wanted, key=particular):
-        tries = [_MOST_TRIES]
-        _take(place, wanted, set(), tries)
+        row = wanted[place].row
+        same = (id(wanted[place].lane), row.expectation.text if row.expectation else "", wanted[place].window)
+        if same not in hopeless and not _take(place, wanted, set(), [_MOST_TRIES]):
+            hopeless.add(same)
     found = {}
     for lane in {id(w.lane): w.lane for w in wanted.values()}.values():
         found.update({place: lane.events[i] for i, place in lane.taken.items()})
@@ -130,11 +129,13 @@ def _judged(
     row, lane = mine.row, mine.lane
     if event is not None:
         return RowResult(row, True, event)
-    near = [lane.events[i] for i in mine.window]
+    near = [lane.events[i] for i in mine.window[:_NEIGHBOURS]]
     hints: list[str] = []
     if near:
         reasons = [mine.holds(e.value) for e in near]
-        got = ", then ".join(came(e, names) for e in near[:3]) + (" and more" if len(near) > 3 else "")
+        got = ", then ".join(came(e, names) for e in near[:3]) + (
+            f" and {len(mine.window) - 3} more" if len(near) > 3 else ""
+        )
         hints += [r for r in dict.fromkeys(reasons) if r not in ("", "different")][:2]
         if not all(reasons):
             hints.append("Another row of this test has taken it; each value counts for one row.")
