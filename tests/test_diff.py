@@ -449,3 +449,54 @@ def test_a_scene_without_rows_is_not_the_default_scene(tmp_path):
     empty = SPEAK + "\n## Scene\n| Time (s) | Thing | Does | Value |\n|---|---|---|---|\n"
     assert told(compare(tmp_path, SPEAK, empty)) == ["Sheet Scene added: empty"]
     assert told(compare(tmp_path, empty, SPEAK)) == ["Sheet Scene removed: empty"]
+
+
+# ---- formulas in two spellings
+
+FORMULA = "## T\n| Inputs | Connector | Formula | Output |\n|---|---|---|---|\n| Red ball | map | value.x | x |\n"
+SAME = [
+    ("IF(x>3;1;0)", "1 if x > 3 else 0"),
+    ("x<>3", "x != 3"),
+    ("IF(x=3, 1, 2)", "1 if x == 3 else 2"),
+    ("x^2", "x ** 2"),
+    ("x * 50%", "x * 0.5"),
+    ("30° + x", "radians(30) + x"),
+    ("AND(x > 1; x < 2)", "x > 1 and x < 2"),
+    ("NOT(x > 1)", "not X > 1.0"),
+    ("max(x; 1)", "MAX(x, 1)"),
+    ('"say ""hi"""', "'say \"hi\"'"),
+    ('"I see "&x', 'f"I see {x}"'),
+    ("=ABS( X )", "abs(x)"),
+    ('("a" & x) & "b" & "c"', 'f"a{x}bc"'),
+    ("ROWS(Words)", "rows( words )"),
+    ("TRUE", "True"),
+    ("[a*2 for a in [x, 1]]", "[b * 2 for b in [x,1]]"),
+    ("x – 1", "x-1"),
+    ("twice", "twice(x)"),
+]
+OTHER = [
+    ("x > 3", "x >= 3"),
+    ("x - 1", "1 - x"),
+    ('"Hello"', '"hello"'),
+    ('"a b"', '"a  b"'),
+    ("x + 1", "x + 1.5"),
+    ("(x + 1) * 2", "x + 1 * 2"),
+    ("x % 3", "x * 3%"),
+    ("TRUE", '"TRUE"'),
+    ("x", "BLANK"),
+    ('"a" & x', 'f"a{x:.1f}"'),
+    ("ROWS(Words)", "ROWS(Others)"),
+]
+HELPERS = "\n## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n| twice | n | n * 2 |\n"
+HELPERS += "\n## Words\n| A |\n|---|\n| 1 |\n\n## Others\n| A |\n|---|\n| 1 |\n"
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "same"), [(*p, True) for p in SAME] + [(*p, False) for p in OTHER], ids=str
+)
+def test_formulas_are_compared_by_their_meaning(tmp_path, before, after, same):
+    texts = [f"{FORMULA}| x | map | {f} | Out |\n| Out | subscribe | | Print |\n{HELPERS}" for f in (before, after)]
+    comparison = compare(tmp_path, *texts)
+    assert comparison.first.errors == comparison.second.errors == 0
+    assert comparison.same is same
+    assert [c.kind for c in comparison.changes if c.part == "row"] == ["written" if same else "changed"]

@@ -68,8 +68,8 @@ def meanings(formula: str, names: Mapping[str, str] | None = None) -> tuple[str,
 def pieces(before: str, after: str, names: Mapping[str, str] | None = None) -> tuple[Piece, ...]:
     """What stayed, went and came.
 
-    >>> [(p.kind, p.text) for p in pieces("distance < 20", "distance<15")]
-    [('same', 'distance<'), ('gone', '20'), ('new', '15')]
+    >>> [(p.kind, p.text) for p in pieces("distance < 20", "distance < 15")]
+    [('same', 'distance < '), ('gone', '20'), ('new', '15')]
     """
     left, right = tokens(before, names), tokens(after)
     if not left or not right or max(len(left), len(right)) > MOST:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 
 from rrp_sheets.formulas import Formula, HelperDef
+from rrp_sheets.formulas.nodes import Join
+from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.names import key
 
 _NO_NAMES: Mapping[str, str] = {}
@@ -61,6 +64,8 @@ class _Shaper:
             return f"({self.of(node.value)}.{self.fields.get(key(node.attr), key(node.attr))})"
         if isinstance(node, ast.Call):
             return self._call(node)
+        if isinstance(node, (Join, ast.JoinedStr)):
+            return f"(text {' '.join(self._text(node.values))})"
         if isinstance(node, ast.ListComp):
             for loop in node.generators:
                 targets = loop.target.elts if isinstance(loop.target, ast.Tuple) else [loop.target]
@@ -75,19 +80,39 @@ class _Shaper:
         # where two numbers are compared, 1 and 1.0 are the same; elsewhere they may be said aloud
         if compared and isinstance(value, int) and not isinstance(value, bool):
             return repr(float(value))
+        if isinstance(value, Table):
+            return f"table {key(value.name)}"
         return repr(value)
+
+    def _text(self, values: Sequence[ast.expr]) -> list[str]:
+        """The parts of a text, joined by `&` or written as `f"…"`: texts that stand beside each other are one."""
+        parts: list[str] = []
+        text = ""
+        for part in values:
+            bare = part
+            if isinstance(part, ast.FormattedValue) and part.format_spec is None:
+                bare = part.value
+            if isinstance(bare, ast.Constant) and isinstance(bare.value, str):
+                text += bare.value
+                continue
+            inner = self._text(bare.values) if isinstance(bare, (Join, ast.JoinedStr)) else [self.of(bare)]
+            parts += [repr(text), *inner] if text else inner
+            text = ""
+        return [*parts, repr(text)] if text else parts
 
     def _name(self, name: str) -> str:
         return self.local.get(name) or self.names.get(name, name)
 
     def _call(self, node: ast.Call) -> str:
         helper: HelperDef | None = getattr(node, "helper", None)
+        given = [a.value for a in node.args if isinstance(a, ast.Constant) and isinstance(a.value, (int, float))]
+        if isinstance(node.func, ast.Name) and node.func.id == "RADIANS" and helper is None and given:
+            return repr(math.radians(given[0]))  # as 30° is
         name = node.func.id if isinstance(node.func, ast.Name) else self.of(node.func)
         if helper is not None:
             k = key(helper.shown)
             name = "helper " + self.helpers.get(k, k)
-        extra = {k: v for k, v in vars(node).items() if k in ("table", "column") and isinstance(v, str)}
-        return f"({name} {self.of(node.args)}{extra or ''})"
+        return f"({name} {self.of(node.args)})"
 
 
 def helpers_in(tree: ast.AST, found: dict[str, HelperDef]) -> None:
