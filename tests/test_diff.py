@@ -418,6 +418,33 @@ def test_tests_follow_the_names_of_streams_and_sheets(tmp_path):
     assert [say(c) for c in comparison.changes if c.kind not in ("renamed", "written")] == []
 
 
+def test_a_behaviour_that_is_switched_may_be_renamed_with_its_switch(tmp_path):
+    text = (
+        SPEAK
+        + """
+## Look
+| Inputs | Connector | Formula | Output |
+|---|---|---|---|
+| Blue ball | subscribe | | Tracker |
+| Say done | subscribe | | Looking off |
+
+## Devices
+| Stream | Device | Name | State |
+|---|---|---|---|
+| Looking off | Behaviour | Look | off |
+"""
+    )
+    renamed = text.replace("## Look", "## Watch").replace("| Look |", "| Watch |")
+    assert told(compare(tmp_path, text, renamed)) == [
+        "~ Behaviour Look is now called Watch",
+        "~ Devices: Looking off: Name is written differently: Look → Watch",
+    ]
+    renamed = renamed.replace("Looking off", "Watching off")
+    comparison = compare(tmp_path, text, renamed)
+    assert comparison.same and "~ Devices: stream Looking off is now called Watching off" in told(comparison)
+    assert not compare(tmp_path, text, text.replace("| Look |", "| Talk |")).same
+
+
 # ---- workbooks that are not in order
 
 

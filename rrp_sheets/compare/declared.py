@@ -43,7 +43,7 @@ def _device(old: DeviceView | None, new: DeviceView | None, used: bool, found: M
     if old is None or new is None:
         out = _one_sided(old, new)
     else:
-        out = [*_device_name(old, new), *_device_type(old, new), *_settings(old, new, found)]
+        out = [*_device_name(old, new), *_device_type(old, new, found), *_settings(old, new, found)]
     return out if used else [c.harmless(UNUSED) for c in out]
 
 
@@ -78,13 +78,13 @@ def _device_name(old: DeviceView, new: DeviceView) -> list[Change]:
                    note=RENAMED)]  # fmt: skip
 
 
-def _device_type(old: DeviceView, new: DeviceView) -> list[Change]:
+def _device_type(old: DeviceView, new: DeviceView, found: Match) -> list[Change]:
     mine = old.found.type.name if old.found else key(old.device)
     other = new.found.type.name if new.found else key(new.device)
     if mine != other:
         return [_change(old, new, "changed", "device", old.device, new.device)]
     if bool(old.row) != bool(new.row):
-        if old.meaning != new.meaning or key(old.name) != key(new.name):
+        if old.meaning(found.streams.sheets) != new.meaning({}) or key(old.name) != key(new.name):
             return []
         before, after = ("declared", "") if old.row else ("", "declared")
         return [_change(old, new, "written", "declaration", before, after, False, _BY_NAME)]
@@ -99,21 +99,17 @@ def _settings(old: DeviceView, new: DeviceView, found: Match) -> list[Change]:
     for k in dict.fromkeys([*old.settings, *new.settings, *old.texts, *new.texts]):
         view = new if new.found is not None and k in new.found.type.settings else old
         name = view.found.type.settings[k].name if view.found is not None and k in view.found.type.settings else k
-        before, after = old.settings.get(k), new.settings.get(k)
+        before, after = old.value(k, found.streams.sheets), new.value(k, {})
         texts = old.texts.get(k, ""), new.texts.get(k, "")
         known = k in old.settings or k in new.settings
         same = before == after if known and kept else texts[0] == texts[1]
-        if not same and not _renamed_behaviour(before, after, found):
+        if not same:
             was, now = texts[0] or _default(before), texts[1] or _default(after)
             out.append(_change(old, new, "changed", name, was, now))
         elif same and texts[0] != texts[1]:
             note = WRITTEN if texts[0] and texts[1] else "this is what a blank cell means"
             out.append(_change(old, new, "written", name, texts[0], texts[1], False, note))
     return out
-
-
-def _renamed_behaviour(before: Value, after: Value, found: Match) -> bool:
-    return isinstance(before, str) and isinstance(after, str) and found.streams.sheets.get(key(before)) == key(after)
 
 
 def _default(value: Value) -> str:

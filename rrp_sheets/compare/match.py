@@ -109,14 +109,14 @@ def _behaviours(first: Sequence[BehaviourView], second: Sequence[BehaviourView])
 def _devices(first: Side, second: Side, streams: StreamMap) -> None:
     """Streams that are devices: those that only one workbook has, with the same device and settings, are renamed."""
 
-    def by_meaning(mine: Side, other: Side) -> dict[tuple[object, ...], list[str]]:
+    def by_meaning(mine: Side, other: Side, sheets: dict[str, str]) -> dict[tuple[object, ...], list[str]]:
         found: dict[tuple[object, ...], list[str]] = {}
         for k, device in mine.devices.items():
             if k not in other.devices and k not in other.streams:
-                found.setdefault(device.meaning, []).append(k)
+                found.setdefault(device.meaning(sheets), []).append(k)
         return found
 
-    here, there = by_meaning(first, second), by_meaning(second, first)
+    here, there = by_meaning(first, second, streams.sheets), by_meaning(second, first, {})
     for meaning, names in here.items():
         for a, b in zip(sorted(names), sorted(there.get(meaning, ())), strict=False):
             streams.add(a, b)

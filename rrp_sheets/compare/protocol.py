@@ -22,7 +22,7 @@ _ACTED_ON: Mapping[str, Callable[[Side], Hashable]] = {
     "seed": lambda side: side.checked.run.seed,
     "timelimit": lambda side: side.checked.run.time_limit_us,
     "run": lambda side: side.checked.run.behaviours,
-    "facememory": lambda side: key(side.workbook.protocol.text("Face memory")),
+    "facememory": lambda side: key(side.workbook.protocol.text("Face memory", "ends with the run")),
 }
 
 

@@ -86,11 +86,22 @@ class DeviceView:
     row: int = 0
     sheet: str = "Devices"
 
-    @property
-    def meaning(self) -> tuple[object, ...]:
-        """The device and its settings: equal for two streams that do the same."""
+    def meaning(self, sheets: Mapping[str, str]) -> tuple[object, ...]:
+        """The device and its settings: equal for two streams that do the same.
+
+        Args:
+            sheets: keys of behaviours as they are called now, by the old ones.
+        """
         kind = self.found.type.name if self.found else key(self.device)
-        return (kind, *sorted((k, repr(v)) for k, v in self.settings.items()))
+        return (kind, *sorted((k, repr(self.value(k, sheets))) for k in self.settings))
+
+    def value(self, name: str, sheets: Mapping[str, str]) -> Value:
+        """A setting; one that names a behaviour as that one's key."""
+        value = self.settings.get(name)
+        setting = self.found.type.settings.get(name) if self.found else None
+        if setting is not None and setting.kind == "behaviour" and isinstance(value, str):
+            return sheets.get(key(value), key(value))
+        return value
 
 
 class Side:
