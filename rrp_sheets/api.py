@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
+    from rrp_sheets.checks.fixing import Change
     from rrp_sheets.compare import Comparison
     from rrp_sheets.diagnostics import Report
     from rrp_sheets.formulas.trial import Answer
@@ -33,6 +34,7 @@ __all__ = [
     "draw",
     "edit",
     "explain",
+    "fix",
     "mark",
     "new",
     "read",
@@ -100,6 +102,20 @@ def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None
     from rrp_sheets.workbook.editing import edit as edit_file
 
     return edit_file(path, edits, expected_digest=expected_digest)
+
+
+def fix(path: Path | str, target: Path | str, chosen: Mapping[str, int] | None = None) -> tuple[list[Change], Checked]:
+    """Write a copy of a workbook with all safe fixes in it; `chosen` names others, `{"LINT001": 2}` the second one.
+
+    Returns:
+        What was changed, and the copy, checked.
+
+    Raises:
+        SheetsError: when the copy would replace the workbook itself, or cannot be written.
+    """
+    from rrp_sheets.runs.fixes import fix_copy
+
+    return fix_copy(Path(path), Path(target), chosen or {})
 
 
 def mark(path: Path | str, target: Path | str, report: Report) -> Path:

@@ -191,16 +191,17 @@ def test_a_wrong_duration_says_how_to_write_one(wrong):
 
 def test_check_json_and_its_exit_codes(tmp_path):
     fine = rrp("check", BOOK, "--json")
-    assert (fine.returncode, json.loads(fine.stdout)) == (0, [])
+    assert fine.returncode == 0 and json.loads(fine.stdout)["findings"] == []
     gone = rrp("check", tmp_path / "gone.xlsx", "--json")
-    assert gone.returncode == 2 and json.loads(gone.stdout)[0]["code"] == "FILE001"
+    assert gone.returncode == 2 and json.loads(gone.stdout)["findings"][0]["code"] == "FILE001"
     (tmp_path / "wrong.md").write_text(
         "## T\n| Input | Connector | Formula | Output |\n|---|---|---|---|\n| Red ball | map | redBall.q | X |\n"
     )
     wrong = rrp("check", tmp_path / "wrong.md", "--json")
-    found = json.loads(wrong.stdout)
+    found = json.loads(wrong.stdout)["findings"]
     assert wrong.returncode == 1
-    assert [set(f) for f in found] == [{"code", "severity", "sheet", "cell", "message", "remedy"}] * len(found)
+    entries = {"code", "severity", "sheet", "cell", "message", "remedy", "span", "fixes"}
+    assert [set(f) for f in found] == [entries] * len(found)
     assert (found[0]["code"], found[0]["sheet"], found[0]["cell"]) == ("FORM007", "T", "C2")
 
 

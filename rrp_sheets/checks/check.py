@@ -9,6 +9,7 @@ from rrp_sheets.checks.facts import Fact
 from rrp_sheets.checks.formulas import check_formulas
 from rrp_sheets.checks.lints import lint
 from rrp_sheets.checks.protocol import RunPlan, check_protocol
+from rrp_sheets.checks.rivals import judge_proposals
 from rrp_sheets.checks.tests import Case, check_tests, switchable
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import Robot, load_robot, robot_names
@@ -57,6 +58,7 @@ def check_workbook(workbook: Workbook, report: Report) -> Checked:
     tests = check_tests(workbook, robot, graph, run.behaviours, compiled.records, compiled.scope, report)
     lint(workbook, robot, graph, compiled, run.behaviours | switchable(graph), report)
     report.drop_followers()
+    judge_proposals(graph, robot, compiled, report)
     return Checked(workbook, robot, graph, compiled.formulas, scene, run, tests, report, compiled.facts)
 
 

@@ -121,10 +121,19 @@ def either(first: Known, second: Known) -> Known:
     if first.kind != second.kind:
         return Known(choices=choices, blank=blank)
     unit = first.unit if first.unit == second.unit else first.unit or second.unit
-    record = first.record if first.record == second.record else None
+    record = _common(first.record, second.record)
     fields = {k: either(v, second.fields[k]) for k, v in first.fields.items() if k in second.fields} if record else {}
     low, high = min(first.low, second.low), max(first.high, second.high)
     return Known(first.kind, record, fields, low, high, choices, unit, blank)
+
+
+def _common(first: RecordType | None, second: RecordType | None) -> RecordType | None:
+    """A record type for both; those with the same fields go together (a red and a green ball)."""
+    if first is None or second is None or first == second:
+        return first if first == second else None
+    if first.fields != second.fields or first.positions != second.positions:
+        return None
+    return replace(first, name=f"{first.name} or {second.name}")
 
 
 def not_blank(known: Known) -> Known:

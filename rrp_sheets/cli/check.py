@@ -3,51 +3,113 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from rrp_sheets.errors import UnreadableFile
 
 if TYPE_CHECKING:
+    from rrp_sheets.checks import Checked
+    from rrp_sheets.checks.fixing import Change
     from rrp_sheets.diagnostics import Diagnostic
 
 _COLOURS = {"error": "red", "warning": "yellow", "info": "blue"}
 
 
+_FIX = re.compile(r"(?P<code>[A-Za-z]{4,5}\d{3})(:(?P<number>[1-9]))?")
+
+
+class _Choice(click.ParamType):  # type: ignore[type-arg]  # generic for its stubs only, not when it runs
+    """`LINT001:2`: the second fix of the findings LINT001; without number the first."""
+
+    name = "CODE:N"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, int]:
+        """The code and the number."""
+        match = _FIX.fullmatch(str(value))
+        if not match:
+            self.fail(f"“{value}” names no fix. Write a code and a number, for example LINT001:1.", param, ctx)
+        return match["code"].upper(), int(match["number"] or 1)
+
+
 @click.command(name="check")
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--json", "as_json", is_flag=True, help="print a list of findings as JSON")
+@click.option("--json", "as_json", is_flag=True, help="print findings and example values as JSON")
 @click.option("--report", "out", type=click.Path(path_type=Path), help="write a copy (.xlsx) with the findings in it")
-def command(file: Path, as_json: bool, out: Path | None) -> None:
+@click.option("--fix", "mended", type=click.Path(path_type=Path), help="write a corrected copy, and say what changed")
+@click.option("--apply", "chosen", type=_Choice(), multiple=True,
+              help="with --fix: also the N-th fix of a finding that leaves a choice, such as LINT001:1")  # fmt: skip
+def command(
+    file: Path, as_json: bool, out: Path | None, mended: Path | None, chosen: tuple[tuple[str, int], ...]
+) -> None:
     """Say what is wrong with FILE, each with its cell and what to do about it.
+
+    With --fix a copy is written in which everything is corrected that leaves no doubt; findings and exit code are then
+    those of the copy.
 
     Exit code: 0 fine or only warnings, 1 errors, 2 the file cannot be read.
     """
     from rrp_sheets import api
 
+    if chosen and mended is None:
+        raise click.UsageError("--apply goes with --fix OUT: the corrected copy.")
+    changes: list[Change] = []
     try:
-        report = api.check(file).report
+        if mended is None:
+            checked = api.check(file)
+        else:
+            changes, checked = api.fix(file, mended, dict(chosen))
     except UnreadableFile as error:
         if not as_json:
             raise
-        entry = {"code": error.code, "severity": "error", "sheet": "", "cell": "",
-                 "message": error.message, "remedy": error.remedy}  # fmt: skip
-        click.echo(json.dumps([entry], ensure_ascii=False, indent=2))
+        entry: dict[str, Any] = {
+            "code": error.code, "severity": "error", "sheet": "", "cell": "", "message": error.message,
+            "remedy": error.remedy, "span": None, "fixes": [],
+        }  # fmt: skip
+        click.echo(json.dumps({"findings": [entry], "examples": {}}, ensure_ascii=False, indent=2))
         sys.exit(2)
+    report = checked.report
     if out is not None:
-        api.mark(file, out, report)
+        api.mark(mended or file, out, report)
     if as_json:
-        click.echo(json.dumps([d.as_dict() for d in report], ensure_ascii=False, indent=2))
+        found = {"findings": [d.as_dict() for d in report], "examples": _examples(checked)}
+        if mended is not None:
+            found["changes"] = [asdict(c) for c in changes]
+        click.echo(json.dumps(found, ensure_ascii=False, indent=2))
     else:
+        if mended is not None:
+            print_changes(changes, mended)
         print_findings(report)
         click.echo(verdict(report))
         if out is not None:
             click.echo(f"Made {out}: the findings stand beside their rows, and all of them on its last sheet.")
     sys.exit(1 if report.errors else 0)
+
+
+def _examples(checked: Checked) -> dict[str, Any]:
+    """What each row gives for the examples of its inputs, by sheet and row."""
+    from rrp_sheets.checks.shown import row_examples
+    from rrp_sheets.model.values import show, to_json
+
+    return {
+        ref: {"value": to_json(fact.example), "shown": show(fact.example), "kind": fact.known.kind,
+              "unit": fact.known.unit, "sure": fact.sure}
+        for ref, fact in row_examples(checked).items()
+    }  # fmt: skip
+
+
+def print_changes(changes: Sequence[Change], mended: Path) -> None:
+    """Print what was changed, cell by cell."""
+    for c in changes:
+        what = f"inserted: {c.new}" if c.old is None else f"“{c.old}” → “{c.new}”"
+        click.echo(f"{click.style('changed', fg='green', bold=True)} {c.code} {c.place} {what}")
+    click.echo(f"Made {mended}." if changes else f"Nothing to change; {mended} is a copy.")
 
 
 def print_findings(findings: Iterable[Diagnostic], err: bool = False) -> None:
@@ -57,6 +119,8 @@ def print_findings(findings: Iterable[Diagnostic], err: bool = False) -> None:
         kind = click.style(d.severity.value, fg=_COLOURS[d.severity.value], bold=True)
         click.echo(f"{kind} {d.code} {place}{d.message}", err=err)
         click.echo(f"  → {d.remedy}", err=err)
+        for number, fix in enumerate(d.fixes if len(d.fixes) > 1 else (), 1):
+            click.echo(f"    --apply {d.code}:{number}  {fix.title}", err=err)
 
 
 def verdict(findings: Iterable[Diagnostic]) -> str:

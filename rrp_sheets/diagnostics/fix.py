@@ -24,7 +24,16 @@ class Insert:
     cells: tuple[tuple[int, str], ...]
 
 
-FixEdit = Put | Insert
+@dataclass(frozen=True, slots=True)
+class Replace:
+    """Write one word or name in a cell in another way: `redBal` → `redBall`."""
+
+    address: Address
+    old: str
+    new: str
+
+
+FixEdit = Put | Insert | Replace
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from rrp_sheets.diagnostics.catalogue import CODES, Severity
 from rrp_sheets.diagnostics.fix import Fix
 from rrp_sheets.diagnostics.followers import without_followers
+from rrp_sheets.diagnostics.proposals import proposed
 from rrp_sheets.model.cells import Address
 
 
@@ -75,13 +76,20 @@ class Report:
         """Add a finding; `details` fill the catalogue's texts."""
         entry = CODES[code]
         message, remedy = entry.message.format(**details), entry.remedy.format(**details)
-        diagnostic = Diagnostic(code, entry.severity, address, message, remedy, span, tuple(fixes))
+        diagnostic = Diagnostic(code, entry.severity, address, message, remedy, span,
+                                tuple(fixes) or proposed(code, address, details, remedy))  # fmt: skip
         self._found[diagnostic] = None
         return diagnostic
 
     def extend(self, other: Iterable[Diagnostic]) -> None:
         """Add the findings of another report."""
         self._found.update(dict.fromkeys(other))
+
+    def judge_fixes(self, judge: Callable[[Diagnostic, Fix], Fix]) -> None:
+        """Let something that knows more of the workbook say anew whether fixes are safe."""
+        for d in [d for d in self._found if d.fixes]:
+            del self._found[d]
+            self._found[replace(d, fixes=tuple(judge(d, fix) for fix in d.fixes))] = None
 
     def drop_followers(self) -> None:
         """Drop what only follows from another finding."""

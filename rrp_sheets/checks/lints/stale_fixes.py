@@ -58,8 +58,8 @@ def _timing(step: Step, material: Material) -> Fix | None:
     for name, new in timed.items():
         row.insert(name, "timestamp", "", new)
     row.put(", ".join(timed.values()), f"({inner}, MAX({times}) - MIN({times}))", pair)
-    row.insert(fresh, "map", f"{argument_name(fresh)}[0]", step.row.output.text, after=True)
     row.insert(pair, "filter", f"{argument_name(pair)}[1] < 1", fresh, after=True)
+    row.insert(fresh, "map", f"{argument_name(fresh)}[0]", step.row.output.text, after=True)
     return Fix(f"Join only what came within {LONGEST_AGE} of each other (timestamp)", tuple(row.edits))
 
 
@@ -72,13 +72,15 @@ class _Writer:
         cells = (row.inputs_cell, row.connector, row.formula, row.output)
         self.columns = [c.address.column for c in cells]
         self.number = row.number
+        self.below = 0  # rows inserted after it
         self.edits: list[FixEdit] = []
 
     def insert(self, *texts: str, after: bool = False) -> None:
         """Insert a row just before the row, or just after it."""
         cells = tuple((c, t) for c, t in zip(self.columns, texts, strict=True) if t)
-        self.edits.append(Insert(self.sheet, self.number + after, cells))
+        self.edits.append(Insert(self.sheet, self.number + self.below + 1 if after else self.number, cells))
         self.number += not after
+        self.below += after
 
     def put(self, inputs: str, formula: str, output: str) -> None:
         """Change the row itself; what is the same already is left alone."""

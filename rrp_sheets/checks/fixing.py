@@ -1,0 +1,135 @@
+"""Fixes carried out on a workbook's file, again and again until nothing more can be done."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rrp_sheets.checks.check import Checked
+from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.diagnostics.fix import Fix, Insert, Put, Replace
+from rrp_sheets.model.cells import Address
+from rrp_sheets.model.names import key
+from rrp_sheets.workbook.editing import Edit, InsertRows, SetCell, edit, read_sheets
+
+MOST_ROUNDS = 100
+Chosen = Mapping[str, int]
+"""Which fix (counted from 1) of the findings of a code is wanted."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """Something that was changed: where, and from what to what; `old` is None for a row that was inserted."""
+
+    place: str
+    old: str | None
+    new: str
+    code: str
+    title: str
+
+
+def apply_fixes(path: Path, check: Callable[[Path], Checked], chosen: Chosen) -> tuple[list[Change], Checked]:
+    """Apply all safe fixes, and the chosen ones, to the workbook itself; each round starts from a new check.
+
+    Returns:
+        What was changed, and the workbook as it is then.
+
+    Raises:
+        SheetsError: when the file cannot be changed.
+    """
+    changes: list[Change] = []
+    tried: set[tuple[str, str, str]] = set()
+    checked = check(path)
+    for _ in range(MOST_ROUNDS):
+        step = _next(checked, chosen, tried)
+        if not step:
+            break
+        changes += _carry_out(path, step)
+        checked = check(path)
+    return changes, checked
+
+
+def _next(checked: Checked, chosen: Chosen, tried: set[tuple[str, str, str]]) -> list[tuple[Diagnostic, Fix]]:
+    """What to do in this round: all safe fixes of different cells, else one of the chosen ones."""
+    cells: set[Address] = set()
+    safe: list[tuple[Diagnostic, Fix]] = []
+    for d, fix in _fixes(checked, chosen):
+        if not fix.safe or d.address is None or d.address in cells:
+            continue
+        name = (str(d.address), d.code, fix.title)
+        if name not in tried:
+            tried.add(name)
+            cells.add(d.address)
+            safe.append((d, fix))
+    if safe:
+        return safe
+    for d, fix in _fixes(checked, chosen):
+        name = (d.message, d.code, fix.title)
+        if not fix.safe and name not in tried:
+            tried.add(name)
+            return [(d, fix)]
+    return []
+
+
+def _fixes(checked: Checked, chosen: Chosen) -> Iterator[tuple[Diagnostic, Fix]]:
+    """The safe fix of every finding, or the one that is chosen for its code."""
+    for d in checked.report:
+        number = chosen.get(d.code, 0)
+        if number:
+            yield from ((d, fix) for fix in d.fixes[number - 1 : number])
+        elif d.fixes and d.fixes[0].safe:
+            yield d, d.fixes[0]
+
+
+def _carry_out(path: Path, wanted: Sequence[tuple[Diagnostic, Fix]]) -> list[Change]:
+    texts = {
+        Address(sheet.name, row, column): cell.text or cell.formula
+        for sheet in read_sheets(path)
+        for (row, column), cell in sheet.cells.items()
+    }
+    edits: list[Edit] = []
+    changes: list[Change] = []
+    for d, fix in wanted:
+        moved = 0  # rows that this fix has inserted above
+        for one in fix.edits:
+            if isinstance(one, Insert):
+                edits.append(InsertRows(one.sheet, one.before))
+                edits += [SetCell(one.sheet, one.before, column, text) for column, text in one.cells]
+                new = " | ".join(text for _, text in one.cells)
+                changes.append(Change(f"{one.sheet} row {one.before}", None, new, d.code, fix.title))
+                moved += 1
+                continue
+            at = one.address
+            old = texts.get(Address(at.sheet, at.row - moved, at.column), "")
+            text = one.text if isinstance(one, Put) else replaced(old, one)
+            if text != old:
+                edits.append(SetCell(at.sheet, at.row, at.column, text))
+                changes.append(Change(str(at), old, text, d.code, fix.title))
+    if edits:
+        edit(path, edits)
+    return changes
+
+
+def replaced(text: str, change: Replace) -> str:
+    """A cell's text with the first word or name replaced that is spelt so; what stands between quotes is left alone.
+
+    >>> at = Address("T", 2, 1)
+    >>> replaced("Red bal, Face", Replace(at, "red_bal", "Red ball"))
+    'Red ball, Face'
+    >>> replaced("abs(redBal.x)", Replace(at, "redBal", "redBall"))
+    'abs(redBall.x)'
+    """
+    if key(text) == key(change.old):
+        return change.new
+    parts = re.split(r"([,\n])", text)
+    for i, part in enumerate(parts):
+        if key(part.strip()) == key(change.old):
+            parts[i] = part.replace(part.strip(), change.new)
+            return "".join(parts)
+    pattern = re.compile(rf'"[^"]*"|(?<!\w)(?P<word>{re.escape(change.old)})(?!\w)', re.IGNORECASE)
+    for match in pattern.finditer(text):
+        if match["word"]:
+            return text[: match.start()] + change.new + text[match.end() :]
+    return text

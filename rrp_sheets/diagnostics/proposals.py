@@ -1,0 +1,63 @@
+"""A remedy that proposes a spelling is a fix as well: written here once, for all findings that propose one."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from rrp_sheets.diagnostics.fix import Fix, Put, Replace
+from rrp_sheets.model.cells import Address
+from rrp_sheets.model.names import key
+
+_MEANT = re.compile(r"Did you mean “?(?P<guess>[^?”]{1,80})”?\?")
+_DECIMAL = re.compile(r"Write (?P<whole>\d+)\.(?P<part>\d+)[.;]")
+_WRONG = {"FORM007": "field", "FORM017": "column", "SHEET002": "header", "CONN008": "text"}
+"""The detail that holds what is misspelt; of other codes it is `name`."""
+_DECIMAL_COMMA = "A decimal comma"
+LONGEST = 60  # letters of a name that are compared
+
+
+def proposed(code: str, address: Address | None, details: Mapping[str, object], remedy: str) -> tuple[Fix, ...]:
+    """The fix that a remedy proposes, if it does."""
+    if address is None:
+        return ()
+    if code == "CONN010":
+        text = str(details["text"])
+        return (Fix(f"Write {text} s", (Put(address, f"{text} s"),), safe=True),)
+    comma = _DECIMAL.match(remedy)
+    if code == "FORM003" and details.get("what") == _DECIMAL_COMMA and comma:
+        old, new = f"{comma['whole']},{comma['part']}", f"{comma['whole']}.{comma['part']}"
+        return (Fix(f"Write {new}", (Replace(address, old, new),), safe=True),)
+    meant = _MEANT.match(remedy)
+    wrong = details.get(_WRONG.get(code, "name"))
+    if meant is None or not isinstance(wrong, str) or not wrong:
+        return ()
+    guess = meant["guess"].strip()
+    return (Fix(f"Write {guess}", (Replace(address, wrong, guess),), safe=code == "CONN008" or surely(wrong, guess)),)
+
+
+def surely(wrong: str, guess: str) -> bool:
+    """Whether a name is so near that it is surely meant: one slip, or one for every four letters.
+
+    >>> surely("Red bal", "Red ball"), surely("Sce", "Score")
+    (True, False)
+    """
+    return slips(wrong, guess) <= max(1, len(key(wrong)) // 4)
+
+
+def slips(first: str, second: str) -> int:
+    """How many slips of the keyboard lie between two names: letters missing, added, wrong, or in the wrong order.
+
+    >>> slips("Red bal", "red_ball"), slips("SQTR", "SQRT"), slips("Touch", "Say")
+    (1, 1, 5)
+    """
+    a, b = key(first)[:LONGEST], key(second)[:LONGEST]
+    before: list[int] = []
+    row = list(range(len(b) + 1))
+    for i, x in enumerate(a, 1):
+        older, before, row = before, row, [i]
+        for j, y in enumerate(b, 1):
+            row.append(min(before[j] + 1, row[j - 1] + 1, before[j - 1] + (x != y)))
+            if i > 1 and j > 1 and x == b[j - 2] and a[i - 2] == y:
+                row[j] = min(row[j], older[j - 2] + 1)
+    return row[-1]

@@ -1,0 +1,159 @@
+"""Fixes: each, applied, silences its finding and leaves the check clean (design: 8-architecture, `check --fix`)."""
+
+from __future__ import annotations
+
+import json
+from hashlib import sha256
+
+import pytest
+from play import rows
+from test_run import rrp
+
+from rrp_sheets import api
+from rrp_sheets.resources import bundled
+
+COLUMNS = "| On | Input streams | Connector | Formula | Output stream |\n|---|---|---|---|---|\n"
+PRINT = "\n| | X | subscribe | | Print |"
+DEVICES = "## Devices\n| Stream | Device | Joint |\n|---|---|---|\n"
+
+
+def fixed(text: str, tmp_path, *apply: str, suffix: str = ".md", more: str = ""):
+    """The changes and what the check of the corrected copy says; the original is as it was."""
+    source = tmp_path / "source.md"
+    source.write_text(rows(text, more, header=COLUMNS), encoding="utf-8")
+    before = sha256(source.read_bytes()).hexdigest()
+    chosen = {code: int(number) for code, number in (a.split(":") for a in apply)}
+    changes, checked = api.fix(source, tmp_path / f"out{suffix}", chosen)
+    assert sha256(source.read_bytes()).hexdigest() == before
+    return changes, checked.report.flatten(["code", "cell"])
+
+
+SAFE = [
+    # the row, the place that changes, the new text of the cell
+    ("| | Red ball | flter | redBall.x < 1 | X |" + PRINT, "T!C2", "filter"),
+    ("| | Red bal | filter | value.x < 1 | X |" + PRINT, "T!B2", "Red ball"),
+    ("| | Red ball, Gren ball | merge | | X |" + PRINT, "T!B2", "Red ball, Green ball"),
+    ("| | Red ball | map | redBall.distence * 2 | X |" + PRINT, "T!D2", "redBall.distance * 2"),
+    ("| | Red ball | map | abs(redBal.x) | X |" + PRINT, "T!D2", "abs(redBall.x)"),
+    ("| | Red ball | map | SQRRT(redBall.x) | X |" + PRINT, "T!D2", "SQRT(redBall.x)"),
+    ("| | Red ball | filter | redBall.x < 1,5 | X |" + PRINT, "T!D2", "redBall.x < 1.5"),
+    ("| | Red ball | sample | 3 | X |" + PRINT, "T!D2", "3 s"),
+    ("| | Red ball | sample | 0,5 s | X |" + PRINT, "T!D2", "0.5 s"),
+    ("| | Red ball | map | redBall.x | X |\n| | X | subscribe | | Eye brightnes |", "T!E3", "Eye brightness"),
+    ('| | Red ball | map | "redBal" & redBal.colour | X |' + PRINT, "T!D2", '"redBal" & redBall.colour'),
+]
+
+
+@pytest.mark.parametrize("suffix", [".md", ".xlsx"])
+@pytest.mark.parametrize(("text", "place", "new"), SAFE)
+def test_a_safe_fix_is_applied_and_the_check_is_clean(text, place, new, suffix, tmp_path):
+    changes, found = fixed(text, tmp_path, suffix=suffix)
+    assert [(c.place, c.new) for c in changes] == [(place, new)]
+    assert found == []
+
+
+def test_several_fixes_in_one_cell_and_one_sheet(tmp_path):
+    text = (
+        "| | Red bal, Gren ball | mrge | | X |\n| | X | filter | x.distence < 1,5 | Y |\n| | Y | subscribe | | Prnt |"
+    )
+    changes, found = fixed(text, tmp_path)
+    assert found == [] and {c.place for c in changes} == {"T!B2", "T!C2", "T!D3", "T!E4"}
+
+
+def test_headers_and_devices(tmp_path):
+    text = "| | Neck | subscribe | | Print |"
+    changes, found = fixed(text, tmp_path, more=DEVICES + "| Neck | JointPositon | HeadYaw |")
+    assert found == [] and [(c.place, c.new) for c in changes] == [("Devices!B2", "Joint position")]
+    source = tmp_path / "header.md"
+    source.write_text("## T\n| Input streams | Conector | Formula | Output stream |\n|---|---|---|---|\n"
+                      "| Red ball | subscribe | | Print |\n")  # fmt: skip
+    changes, checked = api.fix(source, tmp_path / "header-out.md")
+    assert [(c.place, c.new) for c in changes] == [("T!B1", "Connector")]
+    assert checked.report.flatten(["code"]) == []
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        # two names are as near, or the proposed one is far away
+        "| | Red ball | map | 1 | Left hend |\n| | Red ball | map | 2 | Left hand |\n| | Red ball | map | 3 | Left hond |\n"
+        "| | Left hund | subscribe | | Print |",
+        "| | Red ball | map | 1 | Score |\n| | Sce | subscribe | | Print |",
+        "| | Red ball | map | SQTR(redBall.x) | X |" + PRINT,  # SQRT or STR
+    ],
+)
+def test_what_may_mean_two_things_is_left_to_the_user(text, tmp_path):
+    changes, found = fixed(text, tmp_path)
+    assert changes == [] and {"GRAPH001", "FORM005"} & {code for code, _ in found}
+
+
+DISTANCE = "| | Red ball | map | redBall.distance | D |\n| | D | filter | d < 0.5 | Close |\n"
+STALE = [
+    DISTANCE + "| | Close, D | combineLatest | d * 2 | X |" + PRINT,
+    DISTANCE
+    + "| | Close, D | combineLatest | d * 2 - close | X |\n| | X | map | x + 1 | Y |\n| | Y | subscribe | | Print |",
+    DISTANCE + '| | D, Close | combineLatest | IF(d > 1; "close"; close) | |\n| | | subscribe | | Print |',
+]
+
+
+@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize("text", STALE)
+def test_both_remedies_for_a_stale_combination(text, number, tmp_path):
+    changes, found = fixed(text, tmp_path, f"LINT001:{number}")
+    assert found == [] and any(c.old is None for c in changes)
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_the_classic_mistake_mended_stays_mended_and_keeps_the_users_notes(number, tmp_path):
+    out = tmp_path / "out.xlsx"
+    _, checked = api.fix(bundled("workbooks", "complex-tracking.xlsx"), out, {"LINT001": number})
+    assert checked.report.flatten(["code"]) == []
+    again = api.check(out)
+    assert again.report.flatten(["code"]) == []
+    notes = [r.notes for r in again.workbook.behaviours[0].rows]
+    assert "far: the head" in notes and "close: the arm on that side" in notes
+
+
+@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "| | Red ball | map | redBall.colour | X |\n| | X | subscribe | | Say |",
+        "| | Red ball | map | redBall.colour | |\n| | | subscribe | | Say |",
+    ],
+)
+def test_endless_speech_is_slowed_down(text, number, tmp_path):
+    changes, found = fixed(text, tmp_path, f"LINT002:{number}")
+    assert found == [] and len([c for c in changes if c.old is None]) == 1
+
+
+def test_fixes_that_need_a_choice_are_not_applied_without_one(tmp_path):
+    changes, found = fixed(STALE[0], tmp_path)
+    assert changes == [] and [code for code, _ in found] == ["LINT001"]
+
+
+def test_the_command_says_what_it_changed_and_never_touches_the_original(tmp_path):
+    source = tmp_path / "w.md"
+    source.write_text(rows("| | Red bal | subscribe | | Print |", header=COLUMNS))
+    done = rrp("check", source, "--fix", tmp_path / "w2.md")
+    assert done.returncode == 0 and "T!B2 “Red bal” → “Red ball”" in done.stdout
+    assert rrp("check", source).returncode == 1
+    assert rrp("check", source, "--fix", source).returncode == 2
+    assert rrp("check", source, "--apply", "LINT001:1").returncode == 2
+    assert rrp("check", source, "--fix", tmp_path / "x.md", "--apply", "everything").returncode == 2
+
+
+def test_json_lists_findings_fixes_examples_and_changes(tmp_path):
+    book = bundled("workbooks", "complex-tracking.xlsx")
+    found = json.loads(rrp("check", book, "--json").stdout)
+    (finding,) = found["findings"]
+    assert [f["safe"] for f in finding["fixes"]] == [False, False] and finding["severity"] == "warning"
+    assert found["examples"]["Tracking!2"] == {
+        "value": 0.5,
+        "shown": "0.5",
+        "kind": "number",
+        "unit": "m",
+        "sure": True,
+    }
+    out = json.loads(rrp("check", book, "--json", "--fix", tmp_path / "o.xlsx", "--apply", "LINT001:1").stdout)
+    assert out["findings"] == [] and out["changes"][0]["old"] is None
