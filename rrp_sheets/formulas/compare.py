@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
-from rrp_sheets.model.values import Value
+from rrp_sheets.model.values import Record, Value
 
 ORDER: dict[type, Callable[[Any, Any], bool]] = {
     ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
@@ -39,6 +39,9 @@ def same(left: Value, right: Value, charge: Charge = _free) -> bool:
     if isinstance(left, (list, tuple)) and isinstance(right, (list, tuple)):
         charge(len(left))
         return len(left) == len(right) and all(same(a, b, charge) for a, b in zip(left, right, strict=True))
+    if isinstance(left, Record) and isinstance(right, Record):
+        charge(1 + len(left.values) // 4)
+        return left is right or left == right
     if left is None or right is None or isinstance(left, str) or isinstance(right, str):
         return left is right
     return bool(left == right)
