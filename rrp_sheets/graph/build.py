@@ -18,6 +18,13 @@ from rrp_sheets.model.workbook import Behaviour, Row, Workbook
 from rrp_sheets.registry import Registry
 
 SHORTEST_US = 50_000  # a bare number below this was surely meant in seconds
+_ELSEWHERE = {
+    "scan": "accumulate", "reduce": "accumulate", "count": "accumulate", "sum": "accumulate", "distinct": "once",
+    "first": "once", "take": "once", "throttlefirst": "throttle", "debounce": "timeout", "select": "map",
+    "where": "filter", "withlatestfrom": "map", "zip": "combineLatest", "combine": "combineLatest", "join": "merge",
+    "concat": "merge", "distinctuntilchange": "changes", "change": "changes", "wait": "delay", "buffer": "sample", "interval": "sample",
+}  # fmt: skip
+"""What other reactive software and newcomers call our connectors."""
 _IN_SIMULATION = {
     "sensor": "In a simulated run it gives nothing.",
     "actuator": "In a simulated run its commands are done at once, as not completed.",
@@ -31,9 +38,10 @@ def build_graph(workbook: Workbook, robot: Robot, connectors: Registry[Connector
     streams: dict[str, Stream] = {}
     behaviours = []
     rank = 0
+    sheets = frozenset(key(b.name) for b in workbook.behaviours)
     for behaviour in workbook.behaviours:
         before = len(report)
-        builder = _Builder(behaviour, devices, connectors, streams, report)
+        builder = _Builder(behaviour, devices, connectors, streams, report, sheets)
         found = builder.steps()
         steps = set_in_order(found, streams, report, rank, complete=not builder.failed)
         rank += len(steps)
@@ -68,6 +76,7 @@ class _Builder:
         connectors: Registry[Connector],
         streams: dict[str, Stream],
         report: Report,
+        sheets: frozenset[str],
     ) -> None:
         self.behaviour = behaviour
         self.sheet = key(behaviour.name)
@@ -75,7 +84,7 @@ class _Builder:
         self.report = report
         self.failed = False
         self.found = [self._connector(row) for row in behaviour.rows]
-        self.names = Names(behaviour, self.found, devices, streams, report)
+        self.names = Names(behaviour, self.found, devices, streams, report, sheets)
 
     def steps(self) -> list[Step]:
         rows = self.behaviour.rows
@@ -104,8 +113,9 @@ class _Builder:
             return None
         connector = self.connectors.get(cell.text)
         if connector is None and row.on:
-            guess = nearest(cell.text, self.connectors.names())
-            remedy = f"Did you mean {guess}?" if guess else f"Choose one of {', '.join(self.connectors.names())}."
+            names = list(dict.fromkeys(c.name for c in self.connectors))
+            guess = _ELSEWHERE.get(key(cell.text)) or nearest(cell.text, self.connectors.names())
+            remedy = f"Did you mean {guess}?" if guess else f"Choose one of {', '.join(names)}."
             self.report.add("CONN002", cell.address, name=cell.text, remedy=remedy)
         return connector
 

@@ -50,6 +50,10 @@ class DeviceTable:
         for device in workbook.devices:
             settings = {misspelt.get(k, k): cell for k, cell in device.settings.items()}
             self._declare(device.stream, device.device, settings)
+        for k, declared in list(self.declared.items()):  # of an actuator that may be declared after it
+            if self.done(declared.name) is not None and declared.address is not None:
+                self.report.add("GRAPH016", declared.address, name=declared.name)
+                del self.declared[k]
 
     def _misspelt_columns(self, devices: Sequence[Device]) -> dict[str, str]:
         """Columns whose header is nearly a setting's: told once each, and read as if they were spelt right."""
@@ -76,9 +80,6 @@ class DeviceTable:
             self.report.add("DEV005", stream.address)
             return
         k = key(stream.text)
-        if self.done(stream.text) is not None:
-            self.report.add("GRAPH016", stream.address, name=stream.text)
-            return
         if k in self.declared:
             other = self.declared[k].address
             self.report.add("DEV002", stream.address, name=stream.text, other=str(other))
@@ -143,9 +144,9 @@ class DeviceTable:
 
     def done(self, name: str) -> tuple[str, Declared] | None:
         """The actuator stream whose commands' ends a name tells (`Ask done`): its own name and device."""
-        words = _DONE.fullmatch(name.strip())
-        found = self.find(words[1]) if words else None
-        return (words[1], found) if words and found and found.found.type.kind == "actuator" else None
+        of = done_of(name)
+        found = self.find(of) if of else None
+        return (of, found) if found and found.found.type.kind == "actuator" else None
 
     def needs_declaring(self, declared: Declared) -> Setting | None:
         """The setting without which a device cannot be used by its name alone (`Say parameter` needs a Text)."""
@@ -158,6 +159,16 @@ class DeviceTable:
         """Names to propose: declared streams first, then the robot's devices."""
         mine = [d.name for d in self.declared.values() if d.found.type.kind == kind]
         return mine + self.robot.device_names(kind)
+
+
+def done_of(name: str) -> str:
+    """The stream whose end a name tells, as `Ask` in `Ask done`; empty when it tells none.
+
+    >>> done_of("Ask done"), done_of("head_tracker_DONE"), done_of("SayDone"), done_of("done"), done_of("Ask")
+    ('Ask', 'head_tracker', 'Say', '', '')
+    """
+    words = _DONE.fullmatch(name.strip())
+    return words[1].rstrip("_-") if words else ""
 
 
 def _usual(found: Found, stream: str) -> dict[str, Value]:

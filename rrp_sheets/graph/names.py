@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from rrp_sheets.connectors import Connector
 from rrp_sheets.devices import DeviceType, Found
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.graph.devices import Declared, DeviceTable, describe
+from rrp_sheets.graph.devices import Declared, DeviceTable, describe, done_of
 from rrp_sheets.graph.model import Stream, StreamKind
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.exchange import DONE
@@ -19,6 +19,7 @@ DONE_DEVICE = Found(
     "Done", DeviceType("Done", "sensor", "Tells the end of every command of an actuator stream.", payload=DONE)
 )
 _AND = re.compile(r"[;&+/]|\band\b", re.IGNORECASE)  # what is written between two names instead of a comma
+_SHARED = "Behaviours share only devices: take the same sensor here, and repeat the rows that are needed."
 _KINDS = {"sensor": StreamKind.SENSOR, "actuator": StreamKind.ACTUATOR}
 
 
@@ -32,8 +33,10 @@ class Names:
         devices: DeviceTable,
         streams: dict[str, Stream],
         report: Report,
+        sheets: frozenset[str] = frozenset(),
     ) -> None:
         self.sheet = key(behaviour.name)
+        self.sheets = sheets
         self.devices = devices
         self.streams = streams
         self.report = report
@@ -67,6 +70,8 @@ class Names:
         done = self.devices.done(cell.text)
         if done is not None:
             return self._done(cell, *done)
+        if self._of_another_sheet(cell, row):
+            return None
         declared = self.devices.find(cell.text)
         if declared is None:
             if row.on and k not in self._told and k not in self.devices.broken and not self._done_of_missing(k):
@@ -84,6 +89,9 @@ class Names:
         parts = [part.strip() for part in _AND.split(text)]
         if any(sign in text for sign in ";&+") or (len(parts) > 1 and all(map(self._known, parts))):
             return "Write a comma between two streams."
+        of = self.devices.find(done_of(text)) if done_of(text) else None
+        if of is not None:
+            return f"Only actuators have a done stream; {done_of(text)} is {describe(of.found.type)}."
         dones = [f"{name} done" for name in self.devices.names("actuator")]
         names = [r.output.text for r in self.made.values()] + self.devices.names("sensor")
         guess = nearest(text, [*names, *dones])
@@ -106,6 +114,17 @@ class Names:
             stream_id, Stream(stream_id, shown, StreamKind.DONE, address, DONE_DEVICE, declared.settings, done_of=of)
         )
         return stream_id
+
+    def _of_another_sheet(self, cell: Cell, row: Row) -> bool:
+        """Whether a name is `Sheet!stream`, and told: that is how tests name streams."""
+        sheet, mark, stream = cell.text.partition("!")
+        if not mark or key(sheet) not in self.sheets:
+            return False
+        if row.on:
+            mine = key(sheet) == self.sheet
+            remedy = f"Write {stream.strip()}." if mine else _SHARED
+            self.report.add("GRAPH017", cell.address, name=cell.text, remedy=remedy)
+        return True
 
     def _done_of_missing(self, k: str) -> bool:
         """Whether a name tells the end of an actuator that is missing, which is told where it is declared or driven."""
@@ -132,6 +151,8 @@ class Names:
                 self.report.add("GRAPH016", cell.address, name=cell.text)
             return None
         declared = self.devices.find(cell.text)
+        if self._of_another_sheet(cell, row):
+            return None
         if not argument_name(cell.text):
             self.report.add("GRAPH013", cell.address, name=cell.text)
             return None
