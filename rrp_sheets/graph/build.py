@@ -22,7 +22,8 @@ _ELSEWHERE = {
     "scan": "accumulate", "reduce": "accumulate", "count": "accumulate", "sum": "accumulate", "distinct": "once",
     "first": "once", "take": "once", "throttlefirst": "throttle", "debounce": "timeout", "select": "map",
     "where": "filter", "withlatestfrom": "map", "zip": "combineLatest", "combine": "combineLatest", "join": "merge",
-    "concat": "merge", "distinctuntilchange": "changes", "change": "changes", "wait": "delay", "buffer": "sample", "interval": "sample",
+    "concat": "merge", "distinctuntilchange": "changes", "change": "changes", "wait": "delay",
+    "buffer": "sample", "interval": "sample",
 }  # fmt: skip
 """What other reactive software and newcomers call our connectors."""
 _IN_SIMULATION = {
