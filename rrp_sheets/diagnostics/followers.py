@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 from rrp_sheets.diagnostics.catalogue import Severity
+from rrp_sheets.model.cells import Address
 from rrp_sheets.model.names import key
 
 if TYPE_CHECKING:
@@ -35,39 +36,50 @@ _OF_WRONG_ROWS = ("TEST002", "TEST011", "SCENE006", "LINT")
 
 def without_followers(found: Collection[Diagnostic]) -> list[Diagnostic]:
     """The findings without those that follow from another: a date in a period cell, say, is no wrong period besides."""
-    rules = [rule for d in found for rule in _rules(d)]
-    return [d for d in found if not any(follows(d) for follows in rules)]
+    causes = _Causes(found)
+    return [d for d in found if not causes.explain(d)]
 
 
-def _rules(cause: Diagnostic) -> list[Callable[[Diagnostic], bool]]:
-    """What follows from a finding, as tests of other findings."""
-    at, code = cause.address, cause.code
-    if at is None:
-        return []
-    rules: list[Callable[[Diagnostic], bool]] = []
-    if code in OF_CELLS:
-        rules.append(lambda d: d.address == at and d.code not in OF_CELLS)
-        missing = _UNREAD_SHEETS.get(key(at.sheet), ())
-        rules.append(lambda d: d.code in missing or (d.code in _MISSING and _sheet(d) == at.sheet))
-    if code in OF_ROWS:
-        rules.append(lambda d: _row(d) == (at.sheet, at.row) and d.code not in OF_ROWS)
-    if code in _OF_INPUTS:
-        rules.append(lambda d: _row(d) == (at.sheet, at.row) and d.code.startswith("FORM"))
-    if code in _LOST_OUTPUT:
-        rules.append(lambda d: d.code in _MISSING and _sheet(d) == at.sheet)
-    missed = _UNNAMED.get(code) or (_UNREAD_SHEETS.get(key(at.sheet)) if code == "SHEET004" else None)
-    if missed:
-        rules.append(lambda d: d.code in missed)
-    if code in _SCENE_ROW:
-        rules.append(lambda d: d.code == "SCENE005")
-    if (cause.severity is Severity.ERROR and code.startswith(_WRONG_ROWS)) or code in _AS_WRONG:
-        rules.append(lambda d: d.code.startswith(_OF_WRONG_ROWS))
-    return rules
+class _Causes:
+    """Where findings have followers: looked up by cell, row and sheet, as there may be thousands of findings."""
 
+    def __init__(self, found: Collection[Diagnostic]) -> None:
+        self.cells: set[Address] = set()
+        self.rows: set[tuple[str, int]] = set()
+        self.input_rows: set[tuple[str, int]] = set()
+        self.sheets: set[str] = set()
+        self.anywhere: set[str] = set()
+        for d in found:
+            if (d.severity is Severity.ERROR and d.code.startswith(_WRONG_ROWS)) or d.code in _AS_WRONG:
+                self.anywhere.update(_OF_WRONG_ROWS)
+            if d.address is not None:
+                self._add(d.code, d.address)
 
-def _sheet(d: Diagnostic) -> str | None:
-    return d.address.sheet if d.address else None
+    def _add(self, code: str, at: Address) -> None:
+        if code in OF_CELLS:
+            self.cells.add(at)
+        if code in OF_ROWS:
+            self.rows.add((at.sheet, at.row))
+        if code in _OF_INPUTS:
+            self.input_rows.add((at.sheet, at.row))
+        if code in _LOST_OUTPUT or code in OF_CELLS:
+            self.sheets.add(at.sheet)
+        if code == "SHEET004" or code in OF_CELLS:
+            self.anywhere.update(_UNREAD_SHEETS.get(key(at.sheet), ()))
+        self.anywhere.update(_UNNAMED.get(code, ()))
+        if code in _SCENE_ROW:
+            self.anywhere.add("SCENE005")
 
-
-def _row(d: Diagnostic) -> tuple[str, int] | None:
-    return (d.address.sheet, d.address.row) if d.address else None
+    def explain(self, d: Diagnostic) -> bool:
+        """Whether a finding only follows from another one."""
+        if d.code in self.anywhere or (d.code.startswith("LINT") and "LINT" in self.anywhere):
+            return True
+        if d.address is None or d.code in OF_CELLS or d.code in OF_ROWS:
+            return False
+        row = (d.address.sheet, d.address.row)
+        return (
+            d.address in self.cells
+            or row in self.rows
+            or (row in self.input_rows and d.code.startswith("FORM"))
+            or (d.address.sheet in self.sheets and d.code in _MISSING)
+        )
