@@ -23,7 +23,7 @@ from rrp_sheets.render.marble_values import fitting, labels
 from rrp_sheets.render.marbles import draw_marbles
 from rrp_sheets.render.measure import columns
 from rrp_sheets.render.score import Bar, Group, Lane, Marble, Score
-from rrp_sheets.render.style import LANDSCAPE
+from rrp_sheets.render.style import LANDSCAPE, LEAST_SCALE
 from rrp_sheets.resources import bundled
 from rrp_sheets.runtime.frame import FrameEngine
 from rrp_sheets.runtime.plan import make_plan
@@ -176,13 +176,13 @@ def test_a_long_run_is_cut_into_strips_and_pages_fit_a4():
     starts = {text for p in pages for text in said(ET.fromstring(p.svg)) if re.fullmatch(r"[\d.]+ s", text)}
     assert {"0 s", "10 s", "19 s"} <= starts
     assert len([b for p in pages for b in ET.fromstring(p.svg).iter(SVG + "g") if b.get("class") == "lane stream"]) >= 3
-    assert all(p.width <= LANDSCAPE[0] and p.height <= LANDSCAPE[1] + 30 for p in pages)
+    assert all(p.width <= LANDSCAPE[0] and p.height <= LANDSCAPE[1] / LEAST_SCALE + 1 for p in pages)
     names = [f"S{i}" for i in range(60)]
     wide = Score(
         "Many", tuple(Group((Bar(i, ("a",), "map"),), Lane(n, n, "stream")) for i, n in enumerate(names)), 0, 10
     )
     parts = draw_marbles([wide])
-    assert len(parts) > 3 and all(p.height <= LANDSCAPE[1] + 30 for p in parts)
+    assert len(parts) > 3 and all(p.height <= LANDSCAPE[1] / LEAST_SCALE + 1 for p in parts)
     assert [n for p in parts for n in lanes(ET.fromstring(p.svg))] == names
 
 

@@ -11,7 +11,19 @@ from rrp_sheets.render.marble_beads import Span, draw_lane, lane_height
 from rrp_sheets.render.marble_text import nice_step, seconds_label
 from rrp_sheets.render.measure import clean, escape, width
 from rrp_sheets.render.score import Bar, Group, Score
-from rrp_sheets.render.style import BADGE, EDGE, FILL_AND_LINE, FLAG, INK, LANDSCAPE, MONO_PT, OFF_LINE, SMALL_PT, SOFT
+from rrp_sheets.render.style import (
+    BADGE,
+    EDGE,
+    FILL_AND_LINE,
+    FLAG,
+    INK,
+    LANDSCAPE,
+    LEAST_SCALE,
+    MONO_PT,
+    OFF_LINE,
+    SMALL_PT,
+    SOFT,
+)
 from rrp_sheets.render.svg import draw_icon, frame, text
 
 WIDE = LANDSCAPE[0]
@@ -21,6 +33,7 @@ _AXIS = 17.0
 _BAR = 14.0
 _GAP = 12.0
 _LEGEND = 20.0
+_TALLEST = LANDSCAPE[1] / LEAST_SCALE  # points; made smaller by so much a page can still be read
 _MOST_STRIPS = 6
 _WANTED_GAP = 15.0  # points between two marbles of the busiest stream
 _LABELS_APART = 48.0
@@ -73,7 +86,7 @@ def _strips(score: Score, count: int) -> list[Score]:
 def _blocks(strip: Score, whole: Score) -> Iterator[_Block]:
     """The streams of a strip in pieces that fit on a page; rows are named in the first strip only."""
     first = strip.first_us == whole.first_us
-    room = LANDSCAPE[1] - _AXIS - _LEGEND - 14
+    room = _TALLEST - _AXIS - _LEGEND - _GAP - 2
     x = _span(strip)
     marked = any(strip.first_us <= us <= strip.last_us for us, _ in strip.marks)
     groups: list[Group] = []
@@ -93,7 +106,7 @@ def _sheets(blocks: Sequence[_Block]) -> Iterator[list[_Block]]:
     sheet: list[_Block] = []
     used = 0.0
     for block in blocks:
-        if sheet and used + block.height + _GAP > LANDSCAPE[1] - _LEGEND:
+        if sheet and used + block.height + _GAP > _TALLEST - _LEGEND:
             yield sheet
             sheet, used = [], 0.0
         sheet.append(block)
@@ -117,7 +130,8 @@ def _page(score: Score, sheet: Sequence[_Block], ident: str, of: tuple[int, int]
     caption = f"part {part} of {parts}" if parts > 1 else ""
     rows = [b.row for g in score.groups for b in g.bars]
     return Page(
-        title=clean(score.title), caption=caption, svg=svg, dot="", width=WIDE, height=high, scale=1.0, landscape=True,
+        title=clean(score.title), caption=caption, svg=svg, dot="", width=WIDE, height=high,
+        scale=min(1.0, LANDSCAPE[1] / high), landscape=True,
         rows=(min(rows, default=0), max(rows, default=0)), alt=alt, part=part, parts=parts,
     )  # fmt: skip
 
