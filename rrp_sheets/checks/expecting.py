@@ -147,7 +147,7 @@ def _fields(cell: Cell, parts: list[tuple[str, str]], place: Place, report: Repo
 
 def _about(cell: Cell, number: str, within: str | None, report: Report) -> Expectation:
     try:
-        about = Decimal(number.replace("−", "-"))
+        about = Decimal(number.replace("−", "-").replace("．", "."))
         distance = half_of_last_digit(about) if within is None else Decimal(within)
         if not (about.is_finite() and distance.is_finite() and distance >= 0 and abs(about) < Decimal(10) ** 15):
             raise InvalidOperation
