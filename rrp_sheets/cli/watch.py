@@ -100,6 +100,8 @@ class Watch(RunView):
         if result.broken is not None:
             self._echo(click.style(f"The run broke off: {result.broken.message}", fg="red"), err=True)
             self._echo(f"  → {result.broken.remedy}", err=True)
+        if summary.ended == "end run":
+            self._echo(f"The row {summary.ended_by} ended the run.")
         for problem in result.problems:
             self._echo(click.style(problem, fg="red"), err=True)
         speed = summary.simulated / summary.wall if summary.wall else 0

@@ -8,12 +8,13 @@ from __future__ import annotations
 import json
 import socket
 from collections.abc import Iterator
+from dataclasses import fields
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.catalogue import Severity
-from rrp_sheets.diagnostics.fix import Fix, FixEdit, Insert, Put
+from rrp_sheets.diagnostics.fix import Fix, FixEdit
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError, UnreadableFile
 from rrp_sheets.model.cells import Address
 from rrp_sheets.model.exchange import Happening
@@ -21,6 +22,7 @@ from rrp_sheets.model.values import Failure, Record, Value, record_from_mapping
 from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView, Summary
 
 MOST_WAITING = 4_000_000  # bytes of events that a watcher may be behind; what is more is not shown, but in the trace
+_EDITS: dict[str, Any] = {kind.__name__: kind for kind in get_args(FixEdit)}
 _ERRORS = {e.__name__: e for e in (SheetsError, MissingPart, RunBroken)}
 
 
@@ -141,20 +143,23 @@ def _place(address: Address | None) -> list[Any] | None:
 
 
 def _pack_fix(fix: Fix) -> list[Any]:
-    edits = [["put", _place(e.address), e.text] if isinstance(e, Put) else ["insert", e.sheet, e.before, e.cells]
-             for e in fix.edits]  # fmt: skip
+    edits = [[type(edit).__name__, [_pack_part(getattr(edit, f.name)) for f in fields(edit)]] for edit in fix.edits]
     return [fix.title, edits, fix.safe]
+
+
+def _pack_part(part: Any) -> Any:
+    return {"at": _place(part)} if isinstance(part, Address) else part
 
 
 def _unpack_fix(packed: list[Any]) -> Fix:
     title, edits, safe = packed
-    return Fix(title, tuple(map(_unpack_edit, edits)), safe)
+    return Fix(title, tuple(_EDITS[kind](*map(_unpack_part, parts)) for kind, parts in edits), safe)
 
 
-def _unpack_edit(packed: list[Any]) -> FixEdit:
-    if packed[0] == "put":
-        return Put(Address(*packed[1]), packed[2])
-    return Insert(packed[1], packed[2], tuple((column, text) for column, text in packed[3]))
+def _unpack_part(part: Any) -> Any:
+    if isinstance(part, dict):
+        return Address(*part["at"])
+    return tuple(map(_unpack_part, part)) if isinstance(part, list) else part
 
 
 def pack_error(error: SheetsError) -> list[Any]:

@@ -1,0 +1,169 @@
+"""What a run's process and its watcher tell each other, and that a slow watcher costs the run nothing."""
+
+from __future__ import annotations
+
+import socket
+import threading
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rrp_sheets import api
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.errors import MissingPart, RunBroken, SheetsError, UnreadableFile
+from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.values import Failure, Record, record_from_mapping
+from rrp_sheets.resources import bundled
+from rrp_sheets.runs import RunSettings, RunView, wire
+from rrp_sheets.runs.apart import RunProcess
+
+BOOK = bundled("workbooks", "simple-tracking.xlsx")
+
+PLAIN = st.one_of(
+    st.none(), st.booleans(), st.integers(-(10**15), 10**15), st.floats(-1e15, 1e15), st.text(max_size=20)
+)
+NAMES = st.text("abcdefgh", min_size=1, max_size=5)
+VALUES = st.recursive(
+    PLAIN, lambda inner: st.lists(inner, max_size=4)
+    | st.builds(record_from_mapping, st.text(max_size=8), st.dictionaries(NAMES, inner, max_size=4)), max_leaves=12,
+)  # fmt: skip
+
+
+def kinds(value):
+    """What a value is made of, with the names of its records."""
+    if isinstance(value, Record):
+        return (value.type.name, {n: kinds(v) for n, v in value.as_dict().items()})
+    if isinstance(value, list):
+        return [kinds(v) for v in value]
+    return (type(value), value)
+
+
+class Taken(RunView):
+    """Takes everything down."""
+
+    def __init__(self):
+        self.got = []
+
+    def event(self, *what):
+        self.got.append(("event", *what))
+
+    def error(self, *what):
+        self.got.append(("error", *what))
+
+    def happening(self, *what):
+        self.got.append(("happening", *what))
+
+    def frame(self, *what):
+        self.got.append(("frame", *what))
+
+    def finishing(self):
+        self.got.append(("finishing",))
+
+
+def pair():
+    here, there = socket.socketpair()
+    return wire.Outbox(here), wire.Lines(there), there
+
+
+@given(VALUES)
+@settings(max_examples=60, deadline=None)
+def test_a_value_arrives_as_what_it_is(value):
+    box, lines, _ = pair()
+    view = Taken()
+    wire.Reporter(box).event(5, "s", "T!2", value)
+    box.finish()
+    wire.show(lines.receive()[0], view)
+    [(kind, us, stream, row, got)] = view.got
+    assert (kind, us, stream, row) == ("event", 5, "s", "T!2") and kinds(got) == kinds(value)
+
+
+def test_everything_that_a_view_is_told_arrives_in_order():
+    box, lines, _ = pair()
+    here, there = Taken(), Taken()
+    for view in (here, wire.Reporter(box)):
+        view.event(1, "redball", "", record_from_mapping("Red ball", {"x": 1}))
+        view.error(2, "T!3", Failure("FORM101", "This divides by zero.", 3), (1, "a"))
+        view.happening(3, Happening("say", "Grüß dich", "say", "T!4"))
+        view.frame(4)
+        view.finishing()
+    box.finish()
+    for message in lines.receive():
+        wire.show(message, there)
+    assert there.got == here.got
+
+
+def test_a_watcher_that_does_not_read_does_not_stop_the_run():
+    box, lines, link = pair()
+    reporter = wire.Reporter(box)
+    for us in range(20_000):  # some 10 MB: far more than a socket holds
+        reporter.event(us, "s", "T!2", "x" * 500)
+        reporter.frame(us)
+    reporter.finishing()  # is never left out
+    assert box.missed > 1_000
+    sending = threading.Thread(target=box.finish)
+    sending.start()
+    last = None
+    while last != ["finishing"]:
+        last = lines.receive()[-1]
+    sending.join()
+    link.close()
+    box.post(["more"])
+    box.finish()
+    assert box.gone  # and one that has gone is forgotten
+    reporter.event(1, "s", "T!2", 1)
+    reporter.frame(1)
+
+
+def test_findings_settings_and_errors_arrive_as_they_were():
+    report = Report()
+    report.add("FILE018", None, name="caf\udce9.xlsx", why="it hangs")
+    [found] = report
+    assert wire.unpack_finding(wire.pack_finding(found)) == found
+    chosen = RunSettings(seconds=2.5, fast=True, out=Path("/tmp/caf\udce9"), seed=7, participant="P1", film=False)
+    assert wire.unpack_settings(wire.pack_settings(chosen)) == chosen
+    for error in (
+        SheetsError("a", "b"),
+        MissingPart("a", "b"),
+        RunBroken("a", "b"),
+        UnreadableFile("FILE001", "a", "b"),
+    ):
+        again = wire.unpack_error(wire.pack_error(error))
+        assert (type(again), again.message, again.remedy) == (type(error), "a", "b")
+        assert getattr(again, "code", "") == getattr(error, "code", "")
+
+
+def test_a_server_starts_a_run_gets_its_events_and_stops_it(tmp_path):
+    pytest.importorskip("pybullet")
+
+    class Stopper(Taken):
+        def started(self, start):
+            self.start = start
+
+        def frame(self, us):
+            if us > 500_000:
+                run.stop()
+
+    run = RunProcess(BOOK, RunSettings(out=tmp_path / "o", film=False))
+    view = Stopper()
+    ended = run.listen(view)
+    assert ended.result is not None and ended.result.broken is None
+    assert ended.result.summary.ended == "stopped" and 0.5 < ended.result.summary.simulated < 15
+    assert view.start.actuators["headtracker"] == "Head tracker" and view.start.folder == tmp_path / "o"
+    balls = [value for kind, *rest in view.got if kind == "event" and rest[1] == "redball" for value in [rest[3]]]
+    assert balls and balls[0].type.name == "Red ball"
+    assert len(balls) == ended.result.summary.events["Red ball"]
+
+
+def test_errors_of_the_workbook_and_unreadable_files_are_the_same_as_here(tmp_path):
+    pytest.importorskip("pybullet")
+    wrong = tmp_path / "b.md"
+    wrong.write_text(
+        "## T\n| Input | Connector | Formula | Output |\n|---|---|---|---|\n| Red bal | subscribe | | Say |\n"
+    )
+    ended = api.run_apart(wrong)
+    assert ended.result is None and list(ended.findings) == list(api.check(wrong).report)
+    with pytest.raises(UnreadableFile) as caught:
+        api.run_apart(tmp_path / "gone.xlsx")
+    assert caught.value.code == "FILE001"
