@@ -62,7 +62,7 @@ class Calls:
             return ast.copy_location(plain(table), node)
         if scope.functions.get(name):
             self.refuse(node, f"The function {name} without brackets", f"Write {name}(…) with what it works on.")
-        if cell(name):
+        if cell(name) and not any(cell(other) for other in scope.known()):
             raise cell_reference(node.col_offset, name, self._mine())
         raise FormulaProblem("FORM004", node.col_offset, _length(node), name=name, remedy=self._propose(name))
 

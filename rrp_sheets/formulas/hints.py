@@ -22,12 +22,13 @@ _UNITS = frozenset(
 _CELL = re.compile(r"\$?[A-Za-z]{1,3}\$?[1-9]\d{0,6}")
 _SIGNS = {  # a sign that nothing here is called by: what people mean with it
     "&&": "Write AND(…; …).", "||": "Write OR(…; …).", "?": "Write IF(condition; then; otherwise).",
-    "=>": "Write >=.", "=<": "Write <=.", "><": "Write <>.", "~": "Write NOT(…).", "|": "Write OR(…; …).",
+    "=>": "Write >=.", "=<": "Write <=.", "><": "Write <>.", "|": "Write OR(…; …).",
+    "~": "Write NOT(…), or <> for not equal.",
     "<<": "Write < once, or multiply by 2.", ">>": "Write > once, or divide by 2.", "@": "Leave it out.",
     "\\": "Write / to divide.", "`": "Put texts between quotes.", "{": "Write lists in brackets [ ]: [1; 2].",
     "}": "Write lists in brackets [ ]: [1; 2].", "$": "Write the stream's name.", "°": "Write RADIANS(…).",
     ":=": "A formula only calculates: use an accumulate row to remember a value.",
-    "!": "Write NOT(…), or <> for not equal.",
+    "!": "Write NOT(…) for not, <> for not equal, PRODUCT(1; 2; 3) for a factorial.",
 }  # fmt: skip
 _BETWEEN = "Write what to do with the two values: & + - * / < =, or ; between."
 _ADVICE = "A formula is one calculation of inputs, numbers, texts, operators and the library's functions."

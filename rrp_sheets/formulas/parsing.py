@@ -159,6 +159,10 @@ class Values:
             elif parts[-1] is None and self.now.kind != "end":
                 parts[-1] = self.expression()
             else:
+                if self.word in (",", ";"):
+                    self.fail(
+                        "there are two places in brackets", "Write balls[0] for one place, balls[0:2] for a part."
+                    )
                 self.unclosed(start, "]")
         if colons == 0 and parts[0] is None:
             self.fail("there is nothing between [ and ]", "Write a field's name or a place: balls[0].")

@@ -31,7 +31,9 @@ def len_(value: Value) -> int:
     >>> len_("Kim"), len_([1, 2])
     (3, 2)
     """
-    return len(value) if isinstance(value, str) else len(listing(value))
+    if isinstance(value, str) or islist(value):
+        return len(value)
+    raise wrong_kind("a text or a list", value)
 
 
 def upper(value: Value) -> str:
