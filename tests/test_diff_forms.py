@@ -282,11 +282,31 @@ def test_git_shows_nothing_where_only_the_package_changed(repository):
     git(folder, "add", ".")
     git(folder, "commit", "-qm", "one")
     from openpyxl import load_workbook
+    from openpyxl.styles import Font
 
     book = load_workbook(path)
-    book.active["A1"].font = book.active["A1"].font.copy(italic=True)
+    book.active["A1"].font = Font(italic=True)
     book.save(path)
     assert "@@" not in git(folder, "diff") and git(folder, "status", "--short").strip() == "M protocol.xlsx"
+
+
+def test_git_goes_on_over_a_file_that_is_no_workbook(repository):
+    folder, _ = repository
+    for content in (b"PK\3\4 broken", b"PK\3\4 broken too"):
+        (folder / "data.xlsx").write_bytes(content)
+        git(folder, "add", ".")
+        git(folder, "commit", "-qm", "data")
+    shown = git(folder, "log", "-p", "--reverse")
+    assert shown.count("+Not a workbook that can be read (FILE0") == 2
+
+
+def test_the_text_holds_all_rows_of_a_table_that_a_formula_names(tmp_path):
+    path = tmp_path / "book.md"
+    words = "".join(f"| word {i} |\n" for i in range(40))
+    path.write_text("## T\n| Inputs | Connector | Formula | Output |\n|---|---|---|---|\n"
+                    f"| Red ball | map | ROWS(Words) | N |\n\n## Words\n| A |\n|---|\n{words}", encoding="utf-8")  # fmt: skip
+    book = api.convert(path, tmp_path / "book.xlsx")
+    assert "| word 39 |" in text_form(open_workbook(book))
 
 
 def test_a_file_that_git_does_not_have_is_the_null_device(pair):

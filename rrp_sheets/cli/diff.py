@@ -40,7 +40,8 @@ def command(
     For git, once:  git config diff.rrp-sheets.textconv "rrp-sheets diff --text"
                     echo "*.xlsx diff=rrp-sheets" >> .gitattributes
     Then `git diff`, `git log -p` and `git show` compare workbooks row by row, and
-    `git difftool -x "rrp-sheets diff"` by what they mean.
+    `git difftool -x "rrp-sheets diff"` by what they mean. A file that is no workbook is
+    shown as one line, so that git goes on.
 
     Exit code: 0 same behaviour, 1 different, 2 a workbook cannot be read.
     """  # noqa: D301 – click takes the backspace for "leave these lines as they are"
@@ -69,9 +70,14 @@ def command(
 
 def _text(path: Path) -> str:
     from rrp_sheets.compare.opening import open_workbook
-    from rrp_sheets.compare.text_form import text_form
+    from rrp_sheets.compare.text_form import text_form, unreadable_text
 
-    return text_form(open_workbook(path))
+    try:
+        return text_form(open_workbook(path))
+    except UnreadableFile as error:
+        if not path.is_file():
+            raise
+        return unreadable_text(path, error)  # git would stop at a failure, also in the middle of a log
 
 
 def _show(comparison: Comparison, as_json: bool, as_html: bool, output: Path | None, quiet: bool) -> None:
