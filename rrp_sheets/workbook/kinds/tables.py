@@ -46,6 +46,7 @@ def read_table(sheet: RawSheet, report: Report) -> tuple[tuple[str, ...], ...]:
     if right - left >= limits.TABLE_COLUMNS:
         right = left + limits.TABLE_COLUMNS - 1
         _too_large(sheet, report, Address(sheet.name, top, right + 1), limits.TABLE_COLUMNS, "columns")
+    _check_header(sheet, report, {c: filled.get((top, c), "") for c in range(left, right + 1)}, top, filled)
     rows = []
     present = {row for row, column in filled if left <= column <= right}
     row = top
@@ -58,6 +59,20 @@ def read_table(sheet: RawSheet, report: Report) -> tuple[tuple[str, ...], ...]:
     if len(rows) < 2:
         report.add("SHEET020", Address(sheet.name, top, left), sheet=sheet.name)
     return tuple(rows)
+
+
+def _check_header(
+    sheet: RawSheet, report: Report, titles: dict[int, str], top: int, filled: dict[tuple[int, int], str]
+) -> None:
+    """Columns that formulas cannot reach: without a name, or with the name of another."""
+    seen: set[str] = set()
+    used = {column for row, column in filled if row == top + 1}
+    for column, title in titles.items():
+        if key(title) in seen:
+            report.add("FORM023", Address(sheet.name, top, column), table=sheet.name, title=title)
+        elif not key(title) and column in used:
+            report.add("FORM024", Address(sheet.name, top, column), table=sheet.name)
+        seen |= {key(title)} - {""}
 
 
 def _too_large(sheet: RawSheet, report: Report, address: Address, limit: int, what: str) -> None:
