@@ -216,6 +216,8 @@ def test_what_ends_the_run_is_told():
         ("0.5", "AND(value > 0.4; value < 0.6)", True),
         ("0.5", "ISNUMBER(value)", True),
         ("0.5", "out > 0.4", True),
+        ("0.5", "out = 0.5", True),
+        ("0.5", "value = 0.4", False),
         ('"red"', '<> "blue"', True),
         ('"abc"', ">0.5", False),
         ('"The value is low"', "The value is low", True),
@@ -355,6 +357,11 @@ def test_a_stream_without_a_name_is_called_by_its_row():
         ("| 0 | Red ball | x=1; x=2 | |", [("TEST013", "C2")]),
         ("| 0 | Red ball | x=1e999 | |", [("TEST014", "C2")]),
         ("| 0 | Distance | 1e999 | |", [("TEST014", "C2")]),
+        ("| 0 | Red ball | 0.5 | |", [("TEST015", "C2")]),
+        ('| 0 | Red ball | "red" | |', [("TEST015", "C2")]),
+        ("| 0 | Red ball | BLANK | |", []),
+        ("| 0 | Red ball | distance=0,5 | |", [("TEST007", "C2")]),
+        ("| 0 | Distance | | distance > 1 AND 2 |", [("TEST009", "D2")]),
         ("| 0 | Distance | | >  |", [("TEST009", "D2")]),
         ("| 0 | Distance | | > > 5 |", [("TEST009", "D2")]),
         ("| 0 | Red ball | | value.distence > 1 |", [("TEST009", "D2")]),
@@ -384,7 +391,7 @@ def test_a_test_without_expectations_and_rows_without_effect_are_warned_of():
 def test_every_message_has_a_remedy_that_says_what_to_do():
     checked = play.check(play.rows(TRACKING) + sheet("| 0 | Distance | hello | |\n| 0 | Say | hi | |"))
     remedies = [d.remedy for d in checked.report.errors]
-    assert '"Hello"' in remedies[0]
+    assert '"hello"' in remedies[0]
     assert "“hi”" in remedies[1] and "Expect" in remedies[1]
 
 

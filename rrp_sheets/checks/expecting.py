@@ -18,6 +18,7 @@ from rrp_sheets.model.values import RecordType, Value
 
 _OPERATOR = re.compile(r"(>=|<=|<>|!=|==|>|<|≥|≤|≠|＞|＜)\s*(?P<rest>.*)", re.DOTALL)
 _SURELY = re.compile(r"(?<![\w.\"'])value\s*(\.\w|\[|>|<|!=|=|≥|≤|≠)", re.IGNORECASE)
+_BEGINS = re.compile(r"(?P<name>[^\W\d]\w*)\s*(<|>|!=|=|≥|≤|≠)")
 _WORD = re.compile(r"[^\W\d]\w*")
 _SAYS_YES_OR_NO = (ast.Compare, ast.BoolOp, ast.Call, ast.UnaryOp)
 _ABOUT = re.compile(r"[≈~≃≅]\s*(?P<number>[^±]*?)\s*(?:±\s*(?P<within>.*))?", re.DOTALL)
@@ -97,7 +98,8 @@ def _condition(cell: Cell, place: Place, report: Report) -> Expectation | None:
         return None
     if _is_fields(text, place):
         return None
-    if _SURELY.search(text):
+    begins = _BEGINS.match(text)
+    if _SURELY.search(text) or (begins and key(begins["name"]) in place.names):
         return _over_value(cell, text, place, report)
     formula = compiled(text, place.with_value())
     if isinstance(formula, Formula) and isinstance(formula.tree, _SAYS_YES_OR_NO):
@@ -106,9 +108,13 @@ def _condition(cell: Cell, place: Place, report: Report) -> Expectation | None:
 
 
 def _is_fields(text: str, place: Place) -> bool:
-    """`value=1; completed=FALSE`, of a record that has a field of that name."""
+    """`value=1; completed=FALSE`, of a record that has fields of these names."""
     parts = fields(text)
-    return parts is not None and (place.record is None or all(key(n) in place.record.keys for n, _ in parts))
+    if parts is None:
+        return False
+    if place.record is None:
+        return not any(key(name) in place.names for name, _ in parts)
+    return all(key(name) in place.record.keys for name, _ in parts)
 
 
 def _over_value(cell: Cell, text: str, place: Place, report: Report) -> Expectation:

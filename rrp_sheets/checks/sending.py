@@ -45,6 +45,10 @@ def read_send(cell: Cell, record: RecordType | None, scope: Scope, report: Repor
     try:
         found, value = literal(text)
         if found:
+            if record is not None and value is not None:
+                every = ", ".join(f.name for f in record.fields)
+                report.add("TEST015", cell.address, text=cell.text, record=record.name, fields=every,
+                           example=record.fields[0].name)  # fmt: skip
             return Sending(cell.text, value, whole=True)
         parts = fields(text)
         if parts is not None:
@@ -107,8 +111,11 @@ def _is_text(name: str, record: RecordType | None) -> bool:
 
 def tell_formula(report: Report, code: str, cell: Cell, problem: FormulaProblem) -> None:
     """Report at a test's cell what is wrong with the formula in it."""
-    remedy = problem.remedy
-    if problem.code in ("FORM001", "FORM004", "FORM005"):
-        remedy += ' A text to send stands in quotes: "Hello".' if code == "TEST007" else ""
-    why = problem.message[:1].lower() + problem.message[1:]
+    why, remedy = problem.message[:1].lower() + problem.message[1:], problem.remedy
+    if code == "TEST007" and problem.code == "FORM004":
+        name = problem.details.get("name", "")
+        why = f"“{name}” is no number, no text in quotes, no helper and no table."
+        remedy = f'Put a text between quotes: "{name}". Fields of a record are written as field=value.'
+    elif code == "TEST007" and problem.code == "FORM001" and "quote" not in remedy:
+        remedy += ' A text to send stands in quotes: "Hello".'
     report.add(code, cell.address, text=cell.text, why=why, remedy=remedy.strip())

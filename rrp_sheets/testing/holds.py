@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 
 from rrp_sheets.checks.expecting import Expectation
@@ -12,6 +13,7 @@ from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.testing.results import failure_words
 
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+")
 RELATIVE = 1e-9
 NEAR_ZERO = 1e-12
 """Numbers that differ by less are equal: 0.1 + 0.2 - 0.3 is 0 in the eyes of people."""
@@ -75,6 +77,8 @@ def _kind_hint(value: Value, wanted: Value) -> str:
         return f'It is a text; write "{value}" in quotes to expect it.'
     if isinstance(wanted, str) and _number(value) and wanted == show(value):
         return f"It is a number; write {wanted} without quotes to expect it."
+    if isinstance(wanted, str) and _number(value) and _DECIMAL_COMMA.fullmatch(wanted):
+        return f"Numbers are written with a point: {wanted.replace(',', '.')}."
     if isinstance(value, Record):
         return "It is a record; write for example any, or field=value."
     return "different"

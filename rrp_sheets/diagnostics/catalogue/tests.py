@@ -29,4 +29,7 @@ CODES: tuple[Code, ...] = (
     Code("TEST013", _E, "A field twice", "The field “{field}” stands twice here.", "Write it once."),
     Code("TEST014", _E, "Number too large in a test", "“{text}” is too large for a number.",
          "Use numbers up to 1e15 (a 1 with 15 zeros), or put it into quotes if it is a text."),
+    Code("TEST015", _W, "One value where a record comes",
+         "What comes here is a record ({record}), but “{text}” is a single value; rows that ask for a field will fail.",
+         "Write fields of it, for example {example}=…; its fields are: {fields}."),
 )  # fmt: skip
