@@ -174,6 +174,7 @@ def test_exactly_the_edited_cells_change(sample):
     assert after[1:] == other
 
 
+@pytest.mark.filterwarnings("ignore:.*extension is not supported")
 def test_openpyxl_reads_it(sample):
     if sample.stem in ("strict", "pivot"):
         return  # openpyxl reads neither strict files nor this hand-made cache
@@ -227,8 +228,6 @@ if shutil.which("soffice"):
             "Input streams", "Red ball", "Distance", "Distance", "Near", "Double", "Far", "", "a new row",
         ]  # fmt: skip
         assert rows[3][2] == "distance < 0.25" and rows[5][5] == "=changed & new <b>"
-        if name == "formulas":
-            assert [row[7] for row in rows[1:7]] == ["3", "8", "4", "6", "10", "12"]
 
     def test_what_libreoffice_wrote_can_be_edited(tmp_path):
         source = make(tmp_path / "a.xlsx", FEATURES["comments"])

@@ -142,7 +142,7 @@ class CsvTable(TextTable):
         self._delimiter = csv_delimiter(text.replace("\r\n", "\n").replace("\r", "\n"), name)
         body = text[len(self.head) :]
         delimiter = re.escape(self._delimiter)
-        field = rf'(?:"(?:[^"]|"")*(?:"|\Z))?[^{delimiter}\r\n]*'
+        field = rf'(?:"(?:[^"]|"")*+(?:"|\Z))?+[^{delimiter}\r\n]*+'
         self._field = re.compile(field)
         line = re.compile(rf"(?:{field}{delimiter})*{field}(?:\r\n|\r|\n|\Z)")
         at = 0

@@ -1,0 +1,322 @@
+"""CSV and Markdown: written, read back, and edited with all other lines as they were (design: 7-exchange, Formats)."""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+
+import pytest
+import xlsxwriter
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from rrp_sheets import api
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.resources import bundled
+from rrp_sheets.workbook import read
+from rrp_sheets.workbook.editing import DeleteRows, FileChanged, InsertRows, MoveRows, SetCell, edit, read_sheets
+from rrp_sheets.workbook.rows import to_rows
+from rrp_sheets.workbook.text_cells import from_csv, from_markdown, to_csv, to_markdown
+from rrp_sheets.workbook.text_write import write_csv, write_markdown
+
+WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
+MARKDOWN = """# About
+
+Some prose with | bars |.
+
+## Tracking
+
+| Input streams | Connector | Formula          | Output stream |
+|:--------------|:---------:|------------------|---------------|
+| Red ball      | map       | redBall.distance | Distance      |
+| Distance      | filter    | `distance < 0.5` | Near          |
+| Near | subscribe |  | Head tracker |
+
+More prose.
+
+## Mine
+
+| a | b |
+|---|---|
+| 1 | 2 |
+"""
+
+
+def texts(path: Path) -> dict[str, dict[tuple[int, int], str]]:
+    return {s.name: {at: c.text for at, c in s.cells.items()} for s in read_sheets(path)}
+
+
+# ---- the twins
+
+
+@pytest.mark.parametrize("name", WORKBOOKS)
+@pytest.mark.parametrize("form", ["md", "folder", "md, folder, xlsx"])
+def test_the_twins_say_the_same(name, form, tmp_path):
+    source = bundled("workbooks", f"{name}.xlsx")
+    path = source
+    for number, kind in enumerate(form.split(", ")):
+        path = api.convert(path, tmp_path / (f"{number}" if kind == "folder" else f"{number}.{kind}"))
+    book, twin = api.check(source), api.check(path)
+    assert [(d.code, str(d.address), d.message) for d in book.report] == [
+        (d.code, str(d.address), d.message) for d in twin.report
+    ]
+    for graph in ("behaviours", "streams"):
+        assert repr(getattr(book.graph, graph)) == repr(getattr(twin.graph, graph))
+    assert book.scene == twin.scene
+    assert api.explain(source)[0] == api.explain(path)[0]
+
+
+TEXT = st.text(st.characters(codec="utf-8", exclude_categories=("Cc", "Cs")), max_size=10)
+SPICY = st.text("=+-@'\"`|\\<br>,;\t\n #a1 /", max_size=9)
+ROWS = st.lists(st.lists(st.one_of(TEXT, SPICY), max_size=4), min_size=1, max_size=5)
+
+
+def kept(rows: list[list[str]], edges: bool) -> dict[tuple[int, int], str]:
+    """What of the rows comes back: cells with a content; Markdown loses spaces at the edges of a text and its lines."""
+    cells = {(r, c): t for r, row in enumerate(rows, 1) for c, t in enumerate(row, 1) if t.strip()}
+    return cells if edges else {at: t.strip() for at, t in cells.items()}
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=100)
+@given(ROWS)
+def test_any_rows_come_back(tmp_path, rows):
+    folder = tmp_path / "csv"
+    for old in folder.glob("*") if folder.exists() else ():
+        old.unlink()
+    write_csv({"S": rows, "R": [["x"]]}, folder)
+    doubtful = {at for at, t in kept(rows, True).items() if from_csv(to_csv(t).strip('"').replace('""', '"')) != t}
+    found = texts(folder)["S"]
+    assert {a: t for a, t in found.items() if a not in doubtful} == {
+        a: t for a, t in kept(rows, True).items() if a not in doubtful
+    }
+    write_markdown({"S": rows, "R": [["x"]]}, tmp_path / "x.md")
+    wanted = kept(rows, False)
+    assert {a: t.replace(" \n", "\n") for a, t in texts(tmp_path / "x.md").get("S", {}).items()} == {
+        a: t.replace(" \n", "\n") for a, t in wanted.items()
+    }
+
+
+@settings(max_examples=300)
+@given(st.one_of(TEXT, SPICY))
+def test_cells_of_markdown_both_ways(text):
+    written = to_markdown(text)
+    assert "\n" not in written
+    assert from_markdown(written).replace(" \n", "\n") == text.strip().replace(" \n", "\n")
+
+
+@settings(max_examples=300)
+@given(SPICY)
+def test_no_field_of_csv_is_calculated(text):
+    (field,) = next(csv.reader([to_csv(text)])) if to_csv(text) and "\n" not in text else ("",)
+    assert not field.startswith(("=", "+", "-", "@", "\t")) or re.fullmatch(r"[+-]?\d+([.,]\d+)?", field)
+
+
+@pytest.mark.parametrize("text", ["=1+1", "@SUM(A1)", "+x", "-x", "'=1", "''=1", "=a'b", "-don't", '="a"&"b"'])
+def test_dangerous_texts_come_back(text, tmp_path):
+    write_csv({"S": [[text, "b"]]}, tmp_path / "f")
+    raw = (tmp_path / "f" / "S.csv").read_text("utf-8-sig")
+    assert raw.lstrip('"').startswith("'")
+    assert texts(tmp_path / "f")["S"][1, 1] == text
+
+
+@pytest.mark.parametrize("text", ["'-' & x", "'='", "'@' & name"])
+def test_quoted_signs_written_by_hand_stay(text, tmp_path):
+    (tmp_path / "T.csv").write_text(f"From,Operator,Parameter,To\nball,map,{text},X\n")
+    assert read(tmp_path).workbook.behaviours[0].rows[0].formula.text == text
+
+
+def test_values_that_excel_calculated(tmp_path):
+    """In a formula cell what was typed, elsewhere what the user sees."""
+    with xlsxwriter.Workbook(tmp_path / "x.xlsx") as book:
+        sheet = book.add_worksheet("T")
+        sheet.write_row(0, 0, ["Input streams", "Connector", "Formula", "Output stream"])
+        sheet.write_formula(1, 0, "=Mine!A1", None, "Red ball")
+        sheet.write(1, 1, "map")
+        sheet.write_formula(1, 2, "=redBall.distance<0.5", None, "#NAME?")
+        sheet.write(1, 3, "=Near")
+        mine = book.add_worksheet("Mine")
+        for row in range(60):
+            mine.write(row, 0, "Red ball" if row == 0 else row)
+    api.convert(tmp_path / "x.xlsx", tmp_path / "x.md")
+    found = texts(tmp_path / "x.md")
+    assert [found["T"][2, c] for c in (1, 2, 3)] == ["Red ball", "map", "=redBall.distance<0.5"]
+    assert len(found["Mine"]) == 60  # beyond what is read of a user's own sheet
+
+
+def test_sheets_keep_their_order_and_names(tmp_path):
+    sheets = {name: [["a", "b;c;d"], ["1"]] for name in ["Zoo", "10 x", "2 x", "Übung #", "a b"]}
+    write_csv(sheets, tmp_path / "f")
+    assert list(texts(tmp_path / "f")) == list(sheets)
+    write_markdown(sheets, tmp_path / "x.md")
+    assert list(texts(tmp_path / "x.md")) == list(sheets)
+    assert texts(tmp_path / "x.md") == texts(tmp_path / "f")
+    digest = read(tmp_path / "f").digest
+    (tmp_path / "f" / "order.txt").write_text("a b\n")
+    assert list(texts(tmp_path / "f")) == ["a b", "2 x", "10 x", "Zoo", "Übung #"]
+    assert read(tmp_path / "f").digest != digest
+
+
+def test_nothing_is_overwritten(tmp_path):
+    source = bundled("workbooks", "greeter.xlsx")
+    api.convert(source, tmp_path / "f")
+    with pytest.raises(SheetsError, match="CSV files in “f” already"):
+        api.convert(source, tmp_path / "f")
+    api.convert(source, tmp_path / "x.md")
+    with pytest.raises(SheetsError, match=r"already a file “x\.md”"):
+        api.convert(source, tmp_path / "x.md", replace=False)
+    with pytest.raises(SheetsError, match="nothing to convert"):
+        api.convert(source, tmp_path / "y.xlsx")
+    with pytest.raises(SheetsError, match="no format that can be written"):
+        api.convert(source, tmp_path / "y.ods")
+    (tmp_path / "z.md").write_text("## a/b\n\n| a |\n|---|\n| 1 |\n")
+    with pytest.raises(SheetsError, match="cannot be a file"):
+        api.convert(tmp_path / "z.md", tmp_path / "g")
+
+
+# ---- editing Markdown
+
+
+@pytest.fixture
+def markdown(tmp_path):
+    path = tmp_path / "x.md"
+    path.write_text(MARKDOWN, encoding="utf-8")
+    return path
+
+
+def changed_lines(path: Path, before: str = MARKDOWN) -> list[str]:
+    old, new = before.splitlines(), path.read_text("utf-8").splitlines()
+    return [line for line in new if line not in old]
+
+
+def test_one_line_of_markdown_changes(markdown):
+    done = edit(markdown, [SetCell("Tracking", 3, 3, "distance | 2")], expected_digest=read(markdown).digest)
+    assert changed_lines(markdown) == [r"| Distance      | filter    | distance \| 2    | Near          |"]
+    assert done.digest == read(markdown).digest
+    edit(markdown, [SetCell("Tracking", 4, 3, "a\nb"), SetCell("Mine", 2, 4, 7)])
+    assert changed_lines(markdown)[1:] == ["| Near | subscribe | a<br>b | Head tracker |", "| 1 | 2 |  | 7 |"]
+    assert texts(markdown)["Mine"][2, 4] == "7"
+
+
+def test_rows_of_markdown(markdown):
+    edit(markdown, [MoveRows("Tracking", 4, 1, before=2), InsertRows("Tracking", 3), SetCell("Mine", 4, 2, "new")])
+    assert [texts(markdown)["Tracking"].get((r, 1)) for r in range(1, 6)] == [
+        "Input streams", "Near", None, "Red ball", "Distance",
+    ]  # fmt: skip
+    assert texts(markdown)["Mine"][4, 2] == "new"
+    edit(markdown, [DeleteRows("Tracking", 3), MoveRows("Tracking", 2, 1, before=5), DeleteRows("Mine", 3, 2)])
+    assert markdown.read_text("utf-8") == MARKDOWN
+    for change in (InsertRows("Tracking", 1), DeleteRows("Mine", 1), MoveRows("Tracking", 2, 1, before=1)):
+        with pytest.raises(SheetsError, match="holds the headers"):
+            edit(markdown, [change])
+
+
+def test_windows_line_breaks_and_a_missing_last_one_stay(markdown):
+    text = MARKDOWN.rstrip("\n").replace("\n", "\r\n")
+    markdown.write_bytes(b"\xef\xbb\xbf" + text.encode())
+    edit(markdown, [SetCell("Mine", 2, 1, "9")])
+    assert markdown.read_bytes() == b"\xef\xbb\xbf" + text.replace("| 1 |", "| 9 |").encode()
+    edit(markdown, [SetCell("Mine", 3, 1, "10")])
+    assert markdown.read_bytes().endswith(b"| 9 | 2 |\r\n| 10 |  |\r\n")
+
+
+# ---- editing CSV
+
+
+@pytest.fixture
+def folder(tmp_path):
+    place = tmp_path / "book"
+    place.mkdir()
+    (place / "T.csv").write_bytes(
+        'From;Operator;Parameter;To\r\n"Red ball";map;"a;""b""";Distance\r\n\r\nDistance;filter;x < 1;Near\r\n'.encode(
+            "cp1252"
+        )
+    )
+    (place / "Mine.csv").write_text("a,b\n1,2")
+    return place
+
+
+def test_one_field_of_csv_changes(folder):
+    before = (folder / "T.csv").read_bytes()
+    done = edit(folder, [SetCell("T", 2, 3, "c;d"), SetCell("T", 4, 3, "=x")], expected_digest=read(folder).digest)
+    assert (folder / "T.csv").read_bytes() == before.replace(b'"a;""b"""', b'"c;d"').replace(b"x < 1", b"'=x")
+    assert done.digest == read(folder).digest
+    edit(folder, [SetCell("Mine", 2, 4, "z"), SetCell("Mine", 4, 1, "last")])
+    assert (folder / "Mine.csv").read_bytes() == b"a,b\n1,2,,z\n,,,\nlast,,,\n"
+
+
+def test_rows_of_csv(folder):
+    before = (folder / "T.csv").read_bytes()
+    edit(folder, [MoveRows("T", 4, 1, before=2), InsertRows("T", 3)])
+    assert [texts(folder)["T"].get((r, 1)) for r in range(1, 6)] == ["From", "Distance", None, "Red ball", None]
+    edit(folder, [DeleteRows("T", 3), MoveRows("T", 2, 1, before=5)])
+    assert (folder / "T.csv").read_bytes() == before
+    with pytest.raises(SheetsError, match="holds the headers"):
+        edit(folder, [DeleteRows("T", 1)])
+
+
+def test_an_encoding_that_cannot_hold_a_letter_gives_way(folder):
+    (folder / "T.csv").write_bytes("From;Operator;Parameter;To\nBäll;map;1;X\n".encode("cp1252"))
+    edit(folder, [SetCell("T", 2, 3, "é")])
+    assert (folder / "T.csv").read_bytes().decode("cp1252").endswith("Bäll;map;é;X\n")
+    edit(folder, [SetCell("T", 2, 3, "赤")])
+    assert (folder / "T.csv").read_bytes().decode("utf-8-sig").endswith("Bäll;map;赤;X\n")
+
+
+def test_conflicts_in_text_files(folder, markdown):
+    for path in (folder, markdown):
+        digest = read(path).digest
+        sheet = "Mine"
+        edit(path, [SetCell(sheet, 2, 1, "theirs")])
+        with pytest.raises(FileChanged):
+            edit(path, [SetCell(sheet, 2, 1, "mine")], expected_digest=digest)
+        assert texts(path)[sheet][2, 1] == "theirs"
+    (folder / ".~lock.T.csv#").write_text("")
+    with pytest.raises(SheetsError, match="open in LibreOffice"):
+        edit(folder, [SetCell("T", 2, 1, "x")])
+    edit(folder, [SetCell("Mine", 2, 1, "x")])  # only the other file is open
+
+
+def test_all_files_of_a_folder_or_none(folder, monkeypatch):
+    from rrp_sheets.workbook import editing
+
+    before = {p.name: p.read_bytes() for p in folder.iterdir()}
+    real, calls = editing.write_atomically, []
+
+    def second_fails(path, data, **options):
+        calls.append(path.name)
+        if len(calls) == 2:
+            raise SheetsError("full", "free some space")
+        real(path, data, **options)
+
+    monkeypatch.setattr(editing, "write_atomically", second_fails)
+    with pytest.raises(SheetsError, match="full"):
+        edit(folder, [SetCell("T", 2, 1, "x"), SetCell("Mine", 2, 1, "y")])
+    assert {p.name: p.read_bytes() for p in folder.iterdir()} == before and len(calls) == 3
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=60)
+@given(
+    ROWS.filter(lambda rows: any(t.strip() for row in rows for t in row)), st.integers(2, 6), st.integers(1, 5), SPICY
+)
+def test_any_edit_of_any_text(tmp_path, rows, row, column, text):
+    """The edited cell comes back, all others are what they were."""
+    for old in (tmp_path / "csv").glob("*") if (tmp_path / "csv").exists() else ():
+        old.unlink()
+    sheets = {"S": rows, "R": [["x"]]}
+    for path in (write_csv(sheets, tmp_path / "csv"), write_markdown(sheets, tmp_path / "x.md")):
+        before = texts(path)
+        if "S" not in before:
+            continue
+        edit(path, [SetCell("S", row, column, text)])
+        after = texts(path)
+        mine = after["S"].pop((row, column), "")
+        before["S"].pop((row, column), None)
+        assert after == before
+        clean = from_csv(text) if path.is_dir() else text
+        if "'" not in text:
+            assert mine.strip().replace(" \n", "\n") == clean.strip().replace(" \n", "\n")
+
+
+def test_rows_helper_keeps_numbers(folder):
+    assert to_rows(read_sheets(folder))["T"][2] == []
