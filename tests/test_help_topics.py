@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -149,6 +150,15 @@ def test_the_scene_page_shows_what_the_scene_understands():
 def test_the_example_of_a_connector_is_a_workbook_in_order(name):
     assert not checked(workbook(CONNECTORS[name])).report.errors
     assert any("As marbles" in block for block in one_connector(CONNECTORS[name]))
+
+
+@pytest.mark.parametrize(
+    "example", [(), ("no marbles",), ("---", "oops("), tuple("1-2" for _ in range(9)), ("----", "200 ms")]
+)
+def test_a_connector_of_somebody_else_may_have_an_odd_example(example):
+    odd = replace(CONNECTORS["sample"], name="sample", example=example)
+    assert "sample (connector)" in next(iter(one_connector(odd)))
+    assert len(list(one_connector(odd))) >= 3
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rrp_sheets.cli.topics.layout import entries, heading, paragraph
-from rrp_sheets.cli.topics.marbles import MARK_MS, input_names, marbles, parts, workbook
+from rrp_sheets.cli.topics.marbles import MARK_MS, can_be_run, input_names, marbles, parts, workbook
 from rrp_sheets.cli.topics.workbooks import checked
 from rrp_sheets.connectors import Connector, Parameter, connectors
 from rrp_sheets.model.names import key
@@ -43,7 +43,7 @@ def one_connector(connector: Connector) -> Iterator[str]:
     if synonyms:
         facts.append(("Also called", ", ".join(synonyms)))
     yield entries(facts)
-    if connector.example:
+    if can_be_run(connector):
         yield from _example(connector)
 
 
@@ -63,7 +63,7 @@ def _sentence(connector: Connector) -> str:
 
     book = checked(workbook(connector))
     steps = book.graph.behaviours[0].steps
-    step = next(s for s in reversed(steps) if s.connector is connector)
+    step = next(s for s in reversed(steps) if s.connector.name == connector.name)
     return Rows(book.graph, book.workbook, texts()).sentence(step)
 
 
