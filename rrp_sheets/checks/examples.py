@@ -184,7 +184,7 @@ def _with_example(fact: Fact, value: Value) -> Fact:
     kind = kind_of_value(value)
     if known.kind == RECORD and known.record is None and isinstance(value, Record):
         known = replace(known, record=value.type)
-    return replace(fact, known=known, has_example=True, example=value, holes=kind == ANY)
+    return Fact(known, True, value, fact.sure, kind == ANY, (), fact.rate)
 
 
 def _merged(facts: Sequence[Fact]) -> Fact:

@@ -26,6 +26,7 @@ class Known:
         choices: all the values that it can have; None when there are too many, or when they are not known.
         unit: of a number.
         blank: whether it may be blank.
+        members: of a list that is written out: what is known about each place.
     """
 
     kind: str = ANY
@@ -36,6 +37,7 @@ class Known:
     choices: tuple[Value, ...] | None = None
     unit: str = ""
     blank: bool = False
+    members: tuple[Known, ...] = ()
 
     @property
     def bounded(self) -> bool:
@@ -124,7 +126,10 @@ def either(first: Known, second: Known) -> Known:
     record = _common(first.record, second.record)
     fields = {k: either(v, second.fields[k]) for k, v in first.fields.items() if k in second.fields} if record else {}
     low, high = min(first.low, second.low), max(first.high, second.high)
-    return Known(first.kind, record, fields, low, high, choices, unit, blank)
+    members: tuple[Known, ...] = ()
+    if len(first.members) == len(second.members):
+        members = tuple(either(a, b) for a, b in zip(first.members, second.members, strict=True))
+    return Known(first.kind, record, fields, low, high, choices, unit, blank, members)
 
 
 def _common(first: RecordType | None, second: RecordType | None) -> RecordType | None:

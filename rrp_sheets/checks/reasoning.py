@@ -85,9 +85,8 @@ def _subscript(node: ast.Subscript, env: _Env) -> Known:
         return owner.at(place)
     if owner.record is not None and type(place) is int and -len(owner.record.positions) <= place:
         return owner.at(owner.record.positions[place]) if place < len(owner.record.positions) else UNKNOWN
-    if isinstance(node.value, (ast.Tuple, ast.List)) and type(place) is int:
-        members = node.value.elts
-        return _of(members[place], env) if -len(members) <= place < len(members) else UNKNOWN
+    if owner.members and type(place) is int:
+        return owner.members[place] if -len(owner.members) <= place < len(owner.members) else UNKNOWN
     return _member(owner.choices) if owner.kind == LIST else Known(TEXT) if owner.kind == TEXT else UNKNOWN
 
 
@@ -133,10 +132,10 @@ def _text(node: ast.JoinedStr, env: _Env) -> Known:
 
 
 def _list(node: ast.List | ast.Tuple, env: _Env) -> Known:
-    parts = [_of(e, env).choices for e in node.elts]
-    if all(p is not None and len(p) == 1 for p in parts):
-        return Known(LIST, choices=([p[0] for p in parts if p is not None],))
-    return Known(LIST)
+    members = tuple(_of(e, env) for e in node.elts)
+    if all(m.choices is not None and len(m.choices) == 1 for m in members):
+        return Known(LIST, choices=([m.choices[0] for m in members if m.choices],), members=members)
+    return Known(LIST, members=members)
 
 
 def _listcomp(node: ast.ListComp, env: _Env) -> Known:
@@ -148,16 +147,16 @@ def _unary(node: ast.UnaryOp, env: _Env) -> Known:
         return Known(TRUTH)
     value = _of(node.operand, env)
     if isinstance(node.op, ast.UAdd):
-        return _number(value.low, value.high, value)
-    return _number(-value.high, -value.low, value)
+        return _number(value.low, value.high, value.unit)
+    return _number(-value.high, -value.low, value.unit)
 
 
-def _number(low: float, high: float, like: Known | None = None) -> Known:
+def _number(low: float, high: float, unit: str = "") -> Known:
     """A number within bounds; bounds that are no numbers (∞ - ∞) are none."""
     low = -math.inf if math.isnan(low) else low
     high = math.inf if math.isnan(high) else high
     choices = (low,) if low == high and math.isfinite(low) else None
-    return Known(NUMBER, low=low, high=high, choices=choices, unit=like.unit if like else "")
+    return Known(NUMBER, low=low, high=high, choices=choices, unit=unit)
 
 
 def _binop(node: ast.BinOp, env: _Env) -> Known:
@@ -170,7 +169,7 @@ def _binop(node: ast.BinOp, env: _Env) -> Known:
         return UNKNOWN  # two texts, as far as is known
     low, high = _bounds(node.op, left, right)
     unit = (left.unit or right.unit) if isinstance(node.op, (ast.Add, ast.Sub)) else ""
-    return replace(_number(low, high), unit=unit)
+    return _number(low, high, unit)
 
 
 def _bounds(op: ast.operator, left: Known, right: Known) -> tuple[float, float]:
@@ -235,7 +234,7 @@ def _xlookup(node: ast.Call, env: _Env) -> Known:
 
 def _clamp(node: ast.Call, env: _Env) -> Known:
     value, low, high = (_of(a, env) for a in node.args)
-    return replace(_number(max(value.low, low.low), min(value.high, high.high)), unit=value.unit)
+    return _number(max(value.low, low.low), min(value.high, high.high), value.unit)
 
 
 def _extreme(node: ast.Call, env: _Env) -> Known:
@@ -243,7 +242,7 @@ def _extreme(node: ast.Call, env: _Env) -> Known:
     if len(found) < 2 or any(f.kind != NUMBER for f in found):
         return Known(NUMBER) if len(found) > 1 else _member(found[0].choices)
     best = min if isinstance(node.func, ast.Name) and node.func.id == "MIN" else max
-    return _number(best(f.low for f in found), best(f.high for f in found), found[0])
+    return _number(best(f.low for f in found), best(f.high for f in found), found[0].unit)
 
 
 def _length(node: ast.Call, env: _Env) -> Known:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+
 from rrp_sheets.checks.examples import alike
 from rrp_sheets.checks.known import LIST, RECORD, TEXT
 from rrp_sheets.checks.lints.material import Material, row_of
@@ -10,6 +12,7 @@ from rrp_sheets.diagnostics import CODES
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.problems import kind_of
 from rrp_sheets.graph import Step, Stream
+from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Failure, Record, Value, show
 
 _NO_CONDITION = {TEXT: "a text", LIST: "a list", RECORD: "a whole record"}
@@ -47,10 +50,24 @@ def _trouble(step: Step, material: Material) -> None:
     remedy = CODES[failure.code].remedy
     if "{" in remedy:
         remedy = "Check what the inputs give."
-    values = ", ".join(f"{name.strip() or 'value'} {show(value, 60)}" for name, value in trouble.values)
+    formula = material.compiled.formulas[step.ref]
+    values = ", ".join(text for name, value in trouble.values for text in _said(formula, name, value))
     span = (failure.column, failure.column + 1) if failure.column >= 0 else None
     address = step.row.formula.address
     material.report.add("LINT010", address, span=span, values=values, reason=failure.message, remedy=remedy)
+
+
+def _said(formula: Formula, name: str, value: Value) -> list[str]:
+    """An example in words; of a record the fields that the formula reads."""
+    shown = name.strip() or "value"
+    if isinstance(value, Record):
+        nodes = (n for n in ast.walk(formula.tree) if isinstance(n, ast.Attribute))
+        read = dict.fromkeys(n.attr for n in nodes if isinstance(n.value, ast.Name) and n.value.id == name)
+        fields = [(field, value.type.keys.get(key(field), "")) for field in read]
+        found = [f"{shown}.{field} {show(value.values[k], 40)}" for field, k in fields if k in value.values]
+        if found:
+            return found
+    return [f"{shown} {show(value, 60)}"]
 
 
 def _mixed(step: Step, material: Material) -> None:
