@@ -563,6 +563,19 @@ def test_the_exercise_is_solved_by_its_helper():
     assert run_tests(solved).passed
 
 
+@pytest.mark.parametrize("number", [1, 2])
+def test_either_fix_of_the_stale_combination_makes_its_test_hold(number, tmp_path):
+    mended = tmp_path / "mended.xlsx"
+    api.fix(FOLDER / "complex-tracking.xlsx", mended, {"LINT001": number})
+    _, report = api.test(mended)
+    assert report.passed and len(report.cases) == 2
+
+
+def test_the_workbook_that_new_makes_has_a_test_that_holds(tmp_path):
+    _, report = api.test(api.new(tmp_path / "mine.xlsx"))
+    assert report.passed and report.cases
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_a_workbooks_tests_notice_when_what_they_expect_is_changed(name):
     checked = api.check(FOLDER / f"{name}.xlsx")
