@@ -317,6 +317,19 @@ def test_the_sentences_of_the_advanced_connectors():
         "“N” goes on as “P” only the first time for each `n`.",
         "When 8 s have passed since “O” without “P”, it goes on as “Q”.",
         "“Q” goes on as “R” only when it differs from the one before.",
-        "At most one “R” in 4 s goes on as “S”; the others are dropped.",
+        "Of “R”, at most one in 4 s goes on as “S”; the others are dropped.",
         "“S” goes on 2 s later as “U”.",
+    ]
+
+
+def test_a_blank_that_stops_an_actuator_is_told_as_such():
+    book = rows(
+        "| A | map | BLANK | |\n| | subscribe | | Say |\n| A | map | blank | Hush |\n| Hush | subscribe | | Head tracker |",
+        DEVICES,
+    )
+    checked = check(book)
+    (said,) = explain(checked.graph, checked.workbook, checked.robot)
+    assert [r.text for r in said.rows][1::2] == [
+        "Whenever the result of row 2 comes, stop what “Say” does.",
+        "Whenever “Hush” comes, stop what “Head tracker” does.",
     ]

@@ -35,7 +35,7 @@ THROTTLE = Connector(
     parameter=Parameter.PERIOD,
     icon=('<path d="M1 1.5v9M11 1.5v9M1 6h3"/><circle cx="5" cy="6" r="1" class="f"/><path d="M7.6 6h.2M9.2 6h.2"/>'),
     help="Lets one value pass and drops those that come within the period after it.",
-    sentence="At most one {input} in {period} goes on; the others are dropped.",
+    sentence="Of {input}, at most one in {period} goes on; the others are dropped.",
     build=build,
     advanced=True,
     example=("1-2-3-4-5-6", "300 ms"),

@@ -10,6 +10,7 @@ from rrp_sheets.graph import Graph, Step, Stream, StreamKind
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.values import RecordType
 
+_BLANK = {"blank", "none", "blank()"}
 _PASSES = {"filter", "sample", "merge", "forgetafter", "delay", "throttle", "changes", "once", "timeout"}
 
 
@@ -22,12 +23,14 @@ class Content:
         unit: of a number.
         sensors: the ids of the sensor streams that it descends from, in the order of the rows.
         may_be_blank: a connector before it sends blanks when values grow old.
+        blank: it carries nothing but blanks, which stop what an actuator does.
     """
 
     record: RecordType | None = None
     unit: str = ""
     sensors: Mapping[str, None] = field(default_factory=dict)
     may_be_blank: bool = False
+    blank: bool = False
 
 
 def contents(graph: Graph) -> dict[str, Content]:
@@ -57,7 +60,10 @@ def _of_step(step: Step, found: Mapping[str, Content], graph: Graph) -> Content:
     name = key(step.connector.name)
     if name in _PASSES:
         alike = all((c.record, c.unit) == (first.record, first.unit) for c in inputs) or name != "merge"
-        return Content(first.record if alike else None, first.unit if alike else "", sensors, blank)
+        record, unit = (first.record, first.unit) if alike else (None, "")
+        return Content(record, unit, sensors, blank, all(c.blank for c in inputs))
+    if name == "map" and key(step.row.formula.text.strip().lstrip("=")) in _BLANK:
+        return Content(None, "", sensors, blank, True)
     if name == "map" and inputs:
         names = {key(argument_name(graph.streams[i].name)): c for i, c in zip(step.inputs, inputs, strict=True)}
         if len(inputs) == 1:

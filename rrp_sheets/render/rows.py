@@ -88,6 +88,9 @@ class Rows:
 
     def does(self, step: Step) -> str:
         """What the actuator of a `subscribe` does."""
+        if step.inputs and not step.row.formula and all(self.contents.get(i, Content()).blank for i in step.inputs):
+            name = clean(self.graph.streams[step.output].name)
+            return self.texts.get("does.stop", name=self.texts.get("name.quoted", name=name))
         sensors = {s: None for i in step.inputs for s in self.contents.get(i, Content()).sensors}
         source = source_of(Content(sensors=sensors), self.graph, self.texts)
         return device_says(self.graph.streams[step.output], self.texts, source)
