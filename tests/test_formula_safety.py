@@ -195,3 +195,17 @@ def test_a_table_from_a_stranger_is_not_a_way_in():
     assert outcome("INDEX(T; 1)", [1], in_scope).values == {"class": "=1+1", "f(x)": "{x.__class__}", "a]b": "%s"}
     assert outcome("T[__class__]", [1], in_scope) == ["=1+1"]
     assert outcome("INDEX(T; 1).__class__", [1], in_scope).code == "FORM003"
+
+
+NESTED = ["(" * 30 + "x" + ")" * 30, "[" * 30 + "x" + "]" * 30, "f'{" * 100 + "x" + "}'" * 100, "f'{(" * 20 + "x" + ")}'" * 20, "-" * 400 + "x", "not " * 100 + "x",
+          "x" + "[0]" * 150, "x" + ".x" * 200, "2^(" * 40 + "1" + ")" * 40, "IF(x; " * 40, "x if " * 80 + "x", "1+" * 200 + "1", "x & " * 100 + "x", "{" * 200, "f'{{" * 50]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", NESTED)
+@pytest.mark.parametrize("below", [0, 600, 850])
+def test_nesting_is_refused_and_never_breaks_the_program_whatever_stands_below(text, below):
+    def at(depth):
+        return at(depth - 1) if depth else outcome(text, [1], make_scope([("x", None)]))
+
+    result = at(below)
+    assert isinstance(result, (FormulaProblem, Failure)) or fits(result)

@@ -103,7 +103,7 @@ def test_what_is_typed_with_other_keys_is_folded(typed, value):
         ("if x > 3 then 1", "FORM001", "IF("), ("x > 3 then 5", "FORM001", "IF("), ("'red' if x > 3", "FORM001", "IF("), ("x between 1 and 2", "FORM001", "<= 2"),
         ('"a" "b"', "FORM001", "&"), ('"a" name', "FORM001", "&"), ("x name", "FORM001", "&"), ("(x", "FORM001", ")"), ("x)", "FORM001", "bracket"), ("[x", "FORM001", "]"),
         ("", "FORM001", "Write"), ("=", "FORM001", "Write"), ("x +", "FORM001", "belongs"), ("* x", "FORM003", "list"), ("x * * 2", "FORM001", "belongs"),
-        ('"red', "FORM001", "same quote"), ("x..y", "FORM001", "distance"), ("x.", "FORM001", "distance"), ("1..2", "FORM001", "point"), ("x:y", "FORM001", "["),
+        ('"red', "FORM001", "same quote"), ("x..y", "FORM001", "distance"), ("'it's'", "FORM001", "double quotes"), ("balls[0,1]", "FORM001", "[0]"), ("MAX()", "FORM006", "MAX("), ("x.", "FORM001", "distance"), ("1..2", "FORM001", "point"), ("x:y", "FORM001", "["),
         ("= = x", "FORM001", "belongs"), ("x = = 3", "FORM001", "=="), ("()()", "FORM003", ""), ("balls[]", "FORM001", "["), ("balls[1:2:3:4]", "FORM001", "["),
         # programs
         ("lambda: 1", "FORM003", "calculation"), ("(q := 5)", "FORM003", "accumulate"), ("import os", "FORM001", "calculation"), ("x.y = 1 for", "FORM001", ""),

@@ -79,7 +79,7 @@ def test_refused_before_evaluation(text, code):
     ("text", "code"),
     [
         ("1 / 0", "FORM101"), ("x % 0", "FORM101"), ("gone + 1", "FORM102"), ("gone.x", "FORM102"), ("gone < 1", "FORM102"),
-        ("'a' + 1", "FORM114"), ("'a' < 1", "FORM103"), ("balls + 1", "FORM103"), ("x[0]", "FORM103"), ("x.y", "FORM103"),
+        ("'a' + 1", "FORM114"), ("'a' < 1", "FORM103"), ("balls + 1", "FORM103"), ("'5' * 2", "FORM115"), ("x[0]", "FORM103"), ("x.y", "FORM103"),
         ("ball < 3", "FORM103"), ("f'{ball}'", "FORM103"), ("-name", "FORM103"), ("sqrt('a')", "FORM103"),
         ("[balls][0].x", "FORM103"), ("[ball][0].z", "FORM104"), ("balls[9]", "FORM106"), ("10 ** 400", "FORM105"), ("9.0 ** (9 ** 9)", "FORM105"), ("[[[0] * 1000] * 1000] * 1000", "FORM105"),
         ("[[[0] * 1000] * 1000] * 1000 == [[[0] * 1000] * 1000] * 1000", "FORM105"), ("f'{y / 3:d}'", "FORM107"),

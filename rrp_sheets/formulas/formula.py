@@ -64,10 +64,12 @@ def compile_formula(text: str, scope: Scope) -> Formula:
     _check_characters(text)
     try:
         tree = parse(tokenize(text, lambda name: scope.table(name) is not None), text)
+        return Formula(text, resolve(tree, scope, text), scope.order)
     except FormulaProblem as problem:
         _propose_name(problem, text, scope)
         raise
-    return Formula(text, resolve(tree, scope, text), scope.order)
+    except RecursionError:  # whoever calls from deep within another program has less room for brackets
+        raise FormulaProblem("FORM002", 0, reason="it is nested too deeply") from None
 
 
 def read_formula(text: str) -> ast.expr:
@@ -77,7 +79,10 @@ def read_formula(text: str) -> ast.expr:
     'IF(a != 1, x ** 2, 0.5)'
     """
     _check_characters(text)
-    return parse(tokenize(text), text)
+    try:
+        return parse(tokenize(text), text)
+    except RecursionError:
+        raise FormulaProblem("FORM002", 0, reason="it is nested too deeply") from None
 
 
 def _check_characters(text: str) -> None:

@@ -8,5 +8,6 @@ LONGEST_TEXT = 2_000
 LONGEST_LIST = 1_000
 MOST_LEAVES = 10_000  # of a result, lists within lists counted whole
 MOST_LOOPS = 2
+MOST_TEXTS_DEEP = 4  # texts with values in texts with values
 STEPS = 20_000  # per evaluation, shared with the helpers it calls
 DEEPEST_HELPERS = 20  # helpers that call helpers that call …

@@ -9,7 +9,7 @@ from rrp_sheets.formulas.compare import NUMBERS, Charge
 from rrp_sheets.formulas.functions.define import shown
 from rrp_sheets.formulas.limits import LONGEST_LIST, LONGEST_TEXT
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
-from rrp_sheets.formulas.tables import Table
+from rrp_sheets.formulas.tables import Table, value_of
 from rrp_sheets.model.names import nearest
 from rrp_sheets.model.values import Record, Value
 
@@ -40,6 +40,9 @@ def arithmetic(kind: type, left: Value, right: Value, charge: Charge) -> Value:
     if kind is ast.Mult:
         many, times = (left, right) if isinstance(left, (str, list, tuple)) else (right, left)
         if isinstance(many, (str, list, tuple)) and type(times) is int:
+            if isinstance(many, str) and isinstance(value_of(many), (int, float)):
+                # 10 to a spreadsheet, 55 to Python
+                raise FormulaProblem("FORM115", text=many[:40])
             size = len(many) * max(times, 0)
             _fits(size, many)
             charge(size)

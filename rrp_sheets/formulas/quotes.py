@@ -35,6 +35,8 @@ def closing(typed: str, at: int) -> int:
     if end >= 0:
         return end
     remedy = "Close the text with the same quote as at its beginning."
+    if opener == "'" and typed[at - 1 : at].isalnum():
+        remedy = 'Put a text with an apostrophe between double quotes: "it\'s".'
     if typed.endswith("\\" + opener):
         remedy = "The backslash makes the last quote a part of the text: write two backslashes."
     raise FormulaProblem("FORM001", at, max(len(typed) - at, 1),

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from rrp_sheets.formulas.limits import MOST_TEXTS_DEEP
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.quotes import PAIRS, QUOTES, closing, decode
 
@@ -101,6 +102,7 @@ class _Lexer:
         self.typed = typed
         self.plain = fold(typed)
         self.is_table = is_table
+        self.holes = 0  # texts with values within each other
 
     def read(self, at: int, in_text: bool) -> tuple[list[Token], int]:
         """The tokens from a place on; in a text's hole, up to what ends the hole. And the place behind them."""
@@ -204,7 +206,11 @@ class _Lexer:
                              remedy="Close the text with the same quote as at its beginning.")  # fmt: skip
 
     def _hole(self, start: int) -> Hole:
+        self.holes += 1
+        if self.holes > MOST_TEXTS_DEEP:
+            raise FormulaProblem("FORM002", start, reason="its texts with values are nested too deeply")
         tokens, end = self.read(start + 1, True)
+        self.holes -= 1
         if self.typed.startswith("!", end):
             raise FormulaProblem("FORM003", end, 2, what="“!” in a text",
                                  remedy="Write the value alone, or with a format such as {distance:.1f}.")  # fmt: skip

@@ -63,6 +63,8 @@ CODES = (
          "Add what to take otherwise, at the end: IFS(…; TRUE; …), SWITCH(…; otherwise)."),
     Code("FORM114", _W, "Text and number", "+ joins texts with texts only; here is a text and a number.",
          "Write & to join a text and a number, or VALUE(text) for the number in a text."),
+    Code("FORM115", _W, "Number in a text", "“{text}” is a text that shows a number, and * could repeat it or multiply it.",
+         "Write VALUE(…) for the number, or REPT(…; …) to repeat the text."),
     Code("FORM109", _W, "Fault of the program", "A function could not work with this value, and should have said why.",
          "Please report it, with the formula and its inputs; meanwhile write the formula in another way."),
     Code("FORM108", _W, "Neither TRUE nor FALSE", "A condition must be TRUE or FALSE (or a number), but this is {what}.",

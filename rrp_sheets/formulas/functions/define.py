@@ -75,6 +75,7 @@ def define(
     shown = name or call.__name__.strip("_").upper()
     names = "; ".join(f"{p.name}; …" if p.kind is p.VAR_POSITIONAL else p.name for p in parameters)
     most = MANY if many else len(parameters)
+    least = max(least, 1) if many else least
     usage = f"{shown}({names})"
     return Function(
         (shown, *synonyms), call, least, most, usage, inspect.getdoc(call) or "", make, "charge" in signature

@@ -65,7 +65,7 @@ def unique(values: Value, *, charge: Charge = free) -> list[Value]:
     """
     found: list[Value] = []
     for v in listing(values):
-        charge(1 + len(found) // 10)
+        charge(1 + len(found) // 4)
         if not any(same(v, other, charge) for other in found):
             found.append(v)
     return found
