@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from rrp_sheets import api
 from rrp_sheets.cli.marbles import command
 from rrp_sheets.connectors import connectors
+from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.render.marble_output import write_marbles
 from rrp_sheets.render.marble_text import marble_text, nice_step
@@ -300,6 +301,23 @@ def test_a_trace_without_its_workbook_is_drawn_all_the_same(trace):
     assert {"Red ball", "Inverse", "Say"} <= {lane.label for lane in found[0].lanes}
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        "no json", "[]", "3", '{"t":"x"}', '{"t":NaN}', '{"t":-1}', '{"t":1e300}', '{"t":null}',
+        '{"type":"header","streams":5}', '{"t":1,"stream":["x"],"value":1}', "[" * 5000,
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("beside", [True, False])
+def test_a_file_that_is_no_trace_is_refused_or_drawn_and_never_breaks(trace, line, beside):
+    if not beside:
+        (trace / "protocol.xlsx").unlink()
+    with (trace / "trace.jsonl").open("a", encoding="utf-8") as file:
+        file.write(line + "\n")
+    result = CliRunner().invoke(command, [str(trace)])
+    assert result.exception is None or isinstance(result.exception, SheetsError), result.exception
+
+
 @pytest.mark.parametrize("suffix", [".svg", ".pdf", ".png", ".txt"])
 def test_formats(trace, tmp_path, suffix):
     target = tmp_path / f"marbles{suffix}"
@@ -327,8 +345,6 @@ def test_streams_and_times_are_chosen(trace):
     ],
 )
 def test_what_cannot_be_drawn_is_said(trace, arguments, words):
-    from rrp_sheets.errors import SheetsError
-
     result = CliRunner().invoke(command, [str(trace), *arguments])
     assert isinstance(result.exception, SheetsError)
     assert words in str(result.exception)

@@ -18,6 +18,7 @@ from rrp_sheets.checks.expecting import half_of_last_digit
 from rrp_sheets.checks.parts import fields, in_quotes, literal
 from rrp_sheets.cli.test import command
 from rrp_sheets.resources import bundled
+from rrp_sheets.runtime.clock import FrameClock
 from rrp_sheets.runtime.plan import make_plan
 from rrp_sheets.testing import run_tests
 from rrp_sheets.testing.holds import equal
@@ -443,6 +444,26 @@ def test_a_behaviour_that_is_switched_off_gives_nothing():
     checked = play.check(book + devices + sheet(test))
     assert not checked.report.errors
     assert [r.passed for r in run_tests(checked).cases[0].rows] == [True, True, True]
+
+
+def test_a_timer_ticks_by_itself():
+    devices = "\n## Devices\n| Stream | Device | Every |\n|---|---|---|\n| Clock | Timer | 2 s |\n"
+    rows = "| Clock | map | clock.count | Count |\n| Count | subscribe | | Print |"
+    test = """
+        | 2000 | Count | | 1 |
+        | 3900 | Count | | nothing |
+        | 4000 | Count | | 2 |
+        | 1 h | Count | | 1800 |
+    """
+    assert held(test, rows, devices) == [True] * 4
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_frames_in_which_nothing_happens_may_be_left_out(name, monkeypatch):
+    checked = api.check(FOLDER / f"{name}.xlsx")
+    quick = [case.events for case in run_tests(checked).cases]
+    monkeypatch.setattr(FrameClock, "next_due", property(lambda self: self.us + 1))
+    assert [case.events for case in run_tests(checked).cases] == quick
 
 
 # ---- the command

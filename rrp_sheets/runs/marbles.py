@@ -13,6 +13,7 @@ from rrp_sheets.model.values import Value, record_from_mapping
 from rrp_sheets.render.score import Group, Lane, Marble, Score, make_score
 from rrp_sheets.runtime.trace import read_trace, stream_label
 
+_LONGEST_US = 366 * 24 * 3_600_000_000  # a year: longer is no run
 TRACE, WORKBOOK = "trace.jsonl", "protocol.xlsx"
 
 
@@ -30,15 +31,16 @@ def trace_scores(path: Path) -> list[Score]:
     file = path / TRACE if path.is_dir() else path
     header: Mapping[str, Any] = {}
     lines: list[dict[str, Any]] = []
-    for line in read_trace(file):
-        if not isinstance(line, dict):
-            raise UnreadableFile("FILE001", f"“{file}” is not a trace.", "Name a run's folder.")
-        if line.get("type") == "header":
-            header = line
-        elif "t" in line:
-            lines.append(line)
-    graph = _graph(file.with_name(WORKBOOK))
-    return _alone(header, lines) if graph is None else _with_rows(graph, lines)
+    try:
+        for line in read_trace(file):
+            if line.get("type") == "header":
+                header = line
+            elif "t" in line:
+                lines.append({**line, "us": _us(line)})
+        graph = _graph(file.with_name(WORKBOOK))
+        return _alone(header, lines) if graph is None else _with_rows(graph, lines)
+    except (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError):
+        raise UnreadableFile("FILE001", f"“{file}” is not a trace.", "Name a run's folder.") from None
 
 
 def _graph(workbook: Path) -> Graph | None:
@@ -55,12 +57,12 @@ def _graph(workbook: Path) -> Graph | None:
 def _with_rows(graph: Graph, lines: list[dict[str, Any]]) -> list[Score]:
     ids = {stream_label(s): s.id for s in graph.streams.values()}
     events = [
-        (_us(e), ids[e["stream"]], str(e.get("row", "")), value_from_json(e["stream"], e["value"]))
+        (e["us"], ids[e["stream"]], str(e.get("row", "")), value_from_json(e["stream"], e["value"]))
         for e in lines
         if "value" in e and e.get("stream") in ids
     ]
-    errors = [(_us(e), str(e["row"]), str(e.get("error") or e.get("text"))) for e in lines if _is_error(e)]
-    last = max((_us(e) for e in lines), default=0)
+    errors = [(e["us"], str(e["row"]), str(e.get("error") or e.get("text"))) for e in lines if _is_error(e)]
+    last = max((e["us"] for e in lines), default=0)
     scores = [make_score(graph, b, events, errors, last) for b in graph.behaviours]
     return [s for s in scores if any(lane.marbles for lane in s.lanes)]
 
@@ -77,16 +79,19 @@ def _alone(header: Mapping[str, Any], lines: list[dict[str, Any]]) -> list[Score
         if "value" in entry and "stream" in entry:
             name = str(entry["stream"])
             value = value_from_json(name, entry["value"])
-            marbles.setdefault(name, []).append(Marble(_us(entry), value, str(entry.get("row", ""))))
+            marbles.setdefault(name, []).append(Marble(entry["us"], value, str(entry.get("row", ""))))
     order = {"sensor": 0, "done": 0, "actuator": 2}
     names = sorted(marbles, key=lambda n: order.get(kinds.get(n, ""), 1))
     groups = tuple(Group((), Lane(n, n.rpartition("!")[2], kinds.get(n, "stream"), tuple(marbles[n]))) for n in names)
-    last = max((_us(e) for e in lines), default=0)
+    last = max((e["us"] for e in lines), default=0)
     return [Score(str(header.get("name", "Run")), groups, 0, last)] if lines else []
 
 
 def _us(entry: Mapping[str, Any]) -> int:
-    return round(float(entry["t"]) * 1_000_000)
+    us = round(float(entry["t"]) * 1_000_000)
+    if not 0 <= us <= _LONGEST_US:
+        raise ValueError(us)
+    return us
 
 
 def value_from_json(name: str, value: Any) -> Value:
