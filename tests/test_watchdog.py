@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import textwrap
@@ -17,7 +18,7 @@ pytest.importorskip("pybullet")
 from PIL import Image, ImageStat
 from play import rows
 
-from rrp_sheets.runs.watchdog import PATIENCE, SILENT_AFTER, STUCK_AFTER, Watchdog
+from rrp_sheets.runs.watchdog import PREPARED_AFTER, SILENT_AFTER, STUCK_AFTER, Watchdog
 
 COMMAND = [sys.executable, "-c", "from rrp_sheets.cli.main import main; main()"]
 
@@ -121,6 +122,21 @@ def test_a_row_that_takes_the_engine_down_is_named(connector, tmp_path, environm
     assert "ended unexpectedly" in done.stderr
 
 
+def test_ctrl_c_need_not_wait_for_a_check_that_never_ends(tmp_path, environment):
+    site = Path(environment["PYTHONPATH"])
+    begun = tmp_path / "begun"
+    (site / "wicked.py").write_text(f"open({str(begun)!r}, 'w').close()\nwhile True:\n    pass\n")
+    book = tmp_path / "b.md"
+    book.write_text(rows("| Red ball | subscribe | | Head tracker |"))
+    process = subprocess.Popen([*COMMAND, "run", str(book), "--out", str(tmp_path / "o")], env=environment,
+                               stderr=subprocess.PIPE, text=True, encoding="utf-8")  # fmt: skip
+    while not begun.exists():
+        os.sched_yield()
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=20)
+    assert process.returncode == 130 and errors == "" and not (tmp_path / "o").exists()
+
+
 class Clock:
     """Looks at a watchdog's cell at made-up times."""
 
@@ -128,13 +144,13 @@ class Clock:
         self.cell = [0, 0, -1]
         self.dog = Watchdog(self.cell)
         self.now = 0.0
-        self.dog.bites(heard=True, patient=False, now=self.now)
+        self.dog.bites(heard=True, now=self.now)
 
-    def after(self, seconds, *, heard=False, patient=False, step=0.1):
+    def after(self, seconds, *, heard=False, silent_after=SILENT_AFTER, step=0.1):
         end = self.now + seconds
         while self.now < end:
             self.now += step
-            if self.dog.bites(heard=heard, patient=patient, now=self.now):
+            if self.dog.bites(heard=heard, silent_after=silent_after, now=self.now):
                 return True
         return False
 
@@ -163,8 +179,8 @@ def test_a_paced_wait_is_no_stall_but_silence_is():
 
 def test_what_may_take_long_is_given_time():
     clock = Clock()
-    assert not clock.after(PATIENCE - 1, patient=True)
-    assert clock.after(2, patient=True)
+    assert not clock.after(PREPARED_AFTER - 1, silent_after=PREPARED_AFTER)
+    assert clock.after(2, silent_after=PREPARED_AFTER)
 
 
 def test_a_machine_that_slept_has_nobody_stuck():

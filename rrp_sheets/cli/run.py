@@ -55,6 +55,8 @@ def command(
     _stop_on_interrupt(watch)
     ended = api.run_apart(file, settings, watch)
     result = ended.result
+    if result is None and watch.interrupted:
+        sys.exit(INTERRUPTED)
     if result is None:
         print_findings(ended.findings, err=True)
         click.echo("The workbook has errors, so the run does not begin.", err=True)

@@ -8,7 +8,6 @@ brings it to its safe stop when the engine is gone.
 from __future__ import annotations
 
 import os
-import select
 import time
 from contextlib import suppress
 from dataclasses import dataclass
@@ -18,9 +17,9 @@ from typing import Any
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.runs.mending import close_trace
-from rrp_sheets.runs.office import Office
+from rrp_sheets.runs.office import Office, readable
 from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView
-from rrp_sheets.runs.watchdog import SILENT_AFTER, STUCK_AFTER, Watchdog
+from rrp_sheets.runs.watchdog import FINISHED_AFTER, PREPARED_AFTER, SILENT_AFTER, STUCK_AFTER, Watchdog
 from rrp_sheets.runs.wire import pack_settings, show, unpack_error, unpack_finding, unpack_result, unpack_start
 from rrp_sheets.runtime.progress import RANK
 from rrp_sheets.sim.process import require
@@ -38,7 +37,7 @@ class Ended:
 
     Attributes:
         findings: about the workbook, when it has errors; then it did not run.
-        result: what the run left, otherwise.
+        result: what the run left; None when it did not run, because of errors or since it was stopped before it began.
     """
 
     findings: tuple[Diagnostic, ...] = ()
@@ -62,6 +61,7 @@ class RunProcess:
         self._office.send("run", str(path.absolute()), pack_settings(settings or RunSettings()))
         self._started: RunStart | None = None
         self._world: int | None = None
+        self._starting = False
         self._finishing = False
         self._began = time.monotonic()
 
@@ -104,10 +104,19 @@ class RunProcess:
                 ended = self._take(message, view)
                 if ended is not None:
                     return ended
-            if watchdog.bites(heard=bool(messages), patient=self._started is None or self._finishing):
+            if asked and not self._starting:
+                office.kill()  # nothing has begun, and the check of a workbook need not be waited for
+                return Ended()
+            patience = self._patience()
+            if watchdog.bites(heard=bool(messages), silent_after=patience):
                 office.kill()
-                late = STUCK_AFTER if watchdog.stuck else SILENT_AFTER
+                late = STUCK_AFTER if watchdog.stuck else patience
                 return self._broken(view, f"The run has not gone on for {late:g} s", REMEDY_STUCK)
+
+    def _patience(self) -> float:
+        if self._started is None:
+            return PREPARED_AFTER
+        return FINISHED_AFTER if self._finishing else SILENT_AFTER
 
     def _take(self, message: list[Any], view: RunView) -> Ended | None:
         kind, *rest = message
@@ -119,7 +128,9 @@ class RunProcess:
             raise RunBroken("The workbook needs more memory than a run may have.", "Divide it into smaller ones.")
         if kind == "checked":
             return Ended(findings=tuple(map(unpack_finding, rest[0])))
-        if kind == "started":
+        if kind == "starting":
+            self._starting = True
+        elif kind == "started":
             self._started = unpack_start(rest[0])
             self._began = time.monotonic()
             self._hold_world()
@@ -160,7 +171,7 @@ class RunProcess:
         """Wait until the robot has come to its safe stop and its process has ended."""
         world = self._started.world if self._started else None
         if self._world is not None:
-            select.select([self._world], [], [], REST_WITHIN)
+            readable(self._world, REST_WITHIN)
         elif world is not None:
             deadline = time.monotonic() + REST_WITHIN
             with suppress(ProcessLookupError):

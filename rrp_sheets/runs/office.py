@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-import select
+import selectors
 import socket
 import subprocess
 import sys
@@ -52,8 +52,7 @@ class Office:
 
     def receive(self, within: float) -> list[list[Any]] | None:
         """What it has said, waiting some seconds for it; None when it has ended."""
-        ready, _, _ = select.select([self._link], [], [], within)
-        return self._lines.receive() if ready else []
+        return self._lines.receive() if readable(self._link.fileno(), within) else []
 
     def kill(self) -> None:
         """End it at once."""
@@ -81,3 +80,10 @@ class Office:
         if code < 0:
             return f" (signal {-code})"
         return f" (exit code {code}: {lines[-1][:200]})" if lines else f" (exit code {code})"
+
+
+def readable(fd: int, within: float) -> bool:
+    """Whether something can be read, waiting some seconds for it; `select` alone cannot do a busy server's numbers."""
+    with selectors.DefaultSelector() as selector:
+        selector.register(fd, selectors.EVENT_READ)
+        return bool(selector.select(within))

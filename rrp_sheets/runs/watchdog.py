@@ -12,8 +12,10 @@ are no slow row but one that never ends; and a robot should not be without its e
 SILENT_AFTER = 30.0
 """Seconds without a word between the frames of a run. A simulator that does not answer breaks the run off by itself
 after 10 s."""
-PATIENCE = 120.0
-"""Seconds without a word before the run (reading, checking, starting) and after it (film, table, diagram)."""
+PREPARED_AFTER = 90.0
+"""Seconds without a word before the run: reading, checking, starting the simulator. Usually 2."""
+FINISHED_AFTER = 900.0
+"""Seconds without a word after it, when the robot rests: a table of a million rows takes minutes."""
 _LONGEST_LOOK = 0.5  # s that count between two looks: when the whole machine stood still, nobody was stuck
 
 
@@ -34,12 +36,12 @@ class Watchdog:
         self._looked = time.monotonic()
         self.stuck = False
 
-    def bites(self, *, heard: bool, patient: bool, now: float | None = None) -> bool:
+    def bites(self, *, heard: bool, silent_after: float = SILENT_AFTER, now: float | None = None) -> bool:
         """Whether the process must be ended.
 
         Args:
             heard: whether it has said something since the last look.
-            patient: whether it is doing what may take long.
+            silent_after: how many seconds it may say nothing, doing what it is doing now.
             now: seconds on any clock; the machine's when None.
         """
         now = time.monotonic() if now is None else now
@@ -51,4 +53,4 @@ class Watchdog:
         self._same = 0.0 if moved else self._same + passed
         self._silent = 0.0 if heard or (moved and seen[1]) else self._silent + passed
         self.stuck = self._same > STUCK_AFTER
-        return self.stuck or self._silent > (PATIENCE if patient else SILENT_AFTER)
+        return self.stuck or self._silent > silent_after
