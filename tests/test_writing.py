@@ -9,6 +9,7 @@ import stat
 import subprocess
 import sys
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import openpyxl
@@ -355,6 +356,29 @@ def test_utf_16_and_cells_with_cdata(path):
     edit(path, [SetCell(SHEET, 2, 1, "new"), InsertRows(SHEET, 2)])
     moved = {(r + (r > 1), c): text for (r, c), text in (before | {(2, 1): "new"}).items()}
     assert {at: c.text for at, c in read_sheets(path)[0].cells.items()} == moved
+
+
+def test_swollen_sheets_are_refused(path):
+    """Elements beside the table that would fill the memory."""
+    many = b"<x/>" * 1_600_000 + b"</worksheet>"
+    repack(path, {PART: lambda data: data.replace(b"</worksheet>", many)})
+    assert path.stat().st_size < 100_000
+    with pytest.raises(SheetsError):
+        edit(path, [SetCell(SHEET, 3, 3, "x")])
+
+
+def test_special_files(tmp_path):
+    os.mkfifo(tmp_path / "x.xlsx")
+    with pytest.raises(UnreadableFile):
+        edit(tmp_path / "x.xlsx", [SetCell(SHEET, 3, 3, "x")])
+
+
+def test_editors_at_the_same_time(path):
+    """Ten threads, each its own cell: every edit is in the file at the end."""
+    with ThreadPoolExecutor(10) as pool:
+        list(pool.map(lambda n: edit(path, [SetCell(SHEET, 20 + n, 1, f"by {n}")]), range(10)))
+    assert [cell(path, 20 + n, 1) for n in range(10)] == [f"by {n}" for n in range(10)]
+    assert [p.name for p in path.parent.iterdir()] == [path.name]
 
 
 # ---- any edits of any small workbook

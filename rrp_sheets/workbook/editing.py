@@ -68,6 +68,8 @@ def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None
     path = Path(path)
     if not path.exists():
         raise unreadable("FILE001", name=path.name or str(path), hint="Check the spelling and the folder.")
+    if not path.is_file() and not path.is_dir():
+        raise unreadable("FILE002", name=path.name)
     refuse_open_file(path)
     path = path.resolve()
     with _alone(path if path.is_dir() else path.parent):

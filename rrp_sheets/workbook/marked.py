@@ -185,10 +185,9 @@ def _list_sheet(package: PackageEdit, title: str, ident: str) -> None:
     found = find(data, lambda path: path[-1] in ("sheets", "sheet"))
     holder = next(e for e in found if e.local == "sheets")
     used = [int(e.attributes.get("sheetId") or 0) for e in found if e.local == "sheet"]
-    new = (
-        f'<{holder.prefix}sheet xmlns:f="{_RELATIONS}" name={quoteattr(title)} sheetId="{max(used) + 1}" '
-        f'f:id="{ident}"/>'
-    ).encode()
+    named = next((n for e in found for n in e.attributes if n.endswith(":id")), "")
+    relation = f'{named}="{ident}"' if named else f'xmlns:f="{_RELATIONS}" f:id="{ident}"'
+    new = f'<{holder.prefix}sheet name={quoteattr(title)} sheetId="{max(used) + 1}" {relation}/>'.encode()
     package.write(package.book.part, splice(data, [(holder.inner_end, holder.inner_end, new)]))
 
 

@@ -15,6 +15,7 @@ from xml.parsers import expat
 from xml.sax.saxutils import escape, quoteattr
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.workbook import limits
 
 TAG = re.compile(rb"""<(?:[^<>"']|"[^"]*"|'[^']*')*>""")
 _DECLARATION = re.compile(r"\A\s*<\?xml[^>]*\?>")
@@ -79,6 +80,7 @@ class Scanner:
         self.data = data
         self._open: list[tuple[str, str, Mapping[str, str], int] | None] = []
         self._path: list[str] = []
+        self._left = limits.XML_ELEMENTS
         self._parser = expat.ParserCreate()
         self._parser.StartDoctypeDeclHandler = _refuse_doctype
         self._parser.StartElementHandler = self._start
@@ -101,6 +103,9 @@ class Scanner:
 
     def _start(self, name: str, attributes: dict[str, str]) -> None:
         self._path.append(name.rpartition(":")[2])
+        self._left -= 1
+        if self._left < 0 or len(self._path) > limits.XML_DEPTH:
+            raise broken()
         wanted = self.wants(self._path, attributes)
         self._open.append((name, "", attributes, self._parser.CurrentByteIndex) if wanted else None)
 
