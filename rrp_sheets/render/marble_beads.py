@@ -91,15 +91,17 @@ def draw_lane(lane: Lane, x: Span, top: float, bottom: float) -> str:
         f'<path d="M{x.right - 5:.1f} {base - 2.6:.1f}l5 2.6l-5 2.6" fill="none" stroke="{line}" stroke-width="0.9"/>',
     ]
     places = _places(lane, x)
+    before = x.left - _HIGH
     for place, following in zip(places, [*places[1:], None], strict=False):
         end = following.x if following else x.right + 2
+        gap, before = place.x - before, max(place.x, place.end)
         if place.end >= 0:
             parts.append(_draw_band(place, lane, base, end, (fill, line)))
             continue
         for level, marble in enumerate(place.marbles[:_MOST_STACKED]):
             y = base - level * _STEP
             more = len(place.marbles) - _MOST_STACKED if level == _MOST_STACKED - 1 else 0
-            parts.append(_draw_marble(marble, lane, place.x, y, end - place.x, (fill, line), more))
+            parts.append(_draw_marble(marble, lane, place.x, y, (gap, end - place.x), (fill, line), more))
     return f'<g class="lane {lane.kind}" data-stream="{escape(clean(lane.label or lane.id))}">{"".join(parts)}</g>'
 
 
@@ -111,8 +113,9 @@ def _told(marble: Marble) -> str:
 
 
 def _draw_marble(
-    marble: Marble, lane: Lane, x: float, y: float, room: float, colours: tuple[str, str], more: int
+    marble: Marble, lane: Lane, x: float, y: float, gaps: tuple[float, float], colours: tuple[str, str], more: int
 ) -> str:
+    before, room = gaps
     title = f"<title>{_told(marble)}</title>"
     if marble.error:
         reason = cut(clean(marble.error[:200]), room - 12, _measure) if room > 40 else ""
@@ -120,7 +123,7 @@ def _draw_marble(
         words = _on_white(x + 6.5, y + 2.8, reason, SMALL_PT - 1) if reason else ""
         return f'<g class="error">{title}{cross}{words}</g>'
     size = _VALUE_PT
-    half = min(_HIGH / 2, max(1.1, room / 2 - 0.5))
+    half = min(_HIGH / 2, max(1.1, min(before, room) / 2 - 0.5))
     shown = f"+{more + 1}" if more else fitting(marble.value, min(_LONGEST, room - 0.8) - 5.5, _measure, 16)
     long = max(2 * half, width(shown, size) + 5.5) if shown else 2 * half
     blank = marble.value is None and not more

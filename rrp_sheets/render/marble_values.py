@@ -22,7 +22,8 @@ def labels(value: Value) -> Iterator[str]:
     elif isinstance(value, bool):
         yield show(value)
     elif isinstance(value, (int, float)):
-        yield from dict.fromkeys((show(value), f"{value:.2g}", f"{value:.1g}"))
+        whole = isinstance(value, float) and 1_000 <= abs(value) < 1_000_000
+        yield from dict.fromkeys((f"{value:.0f}",) if whole else (show(value), f"{value:.2g}", f"{value:.1g}"))
     elif isinstance(value, Record):
         yield from _fields(value)
     elif isinstance(value, str):

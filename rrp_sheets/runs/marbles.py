@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from rrp_sheets.checks import check_workbook
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.graph import Graph
-from rrp_sheets.model.values import Value, record_from_mapping
+from rrp_sheets.model.names import key
+from rrp_sheets.model.values import Field, Record, RecordType, Value
 from rrp_sheets.render.score import Group, Lane, Marble, Score, make_score
 from rrp_sheets.runtime.trace import read_trace, stream_label
 
@@ -97,7 +99,14 @@ def _us(entry: Mapping[str, Any]) -> int:
 def value_from_json(name: str, value: Any) -> Value:
     """A value as it was on the stream: JSON's objects are records."""
     if isinstance(value, dict):
-        return record_from_mapping(name, {str(k): value_from_json(k, v) for k, v in value.items()})
+        kind, keys = _kind(name, tuple(value))
+        return Record(kind, {k: value_from_json(n, value[n]) for n, k in keys})
     if isinstance(value, list):
         return [value_from_json(name, v) for v in value]
     return value
+
+
+@lru_cache(maxsize=256)
+def _kind(name: str, names: tuple[str, ...]) -> tuple[RecordType, tuple[tuple[str, str], ...]]:
+    """The type of such records, and their fields' names with their keys: the same for all values of a stream."""
+    return RecordType(name, tuple(Field(n) for n in names)), tuple((n, key(n)) for n in names)
