@@ -110,6 +110,8 @@ def test_the_classic_mistake_mended_stays_mended_and_keeps_the_users_notes(numbe
     assert checked.report.flatten(["code"]) == []
     again = api.check(out)
     assert again.report.flatten(["code"]) == []
+    _, outcome = api.test(out)
+    assert outcome is not None and all(case.passed for case in outcome.cases)
     notes = [r.notes for r in again.workbook.behaviours[0].rows]
     assert "far: the head" in notes and "close: the arm on that side" in notes
 

@@ -88,6 +88,10 @@ def cases(tree: ast.AST, wanted: bool = True) -> list[Case]:
         return [()] if bool(tree.value) is wanted else []
     if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and tree.func.id == "ISBLANK":
         return [(Literal(text_of(tree.args[0]), ast.Eq if wanted else ast.NotEq, None),)]
+    if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and tree.func.id == "BETWEEN":
+        value, low, high = tree.args
+        parts = [_compared(value, ast.GtE, low, wanted), _compared(value, ast.LtE, high, wanted)]
+        return _together(parts) if wanted else _limited([c for part in parts for c in part])
     return [(Literal(text_of(tree), None, wanted),)]
 
 

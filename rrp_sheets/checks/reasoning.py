@@ -21,14 +21,20 @@ from rrp_sheets.checks.known import (
     one_of,
 )
 from rrp_sheets.formulas import HelperDef, Table
-from rrp_sheets.formulas.nodes import IfError, Pick
+from rrp_sheets.formulas.nodes import IfError, Join, Pick, Switch
 from rrp_sheets.model.values import Value
 
 Names = Mapping[str, Known]
 MOST_STEPS = 2_000
-_TRUTHS = frozenset({"ISBLANK", "ISTEXT", "ISNUMBER", "EXACT", "ANY", "ALL"})
-_TEXTS = frozenset({"CONCAT", "FIXED", "LEFT", "LOWER", "MID", "RIGHT", "STR", "SUBSTITUTE", "TRIM", "UPPER"})
-_LISTS = frozenset({"LIST", "RANGE", "REVERSE", "SORTED"})
+_TRUTHS = frozenset(
+    {"ALL", "ANY", "BETWEEN", "ENDSWITH", "EXACT", "ISBLANK", "ISEVEN", "ISLIST", "ISLOGICAL", "ISNUMBER", "ISODD",
+     "ISRECORD", "ISTEXT", "STARTSWITH", "XOR"}
+)  # fmt: skip
+_TEXTS = frozenset(
+    {"CONCAT", "FIXED", "LEFT", "LOWER", "MID", "PROPER", "REPT", "RIGHT", "STR", "SUBSTITUTE", "TEXT", "TEXTJOIN",
+     "TRIM", "UPPER"}
+)  # fmt: skip
+_LISTS = frozenset({"DROP", "LIST", "RANGE", "REVERSE", "SEQUENCE", "SORTED", "TAKE", "TEXTSPLIT", "UNIQUE"})
 _BOUNDS = {
     "ABS": (0, math.inf), "ACOS": (0, math.pi), "ANGLE": (-math.pi, math.pi), "ASIN": (-math.pi / 2, math.pi / 2),
     "ATAN": (-math.pi / 2, math.pi / 2), "COS": (-1, 1), "COUNT": (0, math.inf), "DISTANCE": (0, math.inf),
@@ -36,8 +42,9 @@ _BOUNDS = {
     "SIGN": (-1, 1), "SIN": (-1, 1), "SQRT": (0, math.inf),
 }  # fmt: skip
 _NUMBERS = frozenset(
-    {"AVERAGE", "CEIL", "DEGREES", "INT", "LN", "LOG10", "MEDIAN", "MOD", "PI", "POWER", "RADIANS", "ROUND", "SCALE",
-     "SUM", "TAN", "TRUNC", "VALUE"}
+    {"AVERAGE", "CEIL", "COUNTA", "COUNTIF", "FIND", "FLOOR", "INT", "LN", "LOG10", "MEDIAN", "MOD", "MROUND", "PI",
+     "POWER", "PRODUCT", "QUOTIENT", "ROUND", "ROUNDDOWN", "ROUNDUP", "SCALE", "SEARCH", "STDEV", "SUM", "TAN", "TRUNC",
+     "VALUE"}
 )  # fmt: skip
 
 
@@ -120,6 +127,8 @@ def _holds(test: ast.AST, env: _Env) -> bool | None:
 
 
 def _iferror(node: IfError, env: _Env) -> Known:
+    if node.otherwise is None:
+        return Known(TRUTH)  # ISERROR
     return either(_of(node.value, env), _of(node.otherwise, env))
 
 
@@ -127,7 +136,15 @@ def _truth(node: ast.AST, env: _Env) -> Known:
     return Known(TRUTH)
 
 
-def _text(node: ast.JoinedStr, env: _Env) -> Known:
+def _switch(node: Switch, env: _Env) -> Known:
+    found = [_of(r, env) for r in (*node.results, node.otherwise) if r is not None]
+    result = found[0] if found else UNKNOWN
+    for known in found[1:]:
+        result = either(result, known)
+    return result
+
+
+def _text(node: ast.JoinedStr | Join, env: _Env) -> Known:
     return Known(TEXT)
 
 
@@ -234,12 +251,12 @@ def _xlookup(node: ast.Call, env: _Env) -> Known:
 
 def _clamp(node: ast.Call, env: _Env) -> Known:
     value, low, high = (_of(a, env) for a in node.args)
-    return _number(max(value.low, low.low), min(value.high, high.high), value.unit)
+    return _number(min(max(value.low, low.low), high.low), min(max(value.high, low.high), high.high), value.unit)
 
 
 def _extreme(node: ast.Call, env: _Env) -> Known:
     found = [_of(a, env) for a in node.args]
-    if len(found) < 2 or any(f.kind != NUMBER for f in found):
+    if len(found) < 2 or any(f.kind != NUMBER or f.blank for f in found):
         return Known(NUMBER) if len(found) > 1 else _member(found[0].choices)
     best = min if isinstance(node.func, ast.Name) and node.func.id == "MIN" else max
     return _number(best(f.low for f in found), best(f.high for f in found), found[0].unit)
@@ -261,10 +278,11 @@ def _radians(node: ast.Call, env: _Env) -> Known:
 
 _SPECIAL: dict[str, Callable[[ast.Call, _Env], Known]] = {
     "INDEX": _index, "XLOOKUP": _xlookup, "CLAMP": _clamp, "MIN": _extreme, "MAX": _extreme, "ROWS": _length,
-    "RADIANS": _radians, "DEGREES": _radians,
+    "RADIANS": _radians, "DEGREES": _radians, "FIRST": _index, "LAST": _index,
 }  # fmt: skip
 _NODES: dict[type, Callable[..., Known]] = {
     ast.Constant: _constant, ast.Name: _name, ast.Attribute: _attribute, ast.Subscript: _subscript, ast.IfExp: _ifexp,
-    IfError: _iferror, ast.Compare: _truth, ast.BoolOp: _truth, ast.JoinedStr: _text, ast.List: _list,
+    IfError: _iferror, ast.Compare: _truth, ast.BoolOp: _truth, ast.JoinedStr: _text, Join: _text,
+    Switch: _switch, ast.List: _list,
     ast.Tuple: _list, ast.ListComp: _listcomp, ast.UnaryOp: _unary, ast.BinOp: _binop, ast.Call: _call, Pick: _pick,
 }  # fmt: skip
