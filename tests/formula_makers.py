@@ -146,10 +146,10 @@ class Maker:
     def formula(self) -> str:
         """A formula: mostly well formed, often damaged, sometimes only scraps."""
         draw = self.chance.random()
-        if draw < 0.12:
+        if draw < 0.08:
             return "".join(self.chance.choice(_SCRAPS + _NAMES + _NUMBERS) for _ in range(self.chance.randint(1, 16)))
         text = self._value(self.chance.randint(1, 5))
-        if draw < 0.4:
+        if draw < 0.25:
             text = self._damage(text)
         return self.chance.choice(("", "", "=", "= ")) + text
 
@@ -212,7 +212,7 @@ class Maker:
 
     def _column(self, depth: int) -> str:
         return self.chance.choice(
-            ("Parts[Ask]", "Parts[Zone]", "Wide[C29]", "Wide[C0]", "Parts[__class__]", "Parts[x[0]]")
+            ("Parts[Ask]", "Parts[Zone]", "Wide[C29]", "Wide[C0]", "Parts[Points]", "Parts[__class__]")
         )
 
     def _choice(self, depth: int) -> str:
@@ -220,7 +220,7 @@ class Maker:
 
     def _text(self, depth: int) -> str:
         quote = self.chance.choice("'\"")
-        return f"f{quote}it is {{{self._value(depth)}{self.chance.choice(('', ':.1f', ':>20', '!r', ':{x}'))}}}{quote}"
+        return f"f{quote}it is {{{self._value(depth)}{self.chance.choice(('', '', '', ':.1f', ':>20', '!r', ':{x}'))}}}{quote}"
 
 
 _KINDS = (

@@ -179,6 +179,8 @@ class _Lexer:
         """The parts of a text with values in it; `at` is the place of its quote."""
         typed, opener = self.typed, self.typed[at]
         closers = PAIRS.get(opener, opener)
+        if typed.startswith(opener * 3, at):  # Python's triple quote; to a spreadsheet, a quote at the beginning
+            raise FormulaProblem("FORM003", at, 3, what="A triple quote", remedy="Write one quote on each side.")
         parts: list[str | Hole] = []
         begin = i = at + 1
         while i < len(typed):
