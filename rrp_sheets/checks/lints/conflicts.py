@@ -21,7 +21,7 @@ from rrp_sheets.checks.lints.material import Material, row_of
 from rrp_sheets.checks.routes import Route
 from rrp_sheets.graph import Step
 
-MOST_PAIRS = 20_000
+MOST_PAIRS = 5_000
 STEADY_HZ = 0.5  # what comes at least so often leaves no time for anything else
 VOICE, BRIGHTNESS = "voice", "brightness of the eyes"
 _SHARED = frozenset({"memory", "all"})  # remembering a face, and ending the run, are in nobody's way

@@ -14,7 +14,10 @@ TOO_OFTEN_HZ = 1.0  # a short sentence takes longer than a second
 
 def lint_flooded(material: Material) -> None:
     """Report rows that would make the robot speak without end."""
+    counted: set[str] = set()
     for step in material.steps():
+        if step.connector.name == "accumulate" or counted.intersection(step.inputs):
+            counted.add(step.output)  # a total decides about it: how often that is so cannot be said
         stream = material.graph.streams[step.output]
         if not step.connector.drives or stream.device is None:
             continue
@@ -23,28 +26,12 @@ def lint_flooded(material: Material) -> None:
         rate = fact.rate
         if not speaks or rate.kind not in (CAMERA, CHANGE, TIMER) or rate.hz <= TOO_OFTEN_HZ:
             continue
-        if _counted(step, material):
+        if counted.intersection(step.inputs):
             continue
         source = material.name(step.inputs[0])
         material.report.add(
             "LINT002", step.row.connector.address, fixes=_fixes(step, material), stream=source, hz=f"{rate.hz:g}"
         )
-
-
-def _counted(step: Step, material: Material) -> bool:
-    """Whether a total decides about it: how often that is so cannot be said."""
-    makers = {s.output: s for s in material.steps() if not s.connector.drives}
-    waiting, seen = list(step.inputs), set[str]()
-    while waiting:
-        stream = waiting.pop()
-        maker = makers.get(stream)
-        if maker is None or stream in seen:
-            continue
-        seen.add(stream)
-        if maker.connector.name == "accumulate":
-            return True
-        waiting += maker.inputs
-    return False
 
 
 def _fixes(step: Step, material: Material) -> list[Fix]:

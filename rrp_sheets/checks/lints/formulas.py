@@ -17,6 +17,7 @@ from rrp_sheets.model.values import Failure, Record, Value, show
 
 _NO_CONDITION = {TEXT: "a text", LIST: "a list", RECORD: "a whole record"}
 _SAME_VALUE = frozenset({"filter", "once", "throttle", "changes", "sample", "delay", "timeout", "forgetAfter", "merge"})
+MOST_STREAMS = 100  # that are followed from one merge
 _ANY_VALUE = "any event"  # what an actuator takes that does not look at the value
 
 
@@ -79,7 +80,7 @@ def _mixed(step: Step, material: Material) -> None:
     for place, fact in enumerate(facts[1:], 1):
         if not fact.has_example or alike(first.example, fact.example):
             continue
-        use = _use(step.output, [first.example, fact.example], material, step, 20)
+        use = _use(step.output, [first.example, fact.example], material, step, set())
         if use is None:
             continue
         material.report.add(
@@ -94,17 +95,20 @@ def _kind(value: Value) -> str:
     return f"a record ({value.type.name})" if isinstance(value, Record) else kind_of(value)
 
 
-def _use(stream: str, values: list[Value], material: Material, merge: Step, depth: int) -> str | None:
+def _use(stream: str, values: list[Value], material: Material, merge: Step, seen: set[str]) -> str | None:
     """How the values of a stream are used so that their kind matters, in words; None when only their coming counts."""
     plain = not any(isinstance(v, Record) for v in values)
-    for reader in material.readers.get(stream, []) if depth else ():
+    seen.add(stream)
+    for reader in material.readers.get(stream, []):
         formula = material.compiled.formulas.get(reader.ref)
         if formula is not None:
             fails = [_fails(formula, reader, stream, v, material) for v in values]
             if any(fails) and not all(fails):
                 return f", and the formula of {row_of(reader, merge)} cannot work with both"
-        if (reader.connector.name in _SAME_VALUE and reader.inputs[0] == stream) or reader.connector.name == "merge":
-            found = _use(reader.output, values, material, merge, depth - 1)
+        if reader.connector.name in _SAME_VALUE and (reader.inputs[0] == stream or reader.connector.any_input):
+            if reader.output in seen or len(seen) >= MOST_STREAMS:
+                continue
+            found = _use(reader.output, values, material, merge, seen)
             if found is not None:
                 return found
         elif reader.connector.drives and formula is None:
