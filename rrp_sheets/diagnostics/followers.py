@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection
 from typing import TYPE_CHECKING
 
@@ -25,12 +26,13 @@ _UNDECLARED = ("GRAPH001", "GRAPH006", "GRAPH007", "GRAPH009", "DEV008")
 _UNKNOWN_HELPER = ("FORM001", "FORM004", "FORM005", "FORM014")
 _UNREAD_SHEETS = {"devices": _UNDECLARED, "helpers": _UNKNOWN_HELPER}
 """What is missed everywhere when such a sheet, or a cell of it, cannot be read."""
-_UNNAMED = {"DEV005": _UNDECLARED, "FORM016": _UNKNOWN_HELPER}
-"""A row of Devices or Helpers without a name: whoever wants it misses it."""
+_MISSED_BEHAVIOUR = ("PROT004", "DEV010")
+_UNNAMED = {"DEV005": _UNDECLARED, "FORM016": _UNKNOWN_HELPER, "FORM024": ("FORM007", "FORM017")}
+"""A row of Devices or Helpers, or a column of a table, without a name: whoever wants it misses it."""
 _SCENE_ROW = ("SCENE001", "SCENE002", "SCENE003", "SCENE004")
 _WRONG_ROWS = ("CONN", "GRAPH", "FORM", "DEV", "SHEET", "PROT")
 _AS_WRONG = ("CONN010", "DEV007", "GRAPH011", "GRAPH014", "FORM012")  # warnings, but what is meant is another row
-_OF_WRONG_ROWS = ("TEST002", "TEST011", "SCENE006", "LINT")
+_OF_WRONG_ROWS = ("TEST002", "TEST011", "SCENE006", "DEV009", "LINT")
 """As long as rows are wrong, streams that tests name may be missing, and how rows act together is not known."""
 
 
@@ -48,12 +50,16 @@ class _Causes:
         self.rows: set[tuple[str, int]] = set()
         self.input_rows: set[tuple[str, int]] = set()
         self.sheets: set[str] = set()
+        self.names: set[tuple[str, str]] = set()  # keys of streams that are missing in a sheet
+        self.formulas: set[str] = set()  # sheets with formulas that lack a name
         self.anywhere: set[str] = set()
         for d in found:
             if (d.severity is Severity.ERROR and d.code.startswith(_WRONG_ROWS)) or d.code in _AS_WRONG:
                 self.anywhere.update(_OF_WRONG_ROWS)
             if d.address is not None:
                 self._add(d.code, d.address)
+                if d.code == "GRAPH001":
+                    self.names.add((d.address.sheet, _named(d)))
 
     def _add(self, code: str, at: Address) -> None:
         if code in OF_CELLS:
@@ -66,7 +72,11 @@ class _Causes:
             self.sheets.add(at.sheet)
         if code == "SHEET004" or code in OF_CELLS:
             self.anywhere.update(_UNREAD_SHEETS.get(key(at.sheet), ()))
+        if code == "SHEET004":
+            self.anywhere.update(_MISSED_BEHAVIOUR)
         self.anywhere.update(_UNNAMED.get(code, ()))
+        if code == "FORM004":
+            self.formulas.add(at.sheet)
         if code in _SCENE_ROW:
             self.anywhere.add("SCENE005")
 
@@ -82,4 +92,12 @@ class _Causes:
             or row in self.rows
             or (row in self.input_rows and d.code.startswith("FORM"))
             or (d.address.sheet in self.sheets and d.code in _MISSING)
+            or (d.code == "FORM004" and (d.address.sheet, _named(d)) in self.names)
+            or (d.code == "GRAPH011" and d.address.sheet in self.formulas)
         )
+
+
+def _named(d: Diagnostic) -> str:
+    """The key of the name that a finding is about."""
+    quoted = re.search("“(.+?)”", d.message)
+    return key(quoted[1]) if quoted else ""

@@ -91,8 +91,10 @@ class _Builder:
         rows = self.behaviour.rows
         steps: list[Step] = []
         above: tuple[str, ...] | None = None  # what a blank input means in this row
+        above_refused = False  # whether a name among them was refused, which was told there
         for i, (row, connector) in enumerate(zip(rows, self.found, strict=True)):
             inputs, refused = self._inputs(row, above)
+            refused = refused or (above_refused and not row.inputs)
             output = self.names.output(row, connector, self._taken_by_next(i)) if connector else None
             usable = connector is not None and not refused and inputs is not None and output is not None
             if usable:
@@ -104,6 +106,7 @@ class _Builder:
             if row.on:  # "above" skips rows that are switched off
                 drives = connector is not None and connector.drives
                 above = inputs if drives else (self.names.output_id(row, connector),)
+                above_refused = drives and refused
         return steps
 
     def _connector(self, row: Row) -> Connector | None:
