@@ -160,6 +160,20 @@ def test_what_the_simulator_lacks_is_told_once_and_done_at_once():
     assert p.told == [(1, "note", "T!2")]
 
 
+def test_rows_that_command_each_other_in_a_circle_do_not_send_a_growing_value(tmp_path):
+    book = rows(
+        "| Start, Say done | subscribe | | Say |\n| Start, Wait done, Eyes done | merge | | M |\n"
+        "| M | timestamp | | T |\n| T | subscribe | | Wait |\n| Wait done | map | (waitDone, 1) | |\n"
+        "| | subscribe | | Eyes |",
+        "\n## Devices\n| Stream | Device | Label | Text | Time | Colour |\n|---|---|---|---|---|---|\n"
+        "| Start | OperatorButton | Go | | | |\n| Say | SayParameter | | A | | |\n| Wait | Wait | | | 50 ms | |\n"
+        "| Eyes | EyeColor | | | | red |\n",
+        "\n## Scene\n| Time (s) | Thing | Does | Value |\n|---|---|---|---|\n| 0 | Operator | presses | Go |\n",
+    )
+    lines = trace_of(tmp_path, book)
+    assert len(lines) > 200 and max(len(line) for line in lines[1:-1]) < 400
+
+
 def test_two_plays_are_equal():
     commands = {0: [("say", "One."), ("say", "Two."), ("track", 1)], 20: [("yaw", 1, 2)], 25: [("eyes", "red")]}
     first, second = (Play((SAY, TRACK, YAW, EYES), commands, 60) for _ in range(2))

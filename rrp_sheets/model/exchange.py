@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from rrp_sheets.model.values import Field, RecordType, Value
+from rrp_sheets.model.values import Field, Record, RecordType, Value
 
 DONE = RecordType(
     "Done",
@@ -16,6 +16,24 @@ DONE = RecordType(
     ),
 )
 """What the stream `X done` gives, once for every command of the actuator stream X (design: 4-streams)."""
+
+
+def commanded(value: Value) -> Value:
+    """A command's value as its done event tells it: ends within it are told without what they were the end of.
+
+    Rows that command each other in a circle through `X done` would otherwise send a value that grows for ever.
+
+    >>> end = DONE.make(value="Hello", completed=True, seconds=1.5)
+    >>> commanded("Hello"), commanded([end, 2])
+    ('Hello', [Done(value=None, completed=True, seconds=1.5), 2])
+    """
+    if isinstance(value, Record):
+        if value.type == DONE:
+            return Record(value.type, {**value.values, "value": None})
+        return Record(value.type, {k: commanded(v) for k, v in value.values.items()})
+    if isinstance(value, (list, tuple)):
+        return type(value)(commanded(v) for v in value)
+    return value
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from rrp_sheets.model.durations import parse_duration
-from rrp_sheets.model.exchange import DONE, Command, DeviceUse, Happening
+from rrp_sheets.model.exchange import DONE, Command, DeviceUse, Happening, commanded
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record, RecordType, Value, show
 from rrp_sheets.runtime.clock import FrameClock
@@ -153,7 +153,7 @@ class _Ticks:
 
 def done(value: Value, completed: bool, began_us: int, ended_us: int) -> Record:
     """What the stream `X done` gives at the end of a command."""
-    return DONE.make(value=value, completed=completed, seconds=(ended_us - began_us) / 1_000_000)
+    return DONE.make(value=commanded(value), completed=completed, seconds=(ended_us - began_us) / 1_000_000)
 
 
 def duration_of(value: Any, setting: Value) -> int | None:

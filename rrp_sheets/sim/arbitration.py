@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from rrp_sheets.model.exchange import Command, Happening
+from rrp_sheets.model.exchange import Command, Happening, commanded
 from rrp_sheets.model.values import Value
 
 QUEUES = frozenset({"voice"})  # resources for which a command of equal priority waits for its turn
@@ -180,7 +180,7 @@ class Arbiter:
     def _done(self, order: Command, completed: bool, seconds: float) -> None:
         stream = self._dones.get(order.stream)
         if stream is not None:
-            event = {"value": order.value, "completed": completed, "seconds": round(seconds, 6)}
+            event = {"value": commanded(order.value), "completed": completed, "seconds": round(seconds, 6)}
             self._ended.append((stream, event))
 
 
