@@ -286,13 +286,13 @@ def test_reading_is_fast(tmp_path: Path) -> None:
     for rows, limit in (
         (1_000, 0.3),
         (10_000, 2.0),
-    ):  # about 0.05 s and 0.4 s; the limits leave room for a busy machine
+    ):  # about 0.05 s and 0.4 s; the limits leave room for a slow machine
         with xlsxwriter.Workbook(tmp_path / "x.xlsx") as book:
             sheet = book.add_worksheet("Tracking")
             sheet.write_row(0, 0, HEADERS)
             for i in range(1, rows):
                 sheet.write_row(i, 0, [f"Stream {i - 1}", "map", f"stream{i - 1} + {i}", f"Stream {i}", "", i % 7])
         read(tmp_path / "x.xlsx")
-        start = time.perf_counter()
+        start = time.process_time()
         read(tmp_path / "x.xlsx")
-        assert time.perf_counter() - start < limit
+        assert time.process_time() - start < limit

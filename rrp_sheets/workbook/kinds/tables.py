@@ -12,7 +12,7 @@ from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.cleaning import clean_prose
 from rrp_sheets.workbook.raw import RawSheet
 
-_TEXT = re.compile(r"""(?<![fF])(?:"(?:[^"]|"")*"|“[^”]*”|(?<!\w)'(?:[^']|'')*')""")
+_TEXT = re.compile(r"""(?<![fF])(?:"(?:[^"]|"")*"|“[^“”]*”|(?<!\w)'(?:[^']|'')*')""")
 
 
 def words(texts: Iterable[str]) -> set[str]:
