@@ -466,6 +466,69 @@ def test_frames_in_which_nothing_happens_may_be_left_out(name, monkeypatch):
     assert [case.events for case in run_tests(checked).cases] == quick
 
 
+GAME = """
+    | Cheer done | filter | cheerDone.completed | Cheered |
+    | Start, Cheered | accumulate | IF(ISBLANK(start); total + 1; 1) | Step |
+    | Step | filter | step <= ROWS(Parts) | |
+    | | map | INDEX(Parts; value) | Part |
+    | Part | map | part.ask | |
+    | | subscribe | | Ask |
+    | Touch, Part | filter | touch.zone = part.zone | Right |
+    | Right, Part | once | | Solved |
+    | Solved | map | PICK(["Yes!"; "Super!"]) | |
+    | | subscribe | | Cheer |
+    | Ask done, Touch, Part | timeout | 8 s | Quiet |
+    | Quiet, Part | map | part.hint | |
+    | | subscribe | | Help |
+    | Step | filter | step = ROWS(Parts) + 1 | |
+    | | subscribe | | Bye |
+"""
+GAME_SHEETS = """
+## Parts
+| Zone | Ask | Hint |
+|---|---|---|
+| Head | Where is my head? | It is at the top. |
+| Left hand | Where is my hand? | I move it. |
+
+## Devices
+| Stream | Device | Text |
+|---|---|---|
+| Start | OperatorButton | |
+| Touch | Touch | |
+| Ask | Say | |
+| Cheer | Say | |
+| Help | Say | |
+| Bye | SayParameter | Bye! |
+"""
+
+
+def test_a_whole_game():
+    test = """
+        | 0 | Touch | zone=Head | |
+        | 100 | Cheer | | nothing |
+        | 1 s | Start | | |
+        | 1 s | Ask | | Where is my head? |
+        | 3 s | Ask done | | |
+        | 10900 | Help | | nothing |
+        | 11 s | Help | | It is at the top. |
+        | 12 s | Touch | zone=Left hand | |
+        | 12100 | Cheer | | nothing |
+        | 13 s | Touch | zone="Head" | |
+        | 13 s | Cheer | | OR(value = "Yes!"; value = "Super!") |
+        | 13200 | Touch | zone="Head" | |
+        | 13300 | Cheer | | nothing |
+        | 15 s | Cheer done | completed=FALSE | |
+        | 15100 | Step | | nothing |
+        | 16 s | Cheer done | | |
+        | 16 s | Part | | zone=Left hand |
+        | 16 s | Step | | 2 |
+        | 20 s | Cheer done | | |
+        | 20 s | Bye | | any |
+        | 60 s | Ask | | nothing |
+    """
+    assert held(test, GAME, GAME_SHEETS) == [True] * 12
+
+
 # ---- the command
 
 

@@ -8,7 +8,7 @@ import sys
 import threading
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -38,8 +38,8 @@ def command(file: Path, as_json: bool, junit: Path | None, marbles: Path | None)
     from rrp_sheets import api
     from rrp_sheets.cli.check import print_findings
 
-    stop = _StopOnInterrupt()
-    checked, report = api.test(file, stop.asked)
+    with _StopOnInterrupt() as stop:
+        checked, report = api.test(file, stop.asked)
     if report is None:
         print_findings(checked.report.errors, err=True)
         click.echo("The workbook has errors, so its tests are not run.", err=True)
@@ -118,8 +118,17 @@ class _StopOnInterrupt:
 
     def __init__(self) -> None:
         self._asked = False
-        if threading.current_thread() is threading.main_thread():
-            signal.signal(signal.SIGINT, self._ask)
+        self._main = threading.current_thread() is threading.main_thread()
+        self._before: Any = None
+
+    def __enter__(self) -> _StopOnInterrupt:
+        if self._main:
+            self._before = signal.signal(signal.SIGINT, self._ask)
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        if self._main:
+            signal.signal(signal.SIGINT, self._before)
 
     def _ask(self, number: int, frame: FrameType | None) -> None:
         if self._asked:
