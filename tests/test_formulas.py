@@ -169,7 +169,7 @@ WORDS = st.sampled_from(
 @given(st.lists(WORDS, max_size=25).map(" ".join))
 @settings(max_examples=400, deadline=None)
 def test_any_formula_ends_soon_with_a_value_or_a_message(text):
-    began = time.perf_counter()
+    began = time.process_time()
     try:
         result = evaluate(text)
     except FormulaProblem as problem:
@@ -177,7 +177,7 @@ def test_any_formula_ends_soon_with_a_value_or_a_message(text):
     else:
         assert result is None or isinstance(result, (bool, int, float, str, list, tuple, Record, Failure))
         assert not isinstance(result, Failure) or result.code != "FORM109"
-    assert time.perf_counter() - began < 1
+    assert time.process_time() - began < 1
 
 
 @given(st.text(max_size=60))
