@@ -559,6 +559,13 @@ def test_the_output_names_cell_value_and_draws_the_streams(book):
     assert "▣ Say" in out and "□ Red ball" in out and "▲ row 3" in out
 
 
+def test_the_notes_of_a_row_that_does_not_hold_are_shown(tmp_path):
+    path = tmp_path / "book.md"
+    test = "\n## Test\n| Time (ms) | Stream | Send | Expect | Notes |\n|---|---|---|---|---|\n"
+    path.write_text(play.rows(TRACKING) + test + "| 0 | Say | | any | nobody is there |\n", encoding="utf-8")
+    assert "(0 ms, Say): expected any – nobody is there" in CliRunner().invoke(command, [str(path)]).output
+
+
 def test_json(book):
     found = json.loads(CliRunner().invoke(command, [str(book(BAD)), "--json"]).output)
     assert found["passed"] is False

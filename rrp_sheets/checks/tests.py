@@ -35,6 +35,7 @@ class CaseRow:
         sending: None of a row that expects.
         expectation: None of a row that sends.
         why_silent: why nothing can ever come on that stream; empty when it runs.
+        notes: what a person says that the row is about.
     """
 
     row: int
@@ -45,6 +46,7 @@ class CaseRow:
     sending: Sending | None = None
     expectation: Expectation | None = None
     why_silent: str = ""
+    notes: str = ""
 
 
 @dataclass(frozen=True)
@@ -228,7 +230,8 @@ class _Reader:
         if time is None or (sending is None and expectation is None):
             return None
         address = (row.expect if row.expect else row.send if row.send else row.stream).address
-        return CaseRow(address.row, address, time, row.stream.text, named.id, sending, expectation, named.why_silent)
+        name, why = row.stream.text, named.why_silent
+        return CaseRow(address.row, address, time, name, named.id, sending, expectation, why, row.notes)
 
     def _sending(self, row: TestRow, named: _Named) -> Sending | None:
         if row.send:

@@ -81,12 +81,13 @@ class GestureRow:
 
 @dataclass(frozen=True, slots=True)
 class TestRow:
-    """A row of a test sheet."""
+    """A row of a test sheet; `notes` say in words what it is about."""
 
     time: Cell
     stream: Cell
     send: Cell
     expect: Cell
+    notes: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -48,7 +48,7 @@ def _suite(result: CaseResult, workbook: str) -> ET.Element:
         if not row.passed:
             words = f"{row.row.address}: expected {_expected(row)}, got {row.got}."
             failure = ET.SubElement(case, "failure", {"type": "expectation", "message": _clean(words)})
-            failure.text = _clean("\n".join((words, *row.hints)))
+            failure.text = _clean("\n".join(filter(None, (words, *row.hints, row.row.notes))))
     return suite
 
 

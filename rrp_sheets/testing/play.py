@@ -10,7 +10,7 @@ from rrp_sheets.checks.tests import Case, CaseRow
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.graph import StreamKind
-from rrp_sheets.model.exchange import DONE
+from rrp_sheets.model.exchange import DONE, commanded
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Failure, Record, RecordType, Value, record_from_mapping
 from rrp_sheets.runtime.frame import FrameEngine
@@ -125,7 +125,7 @@ class Player:
         record = DONE.example()
         if actuator in self._commanded:
             began, value = self._commanded[actuator]
-            record = Record(DONE, {**record.values, "value": value, "seconds": (now - began) / 1e6})
+            record = Record(DONE, {**record.values, "value": commanded(value), "seconds": (now - began) / 1e6})
         return record
 
     def _given(self, given: Given) -> Value:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from rrp_sheets.model.values import to_json
+from rrp_sheets.render.measure import clean
 from rrp_sheets.testing.judge import seconds
 from rrp_sheets.testing.results import CaseResult, RowResult
 from rrp_sheets.testing.run import TestReport
@@ -26,7 +27,8 @@ def _headline(row: RowResult) -> str:
     expectation = row.row.expectation
     assert expectation is not None
     place = f"{row.row.address} ({seconds(row.row.time_us)}, {row.row.name})"
-    return f"{place}: expected {expectation.text}"
+    notes = f" – {clean(row.row.notes[:120])}" if row.row.notes else ""
+    return f"{place}: expected {clean(expectation.text[:200])}{notes}"
 
 
 def fault_lines(result: CaseResult) -> list[str]:
@@ -78,7 +80,7 @@ def _row(result: RowResult) -> dict[str, Any]:
     assert row.expectation is not None
     entry: dict[str, Any] = {
         "sheet": row.address.sheet, "cell": row.address.cell, "time_ms": row.time_us / 1000, "stream": row.name,
-        "expected": row.expectation.text, "passed": result.passed,
+        "expected": row.expectation.text, "notes": row.notes, "passed": result.passed,
     }  # fmt: skip
     if event is not None:
         entry["came"] = {"t": event.us / 1e6, "row": event.row, "value": to_json(event.value)}

@@ -18,4 +18,4 @@ def _row(table: Table, line: Line) -> TestRow:
     for cell, what in ((time, "time"), (stream, "stream")):
         if not cell:
             table.add("SHEET013", cell.address, what=what)
-    return TestRow(time, stream, table.fields(line, "Send"), table.fields(line, "Expect"))
+    return TestRow(time, stream, table.fields(line, "Send"), table.fields(line, "Expect"), table.notes(line))
