@@ -43,7 +43,7 @@ def test_every_function_has_help_and_an_example_in_the_users_spelling_that_is_tr
         ("SUM([1; BLANK; 2])", 3), ("SUM(TRUE; TRUE)", 2), ("AVERAGE([1; BLANK; 2])", 1.5), ("MAX([]; 3)", 3), ("MIN(-1; [2; -5])", -5), ("SUM([])", 0),
         ("MEDIAN(1; 2; 3; 4)", 2.5), ("COUNT(1; \"2\"; TRUE; BLANK)", 1), ("COUNTA(1; \"\"; BLANK)", 2), ("PRODUCT([])", 1), ("SIGN(0)", 0),
         ("IFS(FALSE; 1; TRUE; 2)", 2), ("IFS(TRUE; 1; 1/0; 2)", 1), ("SWITCH(2; 1; \"a\"; 2; \"b\")", "b"), ("SWITCH(\"RED\"; \"red\"; 1; 2)", 1), ("SWITCH(9; 1; 2; 3; 4; \"else\")", "else"),
-        ("SWITCH(1; 1; \"a\"; 1/0; \"b\")", "a"), ("IFERROR(IFS(FALSE; 1); 5)", 5), ("ISERROR(1)", False), ("ISERROR(INDEX([1]; 5))", True), ("IFERROR(\"a\" + 1; 0)", 0),
+        ("SWITCH(1; 1; \"a\"; 1/0; \"b\")", "a"), ("IFERROR(IFS(FALSE; 1); 5)", 5), ("ISERROR(1)", False), ("ISNUMBER(SEARCH(\"BALL\"; \"red ball\"))", True), ("ISNUMBER(1/0)", False), ("ISNUMBER(\"5\")", False), ("ISNUMBER(TRUE)", False), ("ISERROR(INDEX([1]; 5))", True), ("IFERROR(\"a\" + 1; 0)", 0),
         ("XOR(TRUE; TRUE; TRUE)", True), ("ISLIST((1; 2))", True), ("AND(TRUE)", True), ("OR(FALSE; 0; BLANK)", False), ("NOT(BLANK)", True),
         ("FIND(\"o\"; \"robot\"; 3)", 4), ("ISERROR(FIND(\"O\"; \"robot\"))", True), ("SEARCH(\"O\"; \"robot\")", 2), ("SUBSTITUTE(\"aaa\"; \"a\"; \"b\"; 2)", "aba"), ("SUBSTITUTE(\"aaa\"; \"\"; \"b\")", "aaa"),
         ("SUBSTITUTE(\"x1\"; \"x\"; 5)", "51"), ("LEFT(\"abc\")", "a"), ("LEFT(\"abc\"; 9)", "abc"), ("RIGHT(\"abc\"; 0)", ""), ("MID(\"abc\"; 2; 9)", "bc"), ("LEFT(\"abc\"; -1)", ""),

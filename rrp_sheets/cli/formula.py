@@ -74,15 +74,12 @@ def _show(text: str, answer: Answer) -> None:
         click.echo(_person(answer.value))
         return
     if answer.column >= 0:
-        click.echo(f"  {''.join(' ' if c in _BREAKS else c for c in text)}", err=True)
+        click.echo(f"  {''.join(c if c.isprintable() else ' ' for c in text)}", err=True)
         before, marked = text[: answer.column], text[answer.column : answer.column + answer.length]
         click.echo(f"  {' ' * _width(before)}{'^' * max(_width(marked), 1)}", err=True)
     click.echo(f"{click.style('error', fg='red', bold=True)} {answer.code} {answer.message}", err=True)
     if answer.remedy:
         click.echo(f"  → {answer.remedy}", err=True)
-
-
-_BREAKS = "\n\r\t"
 
 
 def _width(text: str) -> int:

@@ -34,6 +34,7 @@ _GERMAN_FRENCH = {
     "ent": "INT", "racine": "SQRT", "nbcar": "LEN", "gauche": "LEFT", "droite": "RIGHT", "stxt": "MID",
     "sierreur": "IFERROR", "estvide": "ISBLANK", "concatener": "CONCAT", "nb": "COUNT", "lignes": "ROWS",
     "recherchex": "XLOOKUP", "recherchev": "XLOOKUP", "equiv": "MATCH", "majuscule": "UPPER", "minuscule": "LOWER",
+    "wahr": "TRUE", "falsch": "FALSE", "vrai": "TRUE", "faux": "FALSE",
     "supprespace": "TRIM", "substitue": "SUBSTITUTE", "puissance": "POWER",
 }  # fmt: skip
 _CLOCK = frozenset(("now", "today", "time", "timevalue", "date", "hour", "minute", "second", "clock"))

@@ -1,4 +1,4 @@
-"""Logic: IF and what chooses. IF, IFS, SWITCH, AND, OR, NOT, IFERROR and ISERROR evaluate only what they need."""
+"""Logic: IF and what chooses. Those that are nodes of their own evaluate only what they need."""
 
 from __future__ import annotations
 
@@ -37,12 +37,7 @@ def istext(value: Value) -> bool:
     return isinstance(value, str)
 
 
-def isnumber(value: Value) -> bool:
-    """Whether a value is a number.
-
-    >>> isnumber(1.5), isnumber("1.5"), isnumber(True)
-    (True, False, False)
-    """
+def _is_number(value: Value) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
@@ -80,6 +75,15 @@ def _lazy(*_arguments: Value) -> Value:
 def _iferror(args: list[ast.expr]) -> ast.expr:
     node = IfError()
     node.value, node.otherwise = args[0], args[1] if len(args) > 1 else None
+    return node
+
+
+def _isnumber(args: list[ast.expr]) -> ast.expr:
+    # spreadsheets ask ISNUMBER(SEARCH("ball"; text)), and the SEARCH fails where there is none
+    call = ast.copy_location(ast.Call(ast.Name("ISNUMBER"), args, []), args[0])
+    call.bound, call.charges = _is_number, False  # type: ignore[attr-defined]
+    node = IfError()
+    node.value, node.otherwise = call, ast.copy_location(ast.Constant(False), args[0])
     return node
 
 
@@ -125,5 +129,8 @@ FUNCTIONS = (
              ">>> IFERROR(1 / 0; -1)\n-1", _iferror),
     Function(("ISERROR",), _lazy, 1, 1, "ISERROR(value)", "Whether working out a value fails.\n\n"
              ">>> ISERROR(1 / 0)\nTrue", _iferror),
-    define(xor), define(isblank), define(istext), define(isnumber), define(islogical), define(islist), define(isrecord),
+    Function(("ISNUMBER",), _lazy, 1, 1, "ISNUMBER(value)",
+             "Whether a value is a number; FALSE too when working it out fails.\n\n"
+             '>>> ISNUMBER(SEARCH("ball"; "red hat"))\nFalse', _isnumber),
+    define(xor), define(isblank), define(istext), define(islogical), define(islist), define(isrecord),
 )  # fmt: skip
