@@ -16,8 +16,8 @@ from asteval import Interpreter
 from play import example, rows
 
 from rrp_sheets import api
-from rrp_sheets.formulas.formula import Formula
 from rrp_sheets.formulas import read_formula
+from rrp_sheets.formulas.formula import Formula
 from rrp_sheets.model.values import Record
 from rrp_sheets.resources import bundled
 from rrp_sheets.runtime.frame import FrameEngine
