@@ -162,12 +162,10 @@ def test_what_the_simulator_lacks_is_told_once_and_done_at_once():
 
 def test_rows_that_command_each_other_in_a_circle_do_not_send_a_growing_value(tmp_path):
     book = rows(
-        "| Start, Say done | subscribe | | Say |\n| Start, Wait done, Eyes done | merge | | M |\n"
-        "| M | timestamp | | T |\n| T | subscribe | | Wait |\n| Wait done | map | (waitDone, 1) | |\n"
-        "| | subscribe | | Eyes |",
-        "\n## Devices\n| Stream | Device | Label | Text | Time | Colour |\n|---|---|---|---|---|---|\n"
-        "| Start | OperatorButton | Go | | | |\n| Say | SayParameter | | A | | |\n| Wait | Wait | | | 50 ms | |\n"
-        "| Eyes | EyeColor | | | | red |\n",
+        "| Start, Say done | subscribe | | Say |\n| Start, Wait done | merge | | M |\n| M | timestamp | | T |\n"
+        "| T | map | (t, 1) | |\n| | subscribe | | Wait |",
+        "\n## Devices\n| Stream | Device | Label | Text | Time |\n|---|---|---|---|---|\n"
+        "| Start | OperatorButton | Go | | |\n| Say | SayParameter | | A | |\n| Wait | Wait | | | 50 ms |\n"
         "\n## Scene\n| Time (s) | Thing | Does | Value |\n|---|---|---|---|\n| 0 | Operator | presses | Go |\n",
     )
     lines = trace_of(tmp_path, book)
