@@ -8,7 +8,7 @@ CODES: tuple[Code, ...] = (
          "“{rare}” comes only now and then ({why}), “{steady}” again and again. combineLatest remembers the last "
          "“{rare}” for ever: row {row} goes on as if it were still so, long after it has ended.",
          "Let “{rare}” be forgotten (forgetAfter) and give nothing while it is blank, or give both a timestamp and let "
-         "only pass what is close in time. `rrp-sheets check --fix` can do either."),
+         "only pass what is close in time."),
     Code("LINT002", _W, "Too many words",
          "“{stream}” comes up to {hz} times a second, and every value makes the robot speak: it would talk without end.",
          "Put a row before: throttle with a period such as 3 s, changes, sample or once."),
