@@ -55,6 +55,7 @@ class Binder:
                 held[name] = [self._copy(v) if isinstance(v, (ast.expr, ast.comprehension)) else v for v in value]
         node.handler = self.handlers.get(kind)
         if kind is ast.Compare:
+            node.chain = [(_QUICK.get(type(op)), op, c) for op, c in zip(node.ops, node.comparators, strict=True)]
             node.single = _QUICK.get(type(node.ops[0])) if len(node.ops) == 1 else None
         elif kind is ast.BinOp:
             node.apply = _ARITHMETIC[type(node.op)]

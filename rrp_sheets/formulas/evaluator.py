@@ -180,9 +180,12 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
                 held: bool = node.single(left, right)
                 return held
             return compare(node.ops[0], left, right, self.charge)
-        for op, comparator in zip(node.ops, node.comparators, strict=True):
+        for quick, op, comparator in node.chain:
             right = self.run(comparator)
-            if not compare(op, left, right, self.charge):
+            if quick is not None and type(left) in NUMBERS and type(right) in NUMBERS:
+                if not quick(left, right):
+                    return False
+            elif not compare(op, left, right, self.charge):
                 return False
             left = right
         return True
