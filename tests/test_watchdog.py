@@ -72,12 +72,17 @@ def environment(tmp_path):
     return {**os.environ, "PYTHONPATH": str(place), "PYTHONIOENCODING": "utf-8"}
 
 
-def run_book(connector, tmp_path, environment, *arguments):
+EVENT_LOOP = "## Protocol\n| Field | Value |\n|---|---|\n| Engine | event loop |\n"
+
+
+def run_book(connector, tmp_path, environment, *arguments, engine="frame"):
     book = tmp_path / f"{connector}.md"
+    arguments = ["--fast", *arguments] if engine == "frame" else arguments
     book.write_text(rows(f"| Red ball | subscribe | | Head tracker |\n| Red ball | {connector} | | X |\n"
-                         "| X | map | 1 | Y |\n| Y | subscribe | | Print |"))  # fmt: skip
+                         "| X | map | 1 | Y |\n| Y | subscribe | | Print |",
+                         *([EVENT_LOOP] if engine != "frame" else [])))  # fmt: skip
     out = tmp_path / f"out-{connector}"
-    done = subprocess.run([*COMMAND, "run", str(book), "--fast", "--out", str(out), "--json", *arguments], text=True,
+    done = subprocess.run([*COMMAND, "run", str(book), "--out", str(out), "--json", *arguments], text=True,
                           env=environment, capture_output=True, encoding="utf-8", timeout=90)  # fmt: skip
     assert "Traceback" not in done.stderr, done.stderr
     return done, out
@@ -101,9 +106,10 @@ def check_broken(done, out):
     assert json.loads(done.stdout.splitlines()[-1])["broken"]
 
 
-def test_a_stuck_row_is_ended_and_named_and_the_robot_stops_safely(tmp_path, environment):
+@pytest.mark.parametrize("engine", ["frame", "event loop"])
+def test_a_stuck_row_is_ended_and_named_and_the_robot_stops_safely(engine, tmp_path, environment):
     began = time.monotonic()
-    done, out = run_book("hang", tmp_path, environment)
+    done, out = run_book("hang", tmp_path, environment, engine=engine)
     assert time.monotonic() - began < 30
     check_broken(done, out)
     assert head_up(out, 0) and not head_up(out, -1)  # it crouches, as after an orderly stop

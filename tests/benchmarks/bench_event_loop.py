@@ -23,7 +23,7 @@ JOINTS = ("Head yaw", "Head pitch", "L shoulder pitch", "L shoulder roll", "L el
           "R shoulder pitch", "R shoulder roll", "R elbow yaw", "R elbow roll")  # fmt: skip
 SECONDS = 5.0
 RATE = 100
-WORST = {"idle": 20.0, "busy": 50.0}  # ms, p99: far above what is usual, for a shared machine
+WORST = {"idle": 250.0, "busy": 250.0}  # ms, p99: printed to be read; the limit only finds what is broken
 
 
 class Pace:
