@@ -20,6 +20,7 @@ DEVICES = """
 | Touch | Touch | | | | | | | |
 | Head joints | SetJointPosition | | | Head | | | | |
 | Neck | SetJointPosition | | | HeadYaw | | | | |
+| Nodding | SetJointPosition | | | HeadPitch | | | | |
 | Show | Gesture | | | | | | | |
 | Wave | Gesture | | | | Wave | | | |
 | Nod | Gesture | | | | Nod | | | |
@@ -115,6 +116,10 @@ CONFLICTS = [
     ('| Words | map | words.word | Mode | |\n| Red ball, Mode | filter | mode = "yes" | A | |\n| Face, Mode | filter | mode = "no" | B | |\n| A | subscribe | | Head tracker | |\n| B | subscribe | | Head tracker | |', []),
     # what stops is in nobody's way
     ("| Red ball | subscribe | | Head tracker | |\n| Start | map | BLANK | Q | |\n| Q | subscribe | | Nod | |", []),
+    ('| Red ball | map | "red" | C | |\n| C | subscribe | | Eye LED color | |\n| C | forgetAfter | 2 s | F | |\n| F | filter | ISBLANK(f) | N | |\n| N | map | "white" | W | |\n| W | subscribe | | Eye LED color | |', []),
+    # two joints of the head
+    ("| Red ball | map | redBall.x | A | |\n| A | subscribe | | Neck | |\n| Red ball | map | redBall.y | B | |\n| B | subscribe | | Nodding | |", []),
+    ("| Red ball | map | redBall.x | A | |\n| A | subscribe | | Neck | |\n| Red ball | map | (redBall.x, 0) | B | |\n| B | subscribe | | Head joints | |", [("LINT003", "D5")]),
     # which gesture it is decides what it uses
     ('| Start | map | "Point left" | G | |\n| G | subscribe | | Show | |\n| Start | subscribe | | Nod | |', []),
     ('| Start | map | "Bow" | G | |\n| G | subscribe | | Show | |\n| Start | subscribe | | Nod | |', [("LINT003", "D4")]),

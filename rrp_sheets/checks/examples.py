@@ -91,7 +91,7 @@ class Examples:
             blank = replace(first, example=None, has_example=True)
             again, _ = self._evaluate(formula, [blank, *facts[1:]])
             if type(again) in (bool, int, float) and again:  # it lets only the blank pass
-                return replace(blank, known=exactly(None)), None
+                return replace(blank, known=exactly(None), rate=Rate(EVENT)), None
         if passes and first.example is not None:
             return replace(
                 first, known=not_blank(first.known) if _refuses_blank(self, formula, facts) else first.known

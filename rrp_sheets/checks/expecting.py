@@ -20,7 +20,8 @@ _OPERATOR = re.compile(r"(>=|<=|<>|!=|==|>|<|≥|≤|≠|＞|＜)\s*(?P<rest>.*)
 _SURELY = re.compile(r"(?<![\w.\"'])value\s*(\.\w|\[|>|<|!=|=|≥|≤|≠)", re.IGNORECASE)
 _BEGINS = re.compile(r"(?P<name>[^\W\d]\w*)\s*(<|>|!=|=|≥|≤|≠)")
 _WORD = re.compile(r"[^\W\d]\w*")
-_SAYS_YES_OR_NO = (ast.Compare, ast.BoolOp, ast.Call, ast.UnaryOp)
+_NO_CONDITION = ("Name", "Constant", "Attribute", "Subscript", "BinOp", "Join", "List", "Tuple", "JoinedStr")
+"""Nodes of a formula's tree that are rather part of a text than a question about the value."""
 _ABOUT = re.compile(r"[≈~≃≅]\s*(?P<number>[^±]*?)\s*(?:±\s*(?P<within>.*))?", re.DOTALL)
 _PAIRS = {"≥": ">=", "≤": "<=", "≠": "<>", "==": "=", "！=": "!="}
 
@@ -102,7 +103,7 @@ def _condition(cell: Cell, place: Place, report: Report) -> Expectation | None:
     if _SURELY.search(text) or (begins and key(begins["name"]) in place.names):
         return _over_value(cell, text, place, report)
     formula = compiled(text, place.with_value())
-    if isinstance(formula, Formula) and isinstance(formula.tree, _SAYS_YES_OR_NO):
+    if isinstance(formula, Formula) and type(formula.tree).__name__ not in _NO_CONDITION:
         return Expectation("condition", text, condition=formula)
     return None
 

@@ -35,11 +35,17 @@ class Route:
         origin: the id of a sensor or done stream, or `clock` and the ref of a row.
         filters: refs of the filter rows on the way.
         given: what is known about values on this way alone: an accumulate gives 1, say, when a certain input arrives.
+        silent: origins, with the filters after them, from which nothing has come for a while (forgetAfter).
     """
 
     origin: str
     filters: tuple[str, ...] = ()
     given: tuple[tuple[str, Known], ...] = ()
+    silent: tuple[tuple[str, frozenset[str]], ...] = ()
+
+    def waits_for(self, other: Route) -> bool:
+        """Whether this one comes only while the other one does not."""
+        return any(other.origin == origin and filters <= set(other.filters) for origin, filters in self.silent)
 
 
 class Routes:
@@ -74,7 +80,7 @@ class Routes:
         if name in _LATER:
             return None if first is None else _few(replace(r, origin=f"clock {step.ref}") for r in first)
         if name == "forgetAfter":
-            return None if first is None else _few([*first, Route(f"clock {step.ref}")])
+            return None if first is None else self._forgetting(step, first)
         if name == "filter":
             return self._filtered(step, first)
         if name == "accumulate":
@@ -93,6 +99,13 @@ class Routes:
         if passed and not kept:
             self.dead[step.ref] = step
         return tuple(kept)
+
+    def _forgetting(self, step: Step, first: tuple[Route, ...]) -> tuple[Route, ...] | None:
+        """What comes passes on and is not blank; what the clock gives is."""
+        about, known = _symbol(step.output), self._facts.get(step.inputs[0], Fact()).known
+        passed = [replace(r, given=(*r.given, (about, known))) for r in first]
+        silent = tuple((r.origin, frozenset(r.filters)) for r in first)
+        return _few([*passed, Route(f"clock {step.ref}", (), ((about, exactly(None)),), silent)])
 
     def _accumulated(self, step: Step) -> tuple[Route, ...] | None:
         formula = self._formulas.get(step.ref)
@@ -128,6 +141,7 @@ class Routes:
     def together(self, first: Sequence[Route], second: Sequence[Route], *, same_origin: bool) -> bool:
         """Whether values can come on one of the first and on one of the second routes at one time."""
         pairs = ((a, b) for a in first for b in second if not same_origin or a.origin == b.origin)
+        pairs = ((a, b) for a, b in pairs if not a.waits_for(b) and not b.waits_for(a))
         return any(self.possible(a, b) for a, b in pairs)
 
     def _case(self, ref: str) -> list[Case]:

@@ -20,6 +20,7 @@ from rrp_sheets.checks.known import BLANK
 from rrp_sheets.checks.lints.material import Material, row_of
 from rrp_sheets.checks.routes import Route
 from rrp_sheets.graph import Step
+from rrp_sheets.model.names import key
 
 MOST_PAIRS = 5_000
 STEADY_HZ = 0.5  # what comes at least so often leaves no time for anything else
@@ -29,13 +30,14 @@ _SHARED = frozenset({"memory", "all"})  # remembering a face, and ending the run
 
 @dataclass(frozen=True, slots=True)
 class _Driver:
-    """A subscribe row as the lint sees it."""
+    """A subscribe row as the lint sees it; `joints` are those that it moves, when it does not move a whole part."""
 
     step: Step
     behaviour: str
     uses: frozenset[str]
     fact: Fact
     routes: tuple[Route, ...] | None
+    joints: frozenset[str]
 
     @property
     def steady(self) -> bool:
@@ -92,7 +94,9 @@ def _drivers(material: Material) -> Iterator[_Driver]:
             fact = material.fact(step.ref)
             uses = _uses(step, fact, material)
             if uses and fact.known.kind != BLANK:  # blank alone starts nothing
-                yield _Driver(step, behaviour.key, uses, fact, material.routes.of.get(step.ref))
+                yield _Driver(
+                    step, behaviour.key, uses, fact, material.routes.of.get(step.ref), _joints(step, material)
+                )
 
 
 def _uses(step: Step, fact: Fact, material: Material) -> frozenset[str]:
@@ -111,10 +115,19 @@ def _uses(step: Step, fact: Fact, material: Material) -> frozenset[str]:
     return uses
 
 
+def _joints(step: Step, material: Material) -> frozenset[str]:
+    """The joints that a row moves, where its actuator has the setting Joint."""
+    named = key(str(material.graph.streams[step.output].settings.get("joint") or ""))
+    robot = material.robot
+    return frozenset((robot.joints[named].name,) if named in robot.joints else robot.groups.get(named, ()))
+
+
 def _in_the_way(one: _Driver, other: _Driver, resource: str, material: Material) -> str:
     """How two rows are in each other's way, in words; empty when they are not."""
     if one.step.row.priority != other.step.row.priority or one.routes is None or other.routes is None:
         return ""
+    if one.joints and other.joints and not one.joints & other.joints:
+        return ""  # the one turns the head, the other lets it nod
     same_behaviour = one.behaviour == other.behaviour
     routes = material.routes
     if routes.together(one.routes, other.routes, same_origin=True):
