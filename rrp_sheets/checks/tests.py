@@ -12,7 +12,7 @@ from rrp_sheets.diagnostics import Report
 from rrp_sheets.formulas import Scope
 from rrp_sheets.graph import Graph, Stream, StreamKind
 from rrp_sheets.model.cells import Address, Cell
-from rrp_sheets.model.durations import meant_duration, parse_duration, show_duration
+from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name, key, nearest
 from rrp_sheets.model.values import RecordType
@@ -209,7 +209,7 @@ class _Reader:
             return None  # told by the reader
         time = parse_duration(row.time.text, bare="ms")
         if time is None or time > LONGEST_US:
-            meant, longest = meant_duration(row.time.text) or "2 s", show_duration(LONGEST_US)
+            meant, longest = meant_duration(row.time.text) or "2 s", "24 h"
             self.report.add("TEST001", row.time.address, text=row.time.text, meant=meant, longest=longest)
         named = self.names.find(row.stream, self.report)
         if named is None:
