@@ -21,8 +21,10 @@ $(STAMP): requirements.lock pyproject.toml
 demo: setup  ## run a workbook on the simulated NAO and say where everything is
 	$(BIN)/rrp-sheets run workbooks/simple-tracking.xlsx --fast --out "runs/demo-$$(date +%Y%m%d-%H%M%S)"
 
-serve: setup  ## show the workbooks in the browser
-	$(BIN)/rrp-sheets serve workbooks
+serve: setup  ## open the grid on copies of the workbooks, in my-workbooks
+	@mkdir -p my-workbooks
+	@for book in workbooks/*.xlsx; do [ -e "my-workbooks/$${book##*/}" ] || cp "$$book" my-workbooks/; done
+	$(BIN)/rrp-sheets serve my-workbooks
 
 test: setup  ## install what the tests need, and run them
 	@sh .ci/apt-packages

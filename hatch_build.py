@@ -23,6 +23,9 @@ ASSETS = {
     "@expo-google-fonts/noto-sans-jp/400Regular/NotoSansJP_400Regular.ttf": "fonts/NotoSansJP-Regular.ttf",
     "@expo-google-fonts/noto-sans-jp/700Bold/NotoSansJP_700Bold.ttf": "fonts/NotoSansJP-Bold.ttf",
     "@expo-google-fonts/noto-sans-jp/LICENSE_FONT": "fonts/NotoSansJP-LICENSE.txt",
+    "htmx.org/dist/htmx.min.js": "js/htmx.min.js",
+    "htmx.org/dist/ext/hx-sse.min.js": "js/hx-sse.min.js",
+    "htmx.org/LICENSE": "js/htmx-LICENSE.txt",
 }
 TIMEOUT = 300  # seconds that npm may take before the build goes on without it
 

@@ -27,5 +27,11 @@ def get(client: FlaskClient, address: str, **headers: str) -> TestResponse:
     return client.get(address, base_url=HOME, headers={k.replace("_", "-"): v for k, v in headers.items()})
 
 
+def post(client: FlaskClient, address: str, **form: object) -> TestResponse:
+    """Send a form as our own script does."""
+    headers = {"X-RRP": "grid", "Origin": HOME}
+    return client.post(address, base_url=HOME, headers=headers, data=form, content_type="multipart/form-data")
+
+
 def book(name: str) -> str:
     return f"/book/{quote(name, safe='')}"

@@ -17,6 +17,7 @@ from browser import GOOD, HOME, TOKEN, book, get, visit
 from click.testing import CliRunner
 
 from rrp_sheets.cli.main import group
+from rrp_sheets.runs.worker import CheckWorker
 from rrp_sheets.web.app import create_app
 from rrp_sheets.web.library import Library
 
@@ -68,8 +69,41 @@ def test_localhost_is_this_computer_too(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE"])
-def test_pages_can_only_be_looked_at(folder: Path, method: str) -> None:
-    assert visit(folder).open("/", method=method, base_url=HOME).status_code == 405
+def test_what_our_own_script_does_not_ask_for_is_refused(folder: Path, method: str) -> None:
+    client = visit(folder)
+    assert client.open("/", method=method, base_url=HOME).status_code == 403
+    assert client.open("/", method=method, base_url=HOME, headers={"X-RRP": "grid"}).status_code == 403
+    headers = {"X-RRP": "grid", "Origin": HOME}
+    assert client.open("/", method=method, base_url=HOME, headers=headers).status_code in (200, 405)
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {},
+        {"Origin": HOME},
+        {"Origin": "http://127.0.0.1:9999", "X-RRP": "grid"},
+        {"Origin": "http://evil.example", "X-RRP": "grid"},
+        {"Origin": "null", "X-RRP": "grid"},
+        {"X-RRP": "grid"},
+        {"Origin": HOME, "X-RRP": "grid", "Sec-Fetch-Site": "cross-site"},
+    ],
+)
+def test_an_edit_needs_our_page(folder: Path, headers: dict[str, str]) -> None:
+    before = (folder / "good.md").read_bytes()
+    edit = {"client": "a", "name": "A", "tag": "1", "sheet": "Tracking",
+            "cells": [{"row": "w1", "column": 3, "text": "1", "was": None}]}  # fmt: skip
+    answer = visit(folder).post("/book/good.md/cells", base_url=HOME, headers=headers, json=edit)
+    assert answer.status_code == 403 and (folder / "good.md").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    "body", ["", "[]", "{", '{"cells": 3}', '{"cells": [1]}', '{"cells": [{"row": 1}]}', '{"sheet": 7, "cells": []}']
+)
+def test_requests_that_make_no_sense_are_refused(folder: Path, body: str) -> None:
+    headers = {"X-RRP": "grid", "Origin": HOME, "Content-Type": "application/json"}
+    answer = visit(folder).post("/book/good.md/cells", base_url=HOME, headers=headers, data=body)
+    assert answer.status_code == 400
 
 
 @pytest.mark.parametrize(
@@ -92,7 +126,7 @@ def test_other_sites_pages_get_nothing(folder: Path, headers: dict[str, str], co
 def test_every_answer_bears_the_protecting_headers(folder: Path, address: str) -> None:
     headers = get(visit(folder), address).headers
     policy = headers["Content-Security-Policy"]
-    assert policy.startswith("default-src 'none'") and "unsafe" not in policy and "script-src" not in policy
+    assert policy.startswith("default-src 'none'") and "unsafe" not in policy and "script-src 'self';" in policy
     assert headers["X-Content-Type-Options"] == "nosniff"
     assert headers["Referrer-Policy"] == "no-referrer"
 
@@ -130,7 +164,7 @@ def test_a_folder_without_workbooks_says_what_to_do(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").touch()
     (tmp_path / "README.md").write_text("# A text\n\nNo rows.\n", encoding="utf-8")
     text = get(visit(tmp_path), "/").text
-    assert "No workbooks here yet" in text and "rrp-sheets new" in text
+    assert "No workbooks here yet" in text and "New workbook" in text
     assert "Not workbooks, as no sheet in them is a behaviour: README.md" in text
 
 
@@ -162,8 +196,9 @@ def test_changes_of_a_file_are_seen(folder: Path) -> None:
 
 
 def test_what_was_read_is_kept(folder: Path) -> None:
-    library = Library(folder)
-    assert library.open("good.md") is library.open("good.md")
+    with CheckWorker() as worker:
+        library = Library(folder, worker)
+        assert library.open("good.md") is library.open("good.md")
 
 
 # ---- the command ----

@@ -25,7 +25,7 @@ _COMMANDS = {
     "run": "Run a workbook on the simulated robot.",
     "test": "Run the tests that stand in a workbook.",
     "marbles": "Draw what came on the streams of a run or of a workbook's tests.",
-    "serve": "Show the workbooks of a folder in the browser.",
+    "serve": "Edit the workbooks of a folder in the browser.",
 }
 UNREADABLE, BROKEN, INTERRUPTED = 2, 3, 130
 

@@ -16,7 +16,7 @@ import click
 from rrp_sheets.errors import SheetsError
 
 _HOST = "127.0.0.1"
-_THREADS = 8
+_THREADS = 34  # each open page keeps one (web/desk.py counts them), and the others are for requests
 
 
 @click.command(name="serve")
@@ -24,10 +24,10 @@ _THREADS = 8
 @click.option("--port", type=click.IntRange(1, 65535), help="the port; without it a free one is taken")
 @click.option("--no-browser", is_flag=True, help="only print the address, do not open a browser")
 def command(folder: Path, port: int | None, no_browser: bool) -> None:
-    """Show the workbooks of FOLDER (by default this one) in the browser: rows, problems, diagrams, explanations.
+    """Edit the workbooks of FOLDER (by default this one) in the browser: a grid, its problems, the diagram, the words.
 
-    This version shows and does not edit: change a workbook in Excel or LibreOffice, save it, and reload the page.
-    FOLDER may also be a workbook, which is then opened at once.
+    Every edit is stored in the workbook's own file at once; Excel or LibreOffice may change it meanwhile. Several
+    browser windows may be open on one workbook. FOLDER may also be a workbook, which is then opened at once.
 
     The address works only on this computer and only with the token in it; every start makes a new one.
     Ctrl-C ends the server.

@@ -123,7 +123,8 @@ def _examples(checked: Checked) -> dict[str, str]:
         for step in behaviour.steps:
             fact = checked.facts.get(step.ref if step.connector.drives else step.output)
             if fact is not None and fact.has_example:
-                found[step.ref] = show(fact.example)
+                unit = fact.known.unit if isinstance(fact.example, (int, float)) else ""
+                found[step.ref] = f"{show(fact.example)} {unit}".rstrip()
     return found
 
 

@@ -5,18 +5,21 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from flask import Flask, Response, abort, render_template
+from flask import Flask, Response, abort, send_from_directory
 from jinja2 import StrictUndefined
 from werkzeug.exceptions import HTTPException
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.resources import bundled
-from rrp_sheets.web.book import workbook_page
+from rrp_sheets.resources import bundled, vendored
+from rrp_sheets.runs.worker import CheckWorker
+from rrp_sheets.web.desk import Desk
+from rrp_sheets.web.editing import make_editing
 from rrp_sheets.web.guard import protect
 from rrp_sheets.web.library import Library
-from rrp_sheets.web.pages import MessagePage, Page, RefusedPage
+from rrp_sheets.web.pages import MessagePage, RefusedPage, show
 from rrp_sheets.web.pictures import picture
 from rrp_sheets.web.shelf import shelf_page
+from rrp_sheets.web.shelving import make_shelving
 
 _REFUSALS = {
     400: ("This address does not lead here", "The page was asked for under a name that is not this computer’s own.",
@@ -24,7 +27,7 @@ _REFUSALS = {
     403: ("Not with this address", "Only someone who has the whole address can see these workbooks.",
           "Copy the address that rrp-sheets serve has printed, with everything after the question mark, or click it. "
           "Each start of the server makes a new one."),
-    405: ("This page can only be looked at", "This version shows workbooks and changes nothing.", "Go back."),
+    405: ("This cannot be done here", "This address does not take what was sent to it.", "Go back."),
 }  # fmt: skip
 _MESSAGES = {
     404: ("There is nothing here", "The workbook was renamed or moved, or the address is mistyped.",
@@ -43,39 +46,38 @@ def create_app(folder: Path, token: str) -> Flask:
     """
     templates = bundled("templates", "web")
     app = Flask("rrp_sheets.web", template_folder=str(templates), static_folder=str(templates / "static"))
+    app.config["MAX_CONTENT_LENGTH"] = 8_000_000
+    app.config["MAX_FORM_MEMORY_SIZE"] = 8_000_000
     app.jinja_env.undefined = StrictUndefined
     app.jinja_env.trim_blocks = app.jinja_env.lstrip_blocks = True
-    library = Library(folder)
+    worker = CheckWorker()
+    desk = Desk(folder, worker)
+    library = Library(folder, worker)
     icons = _icons(templates / "static" / "icons.svg")
     protect(app, token)
     _answer_errors(app)
+    app.register_blueprint(make_editing(library, desk, icons))
+    app.register_blueprint(make_shelving(library, desk))
 
     @app.get("/")
     def shelf() -> str:
         return show(shelf_page(library))
 
-    @app.get("/book/<name>")
-    def book(name: str) -> str:
-        if not library.has(name):
-            abort(404)
-        return show(workbook_page(library.open(name), icons))
+    @app.get("/vendor/<path:name>")
+    def vendor(name: str) -> Response:
+        return send_from_directory(vendored(), name, max_age=86_400)
 
     @app.get("/book/<name>/diagram/<int:number>.svg")
     def diagram(name: str, number: int) -> Response:
         if not library.has(name):
             abort(404)
         opened = library.open(name)
-        behaviours = opened.checked.graph.behaviours
+        behaviours = opened.look.graph.behaviours
         if not 1 <= number <= len(behaviours):
             abort(404)
         return Response(picture(opened, behaviours[number - 1]), mimetype="image/svg+xml")
 
     return app
-
-
-def show(page: Page) -> str:
-    """Render a page with its template."""
-    return render_template(page.template, page=page)
 
 
 def _answer_errors(app: Flask) -> None:

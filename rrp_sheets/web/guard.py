@@ -11,8 +11,8 @@ from werkzeug.wrappers import Response as AnyResponse
 HOSTS = ["127.0.0.1", "localhost"]
 HEADERS = {
     "Content-Security-Policy": (
-        "default-src 'none'; style-src 'self'; img-src 'self'; base-uri 'none'; form-action 'none'; "
-        "frame-ancestors 'none'"
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
+        "media-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
     ),
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
@@ -32,9 +32,7 @@ def protect(app: Flask, token: str) -> None:
         _ = (
             request.host
         )  # raises SecurityError for a host that is not trusted: a foreign name that leads to this computer
-        if request.method not in ("GET", "HEAD"):
-            abort(405)
-        if _is_foreign():
+        if _is_foreign() or (request.method not in ("GET", "HEAD") and not _is_ours()):
             abort(403)
         given = request.args.get("token")
         if given is not None and _same(given, token):
@@ -61,6 +59,11 @@ def cookie_name(token: str) -> str:
 
 def _same(given: str, token: str) -> bool:
     return secrets.compare_digest(given.encode("utf-8", "replace"), token.encode())
+
+
+def _is_ours() -> bool:
+    """Whether a change is asked for by our own script: no form and no other site can send this header."""
+    return request.headers.get("X-RRP") == "grid" and request.headers.get("Origin") == request.host_url.rstrip("/")
 
 
 def _is_foreign() -> bool:

@@ -9,8 +9,9 @@ from datetime import datetime
 from pathlib import Path
 
 from rrp_sheets import api
-from rrp_sheets.checks import Checked, check_workbook
 from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.runs.worker import CheckWorker
+from rrp_sheets.web.looks import Look, look
 from rrp_sheets.workbook import Reading
 
 SUFFIXES = (".xlsx", ".md", ".markdown")
@@ -33,12 +34,12 @@ class Book:
     path: Path
     changed: datetime
     reading: Reading
-    checked: Checked
+    look: Look
 
     @property
     def title(self) -> str:
         """The Protocol's title, or the file's name without its ending."""
-        return self.checked.workbook.protocol.text("Title") or Path(self.name).stem
+        return self.look.workbook.protocol.text("Title") or Path(self.name).stem
 
 
 class Library:
@@ -46,10 +47,12 @@ class Library:
 
     Args:
         folder: as the user gave it.
+        worker: checks them.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, worker: CheckWorker) -> None:
         self.folder = folder
+        self.worker = worker
         self._lock = threading.Lock()
         self._kept: OrderedDict[tuple[str, Stamp], Book | SheetsError] = OrderedDict()
 
@@ -72,21 +75,26 @@ class Library:
         """Whether there is such a file. Only what is listed can be opened, so no name leads out of the folder."""
         return name in self.names()
 
+    def path(self, name: str) -> Path:
+        """Where a file of the folder is; raises SheetsError when its name leads out of the folder."""
+        path = self.folder / name
+        if not self.has(name) or not path.resolve().is_relative_to(self.folder.resolve()):
+            message = f"{printable(name)} is not a file of this folder."
+            raise SheetsError(message, "Put the workbook itself there; links that lead elsewhere are not followed.")
+        return path
+
     def open(self, name: str) -> Book:
         """Read and check a workbook of the folder.
 
         Raises:
             SheetsError: it cannot be read, or its name leads out of the folder.
         """
-        path = self.folder / name
-        if not self.has(name) or not path.resolve().is_relative_to(self.folder.resolve()):
-            message = f"{printable(name)} is not a file of this folder."
-            raise SheetsError(message, "Put the workbook itself there; links that lead elsewhere are not followed.")
+        path = self.path(name)
         stamp = _stamp(path)
         with self._lock:
             found = self._kept.get((name, stamp)) if stamp else None
         if found is None:
-            found = _read(name, path)
+            found = _read(name, path, self.worker)
             if stamp:
                 self._keep((name, stamp), found)
         if isinstance(found, SheetsError):
@@ -100,11 +108,11 @@ class Library:
                 self._kept.popitem(last=False)
 
 
-def _read(name: str, path: Path) -> Book | SheetsError:
+def _read(name: str, path: Path, worker: CheckWorker) -> Book | SheetsError:
     try:
         reading = api.read(path)
-        checked = check_workbook(reading.workbook, reading.report)
-        return Book(name, path, datetime.fromtimestamp(path.stat().st_mtime), reading, checked)
+        changed = datetime.fromtimestamp(path.stat().st_mtime)
+        return Book(name, path, changed, reading, look(path, reading, worker))
     except UnreadableFile as error:
         return error
     except OSError as error:

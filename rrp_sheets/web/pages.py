@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from flask import render_template
+from markupsafe import Markup
+
 
 @dataclass(frozen=True, slots=True)
 class Count:
@@ -49,6 +52,8 @@ class ShelfPage:
     Attributes:
         others: Markdown files without any sheet of ours.
         left_out: how many files were not looked at.
+        templates: what a new workbook may begin with.
+        notice: what has just been done, or why not (`failed`).
     """
 
     template: ClassVar[str] = "shelf.html"
@@ -57,6 +62,9 @@ class ShelfPage:
     unreadable: tuple[Unreadable, ...]
     others: tuple[str, ...] = ()
     left_out: int = 0
+    templates: tuple[str, ...] = ()
+    notice: str = ""
+    failed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,46 +87,7 @@ class Problem:
     anchor: str
     message: str
     remedy: str
-
-
-@dataclass(frozen=True, slots=True)
-class Name:
-    """A stream's name in a cell; `kind` is sensor, stream, actuator, or empty where it is none of them."""
-
-    text: str
-    kind: str
-
-
-@dataclass(frozen=True, slots=True)
-class CellView:
-    """A cell as shown.
-
-    Attributes:
-        kind: on, names, connector, formula, notes or plain.
-        names: the streams, of a cell that holds streams.
-        hint: said quietly in a blank cell that means something.
-        icon: of a connector.
-        problems: those of this cell.
-    """
-
-    kind: str
-    text: str = ""
-    names: tuple[Name, ...] = ()
-    hint: str = ""
-    icon: str = ""
-    problems: tuple[Problem, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class RowView:
-    """A row as shown, with all its problems again for the line below it; `anchor` is its id on the page."""
-
-    anchor: str
-    number: int
-    cells: tuple[CellView, ...]
-    off: bool = False
-    comment: bool = False
-    problems: tuple[Problem, ...] = ()
+    sheet: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,55 +118,74 @@ class Words:
 
 
 @dataclass(frozen=True, slots=True)
-class SheetView:
-    """A sheet as a table.
+class Head:
+    """A column's header; `kind` says what its cells hold."""
 
-    Attributes:
-        anchor: its id on the page.
-        kind: `Behaviour`, `Devices`, …
-        problems: those of the sheet as a whole or of cells that are not shown.
-        left_out: how many rows are not shown.
-        picture: the behaviour's number in the addresses of diagrams; 0 for none.
-        words: what it does; None of a sheet that is no behaviour, is too long, or cannot be understood yet.
-        too_long: for a picture and words.
-    """
+    number: int
+    letter: str
+    header: str
+    kind: str
 
-    anchor: str
+
+@dataclass(frozen=True, slots=True)
+class Tab:
+    """A sheet's tab; `here` for the one that is shown."""
+
     name: str
     kind: str
-    headers: tuple[str, ...]
-    rows: tuple[RowView, ...]
-    problems: tuple[Problem, ...] = ()
-    left_out: int = 0
-    picture: int = 0
-    words: Words | None = None
-    too_long: bool = False
+    here: bool
 
 
 @dataclass(frozen=True, slots=True)
-class Command:
-    """A command line and what it does."""
+class Panels:
+    """What stands beside and below the grid.
 
-    line: str
-    about: str
+    Attributes:
+        sheet: the sheet whose diagram and words are shown.
+        left_out: how many problems are not listed.
+        drawing: the behaviour's diagram as SVG of our own making; empty for none.
+        words: what it does; None of a sheet that is no behaviour or cannot be understood yet.
+        why: says why there is no diagram.
+    """
+
+    template: ClassVar[str] = "panels.html"
+    name: str
+    sheet: str
+    counts: tuple[Count, ...]
+    problems: tuple[Problem, ...]
+    left_out: int
+    drawing: Markup
+    words: Words | None
+    why: str
 
 
 @dataclass(frozen=True, slots=True)
-class WorkbookPage:
-    """One workbook. `own` are the names of the sheets that are left alone; `program` is what edits the file."""
+class GridPage:
+    """A sheet under edit.
 
-    template: ClassVar[str] = "workbook.html"
+    Attributes:
+        kind: `behaviour`, `devices`, …
+        first: the number of the first row.
+        examples: whether the rows show example values.
+        rows: the table's rows, ready-made.
+        own: the names of the sheets that are left alone.
+        vocabulary: the words that are suggested, as JSON.
+    """
+
+    template: ClassVar[str] = "grid.html"
     name: str
     title: str
-    changed: str
-    program: str
-    counts: tuple[Count, ...]
-    behaviours: tuple[SheetView, ...]
-    sheets: tuple[SheetView, ...]
+    sheet: str
+    kind: str
+    first: int
+    heads: tuple[Head, ...]
+    examples: bool
+    rows: Markup
+    count: int
+    tabs: tuple[Tab, ...]
     own: tuple[str, ...]
-    problems: tuple[Problem, ...]
-    problems_left_out: int
-    commands: tuple[Command, ...]
+    vocabulary: Markup
+    panels: Panels
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,4 +209,9 @@ class RefusedPage:
     remedy: str
 
 
-Page = ShelfPage | WorkbookPage | MessagePage | RefusedPage
+Page = ShelfPage | GridPage | Panels | MessagePage | RefusedPage
+
+
+def show(page: Page) -> str:
+    """Render a page with its template."""
+    return render_template(page.template, page=page)

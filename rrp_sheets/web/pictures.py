@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.graph import BehaviourGraph, Graph
-from rrp_sheets.model.names import key
+from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.render.diagram import draw_diagram
 from rrp_sheets.render.svg import frame, text
 from rrp_sheets.web.library import Book
@@ -15,28 +14,16 @@ MOST_ROWS = 500
 """Of a behaviour that is drawn and told in words here: nobody reads more beside a table."""
 
 
-def understood(graph: Graph) -> bool:
-    """Whether every stream that a row names is known.
-
-    A row that cannot be understood leaves a row below it, whose blank input means "the row above", without its stream;
-    such a workbook can be neither drawn nor told in words.
-    """
-    return all(i in graph.streams for b in graph.behaviours for s in b.steps for i in (*s.inputs, s.output))
-
-
 def picture(book: Book, behaviour: BehaviourGraph) -> str:
     """The behaviour's diagram, or a picture that says why there is none."""
-    if not understood(book.checked.graph):
+    if not book.look.understood:
         return _in_words(["This cannot be drawn yet.", "First mend the problems beside it."])
     if len(behaviour.steps) > MOST_ROWS:
         return _in_words([f"This is too long to be drawn here: more than {MOST_ROWS} rows.", "Divide the sheet."])
-    flags = {
-        d.address.row: number
-        for number, d in enumerate(book.checked.report, 1)
-        if d.address and key(d.address.sheet) == behaviour.key
-    }
     try:
-        drawn = draw_diagram(book.checked.graph, behaviour, problems=flags, whole=True, timeout=_SECONDS)
+        drawn = draw_diagram(
+            book.look.graph, behaviour, problems=book.look.flags(behaviour), whole=True, timeout=_SECONDS
+        )
     except SheetsError as error:
         return _in_words([error.message, error.remedy])
     return drawn[0].svg if drawn else _in_words(["There is no row to draw yet."])

@@ -6,16 +6,22 @@ from collections.abc import Iterable
 
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.resources import bundled
 from rrp_sheets.web.library import MOST_FILES, Book, Library, addressable, printable
 from rrp_sheets.web.pages import Card, Count, ShelfPage, Unreadable
-from rrp_sheets.web.pictures import understood
+
+
+def template_names() -> tuple[str, ...]:
+    """What a new workbook may begin with."""
+    return ("guided", *sorted(path.stem for path in bundled("workbooks").glob("*.xlsx")))
+
 
 _NO_TABLES = "FILE017"
 _UNSHOWABLE = "Its name has letters that cannot be shown here."
 
 
-def shelf_page(library: Library) -> ShelfPage:
-    """What the shelf shows; raises SheetsError when the folder cannot be read."""
+def shelf_page(library: Library, notice: str = "", *, failed: bool = False) -> ShelfPage:
+    """What the shelf shows, with what has just been done; raises SheetsError when the folder cannot be read."""
     names = library.names()
     cards: list[Card] = []
     unreadable: list[Unreadable] = []
@@ -37,7 +43,8 @@ def shelf_page(library: Library) -> ShelfPage:
         else:
             cards.append(_card(book))
     folder = printable(str(library.folder.resolve()))
-    return ShelfPage(folder, tuple(cards), tuple(unreadable), tuple(others), max(0, len(names) - MOST_FILES))
+    left_out = max(0, len(names) - MOST_FILES)
+    return ShelfPage(folder, tuple(cards), tuple(unreadable), tuple(others), left_out, template_names(), notice, failed)
 
 
 def counts(findings: Iterable[Diagnostic]) -> tuple[Count, ...]:
@@ -63,21 +70,21 @@ def changed(book: Book) -> str:
 
 def _is_prose(book: Book) -> bool:
     """A text such as a README: no behaviour, and nothing in it that was nearly one."""
-    workbook = book.checked.workbook
-    near = any(d.code.startswith("SHEET") and d.code != "SHEET001" for d in book.checked.report)
+    workbook = book.look.workbook
+    near = any(d.code.startswith("SHEET") and d.code != "SHEET001" for d in book.look.findings)
     return not (workbook.behaviours or workbook.protocol.fields or workbook.scene or near)
 
 
 def _card(book: Book) -> Card:
-    workbook = book.checked.workbook
+    workbook = book.look.workbook
     rows = sum(len(b.rows) for b in workbook.behaviours)
-    drawable = book.checked.graph.behaviours[:1]
+    drawable = book.look.graph.behaviours[:1]
     return Card(
         name=book.name,
         title=book.title,
         about=workbook.protocol.text("Purpose"),
         size=f"{plural(len(workbook.behaviours), 'behaviour')}, {plural(rows, 'row')}",
         changed=changed(book),
-        counts=counts(book.checked.report),
-        picture=bool(drawable and drawable[0].steps and understood(book.checked.graph)),
+        counts=counts(book.look.findings),
+        picture=bool(drawable and drawable[0].steps and book.look.understood),
     )

@@ -1,0 +1,9 @@
+"""Workbooks under edit: grids whose rows keep their identity, a journal, undo, and the file kept up to date.
+
+The web grid is one user of it; a notebook could be another. Everything here works without a browser.
+"""
+
+from rrp_sheets.documents.changes import CellText, Changed, Refused
+from rrp_sheets.documents.document import Document
+
+__all__ = ["CellText", "Changed", "Document", "Refused"]

@@ -1,0 +1,58 @@
+"""What passes between a document and those who edit it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rrp_sheets.errors import SheetsError
+
+
+@dataclass(frozen=True, slots=True)
+class CellText:
+    """A cell's new text.
+
+    Attributes:
+        row: the row's id.
+        column: the sheet's own column number.
+        was: what stood there when its author began to type; None to overwrite whatever stands there.
+    """
+
+    row: str
+    column: int
+    text: str
+    was: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Changed:
+    """What an edit changed in a sheet: ids of rows, in the order of the sheet.
+
+    Attributes:
+        inserted: each new row with the row it stands before (None: at the end), in the order to insert them.
+        moved: each moved row with the row it now stands before.
+    """
+
+    sheet: str
+    touched: tuple[str, ...] = ()
+    inserted: tuple[tuple[str, str | None], ...] = ()
+    removed: tuple[str, ...] = ()
+    moved: tuple[tuple[str, str | None], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Clash:
+    """A cell that someone else has changed meanwhile: what is wanted, what stands there, and whose that is."""
+
+    row: str
+    column: int
+    mine: str
+    theirs: str
+    by: str = ""
+
+
+class Refused(SheetsError):
+    """An edit that was not made, and why; `clashes` are the cells that someone else has changed meanwhile."""
+
+    def __init__(self, message: str, remedy: str = "", clashes: tuple[Clash, ...] = ()) -> None:
+        super().__init__(message, remedy)
+        self.clashes = clashes

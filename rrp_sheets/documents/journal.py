@@ -1,0 +1,140 @@
+"""The journal: every accepted edit is on disk here before it is in the workbook's file, and the named versions.
+
+So a killed server loses nothing that it had accepted.
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import threading
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows, SetCell
+
+FOLDER = ".rrp-sheets"
+_KINDS: dict[str, type[SetCell | InsertRows | DeleteRows | MoveRows]] = {
+    kind.__name__: kind for kind in (SetCell, InsertRows, DeleteRows, MoveRows)
+}
+_TABLES = """
+create table if not exists edits (
+  seq integer primary key, book text not null, author text not null, at text not null,
+  edits text not null, before text not null, stored integer not null default 0);
+create index if not exists waiting on edits (book) where not stored;
+create table if not exists versions (
+  id integer primary key, book text not null, name text not null, author text not null, at text not null,
+  digest text not null, content blob not null);
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """An edit that is in the journal and perhaps not in the file, and the digest of the file before it."""
+
+    seq: int
+    edits: tuple[Edit, ...]
+    before: str
+
+
+@dataclass(frozen=True, slots=True)
+class Version:
+    """A named version of a workbook."""
+
+    id: int
+    name: str
+    author: str
+    at: str
+    digest: str
+
+
+class Journal:
+    """The journal of the workbooks of a folder. Safe to use from several threads.
+
+    Args:
+        folder: of the workbooks; the journal is in its folder `.rrp-sheets`.
+
+    Raises:
+        SheetsError: when it cannot be written there.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._lock = threading.Lock()
+        place = folder / FOLDER
+        try:
+            place.mkdir(exist_ok=True)
+            self._db = sqlite3.connect(place / "journal.sqlite", check_same_thread=False, isolation_level=None)
+            self._db.execute("pragma journal_mode = wal")
+            self._db.execute("pragma synchronous = full")
+            self._db.executescript(_TABLES)
+        except (OSError, sqlite3.Error) as error:
+            raise SheetsError(
+                f"Nothing can be kept in {place}: {error}.",
+                "Workbooks can be edited only in a folder you may write to.",
+            ) from error
+
+    def close(self) -> None:
+        """Let go of the file."""
+        with self._lock:
+            self._db.close()
+
+    def add(self, book: str, author: str, edits: Sequence[Edit], before: str) -> int:
+        """Put an edit on disk; its number."""
+        text = json.dumps([[type(e).__name__, asdict(e)] for e in edits], ensure_ascii=False)
+        cursor = self._do(
+            "insert into edits (book, author, at, edits, before) values (?, ?, ?, ?, ?)",
+            (book, author, _now(), text, before),
+        )
+        assert cursor.lastrowid is not None
+        return cursor.lastrowid
+
+    def stored(self, seq: int) -> None:
+        """The edit is in the workbook's file."""
+        self._do("update edits set stored = 1 where seq = ?", (seq,))
+
+    def drop(self, seq: int) -> None:
+        """The edit could not be stored, and its author was told."""
+        self._do("delete from edits where seq = ?", (seq,))
+
+    def waiting(self, book: str) -> list[Entry]:
+        """What a killed server left: edits that may not be in the file, in their order."""
+        rows = self._all("select seq, edits, before from edits where book = ? and not stored order by seq", book)
+        return [Entry(seq, _edits(text), before) for seq, text, before in rows]
+
+    def keep_version(self, book: str, name: str, author: str, digest: str, content: bytes) -> None:
+        """Keep the workbook as it is now under a name."""
+        self._do(
+            "insert into versions (book, name, author, at, digest, content) values (?, ?, ?, ?, ?, ?)",
+            (book, name, author, _now(), digest, content),
+        )
+
+    def versions(self, book: str) -> list[Version]:
+        """The named versions of a workbook, the newest first."""
+        rows = self._all("select id, name, author, at, digest from versions where book = ? order by id desc", book)
+        return [Version(*row) for row in rows]
+
+    def content(self, book: str, version: int) -> bytes | None:
+        """The bytes of a version."""
+        found = self._all("select content from versions where book = ? and id = ?", book, version)
+        return bytes(found[0][0]) if found else None
+
+    def _do(self, statement: str, values: tuple[Any, ...]) -> sqlite3.Cursor:
+        with self._lock:
+            return self._db.execute(statement, values)
+
+    def _all(self, statement: str, *values: Any) -> list[Any]:
+        with self._lock, closing(self._db.execute(statement, values)) as cursor:
+            return cursor.fetchall()
+
+
+def _edits(text: str) -> tuple[Edit, ...]:
+    return tuple(_KINDS[name](**values) for name, values in json.loads(text))
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="milliseconds")

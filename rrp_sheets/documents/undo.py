@@ -1,0 +1,82 @@
+"""Undo and redo: one's own edits, refused where someone has changed the same since."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from rrp_sheets.documents.changes import CellText
+
+MOST = 500  # steps back per person
+
+
+@dataclass(frozen=True, slots=True)
+class Cells:
+    """Texts were changed: put those of `back` in again, if `now` still stands there."""
+
+    sheet: str
+    back: tuple[CellText, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Added:
+    """Rows were inserted: delete them again."""
+
+    sheet: str
+    rows: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Gone:
+    """Rows were deleted: insert them again, with their ids and texts, before a row (None: at the end)."""
+
+    sheet: str
+    rows: tuple[tuple[str, dict[int, str]], ...]
+    before: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """Rows were moved: move them back before a row (None: to the end)."""
+
+    sheet: str
+    rows: tuple[str, ...]
+    before: str | None
+
+
+Step = Cells | Added | Gone | Moved
+
+
+class Steps:
+    """What each person can take back, and what they have taken back and can do again."""
+
+    def __init__(self) -> None:
+        self._back: dict[str, list[Step]] = {}
+        self._again: dict[str, list[Step]] = {}
+
+    def did(self, author: str, step: Step) -> None:
+        """Something new: what was taken back before it cannot be done again."""
+        self._push(self._back, author, step)
+        self._again.pop(author, None)
+
+    def undone(self, author: str, step: Step) -> None:
+        """An undo was made: `step` would do the thing again."""
+        self._push(self._again, author, step)
+
+    def redone(self, author: str, step: Step) -> None:
+        """A redo was made: `step` would take it back again."""
+        self._push(self._back, author, step)
+
+    def last(self, author: str, *, again: bool) -> Step | None:
+        """Take the newest step from its pile; None when there is none."""
+        pile = (self._again if again else self._back).get(author)
+        return pile.pop() if pile else None
+
+    def can(self, author: str) -> tuple[bool, bool]:
+        """Whether there is something to undo, and to redo."""
+        return bool(self._back.get(author)), bool(self._again.get(author))
+
+    @staticmethod
+    def _push(piles: dict[str, list[Step]], author: str, step: Step) -> None:
+        pile = piles.setdefault(author, [])
+        pile.append(step)
+        del pile[:-MOST]

@@ -1,0 +1,84 @@
+"""The page of one sheet under edit, and the panels beside and below it."""
+
+from __future__ import annotations
+
+import json
+
+from markupsafe import Markup
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.render.diagram import draw_diagram
+from rrp_sheets.render.sentences import explain
+from rrp_sheets.web.desk import Room
+from rrp_sheets.web.pages import GridPage, Panels, Problem, Tab
+from rrp_sheets.web.pictures import MOST_ROWS
+from rrp_sheets.web.shelf import counts
+from rrp_sheets.web.vocabulary import vocabulary
+from rrp_sheets.web.words import words_of
+
+MOST_PROBLEMS = 300
+FIRST_ROWS = 200  # in the page itself; the others follow
+_SECONDS = 5.0  # for the diagram's layout
+
+
+def grid_page(room: Room, name: str, sheet: str, icons: frozenset[str]) -> GridPage:
+    """Everything that the page of a sheet shows; without a sheet, of the first behaviour."""
+    grids = room.document.grids
+    first = next((n for n, g in grids.items() if g.kind == "behaviour"), next(iter(grids), ""))
+    sheet = sheet or first
+    look = room.look()
+    own = [n for n in look.workbook.sheets if n not in grids]
+    maker = room.maker(sheet) if sheet else None
+    rows = maker.rows(0, FIRST_ROWS) if maker else Markup("")
+    return GridPage(
+        name=name,
+        title=look.workbook.protocol.text("Title") or name,
+        sheet=sheet,
+        kind=grids[sheet].kind if sheet else "",
+        first=grids[sheet].first if sheet else 1,
+        heads=tuple(maker.heads()) if maker else (),
+        examples=bool(maker and maker.has_examples),
+        rows=rows,
+        count=len(grids[sheet].rows) if sheet else 0,
+        tabs=tuple(Tab(n, g.kind, n == sheet) for n, g in grids.items()),
+        own=tuple(own),
+        vocabulary=Markup(json.dumps(vocabulary(look), ensure_ascii=False).replace("<", "\\u003c")),
+        panels=panels(room, name, sheet, icons),
+    )
+
+
+def panels(room: Room, name: str, sheet: str, icons: frozenset[str]) -> Panels:
+    """The diagram, the words and the problems."""
+    look = room.look()
+    grids = room.document.grids
+    problems = []
+    for number, d in enumerate(look.findings[:MOST_PROBLEMS], 1):
+        place = str(d.address) if d.address else ""
+        row = ""
+        grid = grids.get(d.address.sheet) if d.address else None
+        if d.address and grid is not None and 0 <= d.address.row - grid.first < len(grid.rows):
+            row = grid.rows[d.address.row - grid.first]
+        problems.append(
+            Problem(number, d.severity.value, d.code, place, d.address.cell if d.address else "", row, d.message,
+                    d.remedy, d.address.sheet if d.address else "")
+        )  # fmt: skip
+    behaviour = look.behaviour(sheet)
+    drawing, words, why = Markup(""), None, ""
+    if behaviour is not None and behaviour.steps:
+        if not look.understood:
+            why = "The diagram comes when the problems are mended."
+        elif len(behaviour.steps) > MOST_ROWS:
+            why = f"This is too long to be drawn here: more than {MOST_ROWS} rows. Divide the sheet."
+        else:
+            try:
+                drawn = draw_diagram(
+                    look.graph, behaviour, problems=look.flags(behaviour), whole=True, timeout=_SECONDS
+                )
+                drawing = Markup(drawn[0].svg) if drawn else Markup("")
+            except SheetsError as error:
+                why = f"{error.message} {error.remedy}"
+            words = words_of(explain(look.graph, look.workbook, look.robot, [behaviour])[0])
+    return Panels(
+        name=name, sheet=sheet, counts=counts(look.findings), problems=tuple(problems),
+        left_out=max(0, len(look.findings) - MOST_PROBLEMS), drawing=drawing, words=words, why=why,
+    )  # fmt: skip

@@ -1,0 +1,185 @@
+"""The rows of a grid as HTML, made again only when something about a row is new."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from markupsafe import Markup, escape
+
+from rrp_sheets.connectors import connectors
+from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.documents.grid import Column, Grid
+from rrp_sheets.graph import StreamKind
+from rrp_sheets.model.cells import column_letters
+from rrp_sheets.model.names import key
+from rrp_sheets.web.looks import Look
+from rrp_sheets.web.pages import Head
+
+KINDS = {
+    "behaviour": {
+        "On": "on", "Input streams": "inputs", "Connector": "connector", "Formula": "formula",
+        "Output stream": "output", "Notes": "notes", "Priority": "number",
+    },
+    "devices": {"Stream": "text", "Device": "device", "Notes": "notes"},
+    "helpers": {"Name": "text", "Inputs": "text", "Formula": "formula", "Notes": "notes"},
+    "scene": {"Time (s)": "number", "Thing": "thing", "Does": "verb", "Value": "text", "Notes": "notes"},
+    "test": {"Time (ms)": "number", "Stream": "tested", "Send": "code", "Expect": "code", "Notes": "notes"},
+    "protocol": {"Field": "field", "Value": "text", "Notes": "notes"},
+    "gestures": {"Name": "text", "Time (s)": "number", "Notes": "notes"},
+}  # fmt: skip
+_OFF = frozenset(("false", "no", "off", "0"))
+Signature = tuple[Any, ...]
+
+
+class RowMaker:
+    """Makes the rows of one sheet."""
+
+    def __init__(self, grid: Grid) -> None:
+        self.grid = grid
+        self.has_examples = grid.kind == "behaviour"
+        self.kinds = [self._kind(c) for c in grid.columns]
+        self._signatures: dict[str, Signature] = {}
+        self._problems: dict[int, list[tuple[int, Diagnostic]]] = {}
+        self._examples: Mapping[int, str] = {}
+        self._streams: dict[str, str] = {}
+        self._taken: dict[tuple[str, int], str] = {}
+        self._anonymous: frozenset[int] = frozenset()
+
+    def _kind(self, column: Column) -> str:
+        known = KINDS.get(self.grid.kind, {})
+        if column.name:
+            return known.get(column.name, "text")
+        return "setting" if self.grid.kind == "devices" else "text"
+
+    def heads(self) -> list[Head]:
+        """The headers, from left to right."""
+        return [
+            Head(c.number, column_letters(c.number), c.header, k)
+            for c, k in zip(self.grid.columns, self.kinds, strict=True)
+        ]
+
+    def take(self, look: Look, taken: Mapping[tuple[str, str, int], str]) -> None:
+        """What the newest check says about this sheet, and which cells are being edited by whom."""
+        self._taken = {(row, column): who for (_, row, column), who in taken.items()}
+        self._problems = {}
+        for number, d in enumerate(look.findings, 1):
+            if d.address and d.address.sheet == self.grid.name:
+                self._problems.setdefault(d.address.row, []).append((number, d))
+        behaviour = look.behaviour(self.grid.name)
+        if self.grid.kind != "behaviour" or behaviour is None:
+            return
+        self._streams = look.kinds(self.grid.name)
+        shown = [s for s in behaviour.steps if s.active and not s.connector.drives]
+        self._examples = {s.number: look.examples[s.ref] for s in shown if s.ref in look.examples}
+        streams = look.graph.streams
+        anonymous = (s for s in behaviour.steps if s.output in streams)
+        self._anonymous = frozenset(s.number for s in anonymous if streams[s.output].kind is StreamKind.ANONYMOUS)
+
+    def rows(self, first: int, count: int) -> Markup:
+        """Some rows from a place on; a long sheet comes in pieces, so that its beginning is there at once."""
+        numbers = self.grid.numbers()
+        return Markup("".join(self._made(row, numbers[row]) for row in self.grid.rows[first : first + count]))
+
+    def changed(self) -> list[tuple[str, str]]:
+        """The rows that look different from how they were last made; those never made are on nobody's page."""
+        numbers = self.grid.numbers()
+        return [
+            (row, self._made(row, numbers[row])) for row in self.grid.rows
+            if row in self._signatures and self._signatures[row] != self._signature(row, numbers[row])
+        ]  # fmt: skip
+
+    def html(self, row: str) -> str:
+        """A row."""
+        return self._made(row, self.grid.number(row))
+
+    def _made(self, row: str, number: int) -> str:
+        self._signatures[row] = self._signature(row, number)
+        return self._row(row, number)
+
+    def _signature(self, row: str, number: int) -> Signature:
+        texts = self.grid.texts[row]
+        names = tuple(self._streams.get(key(n), "") for c, k in self._pairs() if k in ("inputs", "output")
+                      for n in _names(texts.get(c.number, "")))  # fmt: skip
+        problems = tuple((n, d.code, d.message) for n, d in self._problems.get(number, ()))
+        taken = tuple(self._taken.get((row, c.number), "") for c in self.grid.columns)
+        return tuple(texts.items()), names, problems, self._examples.get(number, ""), number in self._anonymous, taken
+
+    def _pairs(self) -> list[tuple[Column, str]]:
+        return list(zip(self.grid.columns, self.kinds, strict=True))
+
+    def _row(self, row: str, number: int) -> str:
+        texts = self.grid.texts[row]
+        problems = self._problems.get(number, [])
+        known = {c.number for c in self.grid.columns}
+        cells = []
+        for column, kind in self._pairs():
+            mine = [(n, d) for n, d in problems if d.address and d.address.column == column.number]
+            if column is self.grid.columns[0]:
+                mine += [(n, d) for n, d in problems if d.address and d.address.column not in known]
+            cells.append(self._cell(row, number, column, kind, texts.get(column.number, ""), mine))
+            if kind == "output" and self.has_examples:
+                example = escape(self._examples.get(number, ""))
+                cells.append(f'<td role="gridcell" class="example" title="{example}">{example}</td>')
+        off = any(k == "on" and texts.get(c.number, "").strip().casefold() in _OFF for c, k in self._pairs())
+        comment = next((t for _, t in sorted(texts.items())), "").lstrip().startswith("#")
+        looks = " ".join(w for w, holds in (("off", off), ("comment", comment)) if holds)
+        return (
+            f'<tr role="row" id="{row}"{f" class={chr(34)}{looks}{chr(34)}" if looks else ""}>'
+            f'<th role="rowheader" class="number" scope="row">{number}</th>{"".join(cells)}</tr>'
+        )
+
+    def _cell(
+        self, row: str, number: int, column: Column, kind: str, text: str, problems: list[tuple[int, Diagnostic]]
+    ) -> str:
+        looks, more = kind, ""
+        if text:
+            more += f' data-v="{escape(text)}"'
+        if problems:
+            described = " ".join(f"p{n}" for n, _ in problems)
+            worst = problems[0][1].severity.value
+            more += f' aria-describedby="{described}"' + (' aria-invalid="true"' if worst == "error" else "")
+            looks += f" flagged is-{worst}"
+        who = self._taken.get((row, column.number))
+        if who:
+            looks += " taken"
+        inside = self._inside(number, kind, text)
+        inside += "".join(_mend(n, d) for n, d in problems)
+        inside += f'<span class="name-tag">{escape(who)} is editing</span>' if who else ""
+        return f'<td role="gridcell" tabindex="-1" class="{looks}"{more}>{inside}</td>'
+
+    def _inside(self, number: int, kind: str, text: str) -> str:
+        if kind == "on":
+            checked = "" if text.strip().casefold() in _OFF else " checked"
+            return f'<input type="checkbox" tabindex="-1" aria-label="Row {number} is on"{checked}>'
+        if not text:
+            return (
+                '<span class="hint-word">↓ row below</span>' if kind == "output" and number in self._anonymous else ""
+            )
+        if kind in ("inputs", "output"):
+            return ",<br>".join(self._named(n) for n in _names(text))
+        if kind == "connector":
+            known = connectors().get(text)
+            icon = f' data-icon="{known.name}"' if known else ""
+            return f'<span class="word"{icon}>{escape(text)}</span>'
+        if kind in ("formula", "code"):
+            return f'<span class="formula">{escape(text)}</span>'
+        return f'<span class="word">{escape(text)}</span>'
+
+    def _named(self, name: str) -> str:
+        kind = self._streams.get(key(name), "")
+        spoken = f'<span class="only-spoken">{kind} </span>' if kind else ""
+        return f'<span class="name {kind}">{spoken}{escape(name)}</span>'
+
+
+def _names(text: str) -> list[str]:
+    return [n.strip() for n in text.replace("\n", ",").split(",") if n.strip()]
+
+
+def _mend(number: int, d: Diagnostic) -> str:
+    remedy = f'<span class="do">→ {escape(d.remedy)}</span>' if d.remedy else ""
+    kind = d.severity.value
+    return (
+        f'<div class="mend is-{kind}" id="p{number}"><b class="severity">{kind.capitalize()}</b> '
+        f"<span>{escape(d.message)}</span> {remedy}</div>"
+    )

@@ -1,0 +1,136 @@
+"""The words that the grid suggests: connectors, devices, streams, functions, fields, with a line of help each."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+from rrp_sheets.connectors import Parameter, connectors
+from rrp_sheets.devices import Robot
+from rrp_sheets.devices.scene import thing_names, verb_names
+from rrp_sheets.formulas.functions import library
+from rrp_sheets.graph import Stream, StreamKind
+from rrp_sheets.model.names import argument_name, key
+from rrp_sheets.model.values import RecordType
+from rrp_sheets.model.workbook import Helper
+from rrp_sheets.render.contents import contents
+from rrp_sheets.web.looks import Look
+
+Word = dict[str, str]
+FIELDS = (
+    "Title", "Authors", "Version", "Purpose", "Participants", "Ethics reference", "Contact", "Data kept", "Retention",
+    "Robot", "Engine", "Frame rate", "Run", "Seed", "Time limit", "Face memory",
+)  # fmt: skip
+
+
+def vocabulary(look: Look) -> dict[str, Any]:
+    """All words for one workbook, as the grid's script wants them."""
+    robot, graph = look.robot, look.graph
+    named = [s for s in graph.streams.values() if s.name]
+    streams = [_stream(s, look) for s in named]
+    names = {key(argument_name(s.name)): _argument(s, look) for s in named}
+    records = {}
+    for device in robot.device_names("sensor"):
+        found = robot.find(device)
+        if found is not None and found.type.payload is not None:
+            records[key(argument_name(device))] = _record(found.type.payload)
+            names.setdefault(key(argument_name(device)), {"text": argument_name(device), "help": found.type.help})
+    known = contents(graph)
+    for s in named:
+        record = known[s.id].record if s.id in known else None
+        if record is not None:
+            records[key(argument_name(s.name))] = _record(record)
+    return {
+        **_fixed(), "streams": streams, "names": names, "records": records,
+        "sensors": _devices(look, robot, "sensor", StreamKind.SENSOR),
+        "actuators": _devices(look, robot, "actuator", StreamKind.ACTUATOR),
+        "dones": [
+            {"text": f"{s.name} done", "kind": "done", "help": f"when a command of {s.name} has ended"}
+            for s in named if s.kind is StreamKind.ACTUATOR
+        ],
+        "helpers": [_helper(h) for h in look.workbook.helpers if h.name],
+        "tables": [
+            {"text": argument_name(s), "help": "your table"} for s in look.workbook.sheets
+            if key(s) in look.workbook.tables
+        ],
+        "devices": [
+            {"text": name, "kind": kind, "help": _help(robot, name)}
+            for kind in ("sensor", "actuator") for name in robot.device_names(kind)
+        ],
+        "settings": _settings(robot),
+    }  # fmt: skip
+
+
+@lru_cache(maxsize=1)
+def _fixed() -> dict[str, Any]:
+    functions = {f.name: f for f in library()}
+    return {
+        "connectors": [
+            {"text": c.name, "help": c.help + (" (advanced)" if c.advanced else "")}
+            for c in dict.fromkeys(connectors())
+        ],
+        "periods": [key(c.name) for c in dict.fromkeys(connectors()) if c.parameter is Parameter.PERIOD],
+        "durations": [{"text": "500 ms"}, {"text": "1 s"}, {"text": "3 s"}, {"text": "10 s"}, {"text": "1 min"}],
+        "functions": [
+            {"text": f"{f.name}(", "name": f.name, "label": f.usage, "help": f.help.splitlines()[0] if f.help else ""}
+            for f in functions.values()
+        ],
+        "things": [{"text": name} for name in thing_names()],
+        "verbs": [{"text": name} for name in verb_names()],
+        "fields": [{"text": name} for name in FIELDS],
+    }
+
+
+def _helper(helper: Helper) -> Word:
+    name = argument_name(helper.name.text)
+    usage = f"{name}({', '.join(i.text for i in helper.inputs)})" if helper.inputs else name
+    text = f"your helper: {helper.formula.text[:60]}"
+    return {"text": name, "name": helper.name.text, "help": text, "label": usage}
+
+
+def _stream(stream: Stream, look: Look) -> Word:
+    return {"text": stream.name, "kind": stream.kind.value, "help": _example(stream, look)}
+
+
+def _argument(stream: Stream, look: Look) -> Word:
+    return {"text": argument_name(stream.name), "kind": stream.kind.value, "help": _example(stream, look)}
+
+
+def _example(stream: Stream, look: Look) -> str:
+    example = look.stream_examples.get(stream.id, "")
+    return f"for example {example}" if example else ""
+
+
+def _record(record: RecordType) -> dict[str, Any]:
+    fields = [
+        {"text": argument_name(f.name), "help": " ".join(p for p in (f.help, f"({f.unit})" if f.unit else "") if p)}
+        for f in record.fields
+    ]
+    return {"name": record.name, "fields": fields}
+
+
+def _devices(look: Look, robot: Robot, kind: str, wanted: StreamKind) -> list[Word]:
+    mine = [d.stream.text for d in look.workbook.devices if (f := robot.find(d.device.text)) and f.type.kind == kind]
+    offered = [n for n in robot.device_names(kind) if key(n) not in {key(m) for m in mine}]
+    declared = {key(d.stream.text): d.device.text for d in look.workbook.devices}
+    return [
+        *({"text": n, "kind": wanted.value, "help": f"of your Devices: {declared[key(n)]}"} for n in mine),
+        *({"text": n, "kind": wanted.value, "help": _help(robot, n)} for n in offered),
+    ]
+
+
+def _help(robot: Robot, name: str) -> str:
+    found = robot.find(name)
+    return found.type.help if found else ""
+
+
+def _settings(robot: Robot) -> dict[str, list[Word]]:
+    """What the cells of a setting's column may hold, where there is a list."""
+    found: dict[str, dict[str, None]] = {}
+    for device in robot.devices.values():
+        for name, setting in device.settings.items():
+            choices = list(setting.choices)
+            if setting.kind == "joint":
+                choices = [*(j.name for j in robot.joints.values()), *robot.data["groups"]]
+            found.setdefault(name, {}).update(dict.fromkeys(choices))
+    return {name: [{"text": c} for c in choices] for name, choices in found.items() if choices}

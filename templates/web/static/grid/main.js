@@ -1,0 +1,107 @@
+// The page: the grid, its menus, what others do, and the panels that follow the check.
+
+import { Grid } from "./grid.js";
+import { finder } from "./find.js";
+import { menu } from "./menu.js";
+
+const scroll = document.getElementById("grid-scroll");
+const listen = document.getElementById("listen");
+const grid = scroll.querySelector("[role=grid]") ? new Grid(scroll) : null;
+
+if (grid) {
+  const who = new URLSearchParams({ client: grid.server.client, name: grid.server.name });
+  listen.setAttribute("hx-sse:connect", `${listen.getAttribute("hx-sse:connect")}?${who}`);
+  widths(grid.table);
+  icons(grid.table.body);
+  new MutationObserver(() => icons(grid.table.body)).observe(grid.table.body, { childList: true });
+  menu(grid);
+  finder(grid);
+  fetchRest(grid.table.body).then(() => document.body.toggleAttribute("data-ready", true));
+  const wanted = location.hash.length > 1 && document.getElementById(location.hash.slice(1));
+  const first = (wanted && wanted.closest("tr")) || grid.table.rows[0];
+  grid.selection.go(first, Math.min(1, grid.table.width - 1), false, Boolean(wanted) || !location.hash);
+}
+
+// a long sheet comes in pieces: its beginning is in the page
+async function fetchRest(body) {
+  const url = body.dataset.more.replace(/0$/, "");
+  const wanted = Number(body.dataset.count);
+  while (body.rows.length < wanted) {
+    const response = await fetch(`${url}${body.rows.length}`);
+    const html = response.ok ? await response.text() : "";
+    if (!html) return;
+    const holder = document.createElement("template");
+    holder.innerHTML = html;
+    for (const row of [...holder.content.children]) if (!document.getElementById(row.id)) body.append(row);
+    await new Promise((resume) => setTimeout(resume, 0));
+  }
+}
+
+listen.addEventListener("grid", (event) => {
+  grid?.server.receive(JSON.parse(event.detail.data));
+});
+listen.addEventListener("checked", async () => {
+  htmx.trigger("#panels", "recheck");
+  const response = await fetch(`${grid.server.url}/vocabulary`);
+  if (response.ok) grid.words = await response.json();
+});
+listen.addEventListener("people", (event) => {
+  const { people } = JSON.parse(event.detail.data);
+  const others = people.filter((p) => p.client !== grid?.server.client);
+  document.getElementById("people").textContent = others.length ? `${others.map((p) => p.name).join(", ")} ${others.length > 1 ? "are" : "is"} here too` : "";
+});
+listen.addEventListener("reload", () => location.reload());
+listen.addEventListener("trouble", (event) => grid?.say(JSON.parse(event.detail.data).message, true));
+
+document.addEventListener("click", (event) => {
+  const action = event.target.closest("[data-do]")?.dataset.do;
+  if (action === "undo") grid.undo();
+  if (action === "redo") grid.redo();
+  if (action === "find") document.dispatchEvent(new CustomEvent("rrp:find"));
+  if (action === "rows") {
+    const box = event.target.closest("[data-do]").getBoundingClientRect();
+    document.dispatchEvent(new CustomEvent("rrp:menu", { detail: { x: box.left, y: box.bottom } }));
+  }
+  const link = event.target.closest("a[data-row]");
+  if (link?.dataset.row && grid.table.row(link.dataset.row)) {
+    event.preventDefault();
+    const letter = /^[A-Z]+/.exec(link.dataset.cell)?.[0];
+    const k = grid.table.headers.findIndex((h) => h.dataset.letter === letter);
+    grid.selection.go(grid.table.row(link.dataset.row), Math.max(k, 0));
+  }
+  const box = event.target.closest("#diagram [data-row]");
+  if (box) {
+    const row = [...grid.table.rows].find((r) => r.cells[0].textContent === box.dataset.row);
+    if (row) grid.selection.go(row, Math.max(grid.table.headers.findIndex((h) => h.dataset.kind === "connector"), 0));
+  }
+});
+
+// the part of the diagram that belongs to the row with the cursor
+document.addEventListener("rrp:row", (event) => light(event.detail.number));
+document.addEventListener("htmx:after:swap", () => grid?.look());
+
+function light(number) {
+  for (const old of document.querySelectorAll("#diagram .here")) old.classList.remove("here");
+  document.querySelector(`#diagram [data-row="${number}"]`)?.classList.add("here");
+}
+
+function widths(table) {
+  const wide = { on: 36, inputs: 128, connector: 128, formula: 232, output: 136, notes: 240, number: 72, device: 152, verb: 104, thing: 120, tested: 136, code: 176, field: 160, setting: 120, text: 152, example: 104 };
+  const columns = [...table.grid.tHead.rows[0].cells].map((h, i) => `${i ? wide[h.dataset.kind ?? "example"] ?? 136 : 40}px`);
+  table.grid.style.setProperty("--columns", columns.join(" "));
+}
+
+// connectors show their icon
+function icons(body) {
+  const source = document.querySelector(".topbar use").getAttribute("href").replace(/#.*/, "");
+  for (const word of body.querySelectorAll(".word[data-icon]")) {
+    const holder = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+    holder.setAttribute("class", "icon");
+    holder.setAttribute("aria-hidden", "true");
+    const use = document.createElementNS("http://www.w3.org/2000/svg", "use");
+    use.setAttribute("href", `${source}#i-${word.dataset.icon}`);
+    holder.append(use);
+    delete word.dataset.icon;
+    word.before(holder);
+  }
+}

@@ -1,0 +1,63 @@
+// The menu of the rows: by the right mouse button, the menu key, or the button above the grid.
+
+const ITEMS = [
+  ["Insert above", "Ctrl +", (grid) => grid.insertRows()],
+  ["Insert below", "", (grid) => grid.insertRows(true)],
+  ["Duplicate", "", (grid) => grid.duplicateRows()],
+  ["Move up", "Alt ↑", (grid) => grid.moveRows(-1)],
+  ["Move down", "Alt ↓", (grid) => grid.moveRows(1)],
+  ["Delete rows", "Ctrl −", (grid) => grid.deleteRows()],
+  ["Fill down", "Ctrl D", (grid) => grid.fillDown()],
+];
+
+export function menu(grid) {
+  const box = document.createElement("div");
+  box.className = "menu";
+  box.hidden = true;
+  box.setAttribute("role", "menu");
+  box.setAttribute("aria-label", "Rows");
+  for (const [name, keys, action] of ITEMS) {
+    const item = document.createElement("button");
+    item.type = "button";
+    item.setAttribute("role", "menuitem");
+    item.tabIndex = -1;
+    const hint = document.createElement("kbd");
+    hint.textContent = keys;
+    item.append(name, hint);
+    item.addEventListener("click", () => {
+      close();
+      action(grid);
+    });
+    box.append(item);
+  }
+  document.body.append(box);
+  const button = document.querySelector("[data-do=rows]");
+
+  document.addEventListener("rrp:menu", (event) => {
+    if (!grid.selection.head) return;
+    box.hidden = false;
+    button?.setAttribute("aria-expanded", "true");
+    box.style.left = `${Math.min(event.detail.x, innerWidth - box.offsetWidth - 8)}px`;
+    box.style.top = `${Math.min(event.detail.y, innerHeight - box.offsetHeight - 8)}px`;
+    box.firstElementChild.focus();
+  });
+  box.addEventListener("keydown", (event) => {
+    const items = [...box.children];
+    const at = items.indexOf(document.activeElement);
+    const to = { ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: items.length - 1 }[event.key];
+    if (to !== undefined) items[(to + items.length) % items.length].focus();
+    else if (event.key === "Escape" || event.key === "Tab") close();
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  });
+  document.addEventListener("pointerdown", (event) => {
+    if (!box.hidden && !box.contains(event.target)) close(false);
+  });
+
+  function close(focus = true) {
+    box.hidden = true;
+    button?.setAttribute("aria-expanded", "false");
+    if (focus) grid.selection.cell?.focus({ preventScroll: true });
+  }
+}

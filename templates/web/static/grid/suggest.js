@@ -1,0 +1,116 @@
+// What could be meant by what is being typed: names for the cell's kind, and in formulas names, functions and fields.
+
+const WORD = /[\p{L}\p{N}_]*$/u;
+const MOST = 12;
+
+export const key = (text) => text.normalize("NFKC").toLowerCase().replace(/[\s_\-\u00a0\u2010-\u2015]+/g, "");
+
+/** Suggestions for a cell: `items`, where the replaced text begins, and how sure they are.
+ *  whole: accepted by Enter and Tab alike (a cell that holds one name); partial: by Tab only (within a formula). */
+export function suggest(words, where, before, text) {
+  const { kind } = where;
+  if (kind === "formula") return inFormula(words, where, before);
+  if (kind === "inputs") {
+    const from = Math.max(before.lastIndexOf(","), before.lastIndexOf("\n")) + 1;
+    const start = from + (before.slice(from).length - before.slice(from).trimStart().length);
+    return pick([...streams(words, where), ...words.sensors, ...words.dones], before.slice(start), start, true);
+  }
+  const choices = {
+    connector: words.connectors, device: words.devices, on: [{ text: "TRUE" }, { text: "FALSE", help: "skips the row" }],
+    output: isSubscribe(where) ? words.actuators : [], stream: words.streams, thing: words.things, verb: words.verbs,
+    field: words.fields, tested: words.streams,
+  }[kind] ?? choicesOf(words, where);
+  return pick(choices, text, 0, kind !== "tested");
+}
+
+/** Help on the function around the caret: its usage with a line of explanation, or null. */
+export function signature(words, where, before) {
+  if (where.kind !== "formula") return null;
+  let depth = 0;
+  for (let i = before.length - 1; i >= 0; i--) {
+    if (before[i] === ")") depth++;
+    if (before[i] !== "(" || depth-- > 0) continue;
+    const name = WORD.exec(before.slice(0, i))[0];
+    const found = [...words.functions, ...words.helpers].find((f) => key(f.name ?? f.text) === key(name));
+    if (!found) return null;
+    const usage = document.createElement("code");
+    usage.textContent = found.label;
+    const help = document.createElement("p");
+    help.textContent = found.example ? `${found.help} ${found.example}` : found.help;
+    return [usage, help];
+  }
+  return null;
+}
+
+function pick(choices, typed, from, whole) {
+  const wanted = key(typed);
+  const starts = [];
+  const holds = [];
+  for (const choice of choices ?? []) {
+    const k = key(choice.text);
+    if (k === wanted && wanted) return { items: [], from, sure: false };
+    if (k.startsWith(wanted)) starts.push(choice);
+    else if (wanted && k.includes(wanted)) holds.push(choice);
+  }
+  const items = [...starts, ...holds].slice(0, wanted ? MOST : 40);
+  return { items, from, sure: wanted !== "" && starts.length > 0, whole, partial: false };
+}
+
+function inFormula(words, where, before) {
+  const none = { items: [], from: 0, sure: false };
+  if (within(before, '"') || within(before, "'")) return none;
+  const word = WORD.exec(before)[0];
+  const from = before.length - word.length;
+  if (before[from - 1] === ".") {
+    const owner = WORD.exec(before.slice(0, from - 1))[0];
+    const record = words.records[key(owner)] ?? (owner === "value" ? words.records[key(inputs(where)[0] ?? "")] : null);
+    return { ...pick(record?.fields ?? [], word, from, false), partial: true };
+  }
+  if (/^\d/.test(word)) return none;
+  const mine = inputs(where).map((name) => words.names[key(name)]).filter(Boolean);
+  const period = words.periods?.includes(connector(where));
+  if (period) return before.trim() ? none : { ...pick(words.durations, "", 0, true), sure: false };
+  const all = [...mine, ...words.helpers, ...words.tables, ...(word ? words.functions : [])];
+  if (!word && before.trim()) return none;
+  return { ...pick(all, word, from, false), partial: true };
+}
+
+function within(text, quote) {
+  return (text.split(quote).length - 1) % 2 === 1;
+}
+
+const named = (where, kind) => {
+  const k = where.table.headers.findIndex((h) => h.dataset.kind === kind);
+  return k < 0 ? "" : where.table.value(where.table.cell(where.row, k));
+};
+
+const connector = (where) => key(named(where, "connector"));
+const isSubscribe = (where) => connector(where) === "subscribe";
+
+/** The names of a row's input streams; a blank cell means the output of the row above. */
+export function inputs(where) {
+  const own = named(where, "inputs").split(/[,\n]/).map((n) => n.trim()).filter(Boolean);
+  if (own.length) return own;
+  for (let i = where.table.at(where.row) - 1; i >= 0; i--) {
+    const above = { ...where, row: where.table.rows[i] };
+    if (!named(above, "connector")) continue;
+    if (isSubscribe(above)) return inputs(above);
+    return [named(above, "output")].filter(Boolean);
+  }
+  return [];
+}
+
+function streams(words, where) {
+  const k = where.table.headers.findIndex((h) => h.dataset.kind === "output");
+  if (k < 0) return words.streams;
+  const found = new Map();
+  for (const row of where.table.rows) {
+    const name = where.table.value(where.table.cell(row, k));
+    if (name && row !== where.row && !words.actuators.some((a) => key(a.text) === key(name))) found.set(key(name), name);
+  }
+  return [...found.values()].map((text) => ({ text, kind: "stream", help: words.names[key(text)]?.help ?? "" }));
+}
+
+function choicesOf(words, where) {
+  return words.settings?.[key(where.name)] ?? [];
+}

@@ -1,0 +1,110 @@
+"""A real browser on a real server, for the tests of the grid."""
+
+from __future__ import annotations
+
+import shutil
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from waitress import create_server
+
+from rrp_sheets.web.app import create_app
+
+TOKEN = "a-token-of-the-tests"
+CHROMIUM = next(
+    (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), ""
+)
+_FLAGS = [
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync",
+]  # fmt: skip
+
+
+@contextmanager
+def serving(folder: Path) -> Iterator[str]:
+    """A server on a folder; gives its address."""
+    server = create_server(create_app(folder, TOKEN), host="127.0.0.1", port=0, threads=24, ident="")
+    thread = threading.Thread(target=server.run, daemon=True)
+    thread.start()
+    try:
+        yield f"http://127.0.0.1:{server.effective_port}"
+    finally:
+        server.close()
+        server.task_dispatcher.shutdown(timeout=1)
+
+
+@contextmanager
+def browsing() -> Iterator[Any]:
+    """A browser."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=_FLAGS)
+        yield browser
+        browser.close()
+
+
+class GridPage:
+    """A page with a grid, and what one does with it."""
+
+    def __init__(self, browser: Any, url: str, book: str, *, sheet: str = "", name: str = "", **context: Any) -> None:
+        self.context = browser.new_context(viewport={"width": 1280, "height": 800}, **context)
+        self.context.grant_permissions(["clipboard-read", "clipboard-write"])
+        self.page = self.context.new_page()
+        self.errors: list[str] = []
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.page.goto(f"{url}/?token={TOKEN}")
+        if name:
+            self.page.evaluate("name => localStorage.setItem('name', name)", name)
+        self.page.goto(f"{url}/book/{book}" + (f"/sheet/{sheet}" if sheet else ""))
+        self.page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
+
+    def press(self, *keys: str) -> None:
+        for key in keys:
+            self.page.keyboard.press(key)
+
+    def type(self, text: str, then: str = "Enter") -> None:
+        self.page.keyboard.type(text)
+        self.page.keyboard.press(then)
+
+    def cell(self, address: str) -> Any:
+        """A cell by its address, such as C4."""
+        letter, number = address[0], address[1:]
+        return self.page.locator(f"tbody tr:has(th.number:text-is('{number}')) > *").nth(self._place(letter))
+
+    def _place(self, letter: str) -> int:
+        script = "l => document.querySelector(`thead th[data-letter='${l}']`).cellIndex"
+        return int(self.page.evaluate(script, letter))
+
+    def text(self, address: str) -> str:
+        """What was typed into a cell."""
+        return self.cell(address).get_attribute("data-v") or ""
+
+    def expect(self, address: str, text: str) -> None:
+        """Wait until a cell holds a text."""
+        from playwright.sync_api import expect
+
+        cell = self.cell(address)
+        if text:
+            expect(cell).to_have_attribute("data-v", text, timeout=10_000)
+        else:
+            expect(cell).not_to_have_attribute("data-v", "x", timeout=10_000)
+
+    def go(self, address: str) -> None:
+        self.cell(address).click(position={"x": 3, "y": 3})
+
+    @property
+    def here(self) -> str:
+        """The address of the cell with the cursor."""
+        return str(self.page.inner_text("#formula-bar b"))
+
+    def saved(self) -> None:
+        """Wait until everything is stored."""
+        self.page.wait_for_selector("body:not([data-saving])")
+
+    def close(self) -> None:
+        assert not self.errors, self.errors
+        self.context.close()

@@ -1,0 +1,196 @@
+"""Workbooks under edit: identity of rows, conflicts, undo, what other programs write, and what a killed server left."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rrp_sheets import api
+from rrp_sheets.documents import CellText, Document, Refused
+from rrp_sheets.documents.journal import Journal
+from rrp_sheets.workbook import read
+from rrp_sheets.workbook.editing import edit
+from rrp_sheets.workbook.edits import InsertRows, SetCell
+
+SHEET = "Tracking"
+FORMULA = 3
+
+
+@lru_cache
+def template() -> bytes:
+    with TemporaryDirectory() as folder:
+        return api.new(Path(folder) / "t.xlsx").read_bytes()
+
+
+@pytest.fixture
+def document(tmp_path: Path) -> Document:
+    return opened(tmp_path)
+
+
+def opened(folder: Path) -> Document:
+    path = folder / "b.xlsx"
+    if not path.exists():
+        path.write_bytes(template())
+    return Document(path, Journal(folder))
+
+
+def formulas(document: Document) -> list[str]:
+    grid = document.grids[SHEET]
+    return [grid.text(row, FORMULA) for row in grid.rows if grid.texts[row]]
+
+
+def on_disk(document: Document) -> list[str]:
+    behaviour = next(b for b in read(document.path).workbook.behaviours if b.name == SHEET)
+    return [row.formula.text for row in behaviour.rows]
+
+
+def put(document: Document, row: str, text: str, was: str | None = None, author: str = "Aya") -> None:
+    document.set_cells(author, SHEET, [CellText(row, FORMULA, text, was)])
+
+
+def test_an_edit_is_in_the_file_when_it_is_accepted(document: Document) -> None:
+    row = document.grids[SHEET].rows[0]
+    put(document, row, "redBall.x")
+    assert on_disk(document)[0] == "redBall.x"
+    assert not document._journal.waiting("b.xlsx")
+
+
+def test_rows_keep_their_identity_when_others_come_above(document: Document) -> None:
+    second = document.grids[SHEET].rows[1]
+    document.insert("Mika", SHEET, document.grids[SHEET].rows[0], 3)
+    put(document, second, "distance < 0.25")
+    assert document.grids[SHEET].number(second) == 6
+    assert "distance < 0.25" in on_disk(document)
+
+
+def test_a_cell_that_someone_has_changed_is_refused_with_both_values(document: Document) -> None:
+    row = document.grids[SHEET].rows[1]
+    was = document.grids[SHEET].text(row, FORMULA)
+    put(document, row, "distance < 0.3", was, "Mika")
+    with pytest.raises(Refused) as refused:
+        put(document, row, "distance < 0.9", was)
+    clash = refused.value.clashes[0]
+    assert (clash.mine, clash.theirs, clash.by) == ("distance < 0.9", "distance < 0.3", "Mika")
+    assert "distance < 0.3" in on_disk(document)
+
+
+def test_undo_takes_back_ones_own_edits_only(document: Document) -> None:
+    first, second = document.grids[SHEET].rows[:2]
+    before = formulas(document)
+    put(document, first, "1", author="Aya")
+    put(document, second, "2", author="Mika")
+    document.undo("Aya")
+    assert formulas(document)[:2] == [before[0], "2"]
+    document.undo("Aya", again=True)
+    assert formulas(document)[:2] == ["1", "2"]
+    assert document.undo("Kai") is None
+
+
+def test_undo_is_refused_where_someone_has_changed_the_cell_since(document: Document) -> None:
+    first = document.grids[SHEET].rows[0]
+    put(document, first, "1", author="Aya")
+    put(document, first, "2", author="Mika")
+    with pytest.raises(Refused):
+        document.undo("Aya")
+    assert formulas(document)[0] == "2"
+
+
+def test_deleted_rows_come_back_with_their_texts_and_their_identity(document: Document) -> None:
+    rows = document.grids[SHEET].rows[:2]
+    before = on_disk(document)
+    document.delete("Aya", SHEET, rows)
+    assert on_disk(document) == before[2:]
+    document.undo("Aya")
+    assert on_disk(document) == before and document.grids[SHEET].rows[:2] == rows
+    document.undo("Aya", again=True)
+    assert on_disk(document) == before[2:]
+
+
+def test_rows_move_and_move_back(document: Document) -> None:
+    grid = document.grids[SHEET]
+    before, rows = on_disk(document), list(grid.rows)
+    document.move("Aya", SHEET, [rows[0]], rows[2])
+    assert on_disk(document)[:2] == [before[1], before[0]]
+    document.undo("Aya")
+    assert on_disk(document) == before and grid.rows == rows
+
+
+def test_what_another_program_writes_is_taken_over(document: Document) -> None:
+    third = document.grids[SHEET].rows[2]
+    edit(document.path, [InsertRows(SHEET, 2, 1), SetCell(SHEET, 2, 3, "new")])
+    assert document.poll()
+    assert formulas(document)[0] == "new"
+    assert document.grids[SHEET].number(third) == 5
+    put(document, third, "still mine")
+    assert "still mine" in on_disk(document)
+
+
+def test_what_a_killed_server_had_accepted_is_stored_at_the_next_start(tmp_path: Path) -> None:
+    document = opened(tmp_path)
+    digest = document.reading.digest
+    document._journal.add("b.xlsx", "Aya", [SetCell(SHEET, 2, FORMULA, "after the crash")], digest)
+    assert on_disk(opened(tmp_path))[0] == "after the crash"
+    assert not opened(tmp_path)._journal.waiting("b.xlsx")
+
+
+def test_what_was_stored_before_the_crash_is_not_stored_twice(tmp_path: Path) -> None:
+    document = opened(tmp_path)
+    before = len(on_disk(document))
+    edits = [InsertRows(SHEET, 2, 1), SetCell(SHEET, 2, FORMULA, "once"), SetCell(SHEET, 2, 2, "map")]
+    document._journal.add("b.xlsx", "Aya", edits, document.reading.digest)
+    edit(document.path, edits)
+    assert len(on_disk(opened(tmp_path))) == before + 1
+
+
+def test_versions_keep_the_file_as_it_was(document: Document) -> None:
+    content = document.path.read_bytes()
+    document.keep_version("Aya", "approved")
+    put(document, document.grids[SHEET].rows[0], "1")
+    (version,) = document.versions()
+    assert version.name == "approved"
+    assert document._journal.content("b.xlsx", version.id) == content
+
+
+ACTIONS = st.lists(
+    st.one_of(
+        st.tuples(st.just("put"), st.integers(0, 6), st.sampled_from(["1", "x + 1", "", '"text"'])),
+        st.tuples(st.just("insert"), st.integers(0, 6), st.integers(1, 3)),
+        st.tuples(st.just("delete"), st.integers(0, 6), st.integers(1, 2)),
+        st.tuples(st.just("move"), st.integers(0, 6), st.integers(0, 6)),
+    ),
+    max_size=8,
+)
+
+
+@settings(max_examples=20, deadline=None)
+@given(actions=ACTIONS)
+def test_the_file_always_says_what_the_grid_says_and_undo_leads_back(
+    actions: list[tuple[str, int, object]], tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    document = opened(tmp_path_factory.mktemp("d"))
+    grid = document.grids[SHEET]
+    start = [dict(grid.texts[row]) for row in grid.rows if grid.texts[row]]
+    done = 0
+    for name, at, value in actions:
+        row = grid.rows[at]
+        if name == "put":
+            put(document, row, str(value))
+        elif name == "insert":
+            document.insert("Aya", SHEET, row, int(str(value)))
+        elif name == "delete":
+            document.delete("Aya", SHEET, grid.rows[at : at + int(str(value))])
+        else:
+            document.move("Aya", SHEET, [row], grid.rows[int(str(value))])
+        done += 1
+        fresh = Document(document.path, document._journal).grids[SHEET]
+        assert [fresh.texts[r] for r in fresh.rows if fresh.texts[r]] == [
+            grid.texts[r] for r in grid.rows if grid.texts[r]
+        ]
+    for _ in range(done):
+        document.undo("Aya")
+    assert [grid.texts[r] for r in grid.rows if grid.texts[r]] == start
