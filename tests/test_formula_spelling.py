@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from play import findings, rows
 
 from rrp_sheets.formulas import FormulaProblem, compile_formula, make_scope
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
@@ -180,3 +181,29 @@ def test_tokens_lie_side_by_side_in_any_text(text):
 def test_any_text_can_be_written_between_quotes(text):
     doubled = text.replace("\\", "\\\\").replace('"', '""')
     assert evaluate(f'"{doubled}" & "!"') == text + "!"
+
+
+# ---- what a spreadsheet compares, and Python sets
+
+
+@pytest.mark.parametrize("text", ["x = 1", "ball.x = 99", "ball['x'] = 0", "  x  =  1 "])
+def test_a_number_that_looks_as_if_it_were_set_is_refused_where_no_condition_is_wanted(text: str) -> None:
+    ball = record_from_mapping("ball", {"x": 3.0}).type
+    scope = make_scope([("x", None), ("ball", ball)])
+    with pytest.raises(FormulaProblem) as refused:
+        compile_formula(text, scope, condition=False)
+    remedy = refused.value.remedy
+    assert "==" in remedy
+    for way in (text.replace(" = ", " == "), "=" + text.strip(), text.strip().replace(" ", "")):
+        compile_formula(way, scope, condition=False)
+    compile_formula(text, scope)  # a filter asks
+
+
+def test_a_filter_may_ask_with_a_single_equals_sign_and_a_map_says_how() -> None:
+    text = """
+    | Red ball | filter | redBall.distance = 1 | Near |
+    | Red ball | map | redBall.distance = 1 | IsNear |
+    | Near | subscribe | | Print |
+    | IsNear | subscribe | | Print |
+    """
+    assert findings(rows(text)) == [("FORM003", "C3")]

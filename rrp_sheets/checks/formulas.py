@@ -121,7 +121,8 @@ class _Compiler:
             )
             if key(cell.text) in self.helpers.dropped and key(cell.text) not in scope.inputs:
                 return None  # a helper alone in the cell that is wrong, which was told there
-            return compile_formula(helper_alone(cell, scope, len(step.inputs)), scope)
+            text = helper_alone(cell, scope, len(step.inputs))
+            return compile_formula(text, scope, condition=step.connector.name == "filter")
         except FormulaProblem as problem:
             self._propose_sheet(problem, scope)
             if not _about_dropped(problem, self.helpers.dropped):

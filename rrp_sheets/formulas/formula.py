@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rrp_sheets.formulas.hints import refuse_setting
 from rrp_sheets.formulas.limits import LONGEST_FORMULA
 from rrp_sheets.formulas.parser import parse
 from rrp_sheets.formulas.problems import FormulaProblem
@@ -46,8 +47,14 @@ class Formula:
         return interpreter.prepare(self.tree, self.names, picker)
 
 
-def compile_formula(text: str, scope: Scope) -> Formula:
+def compile_formula(text: str, scope: Scope, *, condition: bool = True) -> Formula:
     """Parse and check a formula, in a spreadsheet's spelling or in Python's.
+
+    Args:
+        text: as typed.
+        scope: the names in it.
+        condition: whether a yes or no is wanted; where it is not, `x = 1` is refused: it compares in a spreadsheet and
+            sets in Python.
 
     Raises:
         FormulaProblem: when it is refused; its column and length are in the text as typed.
@@ -64,6 +71,8 @@ def compile_formula(text: str, scope: Scope) -> Formula:
     _check_characters(text)
     try:
         tree = parse(tokenize(text, lambda name: scope.table(name) is not None), text)
+        if not condition:
+            refuse_setting(tree, text)
         return Formula(text, resolve(tree, scope, text), scope.order)
     except FormulaProblem as problem:
         _propose_name(problem, text, scope)

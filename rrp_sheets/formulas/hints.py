@@ -225,3 +225,22 @@ def _odd_sign(tokens: list[Token], i: int) -> FormulaProblem:
 def _near(token: Token) -> str:
     text = token.text or "a text"
     return text if len(text) <= 20 else text[:19] + "…"
+
+
+def refuse_setting(tree: ast.expr, typed: str) -> None:
+    """Refuse a whole formula such as `x = 1`, with spaces: a spreadsheet compares there, and Python sets.
+
+    Without the spaces, behind a leading `=`, and as a part of a formula it is a comparison, as in a spreadsheet.
+    """
+    if not isinstance(tree, ast.Compare) or len(tree.ops) != 1 or not isinstance(tree.ops[0], ast.Eq):
+        return
+    left, right = tree.left, tree.comparators[0]
+    sign = typed[left.end_col_offset : right.col_offset]
+    number = isinstance(right, ast.Constant) and type(right.value) in (int, float)
+    settable = isinstance(left, (ast.Name, ast.Attribute, ast.Subscript))
+    if settable and number and sign.strip() == "=" and sign != sign.strip() and not typed.lstrip().startswith("="):
+        text = typed.strip()
+        raise FormulaProblem(
+            "FORM003", tree.col_offset, len(text), what="Setting a value with =",
+            remedy=f"To ask whether they are equal write {text.replace('=', '==', 1)}, or ={text}.",
+        )  # fmt: skip

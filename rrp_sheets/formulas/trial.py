@@ -63,7 +63,7 @@ def try_formula(text: str, inputs: Mapping[str, Any], interpreter: GuardedInterp
         values = {name: _value(value, name, left, 0) for name, value in inputs.items()}
         kinds = {name: _KINDS.get(type(v), "") for name, v in values.items()}
         scope = make_scope([(n, v.type if isinstance(v, Record) else None) for n, v in values.items()], kinds=kinds)
-        evaluate = compile_formula(text, scope).prepare(interpreter or GuardedInterpreter())
+        evaluate = compile_formula(text, scope, condition=False).prepare(interpreter or GuardedInterpreter())
     except FormulaProblem as problem:
         return Answer("rejected", None, problem.code, problem.message, problem.remedy, problem.column, problem.length)
     result = evaluate(*values.values())
