@@ -3,4 +3,4 @@
 The facade is :mod:`rrp_sheets.api`; nothing is imported here, so that the command line starts quickly.
 """
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
