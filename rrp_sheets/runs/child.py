@@ -117,14 +117,14 @@ def _checked(path: Path) -> tuple[Reading, Checked]:
 
 
 def _examples(checked: Checked) -> dict[str, str]:
-    """An example of what each row gives, as shown, by the row's ref."""
+    """An example of what each row gives, as shown, by the row's ref; in brackets what a filter before it would stop."""
+    from rrp_sheets.checks.shown import row_examples
+
     found = {}
-    for behaviour in checked.graph.behaviours:
-        for step in behaviour.steps:
-            fact = checked.facts.get(step.ref if step.connector.drives else step.output)
-            if fact is not None and fact.has_example:
-                unit = fact.known.unit if isinstance(fact.example, (int, float)) else ""
-                found[step.ref] = f"{show(fact.example)} {unit}".rstrip()
+    for ref, fact in row_examples(checked).items():
+        number = isinstance(fact.example, (int, float)) and not isinstance(fact.example, bool)
+        text = f"{show(fact.example)} {fact.known.unit if number else ''}".rstrip()
+        found[ref] = text if fact.sure else f"({text})"
     return found
 
 
