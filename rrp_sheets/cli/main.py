@@ -88,6 +88,8 @@ def main() -> None:
     except BrokenPipeError:
         mute()
         sys.exit(0)
+    except MemoryError:
+        fail(SheetsError("This needs more memory than may be used.", "Make the workbook smaller."), UNREADABLE)
     except OSError as error:  # a full disk, say, under our own output
         mute()
         fail(SheetsError(f"Writing failed: {error.strerror or error}.", "Is the disk full?"), UNREADABLE)
