@@ -32,7 +32,7 @@ _STYLES: dict[str, dict[str, Any]] = {
 def command(
     first: Path, second: Path | None, as_json: bool, as_html: bool, output: Path | None, quiet: bool, text_form: bool
 ) -> None:
-    r"""Say what is different between the workbooks A (before) and B (after), by what they mean.
+    """Say what is different between the workbooks A (before) and B (after), by what they mean.
 
     Rows are recognised wherever they stand, streams whatever they are called, formulas in either spelling. Names,
     notes, tests and spelling make no other behaviour, but are told.
@@ -45,7 +45,7 @@ def command(
     shown as one line, so that git goes on.
 
     Exit code: 0 same behaviour, 1 different, 2 a workbook cannot be read.
-    """
+    """  # noqa: D301 – click takes the backspace for "leave these lines as they are"
     limit_memory()  # formulas of strangers are evaluated here
     if text_form:
         if second is not None or as_json or as_html:
