@@ -189,6 +189,34 @@ def test_a_circle_of_helpers_prints_the_whole_circle():
     assert "a (C2) → b (C3) → a (C2)" in report.errors[0].message
 
 
+def _helpers_in_a_row(count, call="{next}(x) + 1"):
+    lines = [f"| h{i} | x | {call.format(next=f'h{i + 1}')} |" for i in range(count - 1)]
+    return HELPERS + "\n".join([*lines, f"| h{count - 1} | x | x |"])
+
+
+@pytest.mark.parametrize("call", ["{next}(x) + 1", "{next}(x) + {next}(x)"])
+def test_helpers_that_call_each_other_too_deep_are_told_once(call):
+    row = f"| Red ball | map | h0(redBall.x) | X |\n{OUT}"
+    report = check(rows(row, _helpers_in_a_row(300, call))).report
+    assert report.flatten(["code", "cell"]) == [("FORM025", "C281")]
+    assert "h279 (C281) → h280 (C282) → h281 (C283) → … → h299 (C301)" in report.errors[0].message
+    assert check(rows(row, _helpers_in_a_row(20))).report.flatten(["code"]) == []
+
+
+def test_long_formulas_in_many_helpers_are_reasoned_about_within_bounds():
+    nested = "-(" * 24 + "{next}(x)" + ")" * 24
+    row = f"| Red ball | filter | h0(redBall.x) < 1 | Y |\n| Y | map | h0(y.x) | X |\n{OUT}"
+    report = check(rows(row, _helpers_in_a_row(20, nested))).report
+    assert report.flatten(["code", "cell"]) == [("LINT010", "C2")]
+    assert "nested too deeply" in next(iter(report)).message
+
+
+def test_a_helper_above_a_circle_of_helpers():
+    helpers = HELPERS + "| A | x | b(x) |\n| B | x | 1 - c(x) - c(x) |\n| C | x | b(x) + b(x) |"
+    report = check(rows(f"| Red ball | map | a(redBall.x) | X |\n{OUT}", helpers)).report
+    assert [d.code for d in report.errors] == ["FORM011"]
+
+
 PROTOCOL = "## Protocol\n| Field | Value |\n|---|---|\n"
 
 

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-
-import networkx as nx
 
 from rrp_sheets.checks.telling import tell
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.formulas import FormulaProblem, HelperDef, Input, compile_formula, make_scope
 from rrp_sheets.formulas.functions import library
+from rrp_sheets.formulas.limits import DEEPEST_HELPERS
 from rrp_sheets.formulas.tables import Table
+from rrp_sheets.graph.sorting import after_needs
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import Workbook
@@ -67,7 +67,7 @@ def check_helpers(workbook: Workbook, tables: Mapping[str, Table], report: Repor
             _propose_input(problem, definition, cells[k].text)
             tell(report, cells[k], problem)
             dropped.add(k)
-    dropped |= _circles(helpers, cells, report)
+    dropped |= _Calls(helpers, cells, report).refused()
     kept = {k: h for k, h in helpers.items() if k not in dropped}
     return Helpers(kept, frozenset(dropped), {k: (names[k], cells[k]) for k in kept})
 
@@ -83,20 +83,57 @@ def _propose_input(problem: FormulaProblem, helper: HelperDef, text: str) -> Non
         problem.details["remedy"] = f"{remedy} {problem.details['remedy']}"
 
 
-def _circles(helpers: Mapping[str, HelperDef], cells: Mapping[str, Cell], report: Report) -> set[str]:
-    graph = nx.DiGraph()
-    for k, helper in helpers.items():
-        for node in ast.walk(helper.tree) if helper.tree else ():
-            called: HelperDef | None = getattr(node, "helper", None)
-            if called is not None:
-                graph.add_edge(k, key(called.shown))
-    members: set[str] = set()
-    for circle in nx.strongly_connected_components(graph):
-        first = next((k for k in helpers if k in circle), None)
-        if first is None or (len(circle) == 1 and not graph.has_edge(first, first)):
-            continue
-        path = [a for a, _ in nx.find_cycle(graph.subgraph(circle), first)]
-        shown = [f"{helpers[k].shown} ({cells[k].address.cell})" for k in path]
-        report.add("FORM011", cells[first].address, path=" → ".join([*shown, shown[0]]))
-        members |= circle
-    return members
+class _Calls:
+    """How helpers call each other."""
+
+    def __init__(self, helpers: Mapping[str, HelperDef], cells: Mapping[str, Cell], report: Report) -> None:
+        self.helpers, self.cells, self.report = helpers, cells, report
+        self.needs: dict[str, list[str]] = {}
+        for k, helper in helpers.items():
+            called = (getattr(node, "helper", None) for node in (ast.walk(helper.tree) if helper.tree else ()))
+            self.needs[k] = list(dict.fromkeys(key(other.shown) for other in called if other is not None))
+
+    def refused(self) -> set[str]:
+        """Report helpers in circles and chains that are too long; the helpers that cannot be used therefore."""
+        places = {k: i for i, k in enumerate(self.helpers)}
+        order = after_needs(self.needs, places.__getitem__)
+        circles = self._circles() if len(order) < len(places) else set()
+        if circles:
+            needs = {k: [n for n in called if n not in circles] for k, called in self.needs.items() if k not in circles}
+            order = after_needs(needs, places.__getitem__)
+        return circles | self._too_deep(order)
+
+    def _circles(self) -> set[str]:
+        import networkx as nx  # few workbooks have circles, and loading it takes longer than checking them
+
+        graph = nx.DiGraph((k, other) for k, called in self.needs.items() for other in called)
+        members: set[str] = set()
+        for circle in nx.strongly_connected_components(graph):
+            first = next(k for k in self.helpers if k in circle)
+            if len(circle) == 1 and not graph.has_edge(first, first):
+                continue
+            path = [a for a, _ in nx.find_cycle(graph.subgraph(circle), first)]
+            shown = [self._shown(k) for k in path]
+            self.report.add("FORM011", self.cells[first].address, path=" → ".join([*shown, shown[0]]))
+            members |= circle
+        return members
+
+    def _too_deep(self, order: Iterable[str]) -> set[str]:
+        deep: dict[str, int] = {}
+        for k in order:
+            deep[k] = 1 + max((deep[other] for other in self.needs[k] if other in deep), default=0)
+            if deep[k] == DEEPEST_HELPERS + 1:  # told where it becomes too deep, not for all that call it
+                path = self._path(k, deep)
+                self.report.add("FORM025", self.cells[k].address, path=path, most=DEEPEST_HELPERS)
+        return {k for k, count in deep.items() if count > DEEPEST_HELPERS}
+
+    def _path(self, k: str, deep: Mapping[str, int]) -> str:
+        """The helpers that call each other from here down, without those in the middle."""
+        path = [k]
+        while calls := [other for other in self.needs[path[-1]] if other in deep]:
+            path.append(max(calls, key=deep.__getitem__))
+        shown = [self._shown(h) for h in path]
+        return " → ".join([*shown[:3], "…", shown[-1]])
+
+    def _shown(self, k: str) -> str:
+        return f"{self.helpers[k].shown} ({self.cells[k].address.cell})"

@@ -26,6 +26,8 @@ from rrp_sheets.model.values import Value
 
 Names = Mapping[str, Known]
 MOST_STEPS = 2_000
+MOST_DEEP = 100
+"""Nodes within nodes, those of helpers included: far fewer than Python's own limit, whoever calls."""
 _TRUTHS = frozenset(
     {"ALL", "ANY", "BETWEEN", "ENDSWITH", "EXACT", "ISBLANK", "ISEVEN", "ISLIST", "ISLOGICAL", "ISNUMBER", "ISODD",
      "ISRECORD", "ISTEXT", "STARTSWITH", "XOR"}
@@ -56,21 +58,34 @@ def known_of(tree: ast.AST, names: Names) -> Known:
     >>> known = known_of(tree, {"x": UNKNOWN}); known.kind, known.low, known.high
     ('number', 1.0, 2.0)
     """
-    return _of(tree, _Env(names, [MOST_STEPS]))
+    return _of(tree, _Env(names, _Budget()))
+
+
+@dataclass(slots=True)
+class _Budget:
+    """How many nodes may still be looked at, and how deep these are: helpers that call helpers could be endless."""
+
+    left: int = MOST_STEPS
+    deep: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class _Env:
-    """The names in scope, and how many nodes may still be looked at (helpers that call helpers could be endless)."""
+    """The names in scope, and what is left of the budget."""
 
     names: Names
-    budget: list[int]
+    budget: _Budget
 
 
 def _of(tree: ast.AST | None, env: _Env) -> Known:
-    env.budget[0] -= 1
-    found = _NODES.get(type(tree))
-    return UNKNOWN if found is None or env.budget[0] < 0 else found(tree, env)
+    found, budget = _NODES.get(type(tree)), env.budget
+    budget.left -= 1
+    if found is None or budget.left < 0 or budget.deep >= MOST_DEEP:
+        return UNKNOWN
+    budget.deep += 1
+    known: Known = found(tree, env)
+    budget.deep -= 1
+    return known
 
 
 def _constant(node: ast.Constant, env: _Env) -> Known:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
-
-import networkx as nx
 
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.graph.model import Step, Stream, StreamKind
+from rrp_sheets.graph.sorting import after_needs
 
 LONGEST_CHAIN = 500
 
@@ -20,22 +20,20 @@ def set_in_order(
     `complete` is False when rows are missing because they could not be understood: what seems to go nowhere may
     then go into one of those, and nothing is said about it.
     """
-    graph = nx.DiGraph()
-    graph.add_nodes_from(range(len(steps)))
     maker = {s.output: i for i, s in enumerate(steps) if s.row.on and not s.connector.drives}
-    for i, step in enumerate(steps):
-        if step.row.on:
-            graph.add_edges_from((maker[source], i) for source in step.inputs if source in maker)
-    loops = {i for i in graph if graph.has_edge(i, i)}
-    circles = [sorted(c) for c in nx.strongly_connected_components(graph) if len(c) > 1 or c & loops]
-    for members in sorted(circles):
-        _tell_circle(graph.subgraph(members), steps, streams, report)
-    in_circle = {i for members in circles for i in members}
-    acyclic = graph.subgraph(n for n in graph if n not in in_circle)
-    order = list(nx.lexicographical_topological_sort(acyclic, key=lambda i: steps[i].number)) + sorted(in_circle)
+    needs: dict[int, list[int]] = {
+        i: list(dict.fromkeys(maker[source] for source in s.inputs if source in maker)) if s.row.on else []
+        for i, s in enumerate(steps)
+    }
+    in_circle: set[int] = set()
+    order = after_needs(needs, lambda i: (steps[i].number, i))
+    if len(order) < len(steps):
+        in_circle = _tell_circles(needs, steps, streams, report)
+        needs = {i: [j for j in needed if j not in in_circle] for i, needed in needs.items() if i not in in_circle}
+        order = after_needs(needs, lambda i: (steps[i].number, i)) + sorted(in_circle)
     ranks = {i: first_rank + place for place, i in enumerate(order)}
     active = _active(order, steps, streams, in_circle)
-    _tell_long_chains(acyclic, order, steps, report)
+    _tell_long_chains(needs, order, steps, report)
     done = tuple(replace(s, rank=ranks[i], active=active[i]) for i, s in enumerate(steps))
     _mark_streams(done, streams)
     if complete:
@@ -43,11 +41,21 @@ def set_in_order(
     return done
 
 
-def _tell_circle(part: nx.DiGraph, steps: list[Step], streams: dict[str, Stream], report: Report) -> None:
-    start = min(part, key=lambda i: steps[i].number)
-    path = [start] if part.has_edge(start, start) else [edge[0] for edge in nx.find_cycle(part, start)]
-    words = [f"{streams[steps[i].output].name or 'unnamed'} ({steps[i].row.output.address})" for i in path]
-    report.add("GRAPH010", steps[start].row.output.address, path=" → ".join([*words, words[0]]))
+def _tell_circles(
+    needs: Mapping[int, list[int]], steps: list[Step], streams: dict[str, Stream], report: Report
+) -> set[int]:
+    """Report the circles, and give the steps in them."""
+    import networkx as nx  # only here: most workbooks have no circles, and it takes longer to load than they to check
+
+    graph = nx.DiGraph((j, i) for i, needed in needs.items() for j in needed)
+    circles = [sorted(c) for c in nx.strongly_connected_components(graph) if len(c) > 1 or graph.has_edge(*(*c, *c))]
+    for members in sorted(circles):
+        part = graph.subgraph(members)
+        start = min(part, key=lambda i: steps[i].number)
+        path = [start] if part.has_edge(start, start) else [edge[0] for edge in nx.find_cycle(part, start)]
+        words = [f"{streams[steps[i].output].name or 'unnamed'} ({steps[i].row.output.address})" for i in path]
+        report.add("GRAPH010", steps[start].row.output.address, path=" → ".join([*words, words[0]]))
+    return {i for members in circles for i in members}
 
 
 def _active(order: list[int], steps: list[Step], streams: dict[str, Stream], in_circle: set[int]) -> dict[int, bool]:
@@ -69,12 +77,12 @@ def _fed(step: Step, inputs: list[bool]) -> bool:
     return inputs[0] if step.connector.first_input else all(inputs)
 
 
-def _tell_long_chains(graph: nx.DiGraph, order: list[int], steps: list[Step], report: Report) -> None:
+def _tell_long_chains(needs: Mapping[int, list[int]], order: list[int], steps: list[Step], report: Report) -> None:
     length: dict[int, int] = {}
     for i in order:
-        if i not in graph:
+        if i not in needs:
             continue
-        length[i] = 1 + max((length[j] for j in graph.predecessors(i)), default=0)
+        length[i] = 1 + max((length[j] for j in needs[i]), default=0)
         if length[i] == LONGEST_CHAIN + 1:  # told where it becomes too long, not for every row after it
             report.add("GRAPH012", steps[i].row.output.address, count=length[i])
 

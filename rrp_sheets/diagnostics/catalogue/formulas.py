@@ -44,6 +44,8 @@ CODES = (
          "The table {table} has two columns called “{title}”; formulas take the first.", "Rename one of the two columns."),
     Code("FORM024", _W, "Column without a name", "This column of the table {table} has no name, so no formula can take it.",
          "Write a name into the first row, or leave the column empty."),
+    Code("FORM025", _E, "Helpers too deep", "These helpers call each other, more than {most} in a row: {path}.",
+         "Write some of them together as one formula."),
     Code("FORM101", _W, "Division by zero", "This divides by zero.", "Filter out the zeros before, or use IF."),
     Code("FORM102", _W, "Blank where a value is needed", "There is a blank where {needed} is needed.",
          "Filter blanks out before, or test with ISBLANK."),
