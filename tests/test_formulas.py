@@ -101,8 +101,8 @@ def test_errors_are_values_with_their_own_words(text, code):
     ("text", "remedy"),
     [
         ("x > 3 AND y < 1", "small letters"),
-        ("x < 0.8 m", "unit"), ("x between 1 and 2", "<= distance"), ("Red ball.x < 1", "redBall"), ("x < 0,8", "0.8"),
-        ("name == kim", "quotes"),
+        ("x < 0.8 m", "unit"), ("500 ms", '"500 ms"'), ("x between 1 and 2", "<= distance"), ("Red ball.x < 1", "redBall"), ("x < 0,8", "0.8"),
+        ("name == kim", "quotes"), ("value + 1", "redBall"),
     ],
 )  # fmt: skip
 def test_what_people_are_used_to_write_is_answered_with_how_to_write_it_here(text, remedy):

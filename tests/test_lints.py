@@ -128,6 +128,10 @@ CONFLICTS = [
 NEVER = [
     (DISTANCE + "| D | filter | d < 0.5 and d > 1 | X | |\n| X | subscribe | | Print | |", [("LINT005", "C3")]),
     (CLOSE + "| Close | filter | close > 1 | X | |\n| X | subscribe | | Print | |", [("LINT005", "C4")]),
+    (DISTANCE + "| D | filter | d < 0 | X | |\n| X | subscribe | | Print | |", [("LINT005", "C3")]),
+    ("| Red ball | filter | redBall.distance < -1 | X | |\n| X | subscribe | | Print | |", [("LINT005", "C2")]),
+    ('| Red ball | filter | redBall.color = "yellow" | X | |\n| X | subscribe | | Print | |', [("LINT005", "C2")]),
+    ('| Red ball | filter | redBall.colour = "Green" | X | |\n| X | subscribe | | Print | |', []),
     (CLOSE + "| Close | filter | close > 0.3 | X | |\n| X | subscribe | | Print | |", []),
     ("| Head yaw | filter | headYaw > 3 | X | |\n| X | subscribe | | Print | |", [("LINT005", "C2")]),
     ("| Head yaw | filter | headYaw > 2 | X | |\n| X | subscribe | | Print | |", []),
@@ -280,3 +284,8 @@ def test_a_circle_of_rows_or_many_equal_rows_do_not_stop_the_lints():
     many = "\n".join("| Red ball | subscribe | | Head tracker | |" for _ in range(300))
     assert {code for code, _ in lints(many)} <= {"LINT003"}
     assert check(rows("| B | map | b | A | |\n| A | filter | a | B | |", header=HEADER)).report.errors
+
+
+def test_a_value_and_the_limit_that_it_passes_look_different():
+    (found,) = list(check(rows("| Start | subscribe | 120° | Neck | |", DEVICES, header=HEADER)).report)
+    assert found.code == "LINT013" and found.message.startswith("2.094 is beyond") and "2.086" in found.message

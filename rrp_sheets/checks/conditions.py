@@ -228,7 +228,9 @@ def _allows(known: Known, thing: _Thing) -> bool:
         return not (never_blank and thing.equal and thing.equal[0] is None)
     if thing.equal and isinstance(thing.equal[0], (int, float)):
         return known.low <= thing.equal[0] <= known.high
-    return max(known.low, thing.low) <= min(known.high, thing.high)
+    low, high = max(known.low, thing.low), min(known.high, thing.high)
+    only_end = (thing.open_low and low == thing.low) or (thing.open_high and high == thing.high)
+    return low < high or (low == high and not only_end)
 
 
 def _suits(value: Value, thing: _Thing) -> bool:

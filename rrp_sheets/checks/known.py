@@ -64,7 +64,11 @@ def of_field(f: Field) -> Known:
     """What a record type says about a field."""
     if isinstance(f.example, Record):
         return Known(RECORD, f.example.type)
-    return Known(f.kind, unit=f.unit) if f.kind in (NUMBER, TEXT, TRUTH) else UNKNOWN
+    if f.choices:
+        return one_of(f.choices)
+    if f.kind == NUMBER:
+        return Known(NUMBER, low=f.lower, high=f.upper, unit=f.unit)
+    return Known(f.kind, unit=f.unit) if f.kind in (TEXT, TRUTH) else UNKNOWN
 
 
 def kind_of_value(value: Value) -> str:

@@ -225,7 +225,7 @@ def _device(kind: str, entry: Mapping[str, Any], uses: Mapping[str, Mapping[str,
     settings = {key(s["name"]): _setting(s) for s in entry.get("settings", ())}
     payload = None
     if "fields" in entry:
-        fields = tuple(Field(**f) for f in entry["fields"])
+        fields = tuple(Field(**{**f, "choices": tuple(f.get("choices", ()))}) for f in entry["fields"])
         name = entry.get("record", entry.get("title", entry["name"]))
         payload = RecordType(name, fields, entry.get("aliases", {}))
     by = {

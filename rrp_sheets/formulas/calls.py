@@ -60,6 +60,10 @@ class Calls:
         table = scope.table(name)
         if table is not None:
             return ast.copy_location(plain(table), node)
+        if k == "value" and len(scope.inputs) > 1:
+            self.refuse(
+                node, f"{name} in a row with several inputs", f"Write an input's name: {', '.join(self._mine())}."
+            )
         if scope.functions.get(name):
             self.refuse(node, f"The function {name} without brackets", f"Write {name}(…) with what it works on.")
         if cell(name) and not any(cell(other) for other in scope.known()):

@@ -16,9 +16,8 @@ KEYWORDS = frozenset((
     "continue", "elif",
 ))  # fmt: skip
 _REFUSED_WORDS = {"lambda": "A lambda", "await": "“await”", "yield": "“yield”", "async": "“async”"}
-_UNITS = frozenset(
-    ("m", "cm", "mm", "km", "s", "ms", "sec", "min", "h", "kg", "g", "hz", "deg", "degree", "degrees", "rad")
-)
+_TIMES = frozenset(("s", "ms", "sec", "min", "h"))
+_UNITS = frozenset(("m", "cm", "mm", "km", "kg", "g", "hz", "deg", "degree", "degrees", "rad"))
 _CELL = re.compile(r"\$?[A-Za-z]{1,3}\$?[1-9]\d{0,6}")
 _SIGNS = {  # a sign that nothing here is called by: what people mean with it
     "&&": "Write AND(…; …).", "||": "Write OR(…; …).", "?": "Write IF(condition; then; otherwise).",
@@ -191,6 +190,9 @@ def _odd_word(before: Token, now: Token) -> FormulaProblem:
         return syntax(now, f"“{now.text}” is not understood", "Write = to compare.")
     if lower == "mod":
         return syntax(now, "“mod” stands between two values", "Write MOD(x; y).")
+    if before.kind == "number" and lower in _TIMES:
+        advice = f'Write "{before.text} {now.text}" in quotes for Wait, and a number of seconds elsewhere.'
+        return syntax(now, "there is a unit of time behind a number", advice)
     if before.kind == "number" and lower in _UNITS:
         advice = "Leave the unit out: distances are in metres, angles in radians (30° is 30 degrees)."
         return syntax(now, "there is a unit behind a number", advice)

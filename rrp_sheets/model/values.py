@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -16,7 +17,8 @@ Value = Any
 class Field:
     """A field of a payload record: its name, kind (`number`, `text`, `truth`, `any`), unit, example and help.
 
-    Two fields are equal whatever their examples are: a touch is a touch, of a hand or of a foot.
+    A number lies between `lower` and `upper`; a text is one of the `choices`, if there are any. Two fields are equal
+    whatever their examples are: a touch is a touch, of a hand or of a foot.
     """
 
     name: str
@@ -24,6 +26,9 @@ class Field:
     unit: str = ""
     example: Value = field(default=None, compare=False)
     help: str = field(default="", compare=False)
+    lower: float = field(default=-math.inf, compare=False)
+    upper: float = field(default=math.inf, compare=False)
+    choices: tuple[str, ...] = field(default=(), compare=False)
 
 
 @dataclass(frozen=True)

@@ -188,8 +188,10 @@ def _limits(step: Step, stream: Stream, fact: Fact, material: Material) -> None:
     for what, known, low, high, unit in _limited(stream, fact, material.robot):
         value = _beyond(known, low, high)
         if value is not None:
+            end = low if value < low else high  # shown with so many digits that the two look different
+            n = next((n for n in range(3, 7) if f"{value:.{n}g}" != f"{end:.{n}g}"), 7)
             material.report.add(
-                "LINT013", address, value=f"{value:.3g}", what=what, low=f"{low:.3g}", high=f"{high:.3g}",
+                "LINT013", address, value=f"{value:.{n}g}", what=what, low=f"{low:.{n}g}", high=f"{high:.{n}g}",
                 unit=f" {unit}" if unit else "",
             )  # fmt: skip
             return
