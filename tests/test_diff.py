@@ -527,3 +527,12 @@ def test_formulas_are_compared_by_their_meaning(tmp_path, before, after, same):
     assert comparison.first.errors == comparison.second.errors == 0
     assert comparison.same is same
     assert [c.kind for c in comparison.changes if c.part == "row"] == ["written" if same else "changed"]
+
+
+@pytest.mark.parametrize(
+    ("other", "same"), [("redBall['distance']", True), ('red_ball["Distance"]', True), ("redBall['x']", False)]
+)
+def test_a_field_by_dot_and_in_brackets_is_the_same(tmp_path, other, same):
+    texts = [f"{FORMULA}| Red ball | map | {f} | Out |\n| Out | subscribe | | Print |\n"
+             for f in ("redBall.distance", other)]  # fmt: skip
+    assert compare(tmp_path, *texts).same is same

@@ -61,7 +61,10 @@ class _Shaper:
         if isinstance(node, ast.Name):
             return "$" + self._name(node.id)
         if isinstance(node, ast.Attribute):
-            return f"({self.of(node.value)}.{self.fields.get(key(node.attr), key(node.attr))})"
+            return self._field(node.value, node.attr)
+        if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant):
+            if isinstance(node.slice.value, str):  # redBall["distance"] is redBall.distance
+                return self._field(node.value, node.slice.value)
         if isinstance(node, ast.Call):
             return self._call(node)
         if isinstance(node, (Join, ast.JoinedStr)):
@@ -75,6 +78,9 @@ class _Shaper:
         inside = isinstance(node, ast.Compare)
         parts = " ".join(self.of(getattr(node, f, None), inside) for f in node._fields if f != "ctx")
         return f"({type(node).__name__} {parts})"
+
+    def _field(self, owner: ast.expr, name: str) -> str:
+        return f"({self.of(owner)}.{self.fields.get(key(name), key(name))})"
 
     def _constant(self, value: object, compared: bool) -> str:
         # where two numbers are compared, 1 and 1.0 are the same; elsewhere they may be said aloud
