@@ -60,11 +60,10 @@ class _Shaper:
             return self._constant(node.value, compared)
         if isinstance(node, ast.Name):
             return "$" + self._name(node.id)
-        if isinstance(node, ast.Attribute):
-            return self._field(node.value, node.attr)
-        if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant):
-            if isinstance(node.slice.value, str):  # redBall["distance"] is redBall.distance
-                return self._field(node.value, node.slice.value)
+        found = _field(node)
+        if found is not None:
+            owner, name = found
+            return f"({self.of(owner)}.{self.fields.get(name, name)})"
         if isinstance(node, ast.Call):
             return self._call(node)
         if isinstance(node, (Join, ast.JoinedStr)):
@@ -78,9 +77,6 @@ class _Shaper:
         inside = isinstance(node, ast.Compare)
         parts = " ".join(self.of(getattr(node, f, None), inside) for f in node._fields if f != "ctx")
         return f"({type(node).__name__} {parts})"
-
-    def _field(self, owner: ast.expr, name: str) -> str:
-        return f"({self.of(owner)}.{self.fields.get(key(name), key(name))})"
 
     def _constant(self, value: object, compared: bool) -> str:
         # where two numbers are compared, 1 and 1.0 are the same; elsewhere they may be said aloud
@@ -119,6 +115,14 @@ class _Shaper:
             k = key(helper.shown)
             name = "helper " + self.helpers.get(k, k)
         return f"({name} {self.of(node.args)})"
+
+
+def _field(node: ast.AST) -> tuple[ast.expr, str] | None:
+    """What has a field, and the field's key: `ball.x` is `ball['X']`."""
+    if isinstance(node, ast.Attribute):
+        return node.value, key(node.attr)
+    by_name = isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant) and node.slice.value
+    return (node.value, key(by_name)) if isinstance(node, ast.Subscript) and isinstance(by_name, str) else None
 
 
 def helpers_in(tree: ast.AST, found: dict[str, HelperDef]) -> None:
