@@ -20,6 +20,9 @@ from reactivex.typing import AbsoluteTime, RelativeTime
 from rrp_sheets.runtime.progress import NO_ROW, RANK, Cell, new_cell
 
 _EPOCH = datetime.fromtimestamp(0, UTC)
+MOST_AT_ONCE = 30_000
+"""How many values all streams together may have in one frame. Rows that double what they get, one after the other or in
+a circle through a done stream, reach it within a few rows or frames; a workbook of many rows may have more."""
 _LAST = 1 << 30  # the rank of actions that come from reactivex's own operators: after all rows
 _State = TypeVar("_State")
 Entry = tuple[int, int, int, Callable[[], None]]
@@ -32,6 +35,8 @@ class FrameClock(PeriodicScheduler):
         super().__init__()
         self.us = 0
         self.cell = cell if cell is not None else new_cell()
+        self.came = 0  # values on streams since the frame began
+        self.most = MOST_AT_ONCE  # how many those may be
         self._timers: list[Entry] = []  # (due, rank, sequence, action): after this frame
         self._frame: list[Entry] = []  # (rank, due, sequence, action): in this frame
         self._sequence = 0
@@ -52,6 +57,7 @@ class FrameClock(PeriodicScheduler):
     def begin(self, us: int) -> None:
         """Go on to a later time; what is due by then waits for its turn in this frame."""
         self.us = us
+        self.came = 0
         timers = self._timers
         while timers and timers[0][0] <= us:
             due, rank, sequence, action = heapq.heappop(timers)

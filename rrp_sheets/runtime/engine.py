@@ -26,6 +26,7 @@ from rrp_sheets.runtime.streams import LiveStream
 
 _SILENT: Observable[Value] = never()  # an input whose rows are switched off: it keeps its place, and gives nothing
 _FRAMES_PER_ROW = 8  # Python frames that one row of a chain takes at most, so that 500 rows do not overflow
+_VALUES_PER_ROW = 60  # that many in one instant, if all rows have so many, are not yet called too many
 
 
 class Observer(Protocol):
@@ -61,6 +62,7 @@ class Engine:
         self.plan = plan
         self.seed = seed
         self.clock = FrameClock(cell)
+        self.clock.most = max(self.clock.most, _VALUES_PER_ROW * len(plan.steps))
         self.errors: dict[str, int] = {}
         self.streams = {s.id: LiveStream(s.id, self.clock) for s in plan.streams}
         self.on: set[str] = set()

@@ -11,6 +11,8 @@ from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.exchange import Happening
 from rrp_sheets.model.values import Value
 
+MOST_WAITING = 20_000  # letters: minutes of work for any workbook, so that it will not be caught up with
+
 
 @dataclass(frozen=True, slots=True)
 class Letter:
@@ -58,7 +60,17 @@ class Mail:
         self._queue.put(Letter(self.now_us, broken=error))
 
     def take(self, until_us: int) -> Letter | None:
-        """The next letter, waiting until a time of the run for it; None when there is none by then."""
+        """The next letter, waiting until a time of the run for it; None when there is none by then.
+
+        Raises:
+            RunBroken: when so much waits that it grows faster than it is worked out.
+        """
+        if self._queue.qsize() > MOST_WAITING:
+            raise RunBroken(
+                f"Events come faster than the rows work them out: more than {MOST_WAITING:,} are waiting.",
+                "Look for two rows that command one actuator after its own done stream, and let one of them do so; "
+                "or let fewer values through (throttle, changes, sample).",
+            )
         wait = (until_us - self.now_us) / 1_000_000
         try:
             return self._queue.get(timeout=wait) if wait > 0 else self._queue.get_nowait()

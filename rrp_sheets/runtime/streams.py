@@ -9,6 +9,7 @@ from reactivex import Observable
 from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
 from reactivex.disposable import Disposable
 
+from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.values import Value
 from rrp_sheets.runtime.clock import FrameClock
 from rrp_sheets.runtime.progress import RANK
@@ -34,9 +35,21 @@ class LiveStream(Observable[Value]):
         self._sinks: tuple[tuple[int, Callable[[Value], Any]], ...] = ()  # each with the rank of its row
 
     def on_next(self, value: Value) -> None:
-        """A new value."""
+        """A new value.
+
+        Raises:
+            RunBroken: when the rows have made more of it than can be meant.
+        """
+        clock = self._clock
+        clock.came += 1
+        if clock.came > clock.most:
+            raise RunBroken(
+                f"Rows multiply what they get: more than {clock.most:,} values came in one moment.",
+                "Look for two rows that send the same values on to one stream (merge), or command one actuator after "
+                "its own done stream, and let one of them do so.",
+            )
         self.latest = value
-        self.at_us = self._clock.us
+        self.at_us = clock.us
         self.arrived += 1
         cell = self._cell
         for rank, sink in self._sinks:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from rrp_sheets.checks.facts import sensor_fact
 from rrp_sheets.checks.sending import Given
 from rrp_sheets.checks.tests import Case, CaseRow
+from rrp_sheets.errors import RunBroken
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.graph import StreamKind
@@ -67,7 +68,14 @@ class Player:
             due = sent
             while due < len(sends) and frames.at(sends[due].time_us) <= frame:
                 due += 1
-            engine.settle(now, self._arrivals(now, sends[sent:due]))
+            try:
+                engine.settle(now, self._arrivals(now, sends[sent:due]))
+            except RunBroken as error:  # the rows drown in values: it began with what was sent last
+                begun = sends[due - 1] if due else self.case.rows[0]
+                self.broken[begun.row] = f"{error.message} It was at {engine.row}. {error.remedy}"
+                self.ended_us, self.ended_by = now, engine.row
+                engine.close()
+                return
             self.faults += [Fault(now, h.row, h.text) for h in engine.take_happenings() if h.kind == "error"]
             sent = due
             self.ended_us, self.ended_by = now, engine.ended_by
