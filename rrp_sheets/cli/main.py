@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from rrp_sheets import __version__
+from rrp_sheets.cli.plain import plain_output
 from rrp_sheets.errors import RunBroken, SheetsError, UnreadableFile
 
 _COMMANDS = {
@@ -68,10 +69,7 @@ def group() -> None:
 
 def main() -> None:
     """The entry point. What the user can mend is told in one or two lines, never as a traceback."""
-    for stream in (sys.stdout, sys.stderr):
-        reconfigure = getattr(stream, "reconfigure", None)
-        if reconfigure is not None:  # a terminal that cannot show a letter shows a question mark instead
-            reconfigure(errors="replace")
+    plain_output()
     try:
         sys.exit(group(prog_name="rrp-sheets", standalone_mode=False))
     except click.ClickException as error:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import re
-
 import click
 
 from rrp_sheets.cli.check import print_findings
 from rrp_sheets.cli.main import mute
+from rrp_sheets.cli.plain import plain_text
 from rrp_sheets.model.exchange import Happening
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.runs import RunResult, RunStart, RunView
@@ -15,7 +14,6 @@ from rrp_sheets.runs import RunResult, RunStart, RunView
 _QUIET_US = 2_000_000  # a stream that keeps driving its actuator is told again only after such a pause
 _CHANGE_US = 1_000_000  # and changes of what it sends at most so often
 _TICK_US = 5_000_000  # progress at least this often
-_STEERING = re.compile("\x1b(?!\\[[0-9;]*m)|[\x00-\x08\x0b-\x1a\x1c-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 _TELLING = ("name", "new", "colour", "distance", "value")
 _MOST_ERRORS = 3  # of one row are shown in full; the end counts them all
 
@@ -111,11 +109,6 @@ class Watch(RunView):
         width = max((len(n) for n in result.files), default=0)
         for name, what in result.files.items():
             self._echo(f"  {name:<{width}}  {what}")
-
-
-def plain_text(text: str) -> str:
-    """A text for the terminal: what could steer it is shown as a sign instead (colours of ours excepted)."""
-    return _STEERING.sub("\ufffd", text)
 
 
 def _differs(value: Value, shown: Value) -> bool:
