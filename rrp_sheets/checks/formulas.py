@@ -17,7 +17,7 @@ from rrp_sheets.diagnostics import Report
 from rrp_sheets.formulas import Formula, FormulaProblem, Scope, Table, compile_formula, make_scope, make_table
 from rrp_sheets.graph import Graph, Step, StreamKind
 from rrp_sheets.model.cells import Cell
-from rrp_sheets.model.names import argument_name, key, nearest
+from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.values import RecordType
 from rrp_sheets.model.workbook import Workbook
 
@@ -50,7 +50,7 @@ class Compiled:
 
     def scope(self, inputs: Sequence[tuple[str, RecordType | None]]) -> Scope:
         """The names that a formula outside of the rows may use, in a test for instance."""
-        return make_scope(inputs, self.helpers.by_key, tables=self.tables)
+        return make_scope(inputs, self.helpers.by_key, tables=self.tables, propose=self.helpers.propose)
 
 
 def check_formulas(workbook: Workbook, robot: Robot, graph: Graph, report: Report) -> Compiled:
@@ -118,6 +118,7 @@ class _Compiler:
                 tables=self.tables,
                 extra=step.connector.extra,
                 kinds=kinds,
+                propose=self.helpers.propose,
             )
             if key(cell.text) in self.helpers.dropped and key(cell.text) not in scope.inputs:
                 return None  # a helper alone in the cell that is wrong, which was told there
@@ -134,7 +135,7 @@ class _Compiler:
         name = str(problem.details.get("name", ""))
         if scope is None or problem.code != "FORM004":
             return
-        guess = nearest(name, [*self.sheets, *scope.known()])
+        guess = scope.propose(name, [*self.sheets, *scope.known()]) if self.sheets else None
         if guess is not None and guess in self.sheets:
             problem.details["remedy"] = f'Did you mean {argument_name(guess)}? (A text needs quotes: "{name}".)'
 
@@ -155,7 +156,7 @@ def helper_alone(cell: Cell, scope: Scope, count: int) -> str:
     text = cell.text
     helper = scope.helpers.get(key(text))
     if helper is None and re.fullmatch(r"\w+( \w+)+", text):
-        guess = nearest(text, [h.shown for h in scope.helpers.values()])
+        guess = scope.propose(text, [h.shown for h in scope.helpers.values()])
         if guess and not {"if", "and", "or", "not", "in"} & set(text.casefold().split()):
             raise FormulaProblem("FORM005", 0, len(text), name=text, remedy=f"Did you mean {guess}?")
     if helper is None or not helper.parameters or key(text) in scope.inputs:

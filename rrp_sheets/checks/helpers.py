@@ -14,7 +14,7 @@ from rrp_sheets.formulas.limits import DEEPEST_HELPERS
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.graph.sorting import after_needs
 from rrp_sheets.model.cells import Address, Cell
-from rrp_sheets.model.names import argument_name, key
+from rrp_sheets.model.names import Proposals, argument_name, key
 from rrp_sheets.model.workbook import Workbook
 
 
@@ -26,11 +26,13 @@ class Helpers:
         by_key: those that are in order.
         dropped: the keys of those that are not.
         cells: the name's and the formula's cell, by key.
+        propose: finds what may be meant by a name, for all formulas of the check together.
     """
 
     by_key: Mapping[str, HelperDef] = field(default_factory=dict)
     dropped: frozenset[str] = frozenset()
     cells: Mapping[str, tuple[Cell, Cell]] = field(default_factory=dict)
+    propose: Proposals = field(default_factory=Proposals)
 
 
 def check_helpers(workbook: Workbook, tables: Mapping[str, Table], report: Report) -> Helpers:
@@ -59,9 +61,12 @@ def check_helpers(workbook: Workbook, tables: Mapping[str, Table], report: Repor
         helpers[k] = HelperDef(argument_name(helper.name.text), inputs)
         cells[k] = helper.formula
         names[k] = helper.name
+    propose = Proposals()
     for k, definition in list(helpers.items()):
         try:
-            scope = make_scope([(p.shown, None) for p in definition.parameters], helpers, tables=tables)
+            scope = make_scope(
+                [(p.shown, None) for p in definition.parameters], helpers, tables=tables, propose=propose
+            )
             definition.tree = compile_formula(cells[k].text, scope).tree
         except FormulaProblem as problem:
             _propose_input(problem, definition, cells[k].text)
@@ -69,7 +74,7 @@ def check_helpers(workbook: Workbook, tables: Mapping[str, Table], report: Repor
             dropped.add(k)
     dropped |= _Calls(helpers, cells, report).refused()
     kept = {k: h for k, h in helpers.items() if k not in dropped}
-    return Helpers(kept, frozenset(dropped), {k: (names[k], cells[k]) for k in kept})
+    return Helpers(kept, frozenset(dropped), {k: (names[k], cells[k]) for k in kept}, propose)
 
 
 def _propose_input(problem: FormulaProblem, helper: HelperDef, text: str) -> None:

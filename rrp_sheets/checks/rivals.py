@@ -17,6 +17,7 @@ from rrp_sheets.model.names import argument_name, key
 
 MOST_JUDGED = 300
 """A workbook with more mistakes is corrected step by step, each with a check of its own."""
+MOST_COMPARED = 300_000  # pairs of names, for the same reason
 
 
 def judge_proposals(graph: Graph, robot: Robot, compiled: Compiled, report: Report) -> None:
@@ -34,18 +35,18 @@ def judge_proposals(graph: Graph, robot: Robot, compiled: Compiled, report: Repo
         "FORM004": {argument_name(n) for n in streams} | helpers,
         "FORM005": {f.name for f in library()} | helpers,
     }
-    left = MOST_JUDGED
+    judged, compared = MOST_JUDGED, MOST_COMPARED
 
     def judge(finding: Diagnostic, fix: Fix) -> Fix:
         edit = fix.edits[0] if len(fix.edits) == 1 else None
         if not fix.safe or not isinstance(edit, Replace) or finding.code not in names:
             return fix
-        nonlocal left
-        left -= 1
-        if left < 0:
+        nonlocal judged, compared
+        judged, compared = judged - 1, compared - len(names[finding.code])
+        if judged < 0 or compared < 0:
             return replace(fix, safe=False)
         best = slips(edit.old, edit.new)
-        near = {key(n) for n in names[finding.code] if slips(edit.old, n) <= best}
+        near = {key(n) for n in names[finding.code] if slips(edit.old, n, best) <= best}
         return replace(fix, safe=not near - {key(edit.new)})
 
     report.judge_fixes(judge)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from rrp_sheets.checks.expecting import Expectation, Place, read_expect
 from rrp_sheets.checks.sending import Sending, read_send
@@ -14,7 +15,7 @@ from rrp_sheets.graph import Graph, Stream, StreamKind
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.exchange import DONE
-from rrp_sheets.model.names import argument_name, key, nearest
+from rrp_sheets.model.names import Proposals, argument_name, key
 from rrp_sheets.model.values import RecordType
 from rrp_sheets.model.workbook import TestRow, TestSheet, Workbook
 
@@ -88,6 +89,7 @@ class _Names:
     running: frozenset[str]
     records: Mapping[str, RecordType | None]
     by_name: dict[str, list[Stream]] = field(default_factory=dict)
+    propose: Proposals = field(default_factory=Proposals)
 
     def __post_init__(self) -> None:
         devices = (StreamKind.SENSOR, StreamKind.ACTUATOR, StreamKind.DONE)
@@ -118,7 +120,7 @@ class _Names:
             return self._of_graph(found[0], cell.text)
         unused = None if bang else self._unused(cell.text)
         if unused is None:
-            guess = nearest(cell.text, self._all_names())
+            guess = self.propose(cell.text, self._all_names)
             remedy = f"Did you mean {guess}?" if guess else "Write a stream as it stands in a behaviour or in Devices."
             report.add("TEST002", cell.address, name=cell.text, remedy=remedy)
         return unused
@@ -148,6 +150,7 @@ class _Names:
         kind = StreamKind.SENSOR if found.type.kind == "sensor" else StreamKind.ACTUATOR
         return _Named(k, name, kind, found.type.payload, "no row uses it")
 
+    @cached_property
     def _all_names(self) -> list[str]:
         names = [s.name for s in self.graph.streams.values() if s.name]
         return names + [d.stream.text for d in self.workbook.devices if d.stream]

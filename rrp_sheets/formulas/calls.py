@@ -12,7 +12,7 @@ from rrp_sheets.formulas.functions import Function
 from rrp_sheets.formulas.hints import cell, cell_reference
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.scope import HelperDef, Scope
-from rrp_sheets.model.names import argument_name, key, nearest
+from rrp_sheets.model.names import argument_name, key
 
 _DECIMAL_COMMA = re.compile(r"(?<![\w.])\d+,\d+")
 ADVICE = "Formulas are built of inputs, numbers, texts, operators and the library's functions."
@@ -74,7 +74,7 @@ class Calls:
         return list(dict.fromkeys(i.name for i in self.scope.inputs.values()))
 
     def _propose(self, name: str) -> str:
-        guess = nearest(name, self.scope.known())
+        guess = self.scope.propose(name, self.scope.known())
         if guess:
             return f'Did you mean {argument_name(guess)}? (A text needs quotes: "{name}".)'
         there = name_here(key(name))
@@ -165,7 +165,7 @@ class Calls:
         advice = function_here(key(name))
         if advice is None:
             known = [h.shown for h in self.scope.helpers.values()] + self.scope.functions.names()
-            guess = None if name.startswith("_") else nearest(name, known)
+            guess = None if name.startswith("_") else self.scope.propose(name, known)
             advice = f"Did you mean {guess}?" if guess else "See `rrp-sheets help functions`."
         if self.scope.table(name) is not None:
             advice = f"{name} is a table: write INDEX({name}; 1) for a row, or {name}[…] for a column."

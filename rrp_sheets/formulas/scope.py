@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from rrp_sheets.formulas.functions import Function, library
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.tables import Table
-from rrp_sheets.model.names import argument_name, key
+from rrp_sheets.model.names import Proposals, argument_name, key
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.registry import Registry
 
@@ -49,6 +49,7 @@ class Scope:
         inputs: by key, what the connector adds to them included; a row with one input has it under `value` too.
         order: their names in order, as the evaluator's arguments are.
         tables: by the key of the sheet's name and of its name in formulas.
+        propose: finds what may be meant by an unknown name.
     """
 
     inputs: Mapping[str, Input]
@@ -57,6 +58,7 @@ class Scope:
     functions: Registry[Function] = field(default_factory=library)
     constants: Mapping[str, Value] = field(default_factory=lambda: {"pi": math.pi, "e": math.e})
     tables: Mapping[str, Table] = field(default_factory=dict)
+    propose: Proposals = field(default_factory=Proposals)
 
     def known(self) -> list[str]:
         """All names that are not functions, for proposing the nearest."""
@@ -78,6 +80,7 @@ def make_scope(
     tables: Mapping[str, Table] | None = None,
     extra: Iterable[str] = (),
     kinds: Mapping[str, str] | None = None,
+    propose: Proposals | None = None,
 ) -> Scope:
     """The scope of a row with these input streams (name, record type if known).
 
@@ -90,6 +93,7 @@ def make_scope(
         tables: by the sheet's key.
         extra: names that the connector adds, before the inputs (accumulate: `total`, `value`).
         kinds: what an input's values are (`number`, `text`, `truth`), by the stream's name, where known.
+        propose: shared by the scopes of one check, which together look for no more names than it allows.
 
     Raises:
         FormulaProblem: FORM009 when two inputs have one name.
@@ -116,4 +120,5 @@ def make_scope(
     for k, table in (tables or {}).items():
         named[key(argument_name(table.name))] = table
         named[k] = table
-    return Scope(found, tuple(order), helpers or {}, functions or library(), tables=named)
+    return Scope(found, tuple(order), helpers or {}, functions or library(), tables=named,
+                 propose=propose or Proposals())  # fmt: skip

@@ -90,12 +90,13 @@ class _Builder:
     def steps(self) -> list[Step]:
         rows = self.behaviour.rows
         steps: list[Step] = []
+        taken = self._taken_by_next()
         above: tuple[str, ...] | None = None  # what a blank input means in this row
         above_refused = False  # whether a name among them was refused, which was told there
         for i, (row, connector) in enumerate(zip(rows, self.found, strict=True)):
             inputs, refused = self._inputs(row, above)
             refused = refused or (above_refused and not row.inputs)
-            output = self.names.output(row, connector, self._taken_by_next(i)) if connector else None
+            output = self.names.output(row, connector, taken[i]) if connector else None
             usable = connector is not None and not refused and inputs is not None and output is not None
             if usable:
                 assert connector is not None and inputs is not None and output is not None
@@ -132,14 +133,13 @@ class _Builder:
         ids = [self.names.input(cell, row) for cell in row.inputs]
         return tuple(i for i in ids if i is not None), None in ids
 
-    def _taken_by_next(self, i: int) -> bool:
-        """Whether the next row takes what row `i` gives; one that is switched off counts: it may be on tomorrow."""
-        for row in self.behaviour.rows[i + 1 :]:
-            if not row.inputs:
-                return True
-            if row.on:
-                return False
-        return False
+    def _taken_by_next(self) -> list[bool]:
+        """For every row whether the next one takes what it gives; one that is off counts: it may be on tomorrow."""
+        taken, found = [], False
+        for row in reversed(self.behaviour.rows):
+            taken.append(found)
+            found = not row.inputs or (found and not row.on)
+        return taken[::-1]
 
     def _step(self, row: Row, connector: Connector, inputs: Sequence[str], output: str) -> Step | None:
         step = Step(row, f"{self.behaviour.name}!{row.number}", connector, tuple(inputs), output)

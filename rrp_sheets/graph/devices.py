@@ -11,7 +11,7 @@ from rrp_sheets.devices import DeviceType, Found, Robot, Setting
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.durations import meant_duration, parse_duration
-from rrp_sheets.model.names import key, nearest
+from rrp_sheets.model.names import Proposals, key, nearest
 from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Device, Workbook
 
@@ -41,6 +41,7 @@ class DeviceTable:
         self.report = report
         self.declared: dict[str, Declared] = {}
         self._implicit: dict[str, Declared] = {}
+        self.propose = Proposals()
         self.broken: set[str] = set()  # declared, but with an unknown device: told once, at the Devices row
         self._mine: Mapping[str, tuple[str, ...]] = {  # names that settings may take from the workbook itself
             "behaviour": tuple(b.name for b in workbook.behaviours),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from functools import cached_property
 
 from rrp_sheets.connectors import Connector
 from rrp_sheets.devices import DeviceType, Found
@@ -12,7 +13,7 @@ from rrp_sheets.graph.devices import Declared, DeviceTable, describe, done_of
 from rrp_sheets.graph.model import Stream, StreamKind
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.exchange import DONE
-from rrp_sheets.model.names import argument_name, key, nearest
+from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import Behaviour, Row
 
 DONE_DEVICE = Found(
@@ -92,15 +93,19 @@ class Names:
         of = self.devices.find(done_of(text)) if done_of(text) else None
         if of is not None:
             return f"Only actuators have a done stream; {done_of(text)} is {describe(of.found.type)}."
-        dones = [f"{name} done" for name in self.devices.names("actuator")]
-        names = [r.output.text for r in self.made.values()] + self.devices.names("sensor")
-        guess = nearest(text, [*names, *dones])
+        guess = self.devices.propose(text, self._inputs)
         if guess is None:
             return "Write the output stream of another row, or a sensor."
         made = self.made.get(key(guess))
         if made is None or key(guess) in self._read:
             return f"Did you mean {guess}?"
         return f"Did you mean {guess}? Or write “{text}” into {made.output.address.cell}, which nothing uses yet."
+
+    @cached_property
+    def _inputs(self) -> list[str]:
+        """All names that an input can have here, to propose one of them."""
+        dones = [f"{name} done" for name in self.devices.names("actuator")]
+        return [*(r.output.text for r in self.made.values()), *self.devices.names("sensor"), *dones]
 
     def _known(self, name: str) -> bool:
         return key(name) in self.made or self.devices.find(name) is not None
@@ -183,7 +188,7 @@ class Names:
         if not row.on or key(cell.text) in self.devices.broken or key(cell.text) in self._told:
             return None
         self._told.add(key(cell.text))
-        guess = nearest(cell.text, self.devices.names("actuator"))
+        guess = self.devices.propose(cell.text, self.devices.names("actuator"))
         remedy = (
             f"Did you mean {guess}? Or declare" if guess else "Write an actuator, for example Head tracker, or declare"
         )

@@ -6,10 +6,11 @@ import difflib
 import keyword
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from functools import lru_cache
 
 _CONSTANTS = ("true", "false", "none", "blank")  # what these mean in a formula
+_LIKE = 0.6  # how like what was meant must be, as difflib measures it
 _JOINERS = re.compile(r"[\s_\-\u00a0\u2010-\u2015]+")
 
 
@@ -53,5 +54,39 @@ def nearest(name: str, candidates: Iterable[str]) -> str | None:
     'Distance'
     """
     by_key = {key(c): c for c in candidates}
-    close = difflib.get_close_matches(key(name), list(by_key), n=1, cutoff=0.6)
-    return by_key[close[0]] if close else None
+    wanted = key(name)
+    matcher = difflib.SequenceMatcher()
+    matcher.set_seq2(wanted)
+    letters, best, found = frozenset(wanted), 0.0, None
+    for k in sorted(by_key, reverse=True):  # of two that are as near the first is taken, as difflib does
+        # no ratio is above that of the letters which both have: most candidates need not be compared any further
+        most, both = min(len(wanted), sum(map(letters.__contains__, k))), len(wanted) + len(k)
+        bound = 2.0 * most / both if both else 1.0
+        if bound < _LIKE or bound <= best:
+            continue
+        matcher.set_seq1(k)
+        bound = matcher.quick_ratio()
+        if bound < _LIKE or bound <= best:
+            continue
+        ratio = matcher.ratio()
+        if ratio >= _LIKE and ratio > best:
+            best, found = ratio, k
+    return None if found is None else by_key[found]
+
+
+class Proposals:
+    """`nearest` for one check: where very many names are unknown in a large workbook, only the first are looked for.
+
+    >>> propose = Proposals(2); propose("Balk", ["Ball"]), propose("Balk", ["Ball", "Tie"]), propose("Balk", ["Ball"])
+    ('Ball', 'Ball', None)
+    """
+
+    def __init__(self, most: int = 200_000) -> None:
+        self._left = most  # candidates that are still compared
+
+    def __call__(self, name: str, candidates: Collection[str]) -> str | None:
+        """As `nearest`; None when too much was looked for before."""
+        if self._left <= 0:
+            return None
+        self._left -= len(candidates)
+        return nearest(name, candidates)
