@@ -33,6 +33,7 @@ WRONG = [
     ("| B | map | b | A |\n| A | map | a | B |\n| A | subscribe | | Print |", [("GRAPH010", "D2")]),
     ("| X | map | x | X |\n" + OUT, [("GRAPH010", "D2")]),
     ("| Red ball | map | 1 | X |\n| Red ball | subscribe | | Print |", [("GRAPH011", "D2")]),
+    ("| Red ball | map | 1 | X, Y |\n| X | subscribe | | Print |", [("GRAPH013", "D2")]),
     ("| Red ball | map | 1 | ?? |\n| ?? | subscribe | | Print |", [("GRAPH013", "D2")]),
     ("| Red ball | map | redBall.distence | X |\n" + OUT, [("FORM007", "C2")]),
     ("| Red ball | map | redBal.distance | X |\n" + OUT, [("FORM004", "C2")]),

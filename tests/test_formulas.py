@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rrp_sheets.devices import load_robot
 from rrp_sheets.formulas import FormulaProblem, compile_formula, make_scope
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.functions import library
@@ -187,3 +188,19 @@ def test_any_text_is_read_or_refused(text):
         evaluate(text)
     except FormulaProblem as problem:
         assert problem.message
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "remedy"),
+    [
+        ("distance < 1", "FORM004", "redBall.distance"),
+        ("X + 1", "FORM004", "redBall.x"),
+        ("left", "FORM003", "left(…)"),
+        ("redBall.colour = blue", "FORM004", '"blue"'),
+    ],
+)
+def test_a_field_without_its_input_and_a_text_without_quotes(text, code, remedy):
+    ball = load_robot().find("Red ball").type.payload
+    with pytest.raises(FormulaProblem) as caught:
+        compile_formula(text, make_scope([("Red ball", ball)]))
+    assert caught.value.code == code and remedy in caught.value.remedy

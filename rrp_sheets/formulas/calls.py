@@ -64,7 +64,7 @@ class Calls:
             self.refuse(
                 node, f"{name} in a row with several inputs", f"Write an input's name: {', '.join(self._mine())}."
             )
-        if scope.functions.get(name):
+        if scope.functions.get(name) and not self._as_field(k):
             self.refuse(node, f"The function {name} without brackets", f"Write {name}(…) with what it works on.")
         if cell(name) and not any(cell(other) for other in scope.known()):
             raise cell_reference(node.col_offset, name, self._mine())
@@ -73,11 +73,26 @@ class Calls:
     def _mine(self) -> list[str]:
         return list(dict.fromkeys(i.name for i in self.scope.inputs.values()))
 
+    def _as_field(self, k: str) -> str | None:
+        """A field of that name, with its input before it: `distance` alone is often meant for `redBall.distance`."""
+        for each in self.scope.inputs.values():
+            field = each.record.keys.get(k) if each.record else None
+            if each.record and field:
+                return f"{each.name}.{next(f.name for f in each.record.fields if key(f.name) == field)}"
+        return None
+
     def _propose(self, name: str) -> str:
+        k = key(name)
+        field = self._as_field(k)
+        if field:
+            return f'Did you mean {field}? (A text needs quotes: "{name}".)'
+        records = [i.record for i in self.scope.inputs.values() if i.record]
+        if any(k == key(c) for r in records for f in r.fields for c in f.choices):
+            return f'Put the text between quotes: "{name}".'
         guess = self.scope.propose(name, self.scope.known())
         if guess:
             return f'Did you mean {argument_name(guess)}? (A text needs quotes: "{name}".)'
-        there = name_here(key(name))
+        there = name_here(k)
         if there:
             return there
         mine = self._mine()

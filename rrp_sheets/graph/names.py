@@ -158,7 +158,7 @@ class Names:
         declared = self.devices.find(cell.text)
         if self._of_another_sheet(cell, row):
             return None
-        if not argument_name(cell.text):
+        if not argument_name(cell.text) or "," in cell.text or "\n" in cell.text:  # inputs could not name it
             self.report.add("GRAPH013", cell.address, name=cell.text)
             return None
         if declared is not None and declared.found.type.kind == "actuator":

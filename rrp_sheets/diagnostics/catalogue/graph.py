@@ -44,7 +44,7 @@ CODES: tuple[Code, ...] = (
     Code("GRAPH012", _E, "Chain too long", "The chain that ends here has {count} rows; at most 500 can follow each other.",
          "Shorten the chain: put several steps into one formula."),
     Code("GRAPH013", _E, "Name cannot be used", "“{name}” cannot be the name of a stream.",
-         "Use letters and digits in it."),
+         "Use letters and digits in it, and no comma: a row gives one stream."),
     Code("GRAPH014", _W, "Nothing to run", "Every row of this behaviour is switched off or has no input that is fed.",
          "Switch a row on: write TRUE in its On cell."),
     Code("GRAPH016", _E, "Name of a done stream",
