@@ -2,6 +2,8 @@
 
 A third party adds one through the entry point group `rrp_sheets.connectors`: a callable that returns
 `[(name, Connector), …]`.
+
+Ours load reactivex when they are built, not before: a workbook is checked and drawn without it.
 """
 
 from __future__ import annotations

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-
-from reactivex import Observable
+from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
 from rrp_sheets.connectors.wiring import Wiring, by_input, settle
 from rrp_sheets.model.values import Failure, Value
+
+if TYPE_CHECKING:
+    from reactivex import Observable
 
 
 def build(wiring: Wiring) -> Observable[Value]:

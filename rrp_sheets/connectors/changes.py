@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from reactivex import Observable
-from reactivex import operators as ops
+from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
 from rrp_sheets.connectors.wiring import Wiring
 from rrp_sheets.model.values import Value, identity
 
+if TYPE_CHECKING:
+    from reactivex import Observable
+
 
 def build(wiring: Wiring) -> Observable[Value]:
     """The values that differ from the one before them."""
+    from reactivex import operators as ops
+
     return wiring.inputs[0].pipe(ops.distinct_until_changed(identity))
 
 

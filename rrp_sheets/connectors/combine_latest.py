@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-
-from reactivex import Observable
+from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
 from rrp_sheets.connectors.wiring import Wiring, settle
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Failure, Field, Record, RecordType, Value
+
+if TYPE_CHECKING:
+    from reactivex import Observable
 
 
 def together(names: tuple[str, ...]) -> RecordType:

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-
-from reactivex import Observable
-from reactivex import operators as ops
+from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
 from rrp_sheets.connectors.wiring import Wiring, first_with_latest
 from rrp_sheets.model.values import Failure, Value, show
 
+if TYPE_CHECKING:
+    from reactivex import Observable
+
 
 def build(wiring: Wiring) -> Observable[Value]:
     """The first input's values for which the formula gives TRUE or a number other than 0."""
+    from reactivex import operators as ops
+
     evaluate, fail = wiring.evaluate, wiring.fail
     assert evaluate is not None
 

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from reactivex import Observable, compose
-from reactivex import operators as ops
+from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
 from rrp_sheets.connectors.wiring import Wiring, evaluated
 from rrp_sheets.model.values import Failure, Value
 
+if TYPE_CHECKING:
+    from reactivex import Observable
+
 
 def build(wiring: Wiring) -> Observable[Value]:
     """The formula's result for each value of the first input, the others with their latest."""
+    from reactivex import compose
+    from reactivex import operators as ops
+
     evaluate, fail = wiring.evaluate, wiring.fail
     assert evaluate is not None
     if len(wiring.inputs) == 1:

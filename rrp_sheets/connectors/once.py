@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-
-from reactivex import Observable
+from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
 from rrp_sheets.connectors.wiring import Wiring, settle
 from rrp_sheets.model.values import Failure, Value, identity
+
+if TYPE_CHECKING:
+    from reactivex import Observable
 
 MOST_KEYS = 100_000
 """Of more, the oldest are forgotten: a run of hours must not fill the memory."""

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from reactivex import Observable
-from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
-from reactivex.disposable import SingleAssignmentDisposable
+from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
 from rrp_sheets.connectors.wiring import Wiring
 from rrp_sheets.model.values import Value
 
+if TYPE_CHECKING:
+    from reactivex import Observable
+    from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
+
 
 def build(wiring: Wiring) -> Observable[Value]:
     """Ticks have absolute due times (no drift); a value of the tick's own instant counts."""
+    from reactivex import Observable
+    from reactivex.disposable import SingleAssignmentDisposable
+
     clock, period, rank = wiring.clock, wiring.period_us, wiring.rank
 
     def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> DisposableBase:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from reactivex import Observable
+from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors import merge
 from rrp_sheets.connectors.spec import Connector, Parameter
 from rrp_sheets.connectors.wiring import Wiring, evaluated
 from rrp_sheets.model.values import Value
+
+if TYPE_CHECKING:
+    from reactivex import Observable
 
 
 def build(wiring: Wiring) -> Observable[Value]:

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from reactivex import Observable
-from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
+from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
 from rrp_sheets.connectors.wiring import Wiring
 from rrp_sheets.model.values import Value
 
+if TYPE_CHECKING:
+    from reactivex import Observable
+    from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
+
 
 def build(wiring: Wiring) -> Observable[Value]:
     """A value passes and begins a period in which nothing else does; one at the period's end passes."""
+    from reactivex import Observable
+
     clock, period = wiring.clock, wiring.period_us
 
     def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> DisposableBase:

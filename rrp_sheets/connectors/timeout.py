@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from reactivex import Observable
-from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
-from reactivex.disposable import CompositeDisposable
+from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
 from rrp_sheets.connectors.wiring import Taker, Wiring
 from rrp_sheets.model.values import Value
+
+if TYPE_CHECKING:
+    from reactivex import Observable
+    from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
 
 
 def build(wiring: Wiring) -> Observable[Value]:
@@ -16,6 +18,9 @@ def build(wiring: Wiring) -> Observable[Value]:
 
     In one instant: disarm, arm, fire. So what comes at the last moment is in time.
     """
+    from reactivex import Observable
+    from reactivex.disposable import CompositeDisposable
+
     clock, period, rank = wiring.clock, wiring.period_us, wiring.rank
 
     def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> DisposableBase:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from reactivex import Observable
-from reactivex import operators as ops
+from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
 from rrp_sheets.connectors.wiring import Wiring
 from rrp_sheets.model.values import Field, Record, RecordType, Value
+
+if TYPE_CHECKING:
+    from reactivex import Observable
 
 TIMED = RecordType(
     "Value with time",
@@ -19,6 +21,8 @@ TIMED = RecordType(
 
 def build(wiring: Wiring) -> Observable[Value]:
     """A record of `value` (`v`) and `timestamp` (`t`, in seconds on the run's one clock)."""
+    from reactivex import operators as ops
+
     clock = wiring.clock
     return wiring.inputs[0].pipe(ops.map(lambda v: Record(TIMED, {"value": v, "timestamp": clock.us / 1_000_000})))
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
-
-from reactivex import Observable
-from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
-from reactivex.disposable import CompositeDisposable
+from typing import TYPE_CHECKING, Protocol
 
 from rrp_sheets.model.values import Failure, Value
+
+if TYPE_CHECKING:
+    from reactivex import Observable
+    from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
 
 Taker = Callable[[Value], None]
 
@@ -61,6 +61,8 @@ def settle(
 
     `flush` gets the arrivals as (input number, value), in the order of their arrival, and a function to emit with.
     """
+    from reactivex import Observable
+    from reactivex.disposable import CompositeDisposable
 
     def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> DisposableBase:
         arrived: list[tuple[int, Value]] = []
