@@ -82,3 +82,14 @@ def test_events_that_pile_up_end_the_run() -> None:
     mail.event("redball", 1)
     with pytest.raises(RunBroken, match="faster"):
         mail.take(0)
+
+
+def test_a_test_that_would_take_a_day_of_frames_is_broken_off() -> None:
+    from rrp_sheets.testing.run import run_tests
+    from rrp_sheets.testing.words import as_dict
+
+    circle = "| Red ball, Wait done | merge | | A |\n| A | subscribe | 0 | Wait |\n"
+    report = run_tests(check(rows(circle, TEST.replace("3000 | Say", "86400000 | Wait"))))
+    assert not report.passed
+    assert "broken off" in json.dumps(as_dict(report))
+    assert len(report.cases[0].events) < 300_000

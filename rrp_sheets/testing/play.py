@@ -17,7 +17,10 @@ from rrp_sheets.model.values import Failure, Record, RecordType, Value, record_f
 from rrp_sheets.runtime.frame import FrameEngine
 from rrp_sheets.runtime.plan import Plan
 from rrp_sheets.testing.frames import TOLERANCE, Frames
+from rrp_sheets.testing.judge import seconds
 from rrp_sheets.testing.results import Event, Fault, failure_words
+
+MOST_EVENTS = 200_000  # of one test: some seconds of work, and 200 MB
 
 
 class Player:
@@ -78,8 +81,16 @@ class Player:
                 return
             self.faults += [Fault(now, h.row, h.text) for h in engine.take_happenings() if h.kind == "error"]
             sent = due
+            if len(self.events) > MOST_EVENTS:
+                self.broken[self.case.rows[0].row] = (
+                    f"More than {MOST_EVENTS:,} values had come by {seconds(now)}, so the test was broken off. Let the "
+                    "last row stand at an earlier time, or what comes again and again come less often."
+                )
+                stop = True
+            else:
+                stop = stopped()
             self.ended_us, self.ended_by = now, engine.ended_by
-            if engine.ended_by or frame >= last or stopped():
+            if engine.ended_by or frame >= last or stop:
                 engine.close()
                 return
             following = [last]

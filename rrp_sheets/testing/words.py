@@ -15,7 +15,10 @@ MOST_FAILURES = 20  # shown of one test; the rest are counted
 
 def failure_lines(result: CaseResult) -> list[str]:
     """What is wrong in a test, a row in a few lines."""
-    lines = [f"{result.case.name} row {n}: this could not be sent: {words}" for n, words in result.broken.items()]
+    unsent = [f"{result.case.name} row {n}: this could not be sent: {words}" for n, words in result.broken.items()]
+    lines = unsent[:MOST_FAILURES]
+    if len(unsent) > MOST_FAILURES:
+        lines.append(f"and {len(unsent) - MOST_FAILURES} more rows that could not be sent")
     for row in result.failed_rows[:MOST_FAILURES]:
         lines += [_headline(row), f"  got: {row.got}", *(f"  {hint}" for hint in row.hints)]
     if len(result.failed_rows) > MOST_FAILURES:
