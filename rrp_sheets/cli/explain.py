@@ -21,8 +21,10 @@ def command(file: Path, output: Path | None, behaviour: str) -> None:
     """
     from rrp_sheets import api
     from rrp_sheets.cli.check import print_findings
-    from rrp_sheets.workbook.atomic import write_atomically
+    from rrp_sheets.workbook.atomic import refuse_workbook, write_atomically
 
+    if output is not None:
+        refuse_workbook(output, file)
     text, checked = api.explain(file, behaviour)
     print_findings(checked.report.errors, err=True)
     if output is None:

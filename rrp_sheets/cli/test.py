@@ -39,7 +39,10 @@ def command(file: Path, as_json: bool, junit: Path | None, marbles: Path | None)
     limit_memory()  # formulas of strangers are evaluated here
     from rrp_sheets import api
     from rrp_sheets.cli.check import print_findings
+    from rrp_sheets.workbook.atomic import refuse_workbook, write_atomically
 
+    if junit is not None:
+        refuse_workbook(junit, file)
     with _StopOnInterrupt() as stop:
         checked, report = api.test(file, stop.asked)
     if report is None:
@@ -56,7 +59,6 @@ def command(file: Path, as_json: bool, junit: Path | None, marbles: Path | None)
         _show(report)
     if junit is not None:
         from rrp_sheets.testing.junit import junit as as_junit
-        from rrp_sheets.workbook.atomic import write_atomically
 
         write_atomically(junit, as_junit(report))
     if marbles is not None and report.cases:

@@ -24,6 +24,16 @@ def refuse_open_file(path: Path) -> None:
             )
 
 
+def refuse_workbook(target: Path, source: Path) -> None:
+    """Raise SheetsError when what is written about a workbook would take the place of that or another workbook."""
+    same = target.exists() and source.exists() and target.samefile(source)
+    if same or target.suffix.casefold() in (".xlsx", ".xlsm", ".csv"):
+        raise SheetsError(
+            f"“{target}” {'is the workbook itself' if same else 'would be taken for a workbook'}; nothing was written.",
+            f"Give the file another name, such as “{target.stem}.txt”.",
+        )
+
+
 Stamp = tuple[int, int, int]
 """What shows that a file was changed: time of the last change (ns), size in bytes, number of the file itself."""
 
