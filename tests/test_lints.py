@@ -193,6 +193,7 @@ TAKING = [
 ]  # fmt: skip
 
 FORMULAS = [
+    ('| Red ball | map | redBall.x + "a" | X | |\n| X | subscribe | | Neck | |', [("LINT010", "C2")]),
     ("| Red ball | map | 1 / (redBall.x - 0.1) | X | |\n| X | subscribe | | Print | |", [("LINT010", "C2")]),
     ("| Red ball | map | redBall.x & 1 | X | |\n| X | subscribe | | Print | |", []),
     ("| Start | filter | start.label | X | |\n| X | subscribe | | Print | |", [("LINT011", "C2")]),

@@ -80,7 +80,8 @@ class Examples:
         fact = Fact(known, rate=rate, sure=all(f.sure for f in facts))
         result, trouble = self._evaluate(formula, facts)
         if isinstance(result, Failure):
-            return fact, trouble
+            # what would follow from a formula that fails only follows from that
+            return (fact if trouble is None else replace(fact, known=UNKNOWN)), trouble
         return _with_example(fact, result), None
 
     def _filter(self, formula: Formula, facts: Sequence[Fact]) -> tuple[Fact, Trouble | None]:
