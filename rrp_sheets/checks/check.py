@@ -46,8 +46,14 @@ class Checked:
     facts: Mapping[str, Fact] = field(default_factory=dict)
 
 
-def check_workbook(workbook: Workbook, report: Report) -> Checked:
-    """Check a workbook, adding to the report that reading it began."""
+def check_workbook(workbook: Workbook, report: Report, *, lints: bool = True) -> Checked:
+    """Check a workbook, adding to the report that reading it began.
+
+    Args:
+        workbook: as it was read.
+        report: takes what is found.
+        lints: whether warnings about rows that work, and which fixes are safe, are wanted as well.
+    """
     robot = _robot(workbook, report)
     graph = build_graph(workbook, robot, connectors(), report)
     compiled = check_formulas(workbook, robot, graph, report)
@@ -56,9 +62,11 @@ def check_workbook(workbook: Workbook, report: Report) -> Checked:
         check_presses(workbook.scene or (), scene, _buttons(workbook, graph, robot), report)
     run = check_protocol(workbook, report)
     tests = check_tests(workbook, robot, graph, run.behaviours, compiled.records, compiled.scope, report)
-    lint(workbook, robot, graph, compiled, run.behaviours | switchable(graph), report)
+    if lints:
+        lint(workbook, robot, graph, compiled, run.behaviours | switchable(graph), report)
     report.drop_followers()
-    judge_proposals(graph, robot, compiled, report)
+    if lints:
+        judge_proposals(graph, robot, compiled, report)
     return Checked(workbook, robot, graph, compiled.formulas, scene, run, tests, report, compiled.facts)
 
 

@@ -49,7 +49,7 @@ def other(i, row):
 
 
 @pytest.mark.parametrize("change", [few, every, renamed, other])
-@pytest.mark.parametrize(("count", "limit"), [(1_000, 1.0), (9_999, 20.0)])
+@pytest.mark.parametrize(("count", "limit"), [(1_000, 1.0), (9_999, 12.0)])
 def test_diff_of_many_rows(tmp_path, count, limit, change):
     paths = tmp_path / "before.xlsx", tmp_path / "after.xlsx"
     workbook(paths[0], count)
@@ -58,7 +58,7 @@ def test_diff_of_many_rows(tmp_path, count, limit, change):
     began = time.process_time()
     first, second = (api.read(p) for p in paths)
     read = time.process_time() - began
-    checked = [(r, check_workbook(r.workbook, r.report)) for r in (first, second)]
+    checked = [(r, check_workbook(r.workbook, r.report, lints=False)) for r in (first, second)]
     check = time.process_time() - began - read
     comparison = compare(*checked)
     seconds = time.process_time() - began
