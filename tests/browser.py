@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+import time
 from pathlib import Path
 from urllib.parse import quote
 
@@ -25,6 +27,15 @@ def visit(folder: Path) -> FlaskClient:
 
 def get(client: FlaskClient, address: str, **headers: str) -> TestResponse:
     return client.get(address, base_url=HOME, headers={k.replace("_", "-"): v for k, v in headers.items()})
+
+
+def checked(client: FlaskClient, address: str) -> str:
+    """A workbook's page when its first check has ended."""
+    deadline = time.monotonic() + 20
+    while "checking …" in (text := get(client, address).text):
+        assert time.monotonic() < deadline, "the check does not end"
+        threading.Event().wait(0.05)
+    return text
 
 
 def post(client: FlaskClient, address: str, **form: object) -> TestResponse:

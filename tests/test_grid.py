@@ -8,6 +8,7 @@ import pytest
 from chromium import CHROMIUM, GridPage, browsing, serving
 
 from rrp_sheets.workbook import read
+from rrp_sheets.workbook.editing import read_sheets
 from rrp_sheets.workbook.maker import make_workbook
 
 if not CHROMIUM:
@@ -261,5 +262,70 @@ def test_a_cell_that_someone_edits_is_shown_as_taken(browser, url: str) -> None:
     mika.page.wait_for_selector("td.taken:has-text('Aya is editing')")
     aya.press("Escape")
     mika.page.wait_for_selector("td.taken", state="detached")
+    aya.close()
+    mika.close()
+
+
+def test_when_somebody_was_quicker_both_texts_are_shown_and_one_is_chosen(browser, url: str, folder: Path) -> None:
+    aya, mika = (GridPage(browser, url, "b.xlsx", name=n) for n in ("Aya", "Mika"))
+    for keep, left in ("Keep theirs", "of Mika"), ("Keep mine", "of Aya"):
+        aya.page.route("**/cells", lambda route: route.abort())  # the line is down while Mika types
+        aya.go("F4")
+        aya.type("of Aya")
+        aya.page.wait_for_selector("#status:has-text('kept here')")
+        mika.go("F4")
+        mika.type("of Mika")
+        mika.saved()
+        aya.page.unroute("**/cells")
+        dialog = aya.page.wait_for_selector("dialog")
+        text = dialog.inner_text()
+        assert "of Aya" in text and "of Mika" in text and "F4: Mika has changed this cell" in text
+        aya.page.click(f"dialog button:text-is('{keep}')")
+        for page in (aya, mika):
+            page.expect("F4", left)
+        mika.go("F4")
+        mika.type("x")
+        aya.expect("F4", "x")
+    aya.close()
+    mika.close()
+
+
+def test_one_gives_oneself_a_name_and_others_see_where_one_is(browser, url: str) -> None:
+    aya, mika = GridPage(browser, url, "b.xlsx"), GridPage(browser, url, "b.xlsx", name="Mika")
+    aya.page.click("[data-do=name]")
+    aya.page.keyboard.type("<b>Aya")
+    aya.page.keyboard.press("Enter")
+    aya.go("D3")
+    mika.page.wait_for_selector("#people:has-text('<b>Aya (D3) is here too')")
+    mika.page.wait_for_selector("td.formula[data-who='<b>Aya']")
+    aya.close()
+    mika.close()
+
+
+def test_two_browsers_fill_200_cells_at_once_and_nothing_is_lost(browser, url: str, folder: Path) -> None:
+    aya, mika = (GridPage(browser, url, "b.xlsx", name=n) for n in ("Aya", "Mika"))
+    fill = """([letter, who]) => {
+        const at = document.querySelector(`thead th[data-letter='${letter}']`).cellIndex;
+        const rows = [...document.querySelectorAll("tbody tr")].slice(3, 23);
+        const transfer = (cell, text) => {
+            cell.dispatchEvent(new PointerEvent("pointerdown", { bubbles: true, button: 0 }));
+            const data = new DataTransfer();
+            data.setData("text/plain", text);
+            document.dispatchEvent(new ClipboardEvent("paste", { clipboardData: data, bubbles: true }));
+        };
+        for (let round = 0; round < 5; round++) rows.forEach((row, i) => transfer(row.cells[at], `${who} ${round} ${i}`));
+    }"""
+    aya.page.evaluate(fill, ["D", "aya"])
+    mika.page.evaluate(fill, ["F", "mika"])
+    for page in (aya, mika):
+        page.saved()
+    screens = []
+    for page in (aya, mika):
+        page.expect("D24", "aya 4 19")
+        page.expect("F24", "mika 4 19")
+        screens.append([(page.text(f"D{n}"), page.text(f"F{n}")) for n in range(5, 25)])
+    assert screens[0] == screens[1] == [(f"aya 4 {i}", f"mika 4 {i}") for i in range(20)]
+    sheet = read_sheets(folder / "b.xlsx")[0]
+    assert [(sheet.cells[n, 4].typed, sheet.cells[n, 6].typed) for n in range(5, 25)] == screens[0]
     aya.close()
     mika.close()

@@ -30,6 +30,7 @@ class Changed:
     Attributes:
         inserted: each new row with the row it stands before (None: at the end), in the order to insert them.
         moved: each moved row with the row it now stands before.
+        then: what was changed after that, when one edit does several things.
     """
 
     sheet: str
@@ -37,6 +38,7 @@ class Changed:
     inserted: tuple[tuple[str, str | None], ...] = ()
     removed: tuple[str, ...] = ()
     moved: tuple[tuple[str, str | None], ...] = ()
+    then: tuple[Changed, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 
 from rrp_sheets.documents.changes import CellText, Changed, Clash, Refused
-from rrp_sheets.documents.grid import Grid, make_grid
+from rrp_sheets.documents.grid import Grid
 from rrp_sheets.documents.journal import Journal, Version
-from rrp_sheets.documents.undo import Added, Cells, Gone, Moved, Step, Steps
+from rrp_sheets.documents.opening import raw_sheets, stamp_of, take_over
+from rrp_sheets.documents.queue import Queue, Wish
+from rrp_sheets.documents.refusals import clash, must_have
+from rrp_sheets.documents.undo import Added, Cells, Gone, Moved, Step, Steps, Together
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.names import key
 from rrp_sheets.workbook import Reading, read
+from rrp_sheets.workbook.atomic import write_atomically
 from rrp_sheets.workbook.editing import edit
 from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows, SetCell
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.patch.values import typed
-
-_AGAIN = "Look at it, and change it again if you still want to."
 
 
 class Document:
@@ -27,38 +29,55 @@ class Document:
 
     Args:
         path: of the file.
-        journal: of its folder; what a killed server left there is stored first.
+        journal: of its folder; what a killed server left there is stored first. None: it can only be looked at.
+        why: why it can only be looked at.
 
     Attributes:
         grids: its sheets by name, in the order of the file.
+        own: the names of the user's own sheets, which are left alone.
         version: grows with every change.
 
     Raises:
         UnreadableFile: when the file cannot be read.
     """
 
-    def __init__(self, path: Path, journal: Journal) -> None:
+    def __init__(self, path: Path, journal: Journal | None, why: str = "") -> None:
         self.path = path
-        self._journal = journal
+        self.why = why
+        self._kept = journal
         self._lock = threading.RLock()
         self._steps = Steps()
         self._stamp = (0, 0)
         self.grids: dict[str, Grid] = {}
+        self.own: tuple[str, ...] = ()
         self.version = 0
-        self._recover()
+        self._queue = Queue(self._lock, self._fulfil)
         self._reading: Reading | None = None
         self._digest = ""
-        self._take_over()
+        if journal is not None:
+            self._recover(journal)
+        self._open()
+
+    @property
+    def _journal(self) -> Journal:
+        if self._kept is None:
+            raise Refused("This workbook can only be looked at here.", self.why)
+        return self._kept
 
     @property
     def reading(self) -> Reading:
         """The workbook as its file says it now; read again only when it has changed."""
         with self._lock:
             if self._reading is None:
-                self._stamp = _stamp(self.path)
+                self._stamp = stamp_of(self.path)
                 self._reading = read(self.path)
                 self._digest = self._reading.digest
             return self._reading
+
+    @property
+    def read_only(self) -> bool:
+        """Whether it can only be looked at here; `why` says why."""
+        return self._kept is None
 
     # ---- editing
 
@@ -68,7 +87,11 @@ class Document:
         Raises:
             Refused: when someone has changed one of them meanwhile, or the file does not allow it.
         """
-        return self._new(author, Cells(sheet, tuple(cells)))
+        return self._queue.ask(Wish(author, sheet, tuple(cells)))
+
+    def together(self, author: str, steps: Sequence[Cells | Gone]) -> Changed:
+        """Several edits of one sheet that are one for people, and are undone as one."""
+        return self._new(author, Together(steps[0].sheet, tuple(steps)))
 
     def insert(self, author: str, sheet: str, before: str | None, count: int) -> Changed:
         """Insert blank rows before a row; None: at the end."""
@@ -77,7 +100,7 @@ class Document:
             if before is None:
                 added = grid.add_blank(count)
                 return Changed(sheet, inserted=tuple((row, None) for row in added))
-            self._must_have(grid, [before])
+            must_have(grid, [before])
             return self._new(author, Gone(sheet, tuple((grid.new_id(), {}) for _ in range(count)), before))
 
     def delete(self, author: str, sheet: str, rows: Sequence[str]) -> Changed:
@@ -94,7 +117,11 @@ class Document:
             step = self._steps.last(author, again=again)
             if step is None:
                 return None
-            changed, inverse = self._make(author, step)
+            try:
+                changed, inverse = self._make(author, step)
+            except Refused:  # it can be tried again when the reason is gone
+                (self._steps.undone if again else self._steps.redone)(author, step)
+                raise
             (self._steps.redone if again else self._steps.undone)(author, inverse)
             return changed
 
@@ -112,11 +139,34 @@ class Document:
     def keep_version(self, author: str, name: str) -> None:
         """Keep the workbook as it is now under a name."""
         with self._lock:
+            self._synchronise()
             self._journal.keep_version(self.path.name, name, author, self._digest, self.path.read_bytes())
 
     def versions(self) -> list[Version]:
         """The named versions, the newest first."""
-        return self._journal.versions(self.path.name)
+        return self._kept.versions(self.path.name) if self._kept else []
+
+    def version_content(self, version: int) -> bytes | None:
+        """The bytes of a version; None when there is no such version."""
+        return self._kept.content(self.path.name, version) if self._kept else None
+
+    def restore(self, author: str, version: int) -> list[Changed]:
+        """Make the file what it was in a version; what it is now is kept as a version too.
+
+        Raises:
+            Refused: when there is no such version, or the file does not allow it.
+        """
+        with self._lock:
+            content = self.version_content(version)
+            if content is None:
+                raise Refused("There is no such version any more.", "Look at the list again.")
+            self._synchronise()
+            self.keep_version(author, f"Before {next(v.name for v in self.versions() if v.id == version)} came back")
+            try:
+                write_atomically(self.path, content)
+            except SheetsError as error:
+                raise Refused(error.message, error.remedy) from error
+            return self._synchronise()
 
     def _new(self, author: str, step: Step) -> Changed:
         with self._lock:
@@ -131,29 +181,92 @@ class Document:
             return self._put(author, grid, step)
         if isinstance(step, Gone):
             return self._bring(author, grid, step)
-        self._must_have(grid, step.rows)
+        if isinstance(step, Together):
+            return self._each(author, step)
+        must_have(grid, step.rows)
         return self._remove(author, grid, step) if isinstance(step, Added) else self._shift(author, grid, step)
 
+    def _each(self, author: str, together: Together) -> tuple[Changed, Step]:
+        """One step after the other; when one is refused, those before it are taken back."""
+        changes: list[Changed] = []
+        back: list[Cells | Added | Gone | Moved] = []
+        try:
+            for step in together.steps:
+                changed, inverse = self._make(author, step)
+                assert not isinstance(inverse, Together)
+                changes.append(changed)
+                back.insert(0, inverse)
+        except Refused:
+            for inverse in back:
+                self._make(author, inverse)
+            raise
+        return replace(changes[0], then=tuple(changes[1:])), Together(together.sheet, tuple(back))
+
     def _put(self, author: str, grid: Grid, step: Cells) -> tuple[Changed, Step]:
-        self._must_have(grid, [c.row for c in step.back])
-        clashes = [
-            Clash(c.row, c.column, c.text, now, grid.authors.get((c.row, c.column), ""))
-            for c in step.back
-            if c.was is not None and (now := grid.text(c.row, c.column)) not in (c.was, c.text)
-        ]
-        if clashes:
-            raise self._clash(grid, clashes)
-        numbers = grid.numbers()
-        columns = {c.number for c in grid.columns}
-        if any(c.column not in columns for c in step.back):
-            raise Refused("There is no such column.", "Reload the page.")
-        edits = [SetCell(grid.name, numbers[c.row], c.column, typed(c.text)) for c in step.back]
+        edits = self._cell_edits(grid, step.back, {})
         self._store(author, edits)
-        back = tuple(CellText(c.row, c.column, grid.text(c.row, c.column), c.text) for c in step.back)
-        for c in step.back:
+        return self._texts(author, grid, step.back)
+
+    def _cell_edits(
+        self, grid: Grid, cells: Sequence[CellText], before: dict[tuple[str, str, int], str]
+    ) -> list[SetCell]:
+        """What the cells are in the file; `before`: texts that come before them and are not in the grid yet."""
+        must_have(grid, [c.row for c in cells])
+        columns = {c.number for c in grid.columns}
+        if any(c.column not in columns for c in cells):
+            raise Refused("There is no such column.", "Reload the page.")
+        clashes = []
+        for c in cells:
+            now = before.get((grid.name, c.row, c.column), grid.text(c.row, c.column))
+            if c.was is not None and now not in (c.was, c.text):
+                clashes.append(Clash(c.row, c.column, c.text, now, grid.authors.get((c.row, c.column), "")))
+        if clashes:
+            raise clash(grid, clashes)
+        numbers = grid.numbers()
+        return [SetCell(grid.name, numbers[c.row], c.column, typed(c.text)) for c in cells]
+
+    def _texts(self, author: str, grid: Grid, cells: Sequence[CellText]) -> tuple[Changed, Step]:
+        """Texts that are in the file already into the grid; and the step back."""
+        back = tuple(CellText(c.row, c.column, grid.text(c.row, c.column), c.text) for c in cells)
+        for c in cells:
             grid.put(c.row, c.column, c.text)
             grid.authors[c.row, c.column] = author
-        return Changed(grid.name, touched=tuple(dict.fromkeys(c.row for c in step.back))), Cells(grid.name, back)
+        return Changed(grid.name, touched=tuple(dict.fromkeys(c.row for c in cells))), Cells(grid.name, back)
+
+    def _fulfil(self, wishes: Sequence[Wish]) -> None:
+        """Carry out what several people want, with one patch of the file; alone what cannot be done together."""
+        before: dict[tuple[str, str, int], str] = {}
+        fine: list[tuple[Wish, list[SetCell]]] = []
+        try:
+            self._synchronise()
+        except SheetsError as error:
+            for wish in wishes:
+                wish.error = error
+            return
+        for wish in wishes:
+            try:
+                fine.append((wish, self._cell_edits(self._grid(wish.sheet), wish.cells, before)))
+            except Refused as refused:
+                wish.error = refused
+                continue
+            before.update({(wish.sheet, c.row, c.column): c.text for c in wish.cells})
+        self._fulfil_all(fine)
+
+    def _fulfil_all(self, fine: Sequence[tuple[Wish, list[SetCell]]]) -> None:
+        if not fine:
+            return
+        try:
+            self._store(", ".join(dict.fromkeys(w.author for w, _ in fine)), [e for _, edits in fine for e in edits])
+        except SheetsError as refused:
+            if len(fine) == 1:
+                fine[0][0].error = refused
+                return
+            for one in fine:
+                self._fulfil([one[0]])
+            return
+        for wish, _ in fine:
+            wish.changed, inverse = self._texts(wish.author, self._grid(wish.sheet), wish.cells)
+            self._steps.did(wish.author, inverse)
 
     def _bring(self, author: str, grid: Grid, step: Gone) -> tuple[Changed, Step]:
         """Insert rows, with their texts when they were deleted before."""
@@ -212,11 +325,11 @@ class Document:
             self._journal.drop(seq)
             raise Refused(error.message, error.remedy) from error
         self._journal.stored(seq)
-        self._digest, self._stamp, self._reading = edited.digest, _stamp(self.path), None
+        self._digest, self._stamp, self._reading = edited.digest, stamp_of(self.path), None
         self.version += 1
 
     def _synchronise(self) -> list[Changed]:
-        if _stamp(self.path) == self._stamp:
+        if stamp_of(self.path) == self._stamp:
             return []
         before, self._reading = self._digest, None
         if self.reading.digest == before:
@@ -224,65 +337,35 @@ class Document:
         self.version += 1
         return self._take_over()
 
+    def _open(self) -> None:
+        """The sheets as they stand there. Only where a sheet is nobody's yet must the whole be understood for that."""
+        stamp = stamp_of(self.path)
+        sheets, digest = raw_sheets(self.path)
+        if sheets and all(recognise(sheet).kind for sheet in sheets):
+            self._stamp, self._digest = stamp, digest
+            self.grids, _ = take_over({}, sheets, ())
+        else:
+            self._take_over()
+
     def _take_over(self) -> list[Changed]:
         """Bring the grids up to what the file says; rows that are the same keep their ids."""
-        tables = self.reading.workbook.tables
-        found: dict[str, Grid] = {}
-        changes = []
-        for sheet in self.reading.sheets:
-            recognised = recognise(sheet)
-            kind = recognised.kind.name if recognised.kind else "table" if key(sheet.name) in tables else ""
-            if not kind:
-                continue
-            fresh = make_grid(sheet, recognised, kind)
-            old = self.grids.get(sheet.name)
-            if old is None or (old.kind, old.first, old.columns) != (fresh.kind, fresh.first, fresh.columns):
-                found[sheet.name] = fresh
-                changes.append(Changed(sheet.name))
-                continue
-            found[sheet.name] = old
-            rows = list(old.rows)
-            if old.load(sheet):
-                kept = set(old.rows)
-                changes.append(Changed(sheet.name, removed=tuple(r for r in rows if r not in kept)))
-        self.grids = found
+        reading = self.reading
+        self.grids, changes = take_over(self.grids, reading.sheets, reading.workbook.tables)
+        self.own = tuple(name for name in reading.workbook.sheets if name not in self.grids)
         return changes
 
-    def _recover(self) -> None:
+    def _recover(self, journal: Journal) -> None:
         """Store what a killed server had accepted and not stored."""
-        for entry in self._journal.waiting(self.path.name):
+        for entry in journal.waiting(self.path.name):
             if read(self.path).digest == entry.before:
                 edit(self.path, entry.edits, expected_digest=entry.before)
-            self._journal.stored(entry.seq)
-
-    # ---- refusing
+            journal.stored(entry.seq)
 
     def _grid(self, sheet: str) -> Grid:
         grid = self.grids.get(sheet)
         if grid is None:
             raise Refused(f"There is no sheet “{sheet}” any more.", "Reload the page.")
         return grid
-
-    def _must_have(self, grid: Grid, rows: Iterable[str]) -> None:
-        if not all(grid.has(row) for row in rows):
-            raise Refused("A row that this changes was deleted meanwhile.", _AGAIN)
-
-    def _clash(self, grid: Grid, clashes: list[Clash]) -> Refused:
-        first = clashes[0]
-        by = first.by or "Someone"
-        where = f"{grid.name}, row {grid.number(first.row)}"
-        return Refused(
-            f"{by} has changed this cell meanwhile ({where}): it is “{first.theirs}” now; yours was “{first.mine}”.",
-            _AGAIN, tuple(clashes),
-        )  # fmt: skip
-
-
-def _stamp(path: Path) -> tuple[int, int]:
-    try:
-        status = path.stat()
-    except OSError:
-        return (0, 0)
-    return (status.st_mtime_ns, status.st_size)
 
 
 def _blocks(numbers: list[int]) -> list[tuple[int, int]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import secrets
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
@@ -42,11 +43,12 @@ class Grid:
     texts: dict[str, dict[int, str]] = field(default_factory=dict)
     authors: dict[tuple[str, int], str] = field(default_factory=dict)
     _count: int = 0
+    _mine: str = field(default_factory=lambda: secrets.token_hex(3), compare=False)
 
     def new_id(self) -> str:
-        """An id that no row of this sheet has had."""
+        """An id that no row of this sheet has had, nor one of a page that is left from another start of the server."""
         self._count += 1
-        return f"w{self._count}"
+        return f"w{self._mine}-{self._count}"
 
     def text(self, row: str, column: int) -> str:
         """What stands in a cell."""

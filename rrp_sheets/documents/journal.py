@@ -72,6 +72,9 @@ class Journal:
             self._db.execute("pragma journal_mode = wal")
             self._db.execute("pragma synchronous = full")
             self._db.executescript(_TABLES)
+            # that an edit is in the file as well may be forgotten in a crash: it shows in the file's digest
+            self._marks = sqlite3.connect(place / "journal.sqlite", check_same_thread=False, isolation_level=None)
+            self._marks.execute("pragma synchronous = off")
         except (OSError, sqlite3.Error) as error:
             raise SheetsError(
                 f"Nothing can be kept in {place}: {error}.",
@@ -81,6 +84,7 @@ class Journal:
     def close(self) -> None:
         """Let go of the file."""
         with self._lock:
+            self._marks.close()
             self._db.close()
 
     def add(self, book: str, author: str, edits: Sequence[Edit], before: str) -> int:
@@ -95,7 +99,8 @@ class Journal:
 
     def stored(self, seq: int) -> None:
         """The edit is in the workbook's file."""
-        self._do("update edits set stored = 1 where seq = ?", (seq,))
+        with self._lock:
+            self._marks.execute("update edits set stored = 1 where seq = ?", (seq,))
 
     def drop(self, seq: int) -> None:
         """The edit could not be stored, and its author was told."""

@@ -43,7 +43,15 @@ class Moved:
     before: str | None
 
 
-Step = Cells | Added | Gone | Moved
+@dataclass(frozen=True, slots=True)
+class Together:
+    """Several steps in one sheet, one after the other, that are one for people."""
+
+    sheet: str
+    steps: tuple[Cells | Added | Gone | Moved, ...]
+
+
+Step = Cells | Added | Gone | Moved | Together
 
 
 class Steps:

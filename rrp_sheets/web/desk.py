@@ -7,7 +7,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.journal import Journal
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.worker import CheckWorker
-from rrp_sheets.web.looks import Look, look
+from rrp_sheets.web.looks import Look, look, no_look
 from rrp_sheets.web.rowviews import RowMaker
 
 MOST_LISTENERS = 24  # event streams at once, for all workbooks
@@ -55,18 +55,20 @@ class Room:
         self.locks: dict[tuple[str, str, int], tuple[str, str, float]] = {}
         self._lock = threading.RLock()
         self._again = threading.Event()
-        self._look: Look | None = None
+        self._look = no_look()
         self._makers: dict[str, RowMaker] = {}
         self._checker: threading.Thread | None = None
+        self._trouble = ""
 
     # ---- what the workbook is like now
 
     def look(self) -> Look:
-        """What the newest check says; made now when there is none yet."""
+        """What the newest check says; nothing before the first has ended, which begins now."""
         with self._lock:
-            if self._look is None:
-                self._look = look(self.document.path, self.document.reading, self._worker)
-            return self._look
+            seen = self._look
+        if not seen.checked:
+            self.check_soon(only_first=True)
+        return seen
 
     def maker(self, sheet: str) -> RowMaker:
         """What makes the rows of a sheet."""
@@ -85,22 +87,22 @@ class Room:
         try:
             changed = make(self.document)
         except Refused as refused:
-            clashes = [{"row": c.row, "column": c.column, "mine": c.mine, "theirs": c.theirs} for c in refused.clashes]
-            fresh = self._fresh({c.row for c in refused.clashes}) if clashes else None
+            clashes = [asdict(c) for c in refused.clashes]
+            fresh = self._fresh({c.row for c in refused.clashes}) if clashes else []
             return {"message": f"{refused.message} {refused.remedy}".strip(), "clashes": clashes, "rows": fresh}
+        except SheetsError as error:  # the file itself: gone, or no workbook any more
+            return {"message": f"{error.message} {error.remedy}".strip()}
         if changed is None:
             return {"message": ""}
-        rows = self._rows(changed)
-        self.tell("grid", {**rows, "tag": tag}, but=client)
+        rows = [self._rows(one) for one in (changed, *changed.then)]
+        for one in rows:
+            self.tell("grid", {**one, "tag": tag}, but=client)
         self.check_soon()
         return {"rows": rows}
 
-    def _fresh(self, rows: set[str]) -> dict[str, Any] | None:
-        for name, grid in self.document.grids.items():
-            mine = [row for row in rows if grid.has(row)]
-            if mine:
-                return self._rows(Changed(name, touched=tuple(mine)))
-        return None
+    def _fresh(self, rows: set[str]) -> list[dict[str, Any]]:
+        found = ((name, tuple(row for row in rows if grid.has(row))) for name, grid in self.document.grids.items())
+        return [self._rows(Changed(name, touched=mine)) for name, mine in found if mine]
 
     def _rows(self, changed: Changed) -> dict[str, Any]:
         if changed.sheet not in self.document.grids:
@@ -119,9 +121,11 @@ class Room:
 
     # ---- the check, behind everybody's back
 
-    def check_soon(self) -> None:
-        """Check again; edits that come meanwhile are taken together."""
+    def check_soon(self, *, only_first: bool = False) -> None:
+        """Check again; edits that come meanwhile are taken together. `only_first`: if none is under way."""
         with self._lock:
+            if only_first and self._checker is not None and self._checker.is_alive():
+                return
             self._again.set()
             if self._checker is None or not self._checker.is_alive():
                 self._checker = threading.Thread(target=self._keep_checking, daemon=True)
@@ -138,6 +142,8 @@ class Room:
                 seen = look(self.document.path, self.document.reading, self._worker)
             except SheetsError as error:
                 self.tell("trouble", {"message": f"{error.message} {error.remedy}".strip()})
+                with self._lock:
+                    self._look = replace(self._look, checked=True)
                 continue
             with self._lock:
                 self._look = seen
@@ -153,9 +159,13 @@ class Room:
 
     # ---- people
 
-    def join(self, client: str, name: str) -> Listener:
-        """Somebody opens the page."""
+    def join(self, client: str, name: str, *, knows: bool = True) -> Listener:
+        """Somebody opens the page; `knows`: it was made after the first check."""
         listener = Listener(client, name)
+        if not knows and self.look().checked:  # the check has ended between the page and its event stream
+            for sheet in list(self.document.grids):
+                listener.tell(_message("grid", self.maker(sheet).known(sheet)))
+            listener.tell(_message("checked", {"version": self.document.version}))
         with self._lock:
             self.listeners.append(listener)
         self.tell_people()
@@ -200,6 +210,14 @@ class Room:
         if grid is not None and grid.has(row):
             self.tell("grid", self._rows(Changed(sheet, touched=(row,))), but=but)
 
+    def stand(self, client: str, name: str, place: tuple[str, str, int]) -> None:
+        """Somebody's cursor is on a cell; or they have another name now."""
+        with self._lock:
+            for listener in self.listeners:
+                if listener.client == client:
+                    listener.place, listener.name = place, name or listener.name
+        self.tell_people()
+
     def tell_people(self) -> None:
         """Tell everyone who is here."""
         with self._lock:
@@ -208,7 +226,7 @@ class Room:
 
     def tell(self, event: str, data: dict[str, Any], but: str = "") -> None:
         """Tell every page, but perhaps one, that something happened."""
-        message = f"event: {event}\ndata: {json.dumps(data, ensure_ascii=False)}\n\n"
+        message = _message(event, data)
         with self._lock:
             listeners = [li for li in self.listeners if li.client != but]
         for listener in listeners:
@@ -219,13 +237,19 @@ class Room:
         try:
             changes = self.document.poll()
         except SheetsError as error:
-            self.tell("trouble", {"message": f"{error.message} {error.remedy}".strip()})
+            trouble = f"{error.message} {error.remedy}".strip()
+            if trouble != self._trouble:  # once, not every second
+                self._trouble = trouble
+                self.tell("trouble", {"message": trouble})
             return
+        self._trouble = ""
         if changes:
-            with self._lock:
-                self._look = None
             self.tell("reload", {"why": "The file was changed by another program."})
             self.check_soon()
+
+
+def _message(event: str, data: dict[str, Any]) -> str:
+    return f"event: {event}\ndata: {json.dumps(data, ensure_ascii=False)}\n\n"
 
 
 def stream(room: Room, listener: Listener) -> Iterator[str]:
@@ -269,10 +293,16 @@ class Desk:
         """
         with self._lock:
             if path.name not in self._rooms:
-                if self._journal is None:
-                    self._journal = Journal(self.folder)
-                self._rooms[path.name] = Room(Document(path, self._journal), self._worker)
+                self._rooms[path.name] = Room(self._open(path), self._worker)
             return self._rooms[path.name]
+
+    def _open(self, path: Path) -> Document:
+        try:
+            if self._journal is None:
+                self._journal = Journal(self.folder)
+        except SheetsError as error:
+            return Document(path, None, f"{error.message} {error.remedy}")
+        return Document(path, self._journal)
 
     def full(self) -> bool:
         """Whether no further page can be told what happens."""

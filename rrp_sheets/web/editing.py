@@ -9,6 +9,7 @@ from werkzeug.exceptions import BadRequest
 
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.web.desk import Desk, Room, stream
+from rrp_sheets.web.fixing import make_fix
 from rrp_sheets.web.gridpage import grid_page, panels
 from rrp_sheets.web.library import Library
 from rrp_sheets.web.pages import show
@@ -62,16 +63,22 @@ def make_editing(library: Library, desk: Desk, icons: frozenset[str]) -> Bluepri
         room = room_of(name)
         if desk.full():
             return Response("Too many pages are open; close some.", 503, {"Retry-After": "30"})
-        listener = room.join(request.args.get("client", "")[:40], request.args.get("name", "")[:40] or "Somebody")
+        listener = room.join(request.args.get("client", "")[:40], request.args.get("name", "")[:40] or "Somebody",
+                             knows=request.args.get("knows") != "no")  # fmt: skip
         answer = Response(stream_with_context(stream(room, listener)), mimetype="text/event-stream")
         answer.headers["X-Accel-Buffering"] = "no"
         return answer
 
-    @pages.post("/book/<name>/<any(cells, insert, delete, move, undo, redo, lock, unlock):action>")
+    @pages.post("/book/<name>/<any(cells, insert, delete, move, undo, redo, lock, unlock, stand, fix):action>")
     def change(name: str, action: str) -> Response:
         room, asked = room_of(name), _asked()
         client, tag = _text(asked, "client"), _text(asked, "tag")
         author = _text(asked, "name") or client
+        if action == "stand":
+            room.stand(client, author, _place(asked))
+            return jsonify({})
+        if action == "fix":
+            return jsonify(room.change(client, tag, lambda document: make_fix(document, room.look(), author, asked)))
         if action in ("lock", "unlock"):
             return jsonify(_seat(room, client, author, asked, take=action == "lock"))
         return jsonify(room.change(client, tag, lambda document: _make(document, author, action, asked)))
@@ -106,15 +113,19 @@ def _make(document: Document, author: str, action: str, asked: Answer) -> Change
 
 
 def _seat(room: Room, client: str, name: str, asked: Answer, *, take: bool) -> Answer:
-    column = asked.get("column")
-    if not isinstance(column, int):
-        raise BadRequest
-    place = (_text(asked, "sheet"), _text(asked, "row"), column)
+    place = _place(asked)
     if not take:
         room.release(client, place)
         return {}
     holder = room.take(client, name, place)
     return {"message": f"{holder} is editing this cell.", "taken": True} if holder else {}
+
+
+def _place(asked: Answer) -> tuple[str, str, int]:
+    column = asked.get("column")
+    if not isinstance(column, int):
+        raise BadRequest
+    return _text(asked, "sheet"), _text(asked, "row"), column
 
 
 def _asked() -> Answer:

@@ -10,6 +10,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.diagram import draw_diagram
 from rrp_sheets.render.sentences import explain
 from rrp_sheets.web.desk import Room
+from rrp_sheets.web.looks import no_look
 from rrp_sheets.web.pages import GridPage, Panels, Problem, Tab
 from rrp_sheets.web.pictures import MOST_ROWS
 from rrp_sheets.web.shelf import counts
@@ -27,7 +28,6 @@ def grid_page(room: Room, name: str, sheet: str, icons: frozenset[str]) -> GridP
     first = next((n for n, g in grids.items() if g.kind == "behaviour"), next(iter(grids), ""))
     sheet = sheet or first
     look = room.look()
-    own = [n for n in look.workbook.sheets if n not in grids]
     maker = room.maker(sheet) if sheet else None
     rows = maker.rows(0, FIRST_ROWS) if maker else Markup("")
     return GridPage(
@@ -41,9 +41,10 @@ def grid_page(room: Room, name: str, sheet: str, icons: frozenset[str]) -> GridP
         rows=rows,
         count=len(grids[sheet].rows) if sheet else 0,
         tabs=tuple(Tab(n, g.kind, n == sheet) for n, g in grids.items()),
-        own=tuple(own),
-        vocabulary=Markup(json.dumps(vocabulary(look), ensure_ascii=False).replace("<", "\\u003c")),
+        own=room.document.own,
+        vocabulary=Markup(json.dumps(vocabulary(no_look()), ensure_ascii=False).replace("<", "\\u003c")),
         panels=panels(room, name, sheet, icons),
+        read_only=room.document.why,
     )
 
 
@@ -60,7 +61,7 @@ def panels(room: Room, name: str, sheet: str, icons: frozenset[str]) -> Panels:
             row = grid.rows[d.address.row - grid.first]
         problems.append(
             Problem(number, d.severity.value, d.code, place, d.address.cell if d.address else "", row, d.message,
-                    d.remedy, d.address.sheet if d.address else "")
+                    d.remedy, d.address.sheet if d.address else "", tuple(f.title for f in d.fixes))
         )  # fmt: skip
     behaviour = look.behaviour(sheet)
     drawing, words, why = Markup(""), None, ""
@@ -81,4 +82,5 @@ def panels(room: Room, name: str, sheet: str, icons: frozenset[str]) -> Panels:
     return Panels(
         name=name, sheet=sheet, counts=counts(look.findings), problems=tuple(problems),
         left_out=max(0, len(look.findings) - MOST_PROBLEMS), drawing=drawing, words=words, why=why,
+        checked=look.checked,
     )  # fmt: skip

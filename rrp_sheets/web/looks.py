@@ -28,6 +28,7 @@ class Look:
     Attributes:
         findings: in the order of the sheets and cells; the first has the number 1 wherever numbers are shown.
         examples: an example of what each row gives, by the row's ref.
+        checked: False before the first check has ended.
     """
 
     workbook: Workbook
@@ -35,6 +36,7 @@ class Look:
     graph: Graph
     findings: tuple[Diagnostic, ...]
     examples: Mapping[str, str]
+    checked: bool = True
 
     def behaviour(self, sheet: str) -> BehaviourGraph | None:
         """The behaviour of a sheet."""
@@ -72,6 +74,11 @@ class Look:
             for s in self.graph.streams.values()
             if s.kind is not StreamKind.ANONYMOUS and (s.id.startswith(own) or "!" not in s.id)
         }
+
+
+def no_look() -> Look:
+    """What there is to say before the first check has ended: nothing."""
+    return Look(Workbook("", ()), load_robot("nao"), Graph((), {}), (), {}, checked=False)
 
 
 def look(path: Path, reading: Reading, worker: CheckWorker) -> Look:

@@ -77,6 +77,7 @@ class Problem:
         place: `Tracking!C7`; empty for the whole file.
         cell: `C7`.
         anchor: the id of the row, or else of the sheet, on the page; empty where neither is shown.
+        fixes: what can be done about it at once, in words.
     """
 
     number: int
@@ -88,6 +89,7 @@ class Problem:
     message: str
     remedy: str
     sheet: str = ""
+    fixes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,6 +148,7 @@ class Panels:
         drawing: the behaviour's diagram as SVG of our own making; empty for none.
         words: what it does; None of a sheet that is no behaviour or cannot be understood yet.
         why: says why there is no diagram.
+        checked: False while the first check is under way.
     """
 
     template: ClassVar[str] = "panels.html"
@@ -157,6 +160,7 @@ class Panels:
     drawing: Markup
     words: Words | None
     why: str
+    checked: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,6 +174,7 @@ class GridPage:
         rows: the table's rows, ready-made.
         own: the names of the sheets that are left alone.
         vocabulary: the words that are suggested, as JSON.
+        read_only: why nothing can be changed; empty when it can.
     """
 
     template: ClassVar[str] = "grid.html"
@@ -186,6 +191,7 @@ class GridPage:
     own: tuple[str, ...]
     vocabulary: Markup
     panels: Panels
+    read_only: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -89,6 +89,12 @@ class RowMaker:
             if row in self._signatures and self._signatures[row] != self._signature(row, numbers[row])
         ]  # fmt: skip
 
+    def known(self, sheet: str) -> dict[str, Any]:
+        """All rows about which the check has anything to say, as an event for a page that was made before it."""
+        bare, numbers = RowMaker(self.grid), self.grid.numbers()
+        told = [r for r in self.grid.rows if self._signature(r, numbers[r]) != bare._signature(r, numbers[r])]
+        return {"sheet": sheet, "replace": [{"id": r, "html": self._made(r, numbers[r])} for r in told]}
+
     def html(self, row: str) -> str:
         """A row."""
         return self._made(row, self.grid.number(row))
@@ -124,8 +130,9 @@ class RowMaker:
         off = any(k == "on" and texts.get(c.number, "").strip().casefold() in _OFF for c, k in self._pairs())
         comment = next((t for _, t in sorted(texts.items())), "").lstrip().startswith("#")
         looks = " ".join(w for w, holds in (("off", off), ("comment", comment)) if holds)
+        marked = f' class="{looks}"' if looks else ""
         return (
-            f'<tr role="row" id="{row}"{f" class={chr(34)}{looks}{chr(34)}" if looks else ""}>'
+            f'<tr role="row" id="{row}" aria-rowindex="{number - self.grid.first + 2}"{marked}>'
             f'<th role="rowheader" class="number" scope="row">{number}</th>{"".join(cells)}</tr>'
         )
 

@@ -20,7 +20,7 @@ export class Editor {
 
   /** Begin to edit a cell: with what it holds, or (as when typing starts) with a first text. */
   open(cell, first) {
-    if (this.isOpen || !cell || cell.getAttribute("aria-readonly") === "true") return;
+    if (this.isOpen || !cell || cell.getAttribute("aria-readonly") === "true" || this.table.grid.ariaReadOnly === "true") return;
     const k = this.table.column(cell);
     this.rowId = cell.parentElement.id;
     this.k = k;

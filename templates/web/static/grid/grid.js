@@ -1,5 +1,6 @@
 // The grid: a spreadsheet in the browser over a table that the server renders (keys, pointer, clipboard, rows).
 
+import { conflict, lost } from "./conflict.js";
 import { Editor } from "./editor.js";
 import { keys } from "./keys.js";
 import { pointer } from "./pointer.js";
@@ -23,13 +24,15 @@ export class Grid {
         this.editor.mend();
         this.look();
       },
-      refused: (answer) => this.say(answer.message, true),
+      refused: (answer, action, body) => this.refused(answer, action, body),
+      away: () => this.say("The server cannot be reached. Your changes are kept here and sent when it is back.", true),
+      back: () => this.say("The server is back; your changes are saved."),
       saving: (busy) => document.body.toggleAttribute("data-saving", busy),
     });
     this.editor = new Editor(this.table, scroll, {
       vocabulary: () => this.words,
       say: (text) => this.say(text, true),
-      editing: (row, k, on) => this.server.send(on ? "lock" : "unlock", { row, column: this.table.sheetColumn(k) }),
+      editing: (row, k, on) => this.taking(row, k, on),
     }, (cell, text, was, move) => this.edited(cell, text, was, move));
     keys(this);
     pointer(this);
@@ -48,10 +51,30 @@ export class Grid {
     line.classList.toggle("is-warning", warn);
   }
 
+  /** Take a cell for editing, or give it free; when somebody else has it, the editor closes again. */
+  async taking(row, k, on) {
+    const answer = await this.server.send(on ? "lock" : "unlock", { row, column: this.table.sheetColumn(k) });
+    if (answer.taken && this.editor.isOpen && this.editor.rowId === row && this.editor.k === k) {
+      const text = this.editor.field.value;
+      this.editor.close(false, null);
+      if (text !== this.table.value(this.table.cell(this.table.row(row), k))) this.say(`${answer.message} You had typed: ${text}`, true);
+    }
+  }
+
+  /** An edit was not made: where somebody else was quicker, both texts are shown; else it is said why. */
+  refused(answer, action, body) {
+    this.say(answer.message, true);
+    if (answer.clashes?.length) conflict(this, answer.clashes);
+    else if (action === "cells" && !answer.taken) lost(this, answer.message, body.cells);
+  }
+
   look() {
     const { row, cell } = this.selection;
     if (!cell || !this.bar) return;
     const k = this.selection.head.k;
+    const here = `${row.id} ${k}`;
+    if (here !== this.here) this.server.stand(row.id, k);
+    this.here = here;
     this.bar.querySelector("b").textContent = `${this.table.headers[k].dataset.letter}${row.cells[0].textContent}`;
     this.bar.querySelector("code").textContent = this.table.value(cell);
     document.dispatchEvent(new CustomEvent("rrp:row", { detail: { number: Number(row.cells[0].textContent) } }));
@@ -62,7 +85,7 @@ export class Grid {
     const changes = [];
     for (const [cell, text] of pairs) {
       const was = this.table.value(cell);
-      if (was === text) continue;
+      if (was === text || cell.getAttribute("aria-readonly") === "true" || this.table.grid.ariaReadOnly === "true") continue;
       changes.push({ row: cell.parentElement.id, k: this.table.column(cell), text, was });
       this.table.put(cell, text);
     }
@@ -171,12 +194,15 @@ export class Grid {
     const before = below ? rows.at(-1).nextElementSibling : rows[0];
     const place = below ? box.bottom + 1 : box.top;
     const answer = await this.server.send("insert", { before: before?.id ?? null, count: rows.length });
+    if (answer.rows) this.say(`${rows.length === 1 ? "A row" : `${rows.length} rows`} inserted.`);
     if (answer.rows) this.selection.spread(place, box.left, place + rows.length - 1, box.right);
   }
 
-  deleteRows() {
+  async deleteRows() {
     const rows = this.selectedRows().map((row) => row.id);
-    return rows.length ? this.server.send("delete", { rows }) : null;
+    if (!rows.length) return;
+    const answer = await this.server.send("delete", { rows });
+    if (answer.rows) this.say(`${rows.length === 1 ? "The row is" : `${rows.length} rows are`} deleted.`);
   }
 
   moveRows(by) {
@@ -194,11 +220,16 @@ export class Grid {
     this.change(texts.flatMap((line, i) => line.map((text, k) => [this.table.cell(this.table.rows[last + 1 + i], k), text])));
   }
 
-  undo() {
-    return this.server.send("undo", {});
+  async undo() {
+    if ((await this.server.send("undo", {})).rows) this.say("Undone.");
   }
 
-  redo() {
-    return this.server.send("redo", {});
+  async redo() {
+    if ((await this.server.send("redo", {})).rows) this.say("Done again.");
+  }
+
+  async fix(button) {
+    const { code, place, title } = button.dataset;
+    if ((await this.server.send("fix", { code, place, title })).rows) this.say(`Done: ${title}. Ctrl+Z takes it back.`);
   }
 }

@@ -3,19 +3,22 @@
 import { Grid } from "./grid.js";
 import { finder } from "./find.js";
 import { menu } from "./menu.js";
+import { people } from "./people.js";
 
 const scroll = document.getElementById("grid-scroll");
 const listen = document.getElementById("listen");
 const grid = scroll.querySelector("[role=grid]") ? new Grid(scroll) : null;
 
 if (grid) {
-  const who = new URLSearchParams({ client: grid.server.client, name: grid.server.name });
+  const who = new URLSearchParams({ client: grid.server.client, name: grid.server.name, knows: document.getElementById("panels").ariaBusy === "true" ? "no" : "yes" });
   listen.setAttribute("hx-sse:connect", `${listen.getAttribute("hx-sse:connect")}?${who}`);
   widths(grid.table);
   icons(grid.table.body);
   new MutationObserver(() => icons(grid.table.body)).observe(grid.table.body, { childList: true });
   menu(grid);
   finder(grid);
+  people(grid, listen);
+  fetchWords();
   fetchRest(grid.table.body).then(() => document.body.toggleAttribute("data-ready", true));
   const wanted = location.hash.length > 1 && document.getElementById(location.hash.slice(1));
   const first = (wanted && wanted.closest("tr")) || grid.table.rows[0];
@@ -41,15 +44,16 @@ listen.addEventListener("grid", (event) => {
   grid?.server.receive(JSON.parse(event.detail.data));
 });
 listen.addEventListener("checked", async () => {
+  document.getElementById("panels").removeAttribute("aria-busy");
   htmx.trigger("#panels", "recheck");
+  await fetchWords();
+});
+
+async function fetchWords() {
   const response = await fetch(`${grid.server.url}/vocabulary`);
   if (response.ok) grid.words = await response.json();
-});
-listen.addEventListener("people", (event) => {
-  const { people } = JSON.parse(event.detail.data);
-  const others = people.filter((p) => p.client !== grid?.server.client);
-  document.getElementById("people").textContent = others.length ? `${others.map((p) => p.name).join(", ")} ${others.length > 1 ? "are" : "is"} here too` : "";
-});
+}
+
 listen.addEventListener("reload", () => location.reload());
 listen.addEventListener("trouble", (event) => grid?.say(JSON.parse(event.detail.data).message, true));
 
@@ -62,6 +66,8 @@ document.addEventListener("click", (event) => {
     const box = event.target.closest("[data-do]").getBoundingClientRect();
     document.dispatchEvent(new CustomEvent("rrp:menu", { detail: { x: box.left, y: box.bottom } }));
   }
+  const fix = event.target.closest("[data-fix]");
+  if (fix) grid.fix(fix);
   const link = event.target.closest("a[data-row]");
   if (link?.dataset.row && grid.table.row(link.dataset.row)) {
     event.preventDefault();

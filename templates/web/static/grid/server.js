@@ -20,6 +20,19 @@ export class Server {
     return this.send("cells", { cells: body }, changes.map((c) => c.row));
   }
 
+  /** Say where the cursor is; the newest place only, and nobody waits for it. */
+  stand(row, k) {
+    clearTimeout(this.standing);
+    this.standing = setTimeout(() => {
+      const place = { row, column: this.sheetColumn(k), sheet: this.sheet, client: this.client, name: this.name };
+      this.ask("stand", JSON.stringify(place));
+    }, 150);
+  }
+
+  sheetColumn(k) {
+    return this.table.sheetColumn(k);
+  }
+
   send(action, body, rows = []) {
     const tag = `${this.client}-${++this.count}`;
     for (const row of rows) this.waiting.set(row, tag);
@@ -30,21 +43,31 @@ export class Server {
   }
 
   async post(action, body) {
-    let answer;
-    try {
-      const response = await fetch(`${this.url}/${action}`, {
-        method: "POST", headers: { "Content-Type": "application/json", "X-RRP": "grid" }, body: JSON.stringify(body),
-      });
-      answer = response.headers.get("Content-Type")?.startsWith("application/json")
-        ? await response.json() : { message: `The server refused this (${response.status}). Reload the page.` };
-    } catch {
-      answer = { message: "The server cannot be reached. Your change is not saved; try again when it is back.", lost: true };
-    }
-    if (answer.rows) this.receive({ ...answer.rows, tag: body.tag });
-    else this.confirm(body.tag);
-    if (answer.message) this.hooks.refused(answer);
+    const answer = await this.ask(action, JSON.stringify(body));
+    this.confirm(body.tag);
+    for (const change of answer.rows ?? []) this.receive({ ...change, tag: body.tag });
+    if (answer.message) this.hooks.refused(answer, action, body);
     this.hooks.saving(this.waiting.size > 0);
     return answer;
+  }
+
+  /** Ask until there is an answer. A text may be sent twice, as nothing is changed by that; a new row may not. */
+  async ask(action, body) {
+    for (let tries = 0; ; tries++) {
+      try {
+        const response = await fetch(`${this.url}/${action}`, {
+          method: "POST", headers: { "Content-Type": "application/json", "X-RRP": "grid" }, body,
+        });
+        if (tries) this.hooks.back();
+        return response.headers.get("Content-Type")?.startsWith("application/json")
+          ? await response.json() : { message: refusals[response.status] ?? `The server refused this (${response.status}). Reload the page.`, refused: true };
+      } catch {
+        if (action === "lock" || action === "unlock" || action === "stand") return {};
+        if (action !== "cells") return { message: "The server cannot be reached. Nothing was changed; try again when it is back." };
+        this.hooks.away();
+        await new Promise((resume) => setTimeout(resume, 1000));
+      }
+    }
   }
 
   confirm(tag) {
@@ -75,6 +98,12 @@ export class Server {
     this.hooks.after(before, change);
   }
 }
+
+const refusals = {
+  403: "The server was started anew, so this page may not change anything. Open the address that it has printed.",
+  404: "The workbook was renamed or moved. Go to the shelf.",
+  413: "That is too much at once. Paste it in smaller pieces.",
+};
 
 function parse(html) {
   const holder = document.createElement("template");

@@ -1,0 +1,60 @@
+"""What the check offers to mend a finding, applied as an edit that can be undone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from rrp_sheets.checks.fixing import replaced
+from rrp_sheets.diagnostics.fix import Fix, Insert, Put
+from rrp_sheets.documents import CellText, Changed, Document, Refused
+from rrp_sheets.documents.grid import Grid
+from rrp_sheets.documents.undo import Cells, Gone
+from rrp_sheets.web.looks import Look
+
+_OLD = "This is no longer what the check says."
+_LOOK = "Look at the problems again."
+
+
+def make_fix(document: Document, look: Look, author: str, asked: dict[str, Any]) -> Changed:
+    """Apply the fix that somebody has chosen in the list of problems.
+
+    `asked` holds `code`, `place` and `title` of the fix as the page showed them.
+
+    Raises:
+        Refused: the problem is not there any more, or the fix does not fit the sheet as it is now.
+    """
+    wanted = asked.get("code"), asked.get("place"), asked.get("title")
+    for d in look.findings:
+        for fix in d.fixes:
+            if wanted == (d.code, str(d.address or ""), fix.title):
+                return _apply(document, author, fix)
+    raise Refused(_OLD, _LOOK)
+
+
+def _apply(document: Document, author: str, fix: Fix) -> Changed:
+    sheets = {e.sheet if isinstance(e, Insert) else e.address.sheet for e in fix.edits}
+    if len(sheets) != 1 or (name := next(iter(sheets))) not in document.grids:
+        raise Refused("This fix changes more than this sheet.", "Make it by hand, or with rrp-sheets check --fix.")
+    return document.together(author, list(_steps(document.grids[name], fix)))
+
+
+def _steps(grid: Grid, fix: Fix) -> Iterator[Cells | Gone]:
+    """The fix by the ids of rows; its numbers count rows as the edit before left them."""
+    rows: list[str] = list(grid.rows)
+    for one in fix.edits:
+        if isinstance(one, Insert):
+            place = one.before - grid.first
+            if not 0 <= place <= len(rows):
+                raise Refused(_OLD, _LOOK)
+            row = grid.new_id()
+            yield Gone(grid.name, ((row, dict(one.cells)),), rows[place] if place < len(rows) else None)
+            rows.insert(place, row)
+            continue
+        place = one.address.row - grid.first
+        if not 0 <= place < len(rows):
+            raise Refused(_OLD, _LOOK)
+        now = grid.text(rows[place], one.address.column)
+        text = one.text if isinstance(one, Put) else replaced(now, one)
+        if isinstance(one, Put) or text != now:
+            yield Cells(grid.name, (CellText(rows[place], one.address.column, text, now),))

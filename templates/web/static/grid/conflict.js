@@ -1,0 +1,86 @@
+// When somebody else was quicker: both texts, and which of them shall stand. Nothing is lost without being shown.
+
+/** Ask about each cell that somebody else has changed meanwhile. */
+export function conflict(grid, clashes) {
+  const choices = new Map(clashes.map((clash) => [clash, null]));
+  const list = clashes.map((clash) => {
+    const row = grid.table.row(clash.row);
+    const k = grid.table.headers.findIndex((h) => Number(h.dataset.c) === clash.column);
+    const place = row && k >= 0 ? `${grid.table.headers[k].dataset.letter}${row.cells[0].textContent}` : "a deleted row";
+    const part = make("section");
+    const who = clash.by || "Somebody";
+    part.append(make("h3", `${place}: ${who} has changed this cell`), pair("Yours", clash.mine), pair(who === "Somebody" ? "Theirs" : `${who}’s`, clash.theirs));
+    part.append(button("Keep mine", () => settle(clash, true, part)), button("Keep theirs", () => settle(clash, false, part)));
+    return part;
+  });
+  const dialog = open("Somebody else was quicker", list);
+  if (clashes.length > 1) dialog.append(button("Keep all mine", () => all(true)), button("Keep all theirs", () => all(false)));
+
+  function all(mine) {
+    for (const [clash, choice] of choices) if (choice === null) choices.set(clash, mine);
+    finish();
+  }
+
+  function settle(clash, mine, part) {
+    choices.set(clash, mine);
+    part.remove();
+    if ([...choices.values()].includes(null)) dialog.querySelector("button").focus();
+    else finish();
+  }
+
+  function finish() {
+    dialog.close();
+    const mine = [...choices].filter(([, choice]) => choice).map(([clash]) => clash);
+    const cells = mine.map(({ row, column, mine: text }) => ({ row, column, text, was: null }));
+    if (cells.length) grid.server.send("cells", { cells }, cells.map((c) => c.row));
+    grid.say(cells.length ? "Yours is kept." : "Theirs is kept.");
+  }
+}
+
+/** Texts that the server would not take: shown, so that they can be copied. */
+export function lost(grid, why, cells) {
+  const texts = cells.map((c) => c.text).filter(Boolean);
+  if (!texts.length) return;
+  const area = make("textarea", texts.join("\n"));
+  area.readOnly = true;
+  area.rows = Math.min(8, texts.length + 1);
+  area.setAttribute("aria-label", "What was not saved");
+  const dialog = open("This was not saved", [make("p", why), area]);
+  dialog.append(button("Close", () => dialog.close()));
+}
+
+/** A dialog that is shown at once; the focus goes to its first button and back. */
+export function open(title, parts) {
+  const dialog = make("dialog");
+  dialog.className = "ask";
+  dialog.setAttribute("aria-label", title);
+  dialog.append(make("h2", title), ...parts);
+  dialog.addEventListener("close", () => {
+    dialog.remove();
+    document.querySelector("[role=grid] [tabindex='0']")?.focus({ preventScroll: true });
+  });
+  document.body.append(dialog);
+  dialog.showModal();
+  return dialog;
+}
+
+export function make(name, text) {
+  const element = document.createElement(name);
+  if (text !== undefined) element.textContent = text;
+  return element;
+}
+
+export function button(text, action) {
+  const element = make("button", text);
+  element.type = "button";
+  element.className = "button";
+  element.addEventListener("click", action);
+  return element;
+}
+
+function pair(name, text) {
+  const line = make("p");
+  line.className = "version";
+  line.append(make("b", name), make("code", text || "(empty)"));
+  return line;
+}
