@@ -49,7 +49,7 @@ def other(i, row):
 
 
 @pytest.mark.parametrize("change", [few, every, renamed, other])
-@pytest.mark.parametrize(("count", "limit"), [(1_000, 1.0), (9_999, 12.0)])
+@pytest.mark.parametrize(("count", "limit"), [(1_000, 1.0), (9_999, 16.0)])
 def test_diff_of_many_rows(tmp_path, count, limit, change):
     paths = tmp_path / "before.xlsx", tmp_path / "after.xlsx"
     workbook(paths[0], count)
