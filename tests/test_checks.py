@@ -259,3 +259,9 @@ def test_a_wrong_workbook_can_still_be_drawn_and_explained(text, tmp_path):
     assert checked.report.errors
     draw(checked, tmp_path / "d.svg")
     assert explain(checked)
+
+
+def test_a_setting_that_is_none_is_named_as_its_header_is_spelt():
+    (found,) = list(check(rows("| Red ball | subscribe | | Head tracker |",
+                               "## Devices\n| Stream | Device | Shoe size |\n|---|---|---|\n| Red ball | Red ball | 41 |\n")).report)  # fmt: skip
+    assert found.code == "DEV007" and "“Shoe size”" in found.message

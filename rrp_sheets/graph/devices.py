@@ -47,6 +47,7 @@ class DeviceTable:
             "behaviour": tuple(b.name for b in workbook.behaviours),
             "gesture": tuple(dict.fromkeys(g.name.text for g in workbook.gestures if g.name)),
         }
+        self._headers = {k: header.strip() for d in workbook.devices for k, header in d.headers.items()}
         misspelt = self._misspelt_columns(workbook.devices)
         for device in workbook.devices:
             settings = {misspelt.get(k, k): cell for k, cell in device.settings.items()}
@@ -73,7 +74,9 @@ class DeviceTable:
                 meant[k] = key(guess)
                 cell, found = uses[0]
                 remedy = f"Did you mean {guess}? Then correct the header of this column."
-                self.report.add("DEV007", cell.address, device=found.name, setting=k, remedy=remedy)
+                self.report.add(
+                    "DEV007", cell.address, device=found.name, setting=self._headers.get(k, k), remedy=remedy
+                )
         return meant
 
     def _declare(self, stream: Cell, device: Cell, settings: Mapping[str, Cell]) -> None:
@@ -119,7 +122,7 @@ class DeviceTable:
         names = [s.name for s in found.type.settings.values()]
         remedy = f"Leave the cell blank; its settings are: {', '.join(names)}."
         remedy = remedy if names else "It has no settings: leave the cell blank."
-        self.report.add("DEV007", cell.address, device=found.name, setting=k, remedy=remedy)
+        self.report.add("DEV007", cell.address, device=found.name, setting=self._headers.get(k, k), remedy=remedy)
 
     def _setting(self, setting: Setting, cell: Cell) -> Value:
         value, wants = understand(setting, cell.text, self.robot, self._mine.get(setting.kind, ()))

@@ -44,11 +44,15 @@ class Behaviour:
 
 @dataclass(frozen=True, slots=True)
 class Device:
-    """A row of the Devices sheet: a stream, the device behind it, and a cell for every setting's column, by key."""
+    """A row of the Devices sheet: a stream, the device behind it, and a cell for every setting's column, by key.
+
+    The headers are those of the settings' columns as they are spelt, by key.
+    """
 
     stream: Cell
     device: Cell
     settings: Mapping[str, Cell]
+    headers: Mapping[str, str] = field(default_factory=dict, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
