@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -32,3 +34,33 @@ def test_another_workbook_is_not_overwritten(option: list[str], tmp_path: Path) 
     ran = CliRunner().invoke(group, [option[0], str(WORKBOOK), option[1], str(other)])
     assert isinstance(ran.exception, SheetsError)
     assert other.read_bytes() == b"somebody's work"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
+def test_a_trace_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    from rrp_sheets import api
+    from rrp_sheets.errors import RunBroken
+    from rrp_sheets.runtime.plan import make_plan
+    from rrp_sheets.runtime.trace import TraceWriter
+
+    plan = make_plan(api.check(WORKBOOK))
+    for path in (Path("/dev/full"), tmp_path / "no" / "folder"):
+        with pytest.raises(RunBroken, match="cannot be written"):
+            TraceWriter(path, plan, {})
+
+
+def test_a_folder_that_cannot_be_made_is_told_with_a_remedy(tmp_path: Path) -> None:
+    from rrp_sheets.devices import load_robot
+    from rrp_sheets.drivers.simulated import SimulatedWorld
+
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    with pytest.raises(SheetsError, match="cannot be made") as caught:
+        SimulatedWorld(load_robot(), [], [], out=blocked / "run")
+    assert "--out" in caught.value.remedy
+
+
+def test_formulas_from_a_closed_input_are_none() -> None:
+    code = "import sys; sys.stdin = None; from rrp_sheets.cli.main import main; main()"
+    ran = subprocess.run([sys.executable, "-c", code, "formula", "--json"], capture_output=True, text=True, timeout=30)
+    assert (ran.returncode, ran.stdout, ran.stderr) == (0, "", "")

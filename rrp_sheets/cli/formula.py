@@ -62,6 +62,8 @@ def _answer_lines() -> None:
     from rrp_sheets.formulas.trial import answer_line
 
     interpreter = GuardedInterpreter()
+    if sys.stdin is None:  # closed: there is nothing to answer
+        return
     source = sys.stdin.buffer
     while line := source.readline(_LONGEST_LINE):
         cut = not line.endswith(b"\n")

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rrp_sheets.devices.catalogue import Robot
+from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import DONE, Command, DeviceUse
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
@@ -53,7 +54,11 @@ class SimulatedWorld(World):
         title: str = "",
     ) -> None:
         if out is not None:
-            out.mkdir(parents=True, exist_ok=True)
+            try:
+                out.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                message = f"The folder “{out}” cannot be made ({error.strerror})."
+                raise SheetsError(message, "Name another folder with --out.") from None
         self._records: dict[str, RecordType] = {}
         for use in sensors:
             found = robot.find(use.device)

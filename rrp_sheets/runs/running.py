@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -127,7 +128,8 @@ def run(
         }  # fmt: skip
         trace = recorder.trace = TraceWriter(folder.path / "trace.jsonl", plan, header)
     except SheetsError:
-        course.stop()
+        with suppress(RunBroken):  # what is told is why the run does not begin
+            course.stop()
         raise
     summary, broken = _go(course, until, trace, recorder)
     files, problems = folder.finish(checked)

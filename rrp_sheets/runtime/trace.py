@@ -41,15 +41,17 @@ class TraceWriter:
 
     def __init__(self, path: Path, plan: Plan, header: Mapping[str, Any]) -> None:
         # a name that is no proper text (a file name in another encoding) is written as an escape, which JSON can read
-        self._file: TextIO = path.open("w", encoding="utf-8", errors="backslashreplace", newline="\n")
+        try:
+            self._file: TextIO = path.open("w", encoding="utf-8", errors="backslashreplace", newline="\n")
+        except OSError as error:
+            raise _unwritten(error) from None
         self._labels = {s.id: stream_label(s) for s in plan.streams}
         streams = [
             {"stream": self._labels[s.id], "kind": s.kind.value, "device": s.device.type.name if s.device else None}
             for s in plan.streams
         ]
-        self._file.write(_line({"type": "header", "format": FORMAT, **header, "streams": streams}) + "\n")
-        self._file.flush()
-        self._waiting: list[str] = []
+        self._waiting = [_line({"type": "header", "format": FORMAT, **header, "streams": streams})]
+        self.flush()
 
     def event(self, us: int, stream: str, row: str, value: Value) -> None:
         """A value on a stream."""
@@ -80,9 +82,7 @@ class TraceWriter:
                 self._file.write(lines)
                 self._file.flush()
             except OSError as error:
-                raise RunBroken(
-                    f"The trace cannot be written ({error.strerror}).", "Make room, and run again."
-                ) from None
+                raise _unwritten(error) from None
 
     def close(self, summary: Mapping[str, Any]) -> None:
         """Write the summary and close; does nothing the second time."""
@@ -94,6 +94,10 @@ class TraceWriter:
         finally:
             with suppress(OSError):  # what could not be written has been told
                 self._file.close()
+
+
+def _unwritten(error: OSError) -> RunBroken:
+    return RunBroken(f"The trace cannot be written ({error.strerror}).", "Make room, and run again.")
 
 
 def read_trace(path: Path) -> Iterator[dict[str, Any]]:

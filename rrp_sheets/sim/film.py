@@ -160,8 +160,13 @@ class Film:
         if self._out is not None and self.shots:
             from rrp_sheets.sim import strip
 
-            strip.write_film(self._out / "film.gif", self.shots)
-            strip.write_strip(self._out / "strip.png", self.shots, self._title)
+            film, six = self._out / "film.gif", self._out / "strip.png"
+            try:
+                strip.write_film(film, self.shots)
+                strip.write_strip(six, self.shots, self._title)
+            except OSError:  # a full disk: what is there of the run is told by its files, and no half one stays
+                film.unlink(missing_ok=True)
+                six.unlink(missing_ok=True)
 
 
 def _view(scene: Sequence[SceneAction]) -> tuple[list[Point], Sequence[float]]:

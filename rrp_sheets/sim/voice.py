@@ -102,8 +102,12 @@ class Voice:
 
     def _write(self, path: Path, audio: Audio) -> None:
         assert self._library is not None
-        with wave.open(str(path), "wb") as file:
-            file.setnchannels(1)
-            file.setsampwidth(2)
-            file.setframerate(self._library.rate)
-            file.writeframes(audio.astype("<i2").tobytes())
+        try:
+            with path.open("wb") as data, wave.open(data, "wb") as file:
+                file.setnchannels(1)
+                file.setsampwidth(2)
+                file.setframerate(self._library.rate)
+                file.writeframes(audio.astype("<i2").tobytes())
+        except OSError as error:  # the robot speaks all the same
+            path.unlink(missing_ok=True)
+            self._tell(Happening("error", f"{path.name} could not be written ({error.strerror})."))
