@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from play import check, play, rows
+from play import check, example, play, rows
 
 from rrp_sheets.runtime.events import EventEngine
 from rrp_sheets.runtime.frame import FrameEngine
@@ -168,3 +168,20 @@ def test_rows_that_command_each_other_in_a_circle_leave_the_event_loop_its_time(
 def test_the_clock_of_a_sample_begins_when_its_behaviour_is_switched_on():
     played = play(ONLY_T, [(200, PITCH, 1), (300, YAW, 1), (1300, YAW, 2)], 3000)
     assert played["Print"] == [(1200, 1), (2200, 2)]
+
+
+def test_a_time_sent_to_wait_needs_no_quotes() -> None:
+    text = """
+    | Go | subscribe | {time} | Pause |
+    | Pause done | subscribe | | Print |
+    """
+    devices = """
+    ## Devices
+    | Stream | Device | Label |
+    |---|---|---|
+    | Go | OperatorButton | Go |
+    | Pause | Wait | |
+    """
+    for typed in ("8 s", '"8 s"', "8000 ms"):
+        played = play(rows(text.format(time=typed), devices), [(0, "Go", example("OperatorButton"))], 12_000)
+        assert [ms for ms, _ in played["Print"]] == pytest.approx([8000], abs=40)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from itertools import pairwise
 
 import pytest
 from hypothesis import given, settings
@@ -143,13 +144,20 @@ def test_the_same_seed_draws_the_same_on_every_machine_and_rows_and_places_diffe
     )
 
 
-def test_every_pick_of_a_formula_has_its_own_sequence():
+def test_picks_of_one_list_in_a_formula_share_its_draws():
     formula = compile_formula("PICK(list) & PICK(list)", make_scope([("List", None)]))
     evaluate = formula.prepare(GuardedInterpreter(), Picker(1, "A!2"))
-    pairs = [evaluate(list("abcd")) for _ in range(8)]
-    for place in (0, 1):
-        assert sorted(p[place] for p in pairs[:4]) == sorted(p[place] for p in pairs[4:]) == list("abcd")
-    assert len({p[0] == p[1] for p in pairs}) == 2
+    drawn = "".join(evaluate(list("abcd")) for _ in range(8))
+    for first in range(0, 16, 4):
+        assert sorted(drawn[first : first + 4]) == list("abcd")
+    assert all(x != y for x, y in pairwise(drawn))
+
+
+def test_picks_of_different_lists_have_draws_of_their_own():
+    formula = compile_formula("PICK(one) & PICK(two)", make_scope([("One", None), ("Two", None)]))
+    evaluate = formula.prepare(GuardedInterpreter(), Picker(1, "A!2"))
+    drawn = [evaluate(list("ab"), list("xyz")) for _ in range(6)]
+    assert sorted(d[0] for d in drawn[:2]) == ["a", "b"] and sorted(d[1] for d in drawn[:3]) == ["x", "y", "z"]
 
 
 def test_a_list_that_changes_its_length_begins_anew_and_one_of_one_repeats():

@@ -17,6 +17,7 @@ from rrp_sheets.diagnostics import Report
 from rrp_sheets.formulas import Formula, FormulaProblem, Scope, Table, compile_formula, make_scope, make_table
 from rrp_sheets.graph import Graph, Step, StreamKind
 from rrp_sheets.model.cells import Cell
+from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.values import RecordType
 from rrp_sheets.model.workbook import Workbook
@@ -122,13 +123,19 @@ class _Compiler:
             )
             if key(cell.text) in self.helpers.dropped and key(cell.text) not in scope.inputs:
                 return None  # a helper alone in the cell that is wrong, which was told there
-            text = helper_alone(cell, scope, len(step.inputs))
+            text = self._duration(step) or helper_alone(cell, scope, len(step.inputs))
             return compile_formula(text, scope, condition=step.connector.name == "filter")
         except FormulaProblem as problem:
             self._propose_sheet(problem, scope)
             if not _about_dropped(problem, self.helpers.dropped):
                 tell(self.report, cell, problem)
             return None
+
+    def _duration(self, step: Step) -> str:
+        """A time such as `8 s` that is sent to Wait, as the text that it is; else nothing."""
+        device, typed = self.graph.streams[step.output].device, step.row.formula.text.strip()
+        waits = step.connector.drives and device is not None and device.type.name == "Wait"
+        return f'"{typed}"' if waits and typed[-1:].isalpha() and parse_duration(typed) else ""
 
     def _propose_sheet(self, problem: FormulaProblem, scope: Scope | None) -> None:
         """Let an unknown name be a misspelt table; only sheets that formulas name right are tables yet."""

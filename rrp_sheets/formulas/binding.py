@@ -12,6 +12,7 @@ from rrp_sheets.formulas.functions.maths import power
 from rrp_sheets.formulas.nodes import Pick
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.scope import HelperDef
+from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Value
 
 _ARITHMETIC: dict[type, Callable[[Any, Any], Any]] = {
@@ -29,7 +30,6 @@ class Binder:
         self.entries: dict[int, list[ast.expr]] = {}  # the trees of helpers, by the helper's id
         self.waiting: list[HelperDef] = []
         self.owner = ""
-        self.picks = 0
 
     def bind(self, tree: ast.expr) -> ast.expr:
         """The copy; raises FormulaProblem FORM015 when a helper that it calls has no tree."""
@@ -38,7 +38,7 @@ class Binder:
             helper = self.waiting.pop()
             if helper.tree is None:
                 raise FormulaProblem("FORM015", name=helper.shown)
-            self.owner, self.picks = helper.shown, 0
+            self.owner = helper.shown
             self.entries[id(helper)].append(self._copy(helper.tree))
         return bound
 
@@ -61,8 +61,8 @@ class Binder:
             node.apply = _ARITHMETIC[type(node.op)]
             node.divides = isinstance(node.op, (ast.Div, ast.FloorDiv, ast.Mod))
         elif kind is Pick:
-            self.picks += 1
-            node.site = f"{self.owner}#{self.picks}"
+            # those that draw from the same list share its draws: never the same twice running in one row
+            node.site = f"{self.owner}#{' '.join(map(_written, original.members))}"
         elif kind is ast.Call:
             self._link(node)
         return node
@@ -77,3 +77,10 @@ class Binder:
             self.waiting.append(helper)
         node.entry = self.entries[id(helper)]
         node.parameters = [p.name for p in helper.parameters]
+
+
+def _written(node: ast.expr) -> str:
+    """What an argument is, as a text; a table by its name, however many rows it has."""
+    if isinstance(node, ast.Constant) and isinstance(node.value, Table):
+        return f"the table {node.value.name}"
+    return ast.dump(node)

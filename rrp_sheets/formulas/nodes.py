@@ -34,7 +34,7 @@ class Switch(ast.expr):
 
 
 class Pick(ast.expr):
-    """PICK: it draws from `members`; `site` tells the PICKs of a row apart."""
+    """PICK: it draws from `members`; `site` tells those of a row apart that draw from different lists."""
 
     _fields = ("members",)
 

@@ -10,7 +10,7 @@ from rrp_sheets.model.values import Value
 
 
 class Picker:
-    """The draws of one row's formula in one run; every PICK in it has its own sequence.
+    """The draws of one row's formula in one run; those of its PICKs that draw from one list share its sequence.
 
     Args:
         seed: the run's seed.
