@@ -139,7 +139,6 @@ NEVER = [
     ('| Words | filter | words.word = "Yes" | X | |\n| X | subscribe | | Print | |', []),
     ('| Touch | filter | touch.zone = "Nose" | X | |\n| X | subscribe | | Print | |', [("LINT005", "C2")]),
     ("| Red ball | filter | FALSE | X | |\n| X | subscribe | | Print | |", [("LINT005", "C2")]),
-    ("| Red ball | filter | TRUE | X | |\n| X | subscribe | | Print | |", []),
     ("| Red ball | filter | ISBLANK(redBall) | X | |\n| X | subscribe | | Print | |", [("LINT005", "C2")]),
     ("| Red ball | forgetAfter | 1 s | R | |\n| R | filter | ISBLANK(r) | X | |\n| X | subscribe | | Print | |", []),
     ("| Hello done | subscribe | | Print | |", [("LINT007", "A2")]),
@@ -204,6 +203,30 @@ FORMULAS = [
     ("| Hello done | map | helloDone.value + 1 | X | |\n| X | subscribe | | Print | |\n| Start | subscribe | | Hello | |", []),
     ("| Start, Touch | accumulate | IF(ISBLANK(start); total + touch.zone; 0) | N | |\n| N | subscribe | | Print | |", [("LINT010", "C2")]),
 ]  # fmt: skip
+
+
+PASSING = [
+    ("| Red ball | filter | 3 | X | |\n| X | subscribe | | Print | |", [("LINT015", "C2")]),
+    ("| Red ball | filter | TRUE | X | |\n| X | subscribe | | Print | |", [("LINT015", "C2")]),
+    ("| Red ball | filter | 2 > 1 | X | |\n| X | subscribe | | Print | |", [("LINT015", "C2")]),
+    ('| Red ball | filter | LEN("ab") | X | |\n| X | subscribe | | Print | |', [("LINT015", "C2")]),
+    ("| Red ball | filter | ABS(redBall.x) + 1 | X | |\n| X | subscribe | | Print | |", [("LINT015", "C2")]),
+    ("| Red ball | accumulate | | Balls | |\n| Balls | filter | balls | X | |\n| X | subscribe | | Print | |", [("LINT015", "C3")]),
+    # after a second without any, the count is blank, and blank does not pass
+    ("| Red ball | accumulate | | Balls | |\n| Balls | forgetAfter | 1 s | B | |\n| B | filter | b | X | |\n| X | subscribe | | Print | |", []),
+    ("| Red ball | filter | 0 | X | |\n| X | subscribe | | Print | |", [("LINT005", "C2")]),
+    ("| Red ball | filter | BLANK | X | |\n| X | subscribe | | Print | |", [("LINT005", "C2")]),
+    # a number that may be 0, a random one, what may be blank: sometimes it is kept back
+    ("| Red ball | filter | ABS(redBall.x) | X | |\n| X | subscribe | | Print | |", []),
+    ("| Red ball | filter | redBall.x | X | |\n| X | subscribe | | Print | |", []),
+    ("| Red ball | filter | PICK(TRUE; FALSE) | X | |\n| X | subscribe | | Print | |", []),
+    ("| Red ball | filter | redBall.x > 0 | X | |\n| X | subscribe | | Print | |", []),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "expected"), PASSING)
+def test_a_filter_that_chooses_nothing(text, expected):
+    assert lints(text) == expected
 
 
 @pytest.mark.parametrize(("text", "expected"), STALE)

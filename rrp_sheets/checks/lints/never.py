@@ -1,12 +1,16 @@
-"""What never happens: filters that nothing can pass, streams that never have a value."""
+"""What never happens: filters that nothing can pass or nothing can stop, streams that never have a value."""
 
 from __future__ import annotations
 
 import ast
 
+from rrp_sheets.checks.known import NUMBER
 from rrp_sheets.checks.lints.material import Material, row_of
+from rrp_sheets.checks.reasoning import known_of
+from rrp_sheets.formulas import Formula
+from rrp_sheets.formulas.nodes import Pick
 from rrp_sheets.graph import Step, StreamKind
-from rrp_sheets.model.values import Failure, show
+from rrp_sheets.model.values import show
 
 
 def lint_never(material: Material) -> None:
@@ -39,10 +43,31 @@ def _filter(step: Step, material: Material) -> None:
             why, remedy = f"its condition contradicts {rows}, or what is known of its input", f"that of {rows}"
         material.report.add("LINT005", address, why=why, remedy=remedy)
     elif not any(isinstance(n, ast.Name) and n.id in formula.names for n in ast.walk(formula.tree)):
-        value = material.compiled.examples.value(formula, [None] * len(formula.names))
-        if not isinstance(value, Failure) and not value:
-            why = f"the formula is always {show(value)}, whatever arrives"
+        _without_input(step, formula, material)
+    else:
+        names = {n: material.fact(i).known for n, i in zip(formula.names, step.inputs, strict=True)}
+        known = known_of(formula.tree, names)
+        if known.kind == NUMBER and not known.blank and (known.low > 0 or known.high < 0):
+            why = "a number passes unless it is 0, and this one never is"
+            material.report.add("LINT015", address, why=why, example=f"{formula.text.strip()[:40]} > 1")
+
+
+def _without_input(step: Step, formula: Formula, material: Material) -> None:
+    """A filter that asks nothing of what arrives: all of it passes, or nothing."""
+    if any(isinstance(n, Pick) for n in ast.walk(formula.tree)):
+        return  # it is drawn anew each time
+    value = material.compiled.examples.value(formula, [None] * len(formula.names))
+    address = step.row.formula.address
+    if isinstance(value, (bool, int, float)):
+        why = f"the formula is always {show(value)}, whatever arrives"
+        if value:
+            example = f"{formula.names[0]} > 1" if formula.names else "distance < 0.5"
+            material.report.add("LINT015", address, why=why, example=example)
+        else:
             material.report.add("LINT005", address, why=why, remedy="use the input in it")
+    elif value is None:
+        why = "the formula is always blank, whatever arrives"
+        material.report.add("LINT005", address, why=why, remedy="use the input in it")
 
 
 def _filters_before(step: Step, material: Material) -> list[Step]:

@@ -39,4 +39,6 @@ CODES: tuple[Code, ...] = (
     Code("LINT014", _W, "Nothing to follow",
          "{device} follows what a sensor sees, but nothing on the way to this row comes from a sensor that sees something.",
          "Start from a sensor such as Red ball or Face."),
+    Code("LINT015", _W, "Always passes", "Every value passes this filter: {why}.",
+         "Write a condition, for example {example}, or leave the row out."),
 )  # fmt: skip
