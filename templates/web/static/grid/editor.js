@@ -81,7 +81,7 @@ export class Editor {
     this.box.style.top = `${box.top - frame.top + this.scroll.scrollTop}px`;
     this.field.style.minWidth = `${box.width}px`;
     this.field.style.minHeight = `${box.height}px`;
-    this.field.style.width = `${Math.max(box.width, this.kind(this.k) === "formula" ? 280 : 0)}px`;
+    this.field.style.width = `${Math.max(box.width, this.kind(this.k) === "formula" ? 200 : 0)}px`;
     this.grow();
   }
 
@@ -169,7 +169,7 @@ export class Editor {
     else if (key === "Enter" || key === "Tab") {
       if (open && this.chosen >= 0 && this.found.whole) this.accept(this.chosen);
       const back = event.shiftKey;
-      this.close(true, key === "Enter" ? (back ? "up" : "down") : back ? "left" : "right");
+      this.close(true, key === "Enter" ? (back ? "raise" : "enter") : back ? "back" : "tab");
     } else if (this.mode === "enter" && /^Arrow/.test(key) && !open) this.close(true, key.slice(5).toLowerCase());
     else if (key === "F2") this.mode = this.mode === "edit" ? "enter" : "edit";
     else return false;

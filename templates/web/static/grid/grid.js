@@ -107,8 +107,21 @@ export class Grid {
     this.look();
   }
 
+  /** Where a key leads: an arrow's direction, `tab` or `back` (Tab), `enter` or `raise` (Enter). As in a spreadsheet, Enter
+   *  after a row of Tabs goes to the column where they began. */
   move(where, row, k) {
-    const by = { up: [-1, 0], down: [1, 0], left: [0, -1], right: [0, 1] }[where];
+    const begun = this.tabs && this.tabs.row === row.id && this.tabs.k === k ? this.tabs.start : k;
+    this.tabs = null;
+    if (where === "enter" || where === "raise") {
+      return this.selection.go(this.table.step(row, where === "enter" ? 1 : -1), begun);
+    }
+    const by = { up: [-1, 0], down: [1, 0], left: [0, -1], right: [0, 1], back: [0, -1], tab: [0, 1] }[where];
+    this.go(by, row, k);
+    if (where === "tab" || where === "back") this.tabs = { start: begun, row: this.selection.row.id, k: this.selection.head.k };
+    return undefined;
+  }
+
+  go(by, row, k) {
     if (by[0]) return this.selection.go(this.table.step(row, by[0]), k);
     const to = k + by[1];
     if (to >= 0 && to < this.table.width) return this.selection.go(row, to);

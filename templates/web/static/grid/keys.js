@@ -33,7 +33,7 @@ export function keys(grid) {
       End: () => selection.go(row, table.width - 1, shift),
       PageUp: () => selection.go(table.step(row, -page), k, shift),
       PageDown: () => selection.go(table.step(row, page), k, shift),
-      Enter: () => grid.move(shift ? "up" : "down", row, k),
+      Enter: () => grid.move(shift ? "raise" : "enter", row, k),
       F2: () => grid.editor.open(selection.cell),
       Delete: () => grid.clear(),
       Backspace: () => grid.clear(),
@@ -41,7 +41,7 @@ export function keys(grid) {
     if (key === "Tab") {
       const first = k === 0 && table.at(row) === 0;
       const last = k === table.width - 1 && table.at(row) === table.rows.length - 1;
-      return (shift ? first : last) ? null : () => grid.move(shift ? "left" : "right", row, k);
+      return (shift ? first : last) ? null : () => grid.move(shift ? "back" : "tab", row, k);
     }
     if (key === " " && shift) return () => selection.spread(selection.box().top, 0, selection.box().bottom, table.width - 1);
     if (key === " " && selection.cell.classList.contains("on")) return () => selection.cell.querySelector("input").click();
