@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +47,29 @@ def browsing() -> Iterator[Any]:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=_FLAGS)
         yield browser
         browser.close()
+
+
+@lru_cache(maxsize=1)
+def axe() -> str:
+    """The script of axe-core, fetched with npm as package-lock.json pins it; into a folder that git ignores."""
+    root = Path(__file__).parents[1]
+    folder = root / "node_modules" / ".axe"
+    script = folder / "node_modules" / "axe-core" / "axe.min.js"
+    npm = shutil.which("npm")
+    if not script.is_file() and npm:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in ("package.json", "package-lock.json"):
+            shutil.copy(root / name, folder)
+        command = [npm, "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error"]
+        subprocess.run(command, cwd=folder, check=False, timeout=120, capture_output=True)
+    return script.read_text(encoding="utf-8") if script.is_file() else ""
+
+
+def violations(page: Any) -> list[str]:
+    """What axe-core finds wrong with a page, a line for each element."""
+    page.evaluate(axe())
+    found = page.evaluate("() => axe.run(document)")
+    return [f"{v['id']}: {n['html'][:120]}" for v in found["violations"] for n in v["nodes"]]
 
 
 class GridPage:

@@ -84,7 +84,7 @@ def test_the_first_behaviour_typed_by_keyboard_alone(browser, url: str, folder: 
     [
         ("B2", "ArrowRight", "C2"), ("B2", "ArrowDown ArrowDown", "B4"), ("C3", "ArrowUp ArrowLeft", "B2"),
         ("B2", "Tab Tab", "D2"), ("C2", "Shift+Tab", "B2"), ("F2", "Tab", "A3"), ("A3", "Shift+Tab", "F2"),
-        ("C2", "Enter", "C3"), ("C3", "Shift+Enter", "C2"), ("D3", "Home", "A3"), ("B3", "End", "F3"),
+        ("C2", "Enter", "C3"), ("B2", "Tab Tab Enter", "B3"), ("B2", "Tab ArrowDown Enter", "C4"), ("C3", "Shift+Enter", "C2"), ("D3", "Home", "A3"), ("B3", "End", "F3"),
         ("D4", "Control+Home", "A2"), ("A2", "Control+End", "F4"), ("B2", "Control+ArrowDown", "B4"),
         ("B4", "Control+ArrowUp", "B2"), ("B2", "Control+ArrowRight", "E2"), ("A2", "Control+ArrowRight", "B2"),
     ],
@@ -329,3 +329,66 @@ def test_two_browsers_fill_200_cells_at_once_and_nothing_is_lost(browser, url: s
     assert [(sheet.cells[n, 4].typed, sheet.cells[n, 6].typed) for n in range(5, 25)] == screens[0]
     aya.close()
     mika.close()
+
+
+# ---- mending
+
+
+def test_a_fix_is_applied_by_its_button_and_taken_back(grid: GridPage) -> None:
+    grid.go("D3")
+    grid.type("distence < 0.5")
+    button = grid.page.wait_for_selector(".problem-list [data-fix]")
+    assert button.inner_text().startswith("Apply fix: ")
+    button.click()
+    grid.expect("D3", "distance < 0.5")
+    grid.page.wait_for_selector("#status:has-text('Ctrl+Z takes it back')")
+    grid.go("D3")
+    grid.press("Control+z")
+    grid.expect("D3", "distence < 0.5")
+
+
+# ---- other ways than the keyboard
+
+
+FIRST = [
+    ("Red ball", "map", "redBall.distance", "Distance"), ("Distance", "filter", "distance < 0.5", "Close ball"),
+    ("Close ball", "subscribe", "", "Head tracker"),
+]  # fmt: skip
+
+
+def open_cell(page: GridPage, letter: str, number: int, touch: bool) -> None:
+    """Open a cell's editor; again when a message has come or gone above it just then."""
+    for _ in range(5):
+        cell = page.cell(f"{letter}{number}")
+        if touch:
+            cell.tap(position={"x": 6, "y": 6})  # the first tap selects, unless the cursor is there already
+            if not page.page.locator(".editor textarea").count():
+                cell.tap(position={"x": 6, "y": 6})
+        else:
+            cell.dblclick(position={"x": 6, "y": 6})
+        page.page.wait_for_timeout(100)
+        label = page.page.locator(".editor textarea").get_attribute("aria-label") or ""
+        if label.endswith(f", row {number}"):
+            return
+        page.page.keyboard.press("Escape")
+    raise AssertionError(f"{letter}{number} cannot be opened")
+
+
+@pytest.mark.parametrize("touch", [True, False], ids=["touch", "mouse"])
+def test_the_first_behaviour_without_keys_that_move(browser, url: str, folder: Path, touch: bool) -> None:
+    page = GridPage(browser, url, "empty.xlsx", has_touch=touch)
+    for number, row in enumerate(FIRST, 2):
+        for letter, text in zip("BCDE", row, strict=True):
+            if not text:
+                continue
+            open_cell(page, letter, number, touch)
+            page.page.keyboard.insert_text(text[:2])
+            option = page.page.locator("[role=option]").filter(has_text=text).first
+            if letter in "BC" or text == "Head tracker":
+                option.tap() if touch else option.click()
+            else:
+                page.page.keyboard.insert_text(text[2:])
+    page.cell("F9").tap() if touch else page.go("F9")
+    page.saved()
+    assert rows_of(folder / "empty.xlsx") == FIRST
+    page.close()

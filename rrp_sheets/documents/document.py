@@ -18,7 +18,7 @@ from rrp_sheets.documents.undo import Added, Cells, Gone, Moved, Step, Steps, To
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.atomic import write_atomically
-from rrp_sheets.workbook.editing import edit
+from rrp_sheets.workbook.editing import clean_up, edit
 from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows, SetCell
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.patch.values import typed
@@ -356,6 +356,7 @@ class Document:
 
     def _recover(self, journal: Journal) -> None:
         """Store what a killed server had accepted and not stored."""
+        clean_up(self.path)
         for entry in journal.waiting(self.path.name):
             if read(self.path).digest == entry.before:
                 edit(self.path, entry.edits, expected_digest=entry.before)

@@ -61,7 +61,7 @@ def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged
         raise SheetsError(f"“{path}” is not a file that can be replaced.", "Name a file.")
     half = ""
     try:
-        _sweep(path)
+        sweep(path)
         handle, half = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
         with os.fdopen(handle, "wb") as file:
             file.write(data)
@@ -94,9 +94,9 @@ def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged
                 os.unlink(half)
 
 
-def _sweep(path: Path) -> None:
-    """Delete what an earlier attempt left that was killed in mid-writing; nobody writes for minutes."""
-    limit = time.time() - _ABANDONED_S
+def sweep(path: Path, older: float = _ABANDONED_S) -> None:
+    """Delete what an attempt left that was killed in mid-writing, `older` seconds ago; nobody writes for minutes."""
+    limit = time.time() - older
     for left in path.parent.glob(f".{glob.escape(path.name)}.*.part"):
         with contextlib.suppress(OSError):
             if left.stat().st_mtime < limit:

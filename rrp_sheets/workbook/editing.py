@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.workbook.atomic import Stamp, refuse_open_file, stamp_of, write_atomically
+from rrp_sheets.workbook.atomic import Stamp, refuse_open_file, stamp_of, sweep, write_atomically
 from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows, RowEdit, SetCell, Value
 from rrp_sheets.workbook.patch.values import typed
 from rrp_sheets.workbook.raw import Extent, RawSheet, check_size, unreadable
@@ -88,6 +88,14 @@ def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None
             write_atomically(path, new, unchanged=stamp)
             digest = hashlib.sha256(new).hexdigest()
         return Edited(digest, new != data)
+
+
+def clean_up(path: Path) -> None:
+    """Delete what a killed program of ours has left half-written beside a workbook, where none of ours writes now."""
+    path = path.resolve()
+    with _alone(path.parent) as alone, contextlib.suppress(OSError):
+        if alone:
+            sweep(path, older=-1.0)
 
 
 def edited_bytes(data: bytes, name: str, edits: Sequence[Edit]) -> bytes:
@@ -198,21 +206,26 @@ def _refuse_read_only(path: Path) -> None:
 
 
 @contextlib.contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """Let no other edit of ours run in this folder meanwhile, in this process or another (not on Windows)."""
+def _alone(folder: Path) -> Iterator[bool]:
+    """Let no other edit of ours run in this folder meanwhile, in this process or another; False where that is not sure.
+
+    On Windows, and in a folder whose file system has no locks, it is not sure.
+    """
     try:
         import fcntl
     except ImportError:
-        yield
+        yield False
         return
     try:
         handle = os.open(folder, os.O_RDONLY)
     except OSError:  # a folder that cannot be read is told when the file is
-        yield
+        yield False
         return
     try:
+        sure = False
         with contextlib.suppress(OSError):  # a file system without locks
             fcntl.flock(handle, fcntl.LOCK_EX)
-        yield
+            sure = True
+        yield sure
     finally:
         os.close(handle)
