@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from rrp_sheets.checks import Checked
+from rrp_sheets.diagnostics.catalogue import Severity
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model.names import key, nearest
@@ -27,7 +28,9 @@ def draw(checked: Checked, target: Path, behaviour: str = "") -> list[str]:
             message = f"The behaviour “{graph.name}” has {len(graph.steps)} rows; at most {MOST_ROWS} can be drawn."
             raise SheetsError(message, "Divide it into several behaviours.")
         flags = {
-            d.address.row: n for n, d in enumerate(checked.report, 1) if d.address and key(d.address.sheet) == graph.key
+            d.address.row: n
+            for n, d in enumerate(checked.report, 1)
+            if d.address and key(d.address.sheet) == graph.key and d.severity is not Severity.INFO
         }
         pages += draw_diagram(checked.graph, graph, problems=flags)
     return write_diagram(pages, target)

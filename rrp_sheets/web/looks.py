@@ -13,6 +13,7 @@ from pathlib import Path
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import Robot, load_robot, robot_names
 from rrp_sheets.diagnostics import Diagnostic, Report
+from rrp_sheets.diagnostics.catalogue import Severity
 from rrp_sheets.graph import BehaviourGraph, Graph, StreamKind
 from rrp_sheets.graph.build import build_graph
 from rrp_sheets.model.names import key
@@ -47,7 +48,7 @@ class Look:
         return {
             d.address.row: number
             for number, d in enumerate(self.findings, 1)
-            if d.address and key(d.address.sheet) == behaviour.key
+            if d.address and key(d.address.sheet) == behaviour.key and d.severity is not Severity.INFO
         }
 
     @property
