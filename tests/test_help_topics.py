@@ -8,14 +8,17 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from play import check, rows
+from play import check, example, play, rows
 
 from rrp_sheets import api, cli
 from rrp_sheets.cli.help import TOPICS, command
 from rrp_sheets.cli.topics.connectors import one_connector
+from rrp_sheets.cli.topics.devices import DONE_EXAMPLE
 from rrp_sheets.cli.topics.functions import examples, typed
 from rrp_sheets.cli.topics.marbles import marbles, workbook
 from rrp_sheets.cli.topics.scene import EXAMPLE, WORDS
+from rrp_sheets.cli.topics.words import EXAMPLES
+from rrp_sheets.cli.topics.words import WORDS as OTHER_WORDS
 from rrp_sheets.cli.topics.workbooks import checked
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import load_robot
@@ -24,6 +27,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.formulas import FormulaProblem, compile_formula, make_scope
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.functions import library
+from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.values import Failure
 
 WIDEST = 100
@@ -39,7 +43,10 @@ def help_on(*topic: str) -> str:
     return done.output
 
 
-@pytest.mark.parametrize("topic", ["", *TOPICS, *CONNECTORS, *FUNCTIONS, *DEVICES, *CODES])
+DONES = [f"{found.name} done" for found in load_robot().names.values() if found.type.kind == "actuator"]
+
+
+@pytest.mark.parametrize("topic", ["", *TOPICS, *OTHER_WORDS, *DONES, *CONNECTORS, *FUNCTIONS, *DEVICES, *CODES])
 def test_every_topic_and_every_name_reads_well(topic):
     text = help_on(*topic.split())
     assert len(text) > 60 and max(map(len, text.split("\n"))) <= WIDEST
@@ -55,6 +62,7 @@ def test_pages_as_people_see_them(topic, golden):
     ("word", "topic"),
     [("sensors", "devices"), ("actuators", "devices"), ("operators", "connectors"), ("Formula", "formulas"),
      ("warnings", "codes"), ("combine latest", "combineLatest"), ("distinctUntilChanged", "changes"),
+     ("Helpers", "helper"), ("PRIORITY", "priority"), ("say_done", "Say done"),
      ("red_ball", "Red ball"), ("clamp", "CLAMP"), ("form007", "FORM007"), ("help", "")],
 )  # fmt: skip
 def test_other_words_for_a_topic(word, topic):
@@ -69,6 +77,8 @@ def test_other_words_for_a_topic(word, topic):
         ("Red bal", "Red ball"),
         ("conectors", "connectors"),
         ("FORM999", "FORM"),
+        ("Sayy done", "Say done"),
+        ("protokol", "protocol"),
     ],
 )
 def test_an_unknown_topic_proposes_the_nearest(typo, meant):
@@ -144,6 +154,42 @@ def test_the_scene_page_shows_what_the_scene_understands():
     assert check(body + "\n".join(lines)).report.flatten(["code", "cell"]) == []
     shown = "\n".join(f"| {' | '.join(line[:4])} |" for line in EXAMPLE[1:])
     assert check(body + shown).report.flatten(["code", "cell"]) == []
+
+
+@pytest.mark.parametrize("text", [DONE_EXAMPLE, *EXAMPLES.values()])
+def test_the_examples_of_the_words_are_workbooks_in_order(text):
+    assert check(text).report.flatten(["code", "cell", "message"]) == []
+
+
+def test_a_done_stream_is_explained_with_its_fields_and_what_can_follow():
+    text = help_on("Say", "done")
+    assert all(field in text for field in ("value", "completed", "seconds"))
+    start = example("OperatorButton", label="Start")
+    said = DONE.make(value="Hello!", completed=True, seconds=0.5)
+    came = play(DONE_EXAMPLE, [(1_000, "Start", start), (1_500, "Say done", said)])
+    assert came["Say"] == [(1_000, "Hello!")] and came["Wait"] == [(1_500, "2 s")]
+    assert came["Eye LED color"] == [(3_500, "red")]
+    assert '"Say done"' in help_on("Say") and "done" not in help_on("Red", "ball")
+
+
+@pytest.mark.parametrize("line", table("total", "total: what accumulate has added up so far"), ids=lambda x: x[0])
+def test_what_the_page_on_total_shows_does_what_it_says(line):
+    formula = "" if line[0] == "blank" else line[0]
+    inputs = "Neck, Start" if "start" in formula else "Neck"
+    book = rows(
+        f"| {inputs} | accumulate | {formula} | N |\n| N | subscribe | | Print |",
+        "\n## Devices\n| Stream | Device | Joint | Label |\n|---|---|---|---|\n"
+        "| Neck | JointPosition | HeadYaw | |\n| Start | Operator button | | Start |\n",
+    )
+    came = play(book, [(100, "Neck", 2), (200, "Neck", 5), (300, "Neck", 3)]).values("N")
+    assert came == {"total + value": [2, 7, 10], "MAX(total; value)": [2, 5, 5]}.get(formula, [1, 2, 3])
+    if "start" in formula:
+        events = [(100, "Neck", 2), (200, "Start", example("OperatorButton")), (300, "Neck", 3)]
+        assert play(book, events).values("N") == [1, 0, 1]
+
+
+def test_a_time_of_a_setting_says_its_unit():
+    assert "A number alone means seconds." in " ".join(help_on("Wait").split())
 
 
 @pytest.mark.parametrize("name", CONNECTORS)

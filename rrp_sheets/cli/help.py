@@ -13,7 +13,8 @@ from rrp_sheets.errors import SheetsError
 TOPICS = ("connectors", "formulas", "functions", "devices", "scene", "tests", "codes")
 _SYNONYMS = {
     "connector": "connectors", "operators": "connectors", "operator": "connectors",
-    "formula": "formulas", "language": "formulas", "function": "functions", "helpers": "formulas",
+    "formula": "formulas", "language": "formulas", "function": "functions", "helper": "helpers",
+    "priorities": "priority", "framerate": "protocol", "engines": "engine",
     "device": "devices", "sensors": "devices", "sensor": "devices", "actuators": "devices", "actuator": "devices",
     "test": "tests", "testing": "tests", "scenes": "scene", "errors": "codes", "error": "codes",
     "warnings": "codes", "messages": "codes", "code": "codes", "overview": "", "help": "",
@@ -25,8 +26,8 @@ _SYNONYMS = {
 def command(topic: tuple[str, ...]) -> None:
     """Explain TOPIC: connectors, formulas, functions, devices, scene, tests, codes, or a name.
 
-    A name is that of a connector (sample), a function (CLAMP), a device (Red ball), or of a finding of a check
-    (FORM003). Without TOPIC there is an overview.
+    A name is that of a connector (sample), a function (CLAMP), a device (Red ball), a done stream (Say done), a finding
+    of a check (FORM003), or helpers, Priority, total, Protocol, Engine. Without TOPIC there is an overview.
     """
     click.echo("\n\n".join(text_on(" ".join(topic))))
     sys.exit(0)
@@ -38,11 +39,14 @@ def text_on(name: str) -> Iterator[str]:
     Raises:
         SheetsError: when there is nothing on it, with the nearest name proposed.
     """
+    from rrp_sheets.cli.topics.words import WORDS, word
     from rrp_sheets.model.names import key
 
     topic = _SYNONYMS.get(key(name), key(name))
     if topic == "" or topic in TOPICS:
         return _topics()[topic]()
+    if topic in WORDS:
+        return word(topic)
     found = list(_named(name))
     if found:
         return iter(block for blocks in found for block in blocks)
@@ -74,12 +78,13 @@ def _named(name: str) -> Iterator[Iterator[str]]:
     """What there is under a name: it may be a function and a device, say."""
     from rrp_sheets.cli.topics.codes import one_code
     from rrp_sheets.cli.topics.connectors import one_connector
-    from rrp_sheets.cli.topics.devices import one_device
+    from rrp_sheets.cli.topics.devices import done_stream, one_device
     from rrp_sheets.cli.topics.functions import one_function
     from rrp_sheets.connectors import connectors
     from rrp_sheets.devices import load_robot
     from rrp_sheets.diagnostics import CODES
     from rrp_sheets.formulas.functions import library
+    from rrp_sheets.graph.devices import done_of
 
     if (code := CODES.get(name.upper())) is not None:
         yield one_code(code)
@@ -89,16 +94,20 @@ def _named(name: str) -> Iterator[Iterator[str]]:
         yield one_function(function)
     if (device := load_robot().find(name)) is not None:
         yield one_device(device)
+    elif (found := load_robot().find(done_of(name))) is not None and found.type.kind == "actuator":
+        yield done_stream(found)
 
 
 def _unknown(name: str) -> SheetsError:
+    from rrp_sheets.cli.topics.words import WORDS
     from rrp_sheets.connectors import connectors
     from rrp_sheets.devices import load_robot
     from rrp_sheets.diagnostics import CODES
     from rrp_sheets.formulas.functions import library
     from rrp_sheets.model.names import nearest
 
-    devices = (found.name for found in load_robot().names.values())
-    guess = nearest(name, [*TOPICS, *connectors().names(), *library().names(), *devices, *CODES])
+    found = list(load_robot().names.values())
+    devices = [*(f.name for f in found), *(f"{f.name} done" for f in found if f.type.kind == "actuator")]
+    guess = nearest(name, [*TOPICS, *WORDS, *connectors().names(), *library().names(), *devices, *CODES])
     remedy = f"Did you mean {guess}?" if guess else f"Try: {', '.join(TOPICS)}."
     return SheetsError(f"There is no help on “{name}”.", remedy)

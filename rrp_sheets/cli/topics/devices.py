@@ -1,4 +1,4 @@
-"""`help devices`: what the robot senses and does; `help "Red ball"`: one device."""
+"""`help devices`: what the robot senses and does; `help "Red ball"`: one device; `help "Say done"`."""
 
 from __future__ import annotations
 
@@ -6,10 +6,26 @@ from collections.abc import Iterator
 
 from rrp_sheets.cli.topics.functions import typed
 from rrp_sheets.cli.topics.layout import columns, entries, heading, paragraph
+from rrp_sheets.cli.topics.workbooks import grids
 from rrp_sheets.devices import DeviceType, Found, Robot, Setting, load_robot
+from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name, key
 
 _SHOWN = 3  # further names of a device that are shown in the list
+
+DONE_EXAMPLE = """
+## Hello
+| Input streams | Connector | Formula | Output stream |
+|---|---|---|---|
+| Start | subscribe | "Hello!" | Say |
+| Say done | subscribe | 2 s | Wait |
+| Wait done | subscribe | "red" | Eye LED color |
+
+## Devices
+| Stream | Device | Label |
+|---|---|---|
+| Start | Operator button | Start |
+"""
 
 
 def all_devices() -> Iterator[str]:
@@ -54,12 +70,29 @@ def one_device(found: Found) -> Iterator[str]:
         yield paragraph(f"It gives a number ({device.unit}).")
     if device.takes:
         yield paragraph(f"It takes {device.takes}.")
+    if device.kind == "actuator":
+        yield paragraph(
+            f"The stream “{found.name} done” tells when it has finished; a row can begin with that: "
+            f'`rrp-sheets help "{found.name} done"`.'
+        )
     if found.preset:
         preset = ", ".join(f"{_setting(device, k)} = {v}" for k, v in found.preset.items())
         yield paragraph(f"The name {found.name} stands for {device.name} with {preset}.")
     settings = [s for k, s in device.settings.items() if k not in found.preset]
     if settings:
         yield "Settings: columns of the Devices sheet\n" + entries((s.name, _described(s)) for s in settings)
+
+
+def done_stream(found: Found) -> Iterator[str]:
+    """What `Say done` is: the stream that an actuator gives at the end of each of its commands."""
+    yield heading(f"{found.name} done (stream)")
+    yield paragraph(
+        f"Every actuator has a done stream, here that of {found.name}. It needs no declaring: write "
+        f"“{found.name} done” among the Input streams. It gives a value at the end of every command, also of one that was broken off. An "
+        "actuator with a name of its own on the Devices sheet has its done stream under that name: “Ask done” for Ask."
+    )
+    yield "Its fields\n" + columns([(f.name, f.unit, f.help) for f in DONE.fields])
+    yield "For example: say hello, wait for two seconds, then turn the eyes red\n" + "\n\n".join(grids(DONE_EXAMPLE))
 
 
 def _setting(device: DeviceType, k: str) -> str:
@@ -69,6 +102,8 @@ def _setting(device: DeviceType, k: str) -> str:
 def _described(setting: Setting) -> str:
     """What a setting is for, what it may be, and what it is when the cell is blank."""
     parts = [setting.help[:1].upper() + setting.help[1:]]
+    if setting.kind == "duration":
+        parts.append("A number alone means seconds")
     if setting.choices:
         parts.append(f"One of {', '.join(setting.choices)}")
     unit = f" {setting.unit}" if setting.unit else ""
