@@ -8,6 +8,7 @@ from typing import Any
 from markupsafe import Markup, escape
 
 from rrp_sheets.connectors import connectors
+from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.documents.grid import Column, Grid
 from rrp_sheets.graph import StreamKind
@@ -44,6 +45,7 @@ class RowMaker:
         self._examples: Mapping[int, str] = {}
         self._streams: dict[str, str] = {}
         self._taken: dict[tuple[str, int], str] = {}
+        self._robot: Robot | None = None
         self._anonymous: frozenset[int] = frozenset()
 
     def _kind(self, column: Column) -> str:
@@ -61,6 +63,7 @@ class RowMaker:
 
     def take(self, look: Look, taken: Mapping[tuple[str, str, int], str]) -> None:
         """What the newest check says about this sheet, and which cells are being edited by whom."""
+        self._robot = look.robot
         self._taken = {(row, column): who for (_, row, column), who in taken.items()}
         self._problems = {}
         for number, d in enumerate(look.findings, 1):
@@ -147,6 +150,8 @@ class RowMaker:
             worst = problems[0][1].severity.value
             more += f' aria-describedby="{described}"' + (' aria-invalid="true"' if worst == "error" else "")
             looks += f" flagged is-{worst}"
+        if kind == "setting" and not text and not self._takes(row, column):
+            more += ' aria-readonly="true"'
         who = self._taken.get((row, column.number))
         if who:
             looks += " taken"
@@ -154,6 +159,12 @@ class RowMaker:
         inside += "".join(_mend(n, d) for n, d in problems)
         inside += f'<span class="name-tag">{escape(who)} is editing</span>' if who else ""
         return f'<td role="gridcell" tabindex="-1" class="{looks}"{more}>{inside}</td>'
+
+    def _takes(self, row: str, column: Column) -> bool:
+        """Whether the device of a row has the setting of a column; of an unknown device nobody knows."""
+        place = next((c.number for c, k in self._pairs() if k == "device"), 0)
+        found = self._robot.find(self.grid.text(row, place)) if self._robot else None
+        return found is None or key(column.header) in found.type.settings
 
     def _inside(self, number: int, kind: str, text: str) -> str:
         if kind == "on":
