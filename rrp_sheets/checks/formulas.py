@@ -127,6 +127,7 @@ class _Compiler:
             return compile_formula(text, scope, condition=step.connector.name == "filter")
         except FormulaProblem as problem:
             self._propose_sheet(problem, scope)
+            _propose_total(problem, step)
             if not _about_dropped(problem, self.helpers.dropped):
                 tell(self.report, cell, problem)
             return None
@@ -145,6 +146,23 @@ class _Compiler:
         guess = scope.propose(name, [*self.sheets, *scope.known()]) if self.sheets else None
         if guess is not None and guess in self.sheets:
             problem.details["remedy"] = f'Did you mean {argument_name(guess)}? (A text needs quotes: "{name}".)'
+
+
+def _propose_total(problem: FormulaProblem, step: Step) -> None:
+    """In accumulate the row's own output is called `total`, and counting needs no formula."""
+    if step.connector.name != "accumulate":
+        return
+    name, formula = problem.details.get("name"), key(step.row.formula.text.strip("= ()"))
+    if formula in ("count", "counter") and problem.code in ("FORM003", "FORM004"):
+        problem.details["remedy"] = "Leave the Formula blank: that counts."
+    elif formula == "count" and problem.code == "FORM006":
+        problem.details["usage"] = "nothing: with a blank Formula the row counts"
+    elif problem.code == "FORM003" and str(problem.details.get("what")).casefold().startswith(
+        "the function count with"
+    ):
+        problem.details["remedy"] = "Write total, which is the count so far; or leave the Formula blank: that counts."
+    elif problem.code == "FORM004" and step.row.output and key(str(name)) == key(step.row.output.text):
+        problem.details["remedy"] = "Did you mean total? In this row that is the total so far."
 
 
 def own_sheets(workbook: Workbook) -> list[str]:

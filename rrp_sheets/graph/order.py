@@ -10,6 +10,7 @@ from rrp_sheets.graph.model import Step, Stream, StreamKind
 from rrp_sheets.graph.sorting import after_needs
 
 LONGEST_CHAIN = 500
+_BREAK = "Break the circle: one of these rows must take another input."
 
 
 def set_in_order(
@@ -54,8 +55,17 @@ def _tell_circles(
         start = min(part, key=lambda i: steps[i].number)
         path = [start] if part.has_edge(start, start) else [edge[0] for edge in nx.find_cycle(part, start)]
         words = [f"{streams[steps[i].output].name or 'unnamed'} ({steps[i].row.output.address})" for i in path]
-        report.add("GRAPH010", steps[start].row.output.address, path=" → ".join([*words, words[0]]))
+        remedy = _remedy(steps[start], streams) if path == [start] else _BREAK
+        report.add("GRAPH010", steps[start].row.output.address, path=" → ".join([*words, words[0]]), remedy=remedy)
     return {i for members in circles for i in members}
+
+
+def _remedy(step: Step, streams: Mapping[str, Stream]) -> str:
+    """What to do about a row that takes its own output: most want to go on from its last value."""
+    name = streams[step.output].name
+    if step.connector.name != "accumulate" or not name:
+        return _BREAK
+    return f"Take {name} out of the input streams: in the formula of accumulate, “total” is its last value."
 
 
 def _active(order: list[int], steps: list[Step], streams: dict[str, Stream], in_circle: set[int]) -> dict[int, bool]:

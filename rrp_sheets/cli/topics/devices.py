@@ -88,8 +88,9 @@ def done_stream(found: Found) -> Iterator[str]:
     yield heading(f"{found.name} done (stream)")
     yield paragraph(
         f"Every actuator has a done stream, here that of {found.name}. It needs no declaring: write "
-        f"“{found.name} done” among the Input streams. It gives a value at the end of every command, also of one that was broken off. An "
-        "actuator with a name of its own on the Devices sheet has its done stream under that name: “Ask done” for Ask."
+        f"“{found.name} done” among the Input streams. It gives a value at the end of every command, also of one that "
+        "was broken off. An actuator with a name of its own on the Devices sheet has its done stream under that name: "
+        "“Ask done” for Ask."
     )
     yield "Its fields\n" + columns([(f.name, f.unit, f.help) for f in DONE.fields])
     yield "For example: say hello, wait for two seconds, then turn the eyes red\n" + "\n\n".join(grids(DONE_EXAMPLE))

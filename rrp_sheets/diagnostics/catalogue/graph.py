@@ -38,7 +38,7 @@ CODES: tuple[Code, ...] = (
     Code("GRAPH009", _E, "An actuator as input", "“{name}” is an actuator: it takes values and gives none.",
          "Use the stream that is sent to it, or “{name} done” to begin when it has finished."),
     Code("GRAPH010", _E, "Circle", "These rows feed each other in a circle: {path}.",
-         "Break the circle: one of these rows must take another input."),
+         "{remedy}"),
     Code("GRAPH011", _W, "Goes nowhere", "Nothing uses the stream “{name}”, so this row has no effect.",
          "Use it in another row, or add a subscribe row that sends it to an actuator."),
     Code("GRAPH012", _E, "Chain too long", "The chain that ends here has {count} rows; at most 500 can follow each other.",
