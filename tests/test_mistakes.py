@@ -79,6 +79,7 @@ DOES = {
     "once": lambda typed, mended: len(set(mended[0].split(", "))) == len(mended[0].split(", ")),
     "another name": lambda typed, mended: mended[0] not in typed,
     "another input": lambda typed, mended: mended[0] not in typed,
+    "take rounds out": lambda typed, mended: typed[0].replace(", Rounds", "") == mended[0],
     "rename": lambda typed, mended: mended[0] not in typed,
     "letters": lambda typed, mended: mended[0].isalpha(),
     "closing bracket": lambda typed, mended: mended[0].count(")") == typed[0].count(")") + 1,

@@ -152,16 +152,15 @@ def _propose_total(problem: FormulaProblem, step: Step) -> None:
     """In accumulate the row's own output is called `total`, and counting needs no formula."""
     if step.connector.name != "accumulate":
         return
-    name, formula = problem.details.get("name"), key(step.row.formula.text.strip("= ()"))
+    name, what = (str(problem.details.get(detail, "")) for detail in ("name", "what"))
+    formula = key(step.row.formula.text.strip("= ()"))
     if formula in ("count", "counter") and problem.code in ("FORM003", "FORM004"):
         problem.details["remedy"] = "Leave the Formula blank: that counts."
     elif formula == "count" and problem.code == "FORM006":
         problem.details["usage"] = "nothing: with a blank Formula the row counts"
-    elif problem.code == "FORM003" and str(problem.details.get("what")).casefold().startswith(
-        "the function count with"
-    ):
+    elif problem.code == "FORM003" and what.casefold() == "the function count without brackets":
         problem.details["remedy"] = "Write total, which is the count so far; or leave the Formula blank: that counts."
-    elif problem.code == "FORM004" and step.row.output and key(str(name)) == key(step.row.output.text):
+    elif problem.code == "FORM004" and step.row.output and key(name) == key(step.row.output.text):
         problem.details["remedy"] = "Did you mean total? In this row that is the total so far."
 
 
