@@ -42,6 +42,24 @@ def test_a_problem_is_marked_below_what_was_typed(text, caret):
     assert marks.rstrip() == caret if text != "1 / x" else "^" in marks
 
 
+def test_an_input_that_was_not_given_is_asked_for():
+    result = formula("IF(x > 3; 1; 0)")
+    assert result.exit_code == 1 and "→ Give it a value: --input x=5." in result.output
+    result = formula("IF(x > y; 1; 0)", "--input", "x=2")
+    assert "→ Give it a value: --input y=5. The input is called x here." in result.output
+    assert "Did you mean distance" in formula("distence", "--input", "distance=1").output
+    assert "--input" not in formula("_x").output
+
+
+@pytest.mark.parametrize(
+    "order", [("-x^2", "--input", "x=2"), ("--input", "x=2", "-x^2"), ("--input", "x=2", "--", "-x^2")]
+)
+def test_a_formula_may_begin_with_a_minus(order):
+    result = formula(*order)
+    assert result.exit_code == 1 and "FORM" in result.output and "-(x^2)" in result.output
+    assert formula("-x + 3", "--input", "x=2").output == "1\n" and formula("-3").output == "-3\n"
+
+
 def test_one_formula_answered_in_json():
     result = formula("x^2", "--input", "x=5", "--json")
     assert (result.exit_code, json.loads(result.output)) == (0, {"outcome": "ok", "value": 25})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import unicodedata
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 _LONGEST_LINE = 2_000_000  # characters
 
 
-@click.command(name="formula")
+@click.command(name="formula", context_settings={"ignore_unknown_options": True})  # -x^2 is a formula
 @click.argument("text", required=False)
 @click.option("--input", "inputs", multiple=True, metavar="NAME=VALUE", help="an input of the formula; may be repeated")
 @click.option("--json", "as_json", is_flag=True, help="answer in JSON; without TEXT, one answer to each line of input")
@@ -44,8 +45,19 @@ def command(text: str | None, inputs: tuple[str, ...], as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(answer.as_dict()))
     else:
-        _show(text, answer)
+        _show(text, _with_input(text, answer, inputs))
     sys.exit(0 if answer.outcome == "ok" else 1)
+
+
+def _with_input(text: str, answer: Answer, inputs: tuple[str, ...]) -> Answer:
+    """An unknown name is mostly an input that was not given: say how to give it, unless another name is near."""
+    if answer.code != "FORM004" or answer.remedy.startswith("Did you mean"):
+        return answer
+    name = text[answer.column : answer.column + answer.length]
+    if not name.isidentifier() or name.startswith("_") or "__" in name:
+        return answer
+    more = f" {answer.remedy}" if inputs else f' (A text needs quotes: "{name}".)'
+    return replace(answer, remedy=f"Give it a value: --input {name}=5.{more}")
 
 
 def _pair(given: str) -> tuple[str, Any]:
