@@ -7,7 +7,7 @@ import click
 from rrp_sheets.cli.check import print_findings
 from rrp_sheets.cli.main import mute
 from rrp_sheets.cli.plain import plain_text
-from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.exchange import DONE, Happening
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.runs import RunResult, RunStart, RunView
 
@@ -33,6 +33,7 @@ class Watch(RunView):
         self._failures: dict[str, int] = {}
         self._until = 0
         self._told = 0
+        self._hidden = 0  # commands that were not shown
 
     def _echo(self, text: str, *, nl: bool = True, err: bool = False) -> None:
         """Print; when nobody reads any more, the run goes on unseen: its files are what counts."""
@@ -50,7 +51,7 @@ class Watch(RunView):
         self._names = dict(start.actuators)
         self._until = start.until_us
         print_findings(start.findings, err=True)
-        self._echo(f"{start.title}: {len(start.rows)} rows for {start.until_us / 1e6:g} s. Ctrl-C stops.")
+        self._echo(f"{start.title}: {_counted(len(start.rows), 'row')} for {start.until_us / 1e6:g} s. Ctrl-C stops.")
 
     def _line(self, us: int, text: str, colour: str | None = None) -> None:
         self._told = us
@@ -68,6 +69,8 @@ class Watch(RunView):
             self._shown[row] = (us, value)
             what = "stops" if value is None else f"← {_short(value)}"
             self._line(us, f"{name} {what}  ({row})")
+        else:
+            self._hidden += 1
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
         """A formula failed."""
@@ -103,8 +106,10 @@ class Watch(RunView):
         for problem in result.problems:
             self._echo(click.style(problem, fg="red"), err=True)
         speed = summary.simulated / summary.wall if summary.wall else 0
-        self._echo(f"{summary.simulated:g} s in {summary.wall:.1f} s ({speed:.1f} times real time), "
-                   f"{sum(summary.commands.values())} commands, {sum(summary.errors.values())} errors.")  # fmt: skip
+        commands, errors = sum(summary.commands.values()), sum(summary.errors.values())
+        repeats = " (repeats are not shown)" if self._hidden else ""
+        self._echo(f"{round(summary.simulated, 1):g} s in {summary.wall:.1f} s ({speed:.1f} times real time), "
+                   f"{_counted(commands, 'command')}{repeats}, {_counted(errors, 'error')}.")  # fmt: skip
         self._echo(f"In {result.folder}:")
         width = max((len(n) for n in result.files), default=0)
         for name, what in result.files.items():
@@ -124,9 +129,22 @@ def _differs(value: Value, shown: Value) -> bool:
     return bool(value != shown)
 
 
+def _counted(count: int, word: str) -> str:
+    """`1 command`, `2 commands`."""
+    return f"{count:,} {word}{'' if count == 1 else 's'}"
+
+
 def _short(value: Value) -> str:
-    """A value on one line of the terminal: of a record what it is and its one or two telling fields."""
+    """A value on one line of the terminal: of a record what it is and its one or two telling fields.
+
+    >>> _short(DONE.make(value="Hello", completed=True, seconds=2.21)), _short(DONE.make(completed=False, seconds=0.04))
+    ('completed after 2.2 s', 'broken off after 0.04 s')
+    """
     if not isinstance(value, Record):
         return show(value)
+    if value.type == DONE:
+        seconds = value.values["seconds"]
+        after = f" after {round(seconds, 1 if seconds >= 0.1 else 2):g} s" if isinstance(seconds, (int, float)) else ""
+        return f"{'completed' if value.values['completed'] else 'broken off'}{after}"
     told = [f"{n} {show(v)}" for n, v in value.as_dict().items() if n in _TELLING and v not in (None, "")]
     return f"{value.type.name} ({', '.join(told[:2])})" if told else value.type.name

@@ -52,10 +52,10 @@ def _more(count: int) -> str:
 
 
 def counted(result: CaseResult) -> str:
-    """`12 rows hold`, `2 of 14 rows do not hold`."""
+    """`12 rows hold`, `2 of 14 rows do not hold`, `1 of 10 rows does not hold`."""
     failed, every = len(result.failed_rows) + len(result.broken), len(result.rows) + len(result.broken)
     if failed:
-        return f"{failed} of {every} {'row does' if every == 1 else 'rows do'} not hold"
+        return f"{failed} of {every} {'row' if every == 1 else 'rows'} {'does' if failed == 1 else 'do'} not hold"
     return f"{every} {'row holds' if every == 1 else 'rows hold'}"
 
 
