@@ -66,7 +66,25 @@ def test_set_says_what_was_and_what_is(path):
 
 
 def test_set_tells_the_errors_there_are_now(path):
-    assert run("set", path, "B3", "filtr")[1].endswith("Check: 1 error.\n")
+    code, told = run("set", path, "B3", "filtr")
+    assert (
+        code == 0 and "Check: 1 error.\nerror CONN002 Tracking!B3: " in told and told.endswith("Did you mean filter?\n")
+    )
+    _, told = run("set", path, "C2", "2 +")  # two errors: the one of this cell comes first
+    assert "Check: 2 errors.\nerror FORM001 Tracking!C2: " in told and "\nerror CONN002 Tracking!B3: " in told
+    assert "All of them" not in told
+
+
+def test_set_shows_a_few_of_many_errors(path):
+    for cell in ("B2", "B3", "B4"):
+        run("set", path, cell, "nothing of the kind")
+    run("set", path, "Scene!C2", "flies")
+    _, told = run("set", path, "D4", "")
+    assert told.count("\nerror ") == 3 and told.endswith(f'All of them: rrp-sheets check "{path}"\n')
+
+
+def test_set_tells_a_warning(path):
+    assert "Check: 1 warning.\nwarning LINT015 Tracking!C3: " in run("set", path, "C3", "3")[1]
 
 
 @pytest.mark.parametrize(
