@@ -50,7 +50,7 @@ def test_text(pair):
     assert result.exit_code == 1
     assert result.output == (
         "Different behaviour: 2 changes.\n"
-        "  Tracking row 4: 20 → 15 (formula steady < [-20-]{+15+})\n"
+        "  Tracking row 4: 20 → 15 in the formula steady < 15\n"
         "  Tracking row 5 added: Distance | map | 1 | One\n"
         "\n"
         "1 difference without effect on the behaviour:\n"
@@ -88,7 +88,7 @@ def test_json(pair):
     assert change == {
         "kind": "changed", "part": "row", "sheet": "Tracking", "name": "", "what": "formula", "before": "steady < 20",
         "after": "steady < 15", "effect": True, "note": "", "row_before": 4, "row_after": 4,
-        "text": "Tracking row 4: 20 → 15 (formula steady < [-20-]{+15+})",
+        "text": "Tracking row 4: 20 → 15 in the formula steady < 15",
         "pieces": [{"kind": "same", "text": "steady < "}, {"kind": "gone", "text": "20"}, {"kind": "new", "text": "15"}],
     }  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""A change in words: `Tracking row 5: 20 → 15`."""
+"""A change in words: `Tracking row 5: 20 → 15 in the formula distance < 15`."""
 
 from __future__ import annotations
 
@@ -61,13 +61,13 @@ def say(change: Change) -> str:
 
 def _changed(change: Change, at: str, before: str, after: str) -> str:
     what = one_line(change.what)
-    if change.pieces:
+    if change.pieces and any(p.kind == "same" for p in change.pieces):
         one = single(change.pieces)
-        marked = shorten("".join(_MARKS[p.kind].format(p.text) for p in change.pieces))
         if one is None:
+            marked = shorten("".join(_MARKS[p.kind].format(p.text) for p in change.pieces))
             return f"{at}: {what} {marked}"
         old, new = (shorten(one_line(t)) for t in one)
-        return f"{at}: {old} → {new} ({what} {marked})"
+        return f"{at}: {old} → {new} in the {what} {after}"
     return f"{at}: {what} {before} → {after}" if what else f"{at}: {before} → {after}"
 
 
