@@ -25,6 +25,15 @@ def explained(tmp_path, rows, more=""):
     return said
 
 
+@pytest.mark.parametrize("connector", ["map", "filter"])
+def test_a_row_without_its_formula_yet(tmp_path, connector):
+    said = explained(
+        tmp_path, f"| Red ball | {connector} | | D | |\n| D | {connector} | | E | |\n| E | subscribe | | Print | |"
+    )
+    for text in (said.paragraph, *(row.text for row in said.rows[:2])):
+        assert "(no formula yet)" in text and "`" not in text
+
+
 @pytest.fixture
 def wording():
     names = {

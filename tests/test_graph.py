@@ -64,11 +64,25 @@ def test_a_device_cannot_take_the_name_of_a_done_stream(order):
         ("Red ball done", "Only actuators have a done stream; Red ball is a sensor."),
         ("Ask the chid done", "Did you mean Ask the child done?"),
         ("Head traker done", "Did you mean Head tracker done?"),
+        ("Say finished", "Did you mean Say done?"),
+        ("Head tracker is over", "Did you mean Head tracker done?"),
+        ("ask_the_child_ended", "Did you mean Ask the child done?"),
     ],
 )
 def test_what_has_no_end(name, remedy):
     (found,) = check(rows(f"| {name} | subscribe | | Print |", DEVICES)).report
     assert (found.code, found.remedy) == ("GRAPH001", remedy)
+
+
+def test_the_end_of_what_an_actuator_says_is_its_done_stream():
+    told = "\n## Devices\n| Stream | Device | Text |\n|---|---|---|\n| Farewell | Say parameter | Good bye! |\n"
+    (found,) = check(
+        rows("| Good bye done | subscribe | | Print |\n| Red ball | subscribe | | Head tracker |", told)
+    ).report
+    assert (found.code, found.remedy) == ("GRAPH001", "Did you mean Farewell done?")
+    twice = told + "| Parting | Say parameter | good bye |\n"
+    (found,) = check(rows("| Good bye done | subscribe | | Print |", twice)).report
+    assert found.code == "GRAPH001" and "Farewell" not in found.remedy
 
 
 @pytest.mark.parametrize(

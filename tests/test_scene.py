@@ -111,6 +111,16 @@ def test_actions_come_in_the_order_of_time_and_must_find_their_thing() -> None:
     assert scene_end_us(actions) == 7_000_000
 
 
+def test_persons_are_they_and_balls_are_it() -> None:
+    report = Report()
+    parse_scene(rows_of("| 0 | Mia | looks away | |\n| 1 | Blue ball | disappears | |"), report, ROBOT)
+    mia, ball = report
+    assert (
+        mia.message.endswith("when they are not there.") and mia.remedy == "Add a row before it, in which they enter."
+    )
+    assert ball.message.endswith("when it is not there.") and ball.remedy == "Add a row before it, in which it appears."
+
+
 def test_every_ball_colour_has_a_look() -> None:
     assert all(parse_colour(colour) is not None for colour in BALL_COLOURS)
 

@@ -20,6 +20,9 @@ DONE_DEVICE = Found(
     "Done", DeviceType("Done", "sensor", "Tells the end of every command of an actuator stream.", payload=DONE)
 )
 _AND = re.compile(r"[;&+/]|\band\b", re.IGNORECASE)  # what is written between two names instead of a comma
+_ENDED = re.compile(r"[\W_]+(?:done|finished|ended|completed?|over|ready|end)$", re.IGNORECASE)
+_IS = re.compile(r"[\W_]+(?:is|has|was)$", re.IGNORECASE)
+_LONGEST_ENDED = 100  # letters of a name that is looked at as one of a done stream
 _SHARED = "Behaviours share only devices: take the same sensor here, and repeat the rows that are needed."
 _KINDS = {"sensor": StreamKind.SENSOR, "actuator": StreamKind.ACTUATOR}
 
@@ -93,13 +96,27 @@ class Names:
         of = self.devices.find(done_of(text)) if done_of(text) else None
         if of is not None:
             return f"Only actuators have a done stream; {done_of(text)} is {describe(of.found.type)}."
-        guess = self.devices.propose(text, self._inputs)
+        guess = self._meant_done(text) or self.devices.propose(text, self._inputs)
         if guess is None:
             return "Write the output stream of another row, or a sensor."
         made = self.made.get(key(guess))
         if made is None or key(guess) in self._read:
             return f"Did you mean {guess}?"
         return f"Did you mean {guess}? Or write “{text}” into {made.output.address.cell}, which nothing uses yet."
+
+    def _meant_done(self, text: str) -> str | None:
+        """The done stream that is meant by `Say finished`, or by what an actuator says: `Good bye done`."""
+        bare = _ENDED.sub("", text) if len(text) <= _LONGEST_ENDED else text
+        if bare == text:
+            return None
+        bare = _IS.sub("", bare)
+        named = self.devices.find(bare)
+        if named is not None and named.found.type.kind == "actuator":
+            return f"{named.name if named.address else named.found.name} done"
+        mine = (d for d in self.devices.declared.values() if d.found.type.kind == "actuator")
+        said = _letters(bare)
+        saying = [d.name for d in mine if any(_letters(v) == said for v in d.settings.values() if isinstance(v, str))]
+        return f"{saying[0]} done" if len(saying) == 1 else None
 
     @cached_property
     def _inputs(self) -> list[str]:
@@ -218,3 +235,8 @@ class Names:
         name = declared.name if declared.address else cell.text
         self.streams.setdefault(stream_id, Stream(stream_id, name, kind, address, declared.found, declared.settings))
         return stream_id
+
+
+def _letters(text: str) -> str:
+    """A text by its letters and digits alone."""
+    return "".join(filter(str.isalnum, text)).casefold()

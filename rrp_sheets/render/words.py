@@ -50,6 +50,8 @@ class Wording:
 
     def condition(self, formula: str) -> str:
         """A filter's formula: `“Distance” is under 0.5 m`."""
+        if not shown(formula):
+            return self.texts.get("condition.missing")
         if key(shown(formula)) in self.helpers and key(shown(formula)) not in self.names:
             return self.texts.get("condition.helper", name=_spaced(self.helpers[key(shown(formula))]))
         try:
@@ -59,6 +61,8 @@ class Wording:
 
     def work(self, formula: str) -> str:
         """What a formula gives, as something to do: `take its distance`."""
+        if not shown(formula):
+            return self.texts.get("value.missing")
         if key(shown(formula)) in self.helpers and key(shown(formula)) not in self.names:
             return self.texts.get("value.helper", name=_spaced(self.helpers[key(shown(formula))]))
         try:

@@ -34,8 +34,8 @@ _SCENE: tuple[Code, ...] = (
         "SCENE005",
         _W,
         "Not there yet",
-        "{thing} is told to do something at a time when it is not there.",
-        "Add a row before it, in which it appears.",
+        "{thing} is told to do something at a time when {are} not there.",
+        "Add a row before it, in which {come}.",
     ),
     Code("SCENE006", _W, "No such button", "This workbook has no button “{label}”.", "{remedy}"),
 )
