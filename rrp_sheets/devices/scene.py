@@ -58,10 +58,6 @@ def thing_names() -> list[str]:
     return [*(f"{c.capitalize()} ball" for c in BALL_COLOURS[:3]), *PERSONS[:2], OPERATOR]
 
 
-_IT = {"are": "it is", "come": "it appears"}
-_THEY = {"are": "they are", "come": "they enter"}
-
-
 def verb_names() -> list[str]:
     """What a drop-down offers for Does."""
     return list(dict.fromkeys(verb for verbs in _VERBS.values() for verb in verbs))
@@ -83,7 +79,8 @@ def parse_scene(rows: Sequence[SceneRow], report: Report, robot: Robot) -> tuple
         name = key(action.thing)
         if action.verb in ("move", "circle", "away", "look", "disappear") and name not in present:
             ball = key(action.thing).endswith("ball")
-            report.add("SCENE005", cells[action.row].address, thing=action.thing, **(_IT if ball else _THEY))
+            report.add("SCENE005", cells[action.row].address, thing=action.thing,
+                       are="it is" if ball else "they are", come="it appears" if ball else "they enter")  # fmt: skip
             present.add(name)  # told once
         if action.verb == "appear":
             present.add(name)

@@ -40,7 +40,7 @@ class Host(Protocol):
         ...
 
     def end(self, row: str) -> None:
-        """End the run, as Stop does."""
+        """End the run, as Ctrl-C does."""
         ...
 
 
