@@ -5,21 +5,20 @@ from __future__ import annotations
 import threading
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import groupby
 from pathlib import Path
 
 from rrp_sheets.documents.changes import CellText, Changed, Clash, Refused
 from rrp_sheets.documents.grid import Grid
 from rrp_sheets.documents.journal import Journal, Version
-from rrp_sheets.documents.opening import raw_sheets, stamp_of, take_over
+from rrp_sheets.documents.opening import take_over
 from rrp_sheets.documents.queue import Queue, Wish
 from rrp_sheets.documents.refusals import clash, must_have
+from rrp_sheets.documents.rowsteps import bring, remove, shift
 from rrp_sheets.documents.undo import Added, Cells, Gone, Moved, Step, Steps, Together
+from rrp_sheets.documents.workfile import WorkFile
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.workbook import Reading, read
-from rrp_sheets.workbook.atomic import write_atomically
-from rrp_sheets.workbook.editing import clean_up, edit
-from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows, SetCell
+from rrp_sheets.workbook import Reading
+from rrp_sheets.workbook.edits import Edit, SetCell
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.patch.values import typed
 
@@ -44,40 +43,25 @@ class Document:
     def __init__(self, path: Path, journal: Journal | None, why: str = "") -> None:
         self.path = path
         self.why = why
-        self._kept = journal
         self._lock = threading.RLock()
         self._steps = Steps()
-        self._stamp = (0, 0)
+        self._file = WorkFile(path, journal, why)
         self.grids: dict[str, Grid] = {}
         self.own: tuple[str, ...] = ()
         self.version = 0
         self._queue = Queue(self._lock, self._fulfil)
-        self._reading: Reading | None = None
-        self._digest = ""
-        if journal is not None:
-            self._recover(journal)
         self._open()
-
-    @property
-    def _journal(self) -> Journal:
-        if self._kept is None:
-            raise Refused("This workbook can only be looked at here.", self.why)
-        return self._kept
 
     @property
     def reading(self) -> Reading:
         """The workbook as its file says it now; read again only when it has changed."""
         with self._lock:
-            if self._reading is None:
-                self._stamp = stamp_of(self.path)
-                self._reading = read(self.path)
-                self._digest = self._reading.digest
-            return self._reading
+            return self._file.reading
 
     @property
     def read_only(self) -> bool:
         """Whether it can only be looked at here; `why` says why."""
-        return self._kept is None
+        return self._file.read_only
 
     # ---- editing
 
@@ -140,15 +124,15 @@ class Document:
         """Keep the workbook as it is now under a name."""
         with self._lock:
             self._synchronise()
-            self._journal.keep_version(self.path.name, name, author, self._digest, self.path.read_bytes())
+            self._file.keep_version(author, name)
 
     def versions(self) -> list[Version]:
         """The named versions, the newest first."""
-        return self._kept.versions(self.path.name) if self._kept else []
+        return self._file.versions()
 
     def version_content(self, version: int) -> bytes | None:
         """The bytes of a version; None when there is no such version."""
-        return self._kept.content(self.path.name, version) if self._kept else None
+        return self._file.version_content(version)
 
     def restore(self, author: str, version: int) -> list[Changed]:
         """Make the file what it was in a version; what it is now is kept as a version too.
@@ -157,15 +141,8 @@ class Document:
             Refused: when there is no such version, or the file does not allow it.
         """
         with self._lock:
-            content = self.version_content(version)
-            if content is None:
-                raise Refused("There is no such version any more.", "Look at the list again.")
             self._synchronise()
-            self.keep_version(author, f"Before {next(v.name for v in self.versions() if v.id == version)} came back")
-            try:
-                write_atomically(self.path, content)
-            except SheetsError as error:
-                raise Refused(error.message, error.remedy) from error
+            self._file.restore(author, version)
             return self._synchronise()
 
     def _new(self, author: str, step: Step) -> Changed:
@@ -180,11 +157,13 @@ class Document:
         if isinstance(step, Cells):
             return self._put(author, grid, step)
         if isinstance(step, Gone):
-            return self._bring(author, grid, step)
+            return bring(self._store, author, grid, step)
         if isinstance(step, Together):
             return self._each(author, step)
         must_have(grid, step.rows)
-        return self._remove(author, grid, step) if isinstance(step, Added) else self._shift(author, grid, step)
+        if isinstance(step, Added):
+            return remove(self._store, author, grid, step)
+        return shift(self._store, author, grid, step)
 
     def _each(self, author: str, together: Together) -> tuple[Changed, Step]:
         """One step after the other; when one is refused, those before it are taken back."""
@@ -268,81 +247,20 @@ class Document:
             wish.changed, inverse = self._texts(wish.author, self._grid(wish.sheet), wish.cells)
             self._steps.did(wish.author, inverse)
 
-    def _bring(self, author: str, grid: Grid, step: Gone) -> tuple[Changed, Step]:
-        """Insert rows, with their texts when they were deleted before."""
-        place = grid.rows.index(step.before) if step.before and grid.has(step.before) else len(grid.rows)
-        number = grid.first + place
-        ids = [row for row, _ in step.rows]
-        insert = InsertRows(grid.name, number, len(ids))
-        texts = [
-            SetCell(grid.name, number + i, column, typed(text))
-            for i, (_, cells) in enumerate(step.rows)
-            for column, text in cells.items()
-        ]
-        self._store(author, [insert, *texts])
-        grid.carry_out(insert, ids)
-        for row, cells in step.rows:
-            for column, text in cells.items():
-                grid.put(row, column, text)
-        return Changed(grid.name, inserted=tuple((row, step.before) for row in ids)), Added(grid.name, tuple(ids))
-
-    def _remove(self, author: str, grid: Grid, step: Added) -> tuple[Changed, Step]:
-        blocks = _blocks(sorted(grid.number(row) for row in step.rows))
-        if len(blocks) > 1:
-            raise Refused(
-                "Only rows that follow each other can be deleted at once.", "Delete them one block at a time."
-            )
-        first, count = blocks[0]
-        place = first - grid.first
-        gone = tuple((row, dict(grid.texts[row])) for row in grid.rows[place : place + count])
-        removal = DeleteRows(grid.name, first, count)
-        self._store(author, [removal])
-        grid.carry_out(removal)
-        removed = tuple(row for row, _ in gone)
-        return Changed(grid.name, removed=removed), Gone(grid.name, gone, grid.before(place))
-
-    def _shift(self, author: str, grid: Grid, step: Moved) -> tuple[Changed, Step]:
-        blocks = _blocks(sorted(grid.number(row) for row in step.rows))
-        if len(blocks) > 1:
-            raise Refused("Only rows that follow each other can be moved at once.", "Move them one block at a time.")
-        first, count = blocks[0]
-        after = grid.before(first - grid.first + count)
-        target = grid.number(step.before) if step.before and grid.has(step.before) else grid.first + len(grid.rows)
-        move = MoveRows(grid.name, first, count, target)
-        if move.moves:
-            self._store(author, [move])
-            grid.carry_out(move)
-        return Changed(grid.name, moved=tuple((row, step.before) for row in step.rows)), Moved(
-            grid.name, step.rows, after
-        )
-
     def _store(self, author: str, edits: Sequence[Edit]) -> None:
-        """Into the journal, then into the file; when the file does not take it, out of the journal again."""
-        seq = self._journal.add(self.path.name, author, edits, self._digest)
-        try:
-            edited = edit(self.path, edits, expected_digest=self._digest)
-        except SheetsError as error:
-            self._journal.drop(seq)
-            raise Refused(error.message, error.remedy) from error
-        self._journal.stored(seq)
-        self._digest, self._stamp, self._reading = edited.digest, stamp_of(self.path), None
+        self._file.store(author, edits)
         self.version += 1
 
     def _synchronise(self) -> list[Changed]:
-        if stamp_of(self.path) == self._stamp:
-            return []
-        before, self._reading = self._digest, None
-        if self.reading.digest == before:
+        if not self._file.has_changed():
             return []
         self.version += 1
         return self._take_over()
 
     def _open(self) -> None:
         """The sheets as they stand there. Only where a sheet is nobody's yet must the whole be understood for that."""
-        stamp = stamp_of(self.path)
-        sheets, digest = raw_sheets(self.path)
+        sheets = self._file.sheets()
         if sheets and all(recognise(sheet).kind for sheet in sheets):
-            self._stamp, self._digest = stamp, digest
             self.grids, _ = take_over({}, sheets, ())
         else:
             self._take_over()
@@ -354,29 +272,8 @@ class Document:
         self.own = tuple(name for name in reading.workbook.sheets if name not in self.grids)
         return changes
 
-    def _recover(self, journal: Journal) -> None:
-        """Store what a killed server had accepted and not stored."""
-        clean_up(self.path)
-        for entry in journal.waiting(self.path.name):
-            if read(self.path).digest == entry.before:
-                edit(self.path, entry.edits, expected_digest=entry.before)
-            journal.stored(entry.seq)
-
     def _grid(self, sheet: str) -> Grid:
         grid = self.grids.get(sheet)
         if grid is None:
             raise Refused(f"There is no sheet “{sheet}” any more.", "Reload the page.")
         return grid
-
-
-def _blocks(numbers: list[int]) -> list[tuple[int, int]]:
-    """Consecutive numbers as (first, count).
-
-    >>> _blocks([2, 3, 5])
-    [(2, 2), (5, 1)]
-    """
-    blocks = []
-    for _, group in groupby(enumerate(numbers), lambda pair: pair[1] - pair[0]):
-        members = [n for _, n in group]
-        blocks.append((members[0], len(members)))
-    return blocks

@@ -1,0 +1,121 @@
+"""The file behind a document: read when it has changed, edited through the journal, with its named versions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rrp_sheets.documents.changes import Refused
+from rrp_sheets.documents.journal import Journal, Version
+from rrp_sheets.documents.opening import raw_sheets, stamp_of
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.workbook import Reading, read
+from rrp_sheets.workbook.atomic import write_atomically
+from rrp_sheets.workbook.editing import clean_up, edit
+from rrp_sheets.workbook.edits import Edit
+from rrp_sheets.workbook.raw import RawSheet
+
+
+class WorkFile:
+    """A workbook's file. Its document keeps the threads apart.
+
+    Args:
+        path: of the file.
+        journal: of its folder; what a killed server left there is stored first. None: it can only be looked at.
+        why: why it can only be looked at.
+    """
+
+    def __init__(self, path: Path, journal: Journal | None, why: str) -> None:
+        self.path = path
+        self.why = why
+        self._kept = journal
+        self._stamp = (0, 0)
+        self._digest = ""
+        self._reading: Reading | None = None
+        if journal is not None:
+            self._recover(journal)
+
+    @property
+    def journal(self) -> Journal:
+        """The journal; raises Refused when the file can only be looked at."""
+        if self._kept is None:
+            raise Refused("This workbook can only be looked at here.", self.why)
+        return self._kept
+
+    @property
+    def read_only(self) -> bool:
+        """Whether it can only be looked at; `why` says why."""
+        return self._kept is None
+
+    @property
+    def reading(self) -> Reading:
+        """The workbook as its file says it now; read again only when it has changed."""
+        if self._reading is None:
+            self._stamp = stamp_of(self.path)
+            self._reading = read(self.path)
+            self._digest = self._reading.digest
+        return self._reading
+
+    def sheets(self) -> tuple[RawSheet, ...]:
+        """The sheets as they stand there, without understanding them."""
+        stamp = stamp_of(self.path)
+        sheets, self._digest = raw_sheets(self.path)
+        self._stamp = stamp
+        return tuple(sheets)
+
+    def has_changed(self) -> bool:
+        """Whether another program has written other contents into it; `reading` is then the new one."""
+        if stamp_of(self.path) == self._stamp:
+            return False
+        before, self._reading = self._digest, None
+        return self.reading.digest != before
+
+    def store(self, author: str, edits: Sequence[Edit]) -> None:
+        """Into the journal, then into the file; when the file does not take it, out of the journal again.
+
+        Raises:
+            Refused: the file does not take it, and why.
+        """
+        seq = self.journal.add(self.path.name, author, edits, self._digest)
+        try:
+            edited = edit(self.path, edits, expected_digest=self._digest)
+        except SheetsError as error:
+            self.journal.drop(seq)
+            raise Refused(error.message, error.remedy) from error
+        self.journal.stored(seq)
+        self._digest, self._stamp, self._reading = edited.digest, stamp_of(self.path), None
+
+    def keep_version(self, author: str, name: str) -> None:
+        """Keep the file as it is now under a name."""
+        self.journal.keep_version(self.path.name, name, author, self._digest, self.path.read_bytes())
+
+    def versions(self) -> list[Version]:
+        """The named versions, the newest first."""
+        return self._kept.versions(self.path.name) if self._kept else []
+
+    def version_content(self, version: int) -> bytes | None:
+        """The bytes of a version; None when there is no such version."""
+        return self._kept.content(self.path.name, version) if self._kept else None
+
+    def restore(self, author: str, version: int) -> None:
+        """Make the file what it was in a version; what it is now is kept as a version too.
+
+        Raises:
+            Refused: when there is no such version, or the file does not allow it.
+        """
+        content = self.version_content(version)
+        if content is None:
+            raise Refused("There is no such version any more.", "Look at the list again.")
+        self.keep_version(author, f"Before {next(v.name for v in self.versions() if v.id == version)} came back")
+        try:
+            write_atomically(self.path, content)
+        except SheetsError as error:
+            raise Refused(error.message, error.remedy) from error
+
+    def _recover(self, journal: Journal) -> None:
+        """Store what a killed server had accepted and not stored."""
+        clean_up(self.path)
+        for entry in journal.waiting(self.path.name):
+            if read(self.path).digest == entry.before:
+                edit(self.path, entry.edits, expected_digest=entry.before)
+            journal.stored(entry.seq)
