@@ -22,6 +22,7 @@ from rrp_sheets.runtime.clock import FrameClock
 from rrp_sheets.runtime.plan import make_plan
 from rrp_sheets.testing import run_tests
 from rrp_sheets.testing.holds import equal
+from rrp_sheets.testing.judge import _Lane
 from rrp_sheets.testing.junit import junit
 from rrp_sheets.testing.run import run_case
 
@@ -721,3 +722,20 @@ def test_the_order_of_the_sheet_does_not_matter(rows):
         return
     forwards, backwards = held("\n".join(sends + others)), held("\n".join(sends + others[::-1]))
     assert sorted(forwards) == sorted(backwards)
+
+
+def test_thousands_of_expectations_at_one_time_are_judged_at_once(book):
+    count = 4_900
+    path = book("| 0 | Red ball | distance=0.2 | |\n" * count + "| 0 | Say | | any |\n" * count)
+    began = time.process_time()
+    _, report = api.test(path)
+    assert report is not None and report.passed and len(report.cases[0].rows) == count
+    assert time.process_time() - began < 8  # s; looking at every event for every row takes much longer
+
+
+def test_the_free_events_of_a_window_are_those_that_no_row_has_taken():
+    lane = _Lane([], [], {})
+    for event in (3, 1, 2, 7, 3, 8):
+        lane.take(event, 0)
+        left = [i for i in range(10) if i not in lane.taken]
+        assert list(lane.free(range(10))) == left and list(lane.free(range(2, 8))) == [i for i in left if 2 <= i < 8]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from rrp_sheets.checks.tests import Case, CaseRow
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
@@ -24,6 +24,28 @@ class _Lane:
     events: list[Event]
     frames: list[int]
     taken: dict[int, int]  # event → row, as places in their lists
+    later: dict[int, int] = field(default_factory=dict)  # from a taken event to one behind it, as far as is known
+
+    def take(self, event: int, row: int) -> None:
+        """Let a row have an event; it stays taken, whichever row has it later."""
+        self.taken[event] = row
+        self.later.setdefault(event, event + 1)
+
+    def free(self, window: range) -> Iterator[int]:
+        """The events of a window that no row has taken, without a look at each of those that are."""
+        at = self._next(window.start)
+        while at < window.stop:
+            yield at
+            at = self._next(at + 1)
+
+    def _next(self, event: int) -> int:
+        """The first free place from there on; the way to it is shortened for the next time."""
+        later = self.later
+        while event in later:
+            behind = later[event]
+            later[event] = later.get(behind, behind)
+            event = behind
+        return event
 
     def between(self, first: int, last: int) -> range:
         return range(bisect_left(self.frames, first), bisect_right(self.frames, last))
@@ -97,25 +119,21 @@ def _take(place: int, wanted: Mapping[int, _Wanted], asked: set[int], tries: lis
     """Let a row take an event, if need be one whose row can take another (an augmenting path)."""
     mine = wanted[place]
     lane = mine.lane
-    fitting = []
+    for i in lane.free(mine.window):
+        if not mine.holds(lane.events[i].value):
+            lane.take(i, place)
+            return True
     for i in mine.window:
-        if i in asked:
+        if i not in lane.taken or i in asked:
             continue
-        if i not in lane.taken:
-            if not mine.holds(lane.events[i].value):
-                lane.taken[i] = place
-                return True
-        else:
-            fitting.append(i)
-    for i in fitting:
         tries[0] -= 1
         if tries[0] < 0:
             return False
-        if i in asked or mine.holds(lane.events[i].value):
+        if mine.holds(lane.events[i].value):
             continue
         asked.add(i)
         if len(asked) < 200 and _take(lane.taken[i], wanted, asked, tries):
-            lane.taken[i] = place
+            lane.take(i, place)
             return True
     return False
 
@@ -168,9 +186,9 @@ def _excuse(wanted: Mapping[int, _Wanted], found: Mapping[int, Event]) -> None:
     """What came in place of what a row expects is told there, and not once more where nothing should come."""
     for place, mine in wanted.items():
         if place not in found:
-            instead = next((i for i in mine.window if i not in mine.lane.taken), None)
+            instead = next(mine.lane.free(mine.window), None)
             if instead is not None:
-                mine.lane.taken[instead] = place
+                mine.lane.take(instead, place)
 
 
 def _nothing(row: CaseRow, since_frame: int, lane: _Lane | None, frames: Frames, names: Mapping[str, str]) -> RowResult:
