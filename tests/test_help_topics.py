@@ -12,7 +12,7 @@ from play import check, example, play, rows
 
 from rrp_sheets import api, cli
 from rrp_sheets.cli.help import TOPICS, command
-from rrp_sheets.cli.topics.connectors import one_connector
+from rrp_sheets.cli.topics.connectors import IN_USE, one_connector
 from rrp_sheets.cli.topics.devices import DONE_EXAMPLE
 from rrp_sheets.cli.topics.functions import examples, typed
 from rrp_sheets.cli.topics.marbles import marbles, workbook
@@ -186,6 +186,14 @@ def test_what_the_page_on_total_shows_does_what_it_says(line):
     if "start" in formula:
         events = [(100, "Neck", 2), (200, "Start", example("OperatorButton")), (300, "Neck", 3)]
         assert play(book, events).values("N") == [1, 0, 1]
+
+
+def test_each_visitor_is_counted_once_as_the_help_of_once_shows():
+    _, book = IN_USE["once"]
+    assert check(book).report.flatten(["code", "cell", "message"]) == []
+    faces = [(n * 100, "Face", example("Face", id=who)) for n, who in enumerate([1, 1, 2, 1, 3, 2])]
+    assert play(book, faces).values("Visitors") == [1, 2, 3]
+    assert "To count each visitor once" in help_on("once")
 
 
 def test_a_time_of_a_setting_says_its_unit():

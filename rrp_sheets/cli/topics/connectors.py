@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from rrp_sheets.cli.topics.layout import entries, heading, paragraph
 from rrp_sheets.cli.topics.marbles import MARK_MS, can_be_run, input_names, marbles, parts, workbook
-from rrp_sheets.cli.topics.workbooks import checked
+from rrp_sheets.cli.topics.workbooks import checked, grids
 from rrp_sheets.connectors import Connector, Parameter, connectors
 from rrp_sheets.model.names import key
 
@@ -16,6 +16,21 @@ _CELLS = {
     Parameter.PERIOD: "a time: 500 ms, 2 s, 1 min; a number alone means milliseconds",
     Parameter.NONE: "blank",
 }
+
+IN_USE = {
+    "once": (
+        "To count each visitor once: the formula says what makes a visitor another one",
+        """
+## Visitors
+| Input streams | Connector | Formula | Output stream |
+|---|---|---|---|
+| Face | once | face.id | Visitor |
+| Visitor | accumulate | | Visitors |
+| Visitors | subscribe | | Print |
+""",
+    ),
+}
+"""A workbook that shows what a connector is good for, with its title."""
 
 
 def all_connectors() -> Iterator[str]:
@@ -45,6 +60,9 @@ def one_connector(connector: Connector) -> Iterator[str]:
     yield entries(facts)
     if can_be_run(connector):
         yield from _example(connector)
+    if connector.name in IN_USE:
+        title, book = IN_USE[connector.name]
+        yield f"{title}\n" + "\n\n".join(grids(book))
 
 
 def _example(connector: Connector) -> Iterator[str]:
