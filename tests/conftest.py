@@ -14,6 +14,12 @@ def pytest_addoption(parser):
     parser.addoption("--regenerate-golden", action="store_true", help="write tests/golden anew, for review as a diff")
 
 
+@pytest.fixture(autouse=True)
+def _no_limit_here(monkeypatch):
+    """A command that is called within this process must not take the memory of all other tests."""
+    monkeypatch.setattr("rrp_sheets.runs.limits.limit_memory", lambda *_: None)
+
+
 @pytest.fixture
 def golden(request):
     """Compares a text with its file in tests/golden, or writes that file."""

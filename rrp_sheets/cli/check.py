@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rrp_sheets.errors import UnreadableFile
-from rrp_sheets.runs.limits import limit_memory
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
@@ -56,7 +55,6 @@ def command(
 
     Exit code: 0 fine or only warnings, 1 errors, 2 the file cannot be read.
     """
-    limit_memory()  # formulas of strangers are evaluated here
     from rrp_sheets import api
 
     if chosen and mended is None:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rrp_sheets.errors import SheetsError, UnreadableFile
-from rrp_sheets.runs.limits import limit_memory
 
 if TYPE_CHECKING:
     from rrp_sheets.compare import Comparison
@@ -46,7 +45,6 @@ def command(
 
     Exit code: 0 same behaviour, 1 different, 2 a workbook cannot be read.
     """  # noqa: D301 – click takes the backspace for "leave these lines as they are"
-    limit_memory()  # formulas of strangers are evaluated here
     if text_form:
         if second is not None or as_json or as_html:
             raise click.UsageError("--text prints one workbook: rrp-sheets diff --text FILE")

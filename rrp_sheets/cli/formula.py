@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rrp_sheets.runs.limits import limit_memory
 
 if TYPE_CHECKING:
     from rrp_sheets.formulas.trial import Answer
@@ -33,7 +32,6 @@ def command(text: str | None, inputs: tuple[str, ...], as_json: bool) -> None:
 
     Exit code: 0 it has a value (with --json and without TEXT: every line was answered), 1 it has none.
     """
-    limit_memory()  # formulas of strangers are evaluated here
     from rrp_sheets import api
 
     if text is None:

@@ -28,6 +28,7 @@ _COMMANDS = {
     "marbles": "Draw what came on the streams of a run or of a workbook's tests.",
     "serve": "Edit the workbooks of a folder in the browser.",
 }
+_EVALUATING = frozenset(("check", "diff", "formula", "test"))  # formulas of strangers, in the command's own process
 UNREADABLE, BROKEN, INTERRUPTED = 2, 3, 130
 
 
@@ -70,6 +71,10 @@ def group() -> None:
 def main() -> None:
     """The entry point. What the user can mend is told in one or two lines, never as a traceback."""
     plain_output()
+    if sys.argv[1:2] and sys.argv[1] in _EVALUATING:
+        from rrp_sheets.runs import limits
+
+        limits.limit_memory()
     try:
         sys.exit(group(prog_name="rrp-sheets", standalone_mode=False))
     except click.ClickException as error:

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rrp_sheets.cli.main import INTERRUPTED, UNREADABLE
-from rrp_sheets.runs.limits import limit_memory
 
 if TYPE_CHECKING:
     from rrp_sheets.testing import CaseResult, TestReport
@@ -36,7 +35,6 @@ def command(file: Path, as_json: bool, junit: Path | None, marbles: Path | None)
     Exit code: 0 all tests hold, 1 some do not, 2 the file cannot be read or has errors, 5 it has no tests, 130 stopped
     with Ctrl-C.
     """
-    limit_memory()  # formulas of strangers are evaluated here
     from rrp_sheets import api
     from rrp_sheets.cli.check import print_findings
     from rrp_sheets.workbook.atomic import refuse_workbook, write_atomically
