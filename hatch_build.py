@@ -26,6 +26,12 @@ ASSETS = {
     "htmx.org/dist/htmx.min.js": "js/htmx.min.js",
     "htmx.org/dist/ext/hx-sse.min.js": "js/hx-sse.min.js",
     "htmx.org/LICENSE": "js/htmx-LICENSE.txt",
+    "three/build/three.core.js": "js/three.core.js",
+    "three/build/three.module.js": "js/three.module.js",
+    "three/LICENSE": "js/three-LICENSE.txt",
+    "uplot/dist/uPlot.esm.js": "js/uPlot.esm.js",
+    "uplot/dist/uPlot.min.css": "js/uPlot.min.css",
+    "uplot/LICENSE": "js/uPlot-LICENSE.txt",
 }
 TIMEOUT = 300  # seconds that npm may take before the build goes on without it
 
