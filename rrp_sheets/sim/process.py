@@ -3,20 +3,14 @@
 from __future__ import annotations
 
 import importlib.util
-import os
 import platform
-import socket
-import subprocess
-import sys
-import tempfile
 from collections.abc import Sequence
 from multiprocessing.connection import Connection
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import rrp_sheets
 from rrp_sheets.errors import MissingPart, RunBroken
 from rrp_sheets.model.exchange import Command
+from rrp_sheets.processes import Child
 from rrp_sheets.sim.messages import Outcome, Spec, State
 
 if TYPE_CHECKING:  # numpy may be missing; then there is no simulator
@@ -53,8 +47,7 @@ class SimProcess:
         require()
         self._spec = spec
         self._link: Connection[Any, Any] | None = None
-        self._child: subprocess.Popen[bytes] | None = None
-        self._log: Any = None
+        self._child: Child | None = None
         self._number = 0
         self._broken = False
 
@@ -65,20 +58,8 @@ class SimProcess:
 
     def open(self) -> None:
         """Start the process and make the world."""
-        ours, theirs = socket.socketpair()
-        self._log = tempfile.TemporaryFile()  # noqa: SIM115  # lives as long as the process
-        environment = dict(os.environ)
-        package = str(Path(rrp_sheets.__file__).parent.parent)
-        environment["PYTHONPATH"] = os.pathsep.join(p for p in (package, environment.get("PYTHONPATH")) if p)
-        with theirs:
-            # -P: a file of the user's in the current folder must not be taken for a library's.
-            # A group of its own: Ctrl-C is for the program, which then stops the robot.
-            self._child = subprocess.Popen(
-                [sys.executable, "-P", "-m", "rrp_sheets.sim.child", str(theirs.fileno())],
-                pass_fds=(theirs.fileno(),), env=environment, stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL, stderr=self._log, process_group=0,
-            )  # fmt: skip
-        self._link = Connection(ours.detach())
+        self._child = Child("rrp_sheets.sim.child")
+        self._link = Connection(self._child.link.detach())
         try:
             self._ask(START_WITHIN, "open", self._spec)
         except BaseException:  # Ctrl-C too: no process is left behind, and what happened is told further up
@@ -123,18 +104,12 @@ class SimProcess:
 
     def kill(self) -> None:
         """End the process at once."""
-        link, child, log = self._link, self._child, self._log
-        self._link = self._child = self._log = None
+        link, child = self._link, self._child
+        self._link = self._child = None
         if link is not None:
             link.close()
         if child is not None:
-            try:
-                child.wait(1.0)  # it ends by itself when the connection closes, unless it is busy
-            except subprocess.TimeoutExpired:
-                child.kill()
-                child.wait()
-        if log is not None:
-            log.close()
+            child.close(1.0)  # it ends by itself when the connection closes, unless it is busy
 
     def _ask(self, within: float, request: str, *arguments: object) -> Any:
         if self._link is None:
@@ -151,20 +126,8 @@ class SimProcess:
                     return answer
         except (EOFError, OSError):
             self._broken = True
-            raise RunBroken(f"The simulator has ended unexpectedly{self._last_words()}.", REMEDY_DIED) from None
-
-    def _last_words(self) -> str:
-        """How the process ended: its exit code and the last line it wrote."""
-        assert self._child is not None
-        try:
-            code = self._child.wait(2.0)
-        except subprocess.TimeoutExpired:
-            return ""
-        self._log.seek(0)
-        lines = self._log.read().decode(errors="replace").strip().splitlines()
-        if code < 0:  # killed from outside: it had no last words, only what it printed at its start
-            return f" (signal {-code})"
-        return f" (exit code {code}: {lines[-1]})" if lines else f" (exit code {code})"
+            words = self._child.last_words() if self._child is not None else ""
+            raise RunBroken(f"The simulator has ended unexpectedly{words}.", REMEDY_DIED) from None
 
     @staticmethod
     def _outcome(answer: Any) -> Outcome:
