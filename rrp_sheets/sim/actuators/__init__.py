@@ -1,0 +1,30 @@
+"""The actuators: what each does with a value. Wrong values are told on their row, never an exception."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from rrp_sheets.model.exchange import DeviceUse
+from rrp_sheets.model.names import key
+from rrp_sheets.sim.actuators.base import Actuator, Parts
+from rrp_sheets.sim.actuators.eyes import EyeBrightness, EyeColor, EyeLedColor
+from rrp_sheets.sim.actuators.lamps import Eyes
+from rrp_sheets.sim.actuators.memory import RememberFace
+from rrp_sheets.sim.actuators.moving import SetJointPosition, Track
+from rrp_sheets.sim.actuators.other import Later, Print
+from rrp_sheets.sim.actuators.speech import SayInput, SayParameter
+
+__all__ = ["ACTUATORS", "Actuator", "Eyes", "Parts", "make_actuator"]
+
+ACTUATORS: Mapping[str, Callable[[DeviceUse, Parts], Actuator]] = {
+    "EyeLedColor": EyeLedColor, "EyeColor": EyeColor, "EyeBrightness": EyeBrightness, "SayInput": SayInput,
+    "SayParameter": SayParameter, "RememberFace": RememberFace, "Tracker": Track,
+    "SetJointPosition": SetJointPosition, "Print": Print,
+}  # fmt: skip
+
+
+def make_actuator(spec: DeviceUse, parts: Parts) -> Actuator | None:
+    """What carries out the orders of an actuator stream; None when the engine does."""
+    if parts.body.robot.devices[key(spec.device)].engine:
+        return None
+    return ACTUATORS.get(spec.device, Later)(spec, parts)
