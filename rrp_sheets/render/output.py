@@ -32,13 +32,7 @@ def write_diagram(pages: Sequence[Page], path: str | os.PathLike[str]) -> list[s
     Raises:
         SheetsError: an unknown suffix, nothing to draw, a folder that cannot be written, or Typst failed.
     """
-    target = Path(path)
-    suffix = target.suffix.casefold()
-    if suffix not in SUFFIXES:
-        raise SheetsError(
-            f"A diagram cannot be written as “{target.suffix or target.name}”.",
-            f"Let the file's name end with one of: {', '.join(SUFFIXES)}.",
-        )
+    target, suffix = target_of(path, "A diagram", SUFFIXES)
     if not pages:
         raise SheetsError("There is nothing to draw: no behaviour has a row.")
     content, warnings = render_diagram(pages, suffix)
@@ -46,8 +40,20 @@ def write_diagram(pages: Sequence[Page], path: str | os.PathLike[str]) -> list[s
     return warnings
 
 
-def render_diagram(pages: Sequence[Page], suffix: str) -> tuple[bytes, list[str]]:
-    """The bytes of a diagram file of that suffix, and warnings for the user."""
+def target_of(path: str | os.PathLike[str], what: str, suffixes: Sequence[str]) -> tuple[Path, str]:
+    """The file to write and its suffix; raises SheetsError when the suffix names no format that can be made."""
+    target = Path(path)
+    suffix = target.suffix.casefold()
+    if suffix not in suffixes:
+        raise SheetsError(
+            f"{what} cannot be written as “{target.suffix or target.name}”.",
+            f"Let the file's name end with one of: {', '.join(suffixes)}.",
+        )
+    return target, suffix
+
+
+def render_diagram(pages: Sequence[Page], suffix: str, *, legend: bool = True) -> tuple[bytes, list[str]]:
+    """The bytes of a diagram file of that suffix, and warnings for the user; `legend`: for the last page of a .pdf."""
     if suffix == ".dot":
         return "\n".join(page.dot for page in pages).encode(), []
     if suffix == ".svg":
@@ -57,7 +63,7 @@ def render_diagram(pages: Sequence[Page], suffix: str) -> tuple[bytes, list[str]
         ppi = min(_PPI, int(72 * (_MOST_PIXELS / (wide * high)) ** 0.5))
         data = {"title": _title(pages), "width": wide, "height": high}
         return typeset("picture.typ", data, {"picture.svg": svg}, "png", ppi=ppi)
-    return _pdf(pages)
+    return _pdf(pages, legend)
 
 
 def stack(pages: Sequence[Page]) -> tuple[str, float, float]:
@@ -87,7 +93,7 @@ def stack(pages: Sequence[Page]) -> tuple[str, float, float]:
     return frame("\n".join(pieces), wide, high, ident="all", title=title, description=alt), wide, high
 
 
-def _pdf(pages: Sequence[Page]) -> tuple[bytes, list[str]]:
+def _pdf(pages: Sequence[Page], with_legend: bool) -> tuple[bytes, list[str]]:
     legend, wide, high = draw_legend()
     last = pages[-1]
     room = (PAGE[1] if not last.landscape else 0) - last.height * last.scale
@@ -100,7 +106,8 @@ def _pdf(pages: Sequence[Page]) -> tuple[bytes, list[str]]:
         "pages": [
             {
                 "title": page.title, "caption": page.caption, "part": page.part, "alt": page.alt,
-                "landscape": page.landscape, "width": page.width * page.scale, "legend": page is last and room > high,
+                "landscape": page.landscape, "width": page.width * page.scale,
+                "legend": with_legend and page is last and room > high,
             }
             for page in pages
         ],
