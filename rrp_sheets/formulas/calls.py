@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 import unicodedata
+from abc import ABC, abstractmethod
 from typing import NoReturn
 
 from rrp_sheets.formulas.elsewhere import AMBIGUOUS, function_here, name_here
@@ -18,7 +19,7 @@ _DECIMAL_COMMA = re.compile(r"(?<![\w.])\d+,\d+")
 ADVICE = "Formulas are built of inputs, numbers, texts, operators and the library's functions."
 
 
-class Calls:
+class Calls(ABC):
     """The part of the resolver that knows the scope."""
 
     def __init__(self, scope: Scope, typed: str) -> None:
@@ -26,9 +27,9 @@ class Calls:
         self.typed = typed
         self.local: dict[str, str] = {}  # names bound by list comprehensions around, by key
 
+    @abstractmethod
     def visit_at(self, node: ast.expr, depth: int) -> ast.expr:
         """Check and bind a node and what is in it."""
-        raise NotImplementedError
 
     def refuse(self, node: ast.AST, what: str, remedy: str = ADVICE) -> NoReturn:
         """Raise FORM003 at a node."""

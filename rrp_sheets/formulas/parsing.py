@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import NoReturn, TypeVar
 
@@ -25,7 +26,7 @@ def operator_of(token: Token) -> str:
     return token.text if token.kind == "sign" or (token.kind == "name" and token.text in _WORDS) else ""
 
 
-class Values:
+class Values(ABC):
     """The part of the parser that reads single values, and what stands in brackets or directly behind them."""
 
     def __init__(self, tokens: list[Token], typed: str, depth: int = 0) -> None:
@@ -79,21 +80,21 @@ class Values:
         self.depth -= 1
         return node
 
+    @abstractmethod
     def expression(self) -> ast.expr:
         """Any value, with all operators."""
-        raise NotImplementedError
 
+    @abstractmethod
     def condition(self) -> ast.expr:
         """A value without a conditional around it."""
-        raise NotImplementedError
 
+    @abstractmethod
     def list_(self) -> ast.expr:
         """What begins with [."""
-        raise NotImplementedError
 
+    @abstractmethod
     def read_inner(self, tokens: list[Token]) -> ast.expr:
         """The value of a text's hole."""
-        raise NotImplementedError
 
     # ---- what stands behind a value
     def postfix(self) -> ast.expr:
