@@ -14,6 +14,8 @@ from rrp_sheets.render.style import (
     NAME_LINE,
     NAME_PT,
     SMALL_PT,
+    VALUE_LINE,
+    VALUE_ROOM,
     Wrapping,
 )  # fmt: skip
 
@@ -41,6 +43,7 @@ class Box:
         lines: the name's lines, or those of a row's formula.
         note: where a stream that is cut between two parts goes on.
         entry: it comes from another part.
+        room: there is room under the name for the newest value.
         beside: where the formula starts when it stands beside the connector's name, else 0.
         off: drawn grey; `switched_off`: the row itself is, so that it says "off".
     """
@@ -54,6 +57,7 @@ class Box:
     stream: str = ""
     note: str = ""
     entry: bool = False
+    room: bool = False
     off: bool = False
     switched_off: bool = False
     row: int = 0
@@ -66,12 +70,16 @@ class Box:
 
 @dataclass(frozen=True)
 class Arrow:
-    """An arrow between two boxes; without a head when it ends in a dot."""
+    """An arrow between two boxes; without a head when it ends in a dot.
+
+    `world`: from an actuator to the stream that tells its ends, through the world outside the program.
+    """
 
     tail: str
     head: str
     off: bool = False
     headless: bool = False
+    world: bool = False
 
 
 @dataclass
@@ -105,11 +113,12 @@ def make_drawing(
     marks: Marks,
     notes: Mapping[str, str],
     part: int = 1,
+    room: bool = False,
 ) -> Drawing:
     """The boxes and arrows of some steps.
 
     `notes` tells by stream id where a stream comes from or goes to when it is cut ("from part 1"); `part` is the
-    number of the part, for the ids of streams that stand in several.
+    number of the part, for the ids of streams that stand in several. With `room`, values fit under streams' names.
     """
     ids = stream_ids(behaviour)
     drawing = Drawing()
@@ -119,7 +128,7 @@ def make_drawing(
         in_several = stream_id in notes or stream.kind in FROM_OUTSIDE
         box_id = ids[stream_id] + (f"-p{part}" if part > 1 and in_several else "")
         if box_id not in drawing.boxes:
-            drawing.boxes[box_id] = _stream_box(box_id, stream, notes.get(stream_id, ""))
+            drawing.boxes[box_id] = _stream_box(box_id, stream, notes.get(stream_id, ""), room)
         return box_id
 
     for step in steps:
@@ -131,10 +140,18 @@ def make_drawing(
         output = place(step.output)
         anonymous = drawing.boxes[output].kind == "anonymous"
         drawing.arrows.append(Arrow(row.id, output, row.off, headless=anonymous))
+    drawing.arrows += _through_the_world(graph, drawing)
     return drawing
 
 
-def _stream_box(box_id: str, stream: Stream, note: str) -> Box:
+def _through_the_world(graph: Graph, drawing: Drawing) -> list[Arrow]:
+    """From actuators to the streams that tell the ends of their commands."""
+    actuators = {box.stream: box for box in drawing.boxes.values() if box.kind == "actuator"}
+    dones = [(box, graph.streams[box.stream].done_of) for box in drawing.boxes.values() if box.kind == "done"]
+    return [Arrow(actuators[of].id, box.id, box.off, world=True) for box, of in dones if of in actuators]
+
+
+def _stream_box(box_id: str, stream: Stream, note: str, room: bool) -> Box:
     kind = _KINDS[stream.kind]
     entry = note.startswith("from")
     if kind == "anonymous":
@@ -146,13 +163,16 @@ def _stream_box(box_id: str, stream: Stream, note: str) -> Box:
     high = NAME_LINE * len(lines) + 8
     if note:
         text, high = max(text, width(note, SMALL_PT)), high + 10
+    room = room and kind == "stream"
+    if room:
+        text, high = max(text, VALUE_ROOM), high + VALUE_LINE
     across = text + 16 if bold else text * 1.16 + 16
     if kind == "stream" and len(lines) + bool(note) > 1:  # an oval's corners are missing
         across, high = across + 10, high + 4
     if kind == "actuator":  # its second border
         across, high = across + 6, high + 5
     return Box(
-        box_id, kind, clean(stream.name), lines, across, high, stream.id, note, entry,
+        box_id, kind, clean(stream.name), lines, across, high, stream.id, note, entry, room,
         off=kind == "stream" and not stream.active,
     )  # fmt: skip
 

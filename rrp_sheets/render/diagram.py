@@ -70,6 +70,7 @@ def draw_diagram(
     words: Mapping[int, str] | None = None,
     title: str = "",
     whole: bool = False,
+    room: bool = False,
     binary: str | None = None,
     timeout: float = TIMEOUT,
 ) -> list[Page]:
@@ -82,6 +83,7 @@ def draw_diagram(
         words: a short word on a row ("changed"), by the row's number.
         title: shown as heading; the behaviour's name by default.
         whole: draw it as one picture however large it becomes, for a screen that scrolls.
+        room: leave room for the newest value under the name of each stream.
         binary: the Graphviz program; by default the best of this machine.
         timeout: of each layout, in seconds.
 
@@ -92,7 +94,7 @@ def draw_diagram(
     if not behaviour.steps:
         return []
     number = next((n for n, b in enumerate(graph.behaviours, 1) if b.key == behaviour.key), 1)
-    job = _Job(graph, behaviour, marks, partial(lay_out, binary=binary, timeout=timeout))
+    job = _Job(graph, behaviour, marks, partial(lay_out, binary=binary, timeout=timeout), room)
     parts = split(graph, behaviour.steps, len(behaviour.steps) if whole else MOST_ROWS)
     while True:
         with ThreadPoolExecutor(_AT_ONCE) as pool:
@@ -129,6 +131,7 @@ class _Job:
     behaviour: BehaviourGraph
     marks: Marks
     lay_out: partial[Layout]
+    room: bool = False
 
     def draw(self, part: Part, notes: Mapping[str, str], number: int) -> _Fitted:
         """The first way of setting the formulas that fits the page at full size, else the best one."""
@@ -145,7 +148,14 @@ class _Job:
         entries = any(note.startswith("from") for note in notes.values())
         for wrapping in WRAPPINGS:
             drawing = make_drawing(
-                self.graph, self.behaviour, part, wrapping=wrapping, marks=self.marks, notes=notes, part=number
+                self.graph,
+                self.behaviour,
+                part,
+                wrapping=wrapping,
+                marks=self.marks,
+                notes=notes,
+                part=number,
+                room=self.room,
             )
             for pinned in (True, False) if entries else (True,):
                 dot = dot_text(drawing, self.behaviour.name, pin_entries=pinned)

@@ -103,4 +103,6 @@ def _edge(arrow: Arrow, drawing: Drawing) -> str:
         weight = 4
     looks = [f'style=dashed, color="{OFF_LINE}"'] if arrow.off else []
     looks += ["arrowhead=none"] if arrow.headless else []
+    if arrow.world:  # against the direction of all others; it must not move anything
+        looks = ["style=dashed, constraint=false"]
     return f"  {_name(arrow.tail)} -> {_name(arrow.head)} [{', '.join([*looks, f'weight={weight}'])}];"

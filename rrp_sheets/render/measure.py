@@ -9,7 +9,8 @@ import html
 import re
 import unicodedata
 
-# Helvetica's widths in 1/1000 em for the characters 32 to 126. Libertinus Serif is at most 4 % wider, its bold 14 %.
+# Helvetica's widths in 1/1000 em for the characters 32 to 126, which are those of Arial and Liberation Sans too.
+# Noto Sans JP, Segoe UI and Roboto are at most 8 % wider in usual words, their bold faces 16 %.
 _WIDTHS = (
     278, 278, 355, 556, 556, 889, 667, 191, 333, 333, 389, 584, 278, 333, 278, 278,
     556, 556, 556, 556, 556, 556, 556, 556, 556, 556, 278, 278, 584, 584, 584, 556, 1015,
@@ -64,7 +65,7 @@ def width(text: str, size: float, *, mono: bool = False, bold: bool = False) -> 
             total += _MONO
         else:
             total += _WIDTHS[ord(character) - 32] if " " <= character <= "~" else _OTHER
-    return total * size / 1000 * (1.0 if mono else 1.14 if bold else 1.04)
+    return total * size / 1000 * (1.0 if mono else 1.16 if bold else 1.08)
 
 
 def columns(text: str) -> int:

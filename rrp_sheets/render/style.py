@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-SERIF = "Libertinus Serif, Noto Sans JP, Liberation Serif, Liberation Sans, Arial, DejaVu Sans, serif"
+# The faces of our pages; for PDF and PNG, Noto Sans JP comes along.
+SANS = "-apple-system, Segoe UI, Roboto, Liberation Sans, Arial, Noto Sans JP, sans-serif"
 MONO = "DejaVu Sans Mono, Noto Sans JP, Liberation Mono, monospace"
 
 INK = "#1a1a1a"
@@ -31,6 +32,8 @@ LEAST_PT = 7.0  # nothing is printed smaller
 
 NAME_LINE = 12.0  # from line to line
 FORMULA_LINE = 10.0
+VALUE_LINE = 11.0  # room under a stream's name for its newest value
+VALUE_ROOM = 52.0  # and at least so wide
 NAME_COLUMNS = 16  # a name longer than this is broken into two lines
 RANK_GAP = 14.0
 NODE_GAP = 10.0

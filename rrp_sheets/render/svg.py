@@ -22,9 +22,10 @@ from rrp_sheets.render.style import (
     OFF_INK,
     OFF_LINE,
     PADDING,
-    SERIF,
+    SANS,
     SMALL_PT,
     SOFT,
+    VALUE_LINE,
 )  # fmt: skip
 
 
@@ -32,7 +33,7 @@ def draw_svg(drawing: Drawing, layout: Layout, *, prefix: str, title: str, descr
     """The picture of a drawing; `prefix` starts every id, title and description are for screen readers."""
     wide, high = layout.width + 2 * PADDING, layout.height + 2 * PADDING
     arrows = {(a.tail, a.head): a for a in drawing.arrows}
-    parts = [draw_arrow(way, arrows[way.tail, way.head], f"{prefix}-a-{way.tail}-{way.head}") for way in layout.ways]
+    parts = [draw_arrow(way, arrows[way.tail, way.head], prefix) for way in layout.ways]
     parts += [draw_box(box, _moved(layout.places[box.id]), prefix) for box in drawing.boxes.values()]
     first = next(iter(drawing.boxes), "none")
     return frame("\n".join(parts), wide, high, ident=f"{prefix}-{first}", title=title, description=description)
@@ -54,7 +55,7 @@ def text(
 ) -> str:  # fmt: skip
     """A line of text."""
     looks = [
-        f'font-family="{escape(MONO if mono else SERIF)}" font-size="{size:g}" fill="{fill}" xml:space="preserve"',
+        f'font-family="{escape(MONO if mono else SANS)}" font-size="{size:g}" fill="{fill}" xml:space="preserve"',
         'font-weight="bold"' if bold else "",
         'font-style="italic"' if italic else "",
         'text-anchor="middle"' if middle else "",
@@ -72,10 +73,12 @@ def draw_icon(icon: str, x: float, y: float, colour: str, scale: float = 0.95) -
     )
 
 
-def draw_arrow(way: Way, arrow: Arrow, ident: str) -> str:
-    """An arrow along its way."""
-    colour = OFF_LINE if arrow.off else EDGE
-    dashes = f' stroke-dasharray="{DASHES}"' if arrow.off else ""
+def draw_arrow(way: Way, arrow: Arrow, prefix: str) -> str:
+    """An arrow along its way; its group tells the ids of the boxes at its ends."""
+    colour = OFF_LINE if arrow.off else FILL_AND_LINE["done"][1] if arrow.world else EDGE
+    dashes = f' stroke-dasharray="{DASHES}"' if arrow.off or arrow.world else ""
+    kind = "arrow off" if arrow.off else "arrow world" if arrow.world else "arrow"
+    ends = f'data-from="{prefix}-{way.tail}" data-to="{prefix}-{way.head}"'
     points = [_moved(p) for p in way.points]
     tip = _moved(way.tip) if way.tip and not arrow.headless else None
     path = f"M{_xy(points[0])}" + "".join(
@@ -93,7 +96,7 @@ def draw_arrow(way: Way, arrow: Arrow, ident: str) -> str:
         left, right = (base[0] - uy * 2.3, base[1] + ux * 2.3), (base[0] + uy * 2.3, base[1] - ux * 2.3)
         head = f'<path d="M{_xy(tip)}L{_xy(left)}L{_xy(right)}z" fill="{colour}"/>'
     return (
-        f'<g id="{ident}" class="arrow{" off" if arrow.off else ""}">'
+        f'<g id="{prefix}-a-{way.tail}-{way.head}" class="{kind}" {ends}>'
         f'<path d="{path}" fill="none" stroke="{colour}" stroke-width="1"{dashes}/>{head}</g>'
     )
 
@@ -157,6 +160,12 @@ def _stream(box: Box, centre: Point) -> str:
     if box.note:
         y = base + NAME_LINE * len(box.lines) - 1
         shape += text(cx, y, box.note, SMALL_PT, fill=SOFT, italic=True, middle=True)
+    if box.room:  # the page writes the newest value here, and then moves the name up by half a line
+        y = cy + (NAME_LINE * len(box.lines) + VALUE_LINE) / 2 - 2.5
+        now = text(cx, y, "", SMALL_PT, fill=INK, bold=True, middle=True)
+        shape += now.replace(
+            "<text ", f'<text class="now" data-wide="{_n(w * (0.84 if len(box.lines) < 2 else 0.7))}" '
+        )
     return shape
 
 
