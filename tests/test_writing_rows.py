@@ -12,6 +12,7 @@ from test_writing_lossless import PIVOT, pivot, threaded
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook.editing import DeleteRows, InsertRows, MoveRows, SetCell, edit, read_sheets
+from rrp_sheets.workbook.maker import make_workbook
 
 PART = "xl/worksheets/sheet1.xml"
 UP = MoveRows(SHEET, 5, 1, before=3)  # rows 3, 4 become 4, 5
@@ -268,3 +269,30 @@ def test_rows_that_are_none(tmp_path, change):
 def test_the_last_row_of_a_sheet_is_in_use(tmp_path):
     path = make(tmp_path / "x.xlsx", lambda book, sheet: sheet.write(1_048_575, 0, "last"))
     assert "no row fits in" in refused(path, InsertRows(SHEET, 4)).message
+
+
+def test_what_covers_the_whole_table_grows_with_it(tmp_path):
+    """Drop-downs, colours and lists of a sheet of ours, also of one longer than they were made for."""
+    header = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
+    rows = [["", "Red ball", "map", "redBall.x", f"S{n}", ""] for n in range(300)]
+    devices = [["Stream", "Device", "Notes"], *([f"B{n}", "Red ball", ""] for n in range(250))]
+    path = tmp_path / "x.xlsx"
+    make_workbook({"T": [header, *rows], "Devices": devices}, path)
+
+    def marks() -> tuple[set[str], set[str]]:
+        book = openpyxl.load_workbook(path)
+        sheet = book["T"]
+        lists = {str(block) for v in sheet.data_validations.dataValidation for block in v.sqref.ranges}
+        formats = {str(block) for f in sheet.conditional_formatting for block in f.sqref.ranges}
+        formulas = {r for f in sheet.conditional_formatting for rule in f.rules for t in rule.formula
+                    for r in re.findall(r"\$E\$2:\$E\$\d+", t)}  # fmt: skip
+        return lists | formats | formulas, {book.defined_names["List_streams"].attr_text}
+
+    assert {re.sub(r"\D+", " ", m).split()[-1] for m in marks()[0]} == {"301"}
+    edit(path, [InsertRows("T", 100, 2), InsertRows("Devices", 3)])
+    assert {re.sub(r"\D+", " ", m).split()[-1] for m in marks()[0]} == {"353"}  # the last row is 303, and 50 to spare
+    assert marks()[1] == {"'Devices'!$A$2:$A$302"}
+    edit(path, [SetCell("T", 354, 2, "Red ball")])
+    assert {re.sub(r"\D+", " ", m).split()[-1] for m in marks()[0]} == {"404"}
+    edit(path, [SetCell("T", 355, 2, "Red ball"), InsertRows("T", 20)])
+    assert {re.sub(r"\D+", " ", m).split()[-1] for m in marks()[0]} == {"404"}  # still enough

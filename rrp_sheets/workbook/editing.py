@@ -102,6 +102,7 @@ def edited_bytes(data: bytes, name: str, edits: Sequence[Edit]) -> bytes:
     """An .xlsx file's bytes after edits; the same bytes when nothing changes."""
     from rrp_sheets.workbook.patch.cells import set_cell
     from rrp_sheets.workbook.patch.package_edit import PackageEdit
+    from rrp_sheets.workbook.patch.reach import grow
     from rrp_sheets.workbook.patch.rows import change_rows
 
     package = PackageEdit(data, name)
@@ -110,6 +111,8 @@ def edited_bytes(data: bytes, name: str, edits: Sequence[Edit]) -> bytes:
             set_cell(package, one)
         else:
             change_rows(package, one)
+    for index in package.reached:
+        grow(package, index)
     return package.to_bytes()
 
 

@@ -9,6 +9,7 @@ from rrp_sheets.model.cells import column_letters
 from rrp_sheets.workbook.edits import SetCell, Value
 from rrp_sheets.workbook.patch.blocks import block_text
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
+from rrp_sheets.workbook.patch.reach import note
 from rrp_sheets.workbook.patch.shared import write_out
 from rrp_sheets.workbook.patch.tables import SheetTable, sheet_tables
 from rrp_sheets.workbook.patch.values import check_value, shown
@@ -47,6 +48,7 @@ def set_cell(package: PackageEdit, edit: SetCell) -> None:
             write_out(sheet)
             sheet = package.renew(index)
         package.formulas_moved = True
+    note(package, index)
     style = sheet.style(edit.row, edit.column)
     was_blank = not any(
         c.element.end > c.element.inner for c in (sheet.rows[edit.row].cells() if edit.row in sheet.rows else ())

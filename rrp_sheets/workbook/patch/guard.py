@@ -12,6 +12,7 @@ from rrp_sheets.workbook.edits import RowEdit
 from rrp_sheets.workbook.patch.blocks import block_of
 from rrp_sheets.workbook.patch.markup import as_utf8, find, inner_text
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
+from rrp_sheets.workbook.patch.reach import LISTS, follows
 from rrp_sheets.workbook.patch.references import Harm, Moves, adapted, check, references
 from rrp_sheets.workbook.patch.shared import formulas
 from rrp_sheets.workbook.patch.sheet_xml import SheetXml
@@ -32,13 +33,15 @@ def guard_references(package: PackageEdit, index: int, edit: RowEdit, moves: Mov
     if not moves:
         return
     name = package.book.names[index]
-    seen: set[tuple[int, int, bool]] = set()
-    for formula, own, where, absolute_only in _outside(package, index):
+    seen: set[tuple[int, int, bool, bool]] = set()
+    for formula, own, where, absolute_only, grows in _outside(package, index):
         for ref in references(formula):
-            spot = (ref.top, ref.bottom, absolute_only)
+            spot = (ref.top, ref.bottom, absolute_only, grows)
             if not ref.on(name, own) or spot in seen or (absolute_only and not ref.absolute):
                 continue
             seen.add(spot)
+            if grows and follows(package, index, ref, edit):
+                continue
             try:
                 check(ref.top, ref.bottom, moves)
             except Harm as harm:
@@ -68,8 +71,11 @@ def _formulas(sheet: SheetXml, ignored: frozenset[int]) -> Iterator[tuple[int, s
             yield row.number, f"{column_letters(column)}{row.number}", text
 
 
-def _outside(package: PackageEdit, index: int) -> Iterator[tuple[str, str, str, bool]]:
-    """Formulas outside of the sheet's own cells: text, own sheet, where it stands, whether only `$` rows count."""
+def _outside(package: PackageEdit, index: int) -> Iterator[tuple[str, str, str, bool, bool]]:
+    """Formulas outside of the sheet's own cells.
+
+    Each as text, own sheet, where it stands, whether only `$` rows count, and whether it grows with the table.
+    """
     names = package.book.names
     for i, name in enumerate(names):
         if i != index and not package.has_formulas(i, _ANY_FORMULA):
@@ -77,16 +83,22 @@ def _outside(package: PackageEdit, index: int) -> Iterator[tuple[str, str, str, 
         sheet = package.sheet(i)
         for e in sheet.all("formula", "formula1", "formula2", "f"):
             if "sparkline" not in e.path:
-                yield inner_text(sheet.data, e), name, f"a drop-down list or a conditional format in “{name}”", True
+                yield (
+                    inner_text(sheet.data, e),
+                    name,
+                    f"a drop-down list or a conditional format in “{name}”",
+                    True,
+                    True,
+                )
         if i != index:
             found = _formulas(sheet, ignored_columns(package, i))
-            yield from ((text, name, f"the formula in {name}!{at}", False) for _, at, text in found)
+            yield from ((text, name, f"the formula in {name}!{at}", False, False) for _, at, text in found)
     data = as_utf8(package.read(package.book.part))
     for e in find(data, lambda path: path[-1] == "definedName"):
         title = e.attributes.get("name", "")
         if title.casefold() not in _STAYING:
-            yield inner_text(data, e), "", f"the name “{title}”", False
-    yield from _in_parts(package)
+            yield inner_text(data, e), "", f"the name “{title}”", False, title.startswith(LISTS)
+    yield from ((*found, False) for found in _in_parts(package))
 
 
 def _in_parts(package: PackageEdit) -> Iterator[tuple[str, str, str, bool]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 import zipfile
+from html import escape
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
@@ -42,6 +43,7 @@ class PackageEdit:
         self._relations: dict[str, dict[str, tuple[str, str]]] = {}
         self._recognised: dict[int, Recognised] = {}
         self.formulas_moved = False
+        self.reached: dict[int, int] = {}
 
     def index(self, sheet: str) -> int:
         """The number of the sheet of that name; raises SheetsError when there is none."""
@@ -91,6 +93,10 @@ class PackageEdit:
         if index in self._sheets and pattern is _FORMULA:
             return any(row.formulas for row in self._sheets[index].rows.values())
         return pattern.search(self.package.read(self.book.entries[index].part)) is not None
+
+    def mentions(self, index: int, name: str) -> bool:
+        """Whether a sheet's part may speak of a sheet of that name."""
+        return escape(name).encode() in self.package.read(self.book.entries[index].part)
 
     def to_bytes(self) -> bytes:
         """The whole file as it is now; the file's own bytes when nothing has changed."""

@@ -12,6 +12,7 @@ from rrp_sheets.workbook.patch.comments import move_comments
 from rrp_sheets.workbook.patch.guard import guard_references, ignored_columns
 from rrp_sheets.workbook.patch.markup import find, splice, text_xml, with_attributes
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
+from rrp_sheets.workbook.patch.reach import grow, note
 from rrp_sheets.workbook.patch.references import Moves, adapted
 from rrp_sheets.workbook.patch.shared import formula_elements, formula_text, write_out
 from rrp_sheets.workbook.patch.sheet_xml import DATA_TABLE, RowXml, SheetXml
@@ -48,12 +49,14 @@ def change_rows(package: PackageEdit, edit: RowEdit) -> None:
                 "Do it in Excel or LibreOffice.",
             )
     write_out(sheet)
+    note(package, index)
     moves = [(n, new) for n, row in sheet.rows.items() if row.filled and (new := edit.mapped(n)) != n]
     guard_references(package, index, edit, moves)
     _rebuild(package, index, edit, moves)
     for table in tables:
         table.follow(edit)
     move_comments(package, index, edit)
+    grow(package, index)
     package.renew(index)
 
 

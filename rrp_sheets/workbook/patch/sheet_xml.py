@@ -222,6 +222,11 @@ class SheetXml:
         self._changes[element.start, element.inner] = with_attributes(tag, attributes)
         self.touched = True
 
+    def rewrite(self, element: Element, inside: bytes) -> None:
+        """Change what stands between the tags of an element outside of the rows."""
+        self._changes[element.inner, element.inner_end] = inside
+        self.touched = True
+
     def merged(self) -> list[Range]:
         """The merged blocks."""
         blocks = (block_of(e.attributes.get("ref", "")) for e in self.all("mergeCell"))
