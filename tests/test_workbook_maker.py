@@ -41,6 +41,16 @@ def test_the_template_is_read_without_a_finding(template: Path) -> None:
     assert set(workbook.protocol.fields) == set(fields.split())
 
 
+def test_the_empty_template_has_the_same_sheets_without_rows(tmp_path: Path, template: Path) -> None:
+    reading, guided = read(new_workbook(tmp_path / "empty.xlsx", OFFERS, empty=True)), read(template).workbook
+    assert list(reading.report) == []
+    workbook = reading.workbook
+    assert set(workbook.sheets) == set(guided.sheets) - {"Read me", "Check"}
+    assert [(b.name, b.rows) for b in workbook.behaviours] == [("Tracking", ())]
+    assert not workbook.devices and not workbook.helpers and workbook.scene
+    assert set(workbook.protocol.fields) <= set(guided.protocol.fields)
+
+
 def test_the_robot_of_the_template() -> None:
     assert ["Robot", "pepper"] in template_sheets("pepper")["Protocol"]
 

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
     from rrp_sheets.workbook.offers import Offers
 
+MADE = ("guided", "empty")
+
 
 def offers(robot: Robot) -> Offers:
     """The names that a workbook for this robot offers in its drop-downs."""
@@ -42,17 +44,17 @@ def make_new(path: Path, robot: Robot, template: str = "guided") -> Path:
     from rrp_sheets.workbook.atomic import write_atomically
     from rrp_sheets.workbook.template import new_workbook, refuse_name
 
-    if key(template) != "guided":
+    if key(template) not in MADE:
         books = {key(p.stem): p for p in sorted(bundled("workbooks").glob("*.xlsx"))}
         if key(template) not in books:
-            names = ["guided", *(p.stem for p in books.values())]
+            names = [*MADE, *(p.stem for p in books.values())]
             guess = nearest(template, names)
             hint = f"Did you mean {guess}?" if guess else f"The templates are: {', '.join(names)}."
             raise SheetsError(f"There is no template “{template}”.", hint)
         refuse_name(path)
         write_atomically(path, books[key(template)].read_bytes(), replace=False)
         return path
-    return new_workbook(path, offers(robot), robot=robot.name)
+    return new_workbook(path, offers(robot), robot=robot.name, empty=key(template) == "empty")
 
 
 def as_xlsx(reading: Reading, robot: Robot, target: Path, *, replace: bool = True) -> Path:

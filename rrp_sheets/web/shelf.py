@@ -13,7 +13,7 @@ from rrp_sheets.web.pages import Card, Count, ShelfPage, Unreadable
 
 def template_names() -> tuple[str, ...]:
     """What a new workbook may begin with."""
-    return ("guided", *sorted(path.stem for path in bundled("workbooks").glob("*.xlsx")))
+    return ("guided", "empty", *sorted(path.stem for path in bundled("workbooks").glob("*.xlsx")))
 
 
 _NO_TABLES = "FILE017"

@@ -1,4 +1,4 @@
-"""The guided template: a small behaviour that works, and everything a protocol needs around it."""
+"""The templates: a small behaviour that works with everything a protocol needs around it, and the same without rows."""
 
 from __future__ import annotations
 
@@ -96,8 +96,24 @@ def template_sheets(robot: str = "nao") -> dict[str, list[list[str]]]:
     return {name: [list(row) for row in rows] for name, rows in sheets.items()}
 
 
-def new_workbook(path: Path | str, offers: Offers, *, robot: str = "nao", language: str = "en") -> Path:
-    """Make a new workbook from the guided template; an existing file is never overwritten.
+def empty_sheets(robot: str = "nao") -> dict[str, list[list[str]]]:
+    """The same sheets with their columns only, for somebody who begins anew; the scene keeps its ball.
+
+    No test: one without rows could not fail, and the check would say so.
+    """
+    guided = template_sheets(robot)
+    mine = {"Title", "Purpose", "Data kept"}
+    return {
+        **{name: rows[:1] for name, rows in guided.items() if name not in ("Read me", "Check")},
+        "Scene": guided["Scene"],
+        "Protocol": [[field, "" if field in mine else value] for field, value in guided["Protocol"]],
+    }
+
+
+def new_workbook(
+    path: Path | str, offers: Offers, *, robot: str = "nao", language: str = "en", empty: bool = False
+) -> Path:
+    """Make a new workbook from the guided template, or without rows; an existing file is never overwritten.
 
     Raises:
         SheetsError: when there is such a file already, when its name does not end in .xlsx, or when it cannot be
@@ -105,7 +121,8 @@ def new_workbook(path: Path | str, offers: Offers, *, robot: str = "nao", langua
     """
     path = Path(path)
     refuse_name(path)
-    return make_workbook(template_sheets(robot), path, offers, language=language, replace=False)
+    sheets = empty_sheets(robot) if empty else template_sheets(robot)
+    return make_workbook(sheets, path, offers, language=language, replace=False)
 
 
 def refuse_name(path: Path) -> None:
