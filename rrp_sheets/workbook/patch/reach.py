@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from rrp_sheets.workbook.edits import InsertRows, RowEdit
 from rrp_sheets.workbook.patch.blocks import block_of, block_text
 from rrp_sheets.workbook.patch.markup import as_utf8, find, inner_text, splice, text_xml
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
 from rrp_sheets.workbook.patch.references import Reference, references
-from rrp_sheets.workbook.raw import Range
 
 SPARE = 50
 """Blank rows below the last filled one that are covered too when something grows."""
@@ -41,10 +41,9 @@ def grow(package: PackageEdit, index: int) -> None:
 
 def follows(package: PackageEdit, index: int, ref: Reference, edit: RowEdit) -> bool:
     """Whether a reference covers the whole table of a sheet, so that it grows when rows are inserted."""
-    return (
-        isinstance(edit, InsertRows) and bool(package.recognised(index).kind)
-        and ref.top == package.recognised(index).row + 1 and ref.top < ref.bottom and ref.bottom >= _last(package, index)
-    )  # fmt: skip
+    known = package.recognised(index)
+    whole = known.kind and ref.top == known.row + 1 and ref.top < ref.bottom
+    return isinstance(edit, InsertRows) and bool(whole) and ref.bottom >= _last(package, index)
 
 
 def _last(package: PackageEdit, index: int) -> int:
@@ -91,9 +90,8 @@ def _grown(blocks: str, longer: Callable[[int, int], int]) -> str:
     found = []
     for text in blocks.split():
         block = block_of(text)
-        if block and (bottom := longer(block.top, block.bottom)) != block.bottom:
-            text = block_text(Range(block.top, block.left, bottom, block.right))
-        found.append(text)
+        bottom = longer(block.top, block.bottom) if block else 0
+        found.append(block_text(replace(block, bottom=bottom)) if block and bottom != block.bottom else text)
     return " ".join(found)
 
 
