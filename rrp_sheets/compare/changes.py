@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -104,3 +104,17 @@ class Comparison:
             "second": asdict(self.second),
             "changes": changes,
         }
+
+    @classmethod
+    def from_dict(cls, told: Mapping[str, Any]) -> Comparison:
+        """The comparison that :meth:`as_dict` told."""
+        derived = ("row_before", "row_after", "text")
+        changes = [
+            Change(**{
+                **{name: value for name, value in entry.items() if name not in derived},
+                "rows": (entry["row_before"] or 0, entry["row_after"] or 0),
+                "pieces": tuple(Piece(p["kind"], p["text"]) for p in entry["pieces"]),
+            })
+            for entry in told["changes"]
+        ]  # fmt: skip
+        return cls(Version(**told["first"]), Version(**told["second"]), tuple(changes))

@@ -1,0 +1,101 @@
+"""The clerk: reads records and compares workbooks in a process of its own, for a server.
+
+What it reads may come from strangers and be as large as they like. It has a memory limit and some seconds; a server
+that asks it goes on answering others meanwhile.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.compare.changes import Comparison
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.processes import Child
+from rrp_sheets.runs.office import readable
+from rrp_sheets.runs.wire import Lines, line, unpack_error
+
+WITHIN = 30.0
+"""Seconds for one answer, the start of the process included."""
+
+
+class Clerk:
+    """Reads records and compares workbooks; from any thread, one thing at a time. The process starts when it is needed.
+
+    Args:
+        within: seconds for one answer.
+    """
+
+    def __init__(self, within: float = WITHIN) -> None:
+        self._within = within
+        self._lock = threading.Lock()
+        self._child: Child | None = None
+        self._lines: Lines | None = None
+
+    def course(self, place: Path) -> dict[str, Any]:
+        """The log and the curves of a run; see `records.course`."""
+        return dict(self._ask(place.name, "course", str(place)))
+
+    def marbles(
+        self, place: Path, behaviour: str, rows: list[int], first: float | None, last: float | None
+    ) -> dict[str, Any]:
+        """Marble diagrams of a run; see `records.marbles`."""
+        return dict(self._ask(place.name, "marbles", str(place), behaviour, rows, first, last))
+
+    def csv(self, place: Path, target: Path) -> None:
+        """Write the events of a run as CSV."""
+        self._ask(place.name, "csv", str(place), str(target))
+
+    def compare(self, first: Path, second: Path) -> Comparison:
+        """Compare two workbooks by what they mean."""
+        return Comparison.from_dict(self._ask(f"{first.name} and {second.name}", "compare", str(first), str(second)))
+
+    def close(self) -> None:
+        """End the process."""
+        with self._lock:
+            self._drop()
+
+    def _ask(self, what: str, *request: Any) -> Any:
+        """Its answer.
+
+        Raises:
+            SheetsError: what it says, or that it took too long.
+        """
+        with self._lock:
+            if self._child is None:
+                self._child = Child("rrp_sheets.runs.records.clerk_child")
+                self._lines = Lines(self._child.link)
+            kind, answer = self._answer(self._child, what, request)
+            if kind in ("memory", "late", "gone"):
+                self._drop()
+        if kind == "done":
+            return answer
+        if kind == "failed":
+            raise unpack_error(answer)
+        raise SheetsError(f"{what} cannot be shown: {answer}.", "It is perhaps too large, or damaged.")
+
+    def _answer(self, child: Child, what: str, request: tuple[Any, ...]) -> tuple[str, Any]:
+        assert self._lines is not None
+        deadline = time.monotonic() + self._within
+        try:
+            child.link.sendall(line(list(request)))
+        except OSError:
+            return "gone", f"its process has ended unexpectedly{child.last_words()}"
+        while (left := deadline - time.monotonic()) > 0:
+            if not readable(child.link.fileno(), left):
+                break
+            messages = self._lines.receive()
+            if messages is None:
+                return "gone", f"its process has ended unexpectedly{child.last_words()}"
+            if messages:
+                kind, answer = messages[0]
+                return kind, "it needs more memory than it may have" if kind == "memory" else answer
+        child.kill()
+        return "late", f"it did not come to an end within {self._within:g} s"
+
+    def _drop(self) -> None:
+        if self._child is not None:
+            self._child.close(2.0)
+            self._child = self._lines = None

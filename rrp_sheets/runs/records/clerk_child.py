@@ -1,0 +1,66 @@
+"""The clerk's process: `python -m rrp_sheets.runs.records.clerk_child LINK`, started by `clerk` only.
+
+It ends when the connection does.
+"""
+
+from __future__ import annotations
+
+import signal
+import socket
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.limits import limit_memory
+from rrp_sheets.runs.wire import Lines, line, pack_error
+
+
+def _course(place: str) -> dict[str, Any]:
+    from rrp_sheets.runs.records.course import course
+
+    return course(Path(place))
+
+
+def _marbles(place: str, behaviour: str, rows: list[int], first: float | None, last: float | None) -> dict[str, Any]:
+    from rrp_sheets.runs.records.marbles import marbles
+
+    return marbles(Path(place), behaviour, rows, first, last)
+
+
+def _csv(place: str, target: str) -> None:
+    from rrp_sheets.runs.records.table import write_csv
+
+    write_csv(Path(place), Path(target))
+
+
+def _compare(first: str, second: str) -> dict[str, Any]:
+    from rrp_sheets.compare import compare
+    from rrp_sheets.compare.opening import open_checked
+
+    return compare(open_checked(Path(first)), open_checked(Path(second))).as_dict()
+
+
+_DO: dict[str, Callable[..., Any]] = {"course": _course, "marbles": _marbles, "csv": _csv, "compare": _compare}
+
+
+def main() -> None:
+    """Serve until the connection closes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program
+    limit_memory()
+    link = socket.socket(fileno=int(sys.argv[1]))
+    for name, *arguments in Lines(link):
+        try:
+            answer = ["done", _DO[name](*arguments)]
+        except SheetsError as error:
+            answer = ["failed", pack_error(error)]
+        except OSError as error:
+            answer = ["failed", pack_error(SheetsError(f"It cannot be read ({error.strerror}).", "Look at its folder."))]
+        except MemoryError:
+            answer = ["memory", None]
+        link.sendall(line(answer))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,180 @@
+"""What happened in a run, in one pass over its trace: the log, and the curves of its numbers, thinned."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.errors import UnreadableFile
+from rrp_sheets.runs.records.facts import TRACE, text_of
+from rrp_sheets.runtime.trace import read_trace
+
+MOST_LINES = 2_000  # of the log
+MOST_POINTS = 1_200  # of a curve: two for each pixel of a wide screen's plot
+MOST_CURVES = 24
+_MOST_EVENTS = 2_000_000
+_KINDS = {"sensor": 1, "stream": 0, "actuator": 2}  # whose curves come first
+
+
+@dataclass
+class Line:
+    """A line of the log.
+
+    Attributes:
+        t: seconds since the run began.
+        kind: `say`, `error`, `mark`, `edit`, …
+        row: whose it is, `Tracking!4`.
+        times: how often it came, the last time at `until`.
+        sound: the file with what was said.
+    """
+
+    t: float
+    kind: str
+    text: str
+    row: str = ""
+    by: str = ""
+    detail: str = ""
+    times: int = 1
+    until: float = 0.0
+    sound: str = ""
+
+
+@dataclass
+class _Curve:
+    kind: str
+    times: array[float] = field(default_factory=lambda: array("d"))
+    values: array[float] = field(default_factory=lambda: array("d"))
+
+
+def course(place: Path) -> dict[str, Any]:
+    """The log and the curves of a run, as JSON.
+
+    Raises:
+        UnreadableFile: when it is no trace.
+    """
+    try:
+        return _course(place)
+    except (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError):
+        raise UnreadableFile("FILE001", f"“{place.name}” is not a record of a run.", "Copy its folder again.") from None
+
+
+def _course(place: Path) -> dict[str, Any]:
+    log = _Log(place)
+    curves: dict[str, _Curve] = {}
+    kinds: Mapping[str, str] = {}
+    last, count = 0.0, 0
+    for entry in _entries(place / TRACE):
+        if entry.get("type") == "header":
+            streams = entry.get("streams") or ()
+            kinds = {text_of(s.get("stream")): text_of(s.get("kind")) for s in streams if isinstance(s, dict)}
+        if "t" not in entry:
+            continue
+        t = float(entry["t"])
+        last, count = max(last, t), count + 1
+        if "value" in entry:
+            _note(curves, text_of(entry.get("stream")), kinds, t, entry["value"])
+        else:
+            log.add(t, entry)
+    return {
+        "lines": [asdict(line) for line in log.lines], "left_out": log.left_out, "seconds": last, "count": count,
+        "curves": _chosen(curves),
+    }  # fmt: skip
+
+
+def _entries(trace: Path) -> Iterator[dict[str, Any]]:
+    for number, entry in enumerate(read_trace(trace)):
+        if number > _MOST_EVENTS:
+            return
+        if isinstance(entry, dict):
+            yield entry
+
+
+class _Log:
+    def __init__(self, place: Path) -> None:
+        self.lines: list[Line] = []
+        self.left_out = 0
+        self._place = place
+        self._open: dict[tuple[str, str], Line] = {}  # errors that come again and again are one line
+        self._said = 0
+
+    def add(self, t: float, entry: Mapping[str, Any]) -> None:
+        failed = "error" in entry
+        kind = "error" if failed else text_of(entry.get("happening")) or "note"
+        text = text_of(entry.get("error") if failed else entry.get("text"))
+        row = text_of(entry.get("row")) or text_of(entry.get("stream"))
+        before = self._open.get((row, text)) if kind in ("error", "clamp") else None
+        if before is not None:
+            before.times, before.until = before.times + 1, t
+            return
+        line = Line(t, kind, text, row, text_of(entry.get("by")), text_of(entry.get("detail")), until=t)
+        if kind == "say":
+            self._said += 1
+            sound = text_of(entry.get("sound")) or f"say-{self._said:03}.wav"
+            line.sound = sound if "/" not in sound and (self._place / sound).is_file() else ""
+        if len(self.lines) >= MOST_LINES:
+            self.left_out += 1
+            return
+        self.lines.append(line)
+        if kind in ("error", "clamp"):
+            self._open[row, text] = line
+
+
+def _note(curves: dict[str, _Curve], stream: str, kinds: Mapping[str, str], t: float, value: Any) -> None:
+    if isinstance(value, dict):
+        for name, part in value.items():
+            if _is_number(part):
+                _point(curves, f"{stream}.{name}", kinds.get(stream, ""), t, part)
+    elif _is_number(value):
+        _point(curves, stream, kinds.get(stream, ""), t, value)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e300
+
+
+def _point(curves: dict[str, _Curve], key: str, kind: str, t: float, value: float) -> None:
+    curve = curves.get(key)
+    if curve is None:
+        if len(curves) >= 20 * MOST_CURVES:
+            return
+        curve = curves[key] = _Curve(kind)
+    if isfinite(value):
+        curve.times.append(t)
+        curve.values.append(value)
+
+
+def _chosen(curves: Mapping[str, _Curve]) -> list[dict[str, Any]]:
+    """The curves that are shown: streams of plain numbers first, those of a record's fields after them."""
+    moving = [(k, c) for k, c in curves.items() if len(c.times) > 1]
+    moving.sort(key=lambda e: ("." in e[0].rpartition("!")[2], _KINDS.get(e[1].kind, 3)))
+    chosen = moving[:MOST_CURVES]
+    short = [key.rpartition("!")[2] for key, _ in chosen]
+    return [
+        {
+            "name": name if short.count(name) == 1 else key, "kind": curve.kind, "count": len(curve.times),
+            "points": [[round(t, 4), v] for t, v in thinned(curve.times, curve.values)],
+        }
+        for (key, curve), name in zip(chosen, short, strict=True)
+    ]  # fmt: skip
+
+
+def thinned(times: array[float], values: array[float], most: int = MOST_POINTS) -> list[tuple[float, float]]:
+    """A curve with at most so many points that looks the same: of each stretch the lowest and the highest.
+
+    >>> thinned(array("d", range(6)), array("d", [0, 9, 0, 0, -9, 0]), 4)
+    [(0.0, 0.0), (1.0, 9.0), (3.0, 0.0), (4.0, -9.0)]
+    """
+    count = len(times)
+    if count <= most:
+        return list(zip(times, values, strict=True))
+    found: list[tuple[float, float]] = []
+    stretches = most // 2
+    for n in range(stretches):
+        places = range(count * n // stretches, count * (n + 1) // stretches)
+        low, high = min(places, key=values.__getitem__), max(places, key=values.__getitem__)
+        found += [(times[i], values[i]) for i in sorted({low, high})]
+    return found

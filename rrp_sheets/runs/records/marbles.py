@@ -1,0 +1,71 @@
+"""The marble diagrams of a recorded run: some of its rows, some of its time."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.render.marbles import draw_marbles
+from rrp_sheets.render.score import Score
+from rrp_sheets.runs.marbles import trace_scores
+from rrp_sheets.runs.records.facts import TRACE
+
+MOST_PAGES = 12
+
+
+def marbles(
+    place: Path, behaviour: str, rows: Sequence[int], first: float | None, last: float | None
+) -> dict[str, Any]:
+    """What came on the streams of a behaviour, drawn.
+
+    Args:
+        place: the run's folder.
+        behaviour: its name; blank: the first.
+        rows: only these, with their inputs; all when empty.
+        first, last: seconds; None: from the begin, to the end.
+
+    Returns:
+        As JSON: the names of all behaviours, the rows of this one with what they do, and the pictures.
+    """
+    about = (place / TRACE).stat()
+    scores = _scores(place, (about.st_mtime_ns, about.st_size))
+    names = [s.title for s in scores]
+    score = next((s for s in scores if s.title == behaviour), scores[0] if scores else None)
+    if score is None:
+        return {"behaviours": [], "behaviour": "", "rows": [], "seconds": 0.0, "pictures": [], "left_out": 0}
+    bars = {b.row: b for g in score.groups for b in g.bars if b.row}
+    shown = score.only(_lanes(score, set(rows))) if rows else score
+    if rows:
+        groups = (replace(g, bars=tuple(b for b in g.bars if b.row in rows)) for g in shown.groups)
+        shown = replace(shown, groups=tuple(groups))
+    begin = 0 if first is None else round(first * 1e6)
+    end = score.last_us if last is None else min(round(last * 1e6), score.last_us)
+    pages = draw_marbles([shown.between(begin, end)]) if begin < end else []
+    return {
+        "behaviours": names, "behaviour": score.title, "seconds": score.last_us / 1e6,
+        "rows": [[n, b.connector, b.formula[:200]] for n, b in sorted(bars.items())],
+        "pictures": [p.svg for p in pages[:MOST_PAGES]], "left_out": max(0, len(pages) - MOST_PAGES),
+    }  # fmt: skip
+
+
+@lru_cache(maxsize=2)
+def _scores(place: Path, stamp: tuple[int, int]) -> list[Score]:
+    return trace_scores(place)
+
+
+def _lanes(score: Score, rows: Collection[int]) -> set[str]:
+    """The streams that some rows give, and those that they take in."""
+    found: set[str] = set()
+    inputs: set[str] = set()
+    for group in score.groups:
+        for bar in group.bars:
+            if bar.row in rows:
+                found.add(group.lane.id)
+                inputs.update(bar.inputs)
+    for group in score.groups:
+        if group.lane.label in inputs or any(f"row {b.row}" in inputs for b in group.bars):
+            found.add(group.lane.id)
+    return found
