@@ -18,6 +18,8 @@ COLOURS: dict[str, RGB] = {
     "light blue": (0.5, 0.8, 1.0), "light green": (0.5, 1.0, 0.5), "dark blue": (0.0, 0.0, 0.5),
     "dark green": (0.0, 0.4, 0.0), "dark red": (0.5, 0.0, 0.0),
 }  # fmt: skip
+BALL_COLOURS: dict[str, RGB] = {"red": (0.90, 0.05, 0.05), "green": (0.05, 0.65, 0.12), "blue": (0.08, 0.22, 0.92)}
+"""The colours that the ball sensors look for, as toys have them."""
 EXAMPLE = "red, #ff8000 or (1, 0.5, 0)"
 _BY_KEY = {key(name): rgb for name, rgb in COLOURS.items()}
 

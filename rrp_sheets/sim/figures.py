@@ -9,10 +9,8 @@ from typing import Any
 import numpy as np
 
 from rrp_sheets.sim.body import Vector
-from rrp_sheets.sim.colours import COLOURS, RGB, parse_colour
+from rrp_sheets.sim.colours import BALL_COLOURS, COLOURS, RGB, parse_colour
 
-BALL_COLOURS: dict[str, RGB] = {"red": (0.90, 0.05, 0.05), "green": (0.05, 0.65, 0.12), "blue": (0.08, 0.22, 0.92)}
-"""The colours that the ball sensors look for, as toys have them."""
 CLOTHES: tuple[RGB, ...] = ((0.42, 0.60, 0.62), (0.76, 0.64, 0.46), (0.60, 0.52, 0.68), (0.50, 0.62, 0.46))
 SKIN: RGB = (0.93, 0.78, 0.68)
 HAIR: tuple[RGB, ...] = ((0.34, 0.25, 0.20), (0.62, 0.50, 0.36), (0.20, 0.18, 0.18), (0.50, 0.34, 0.26))

@@ -1,0 +1,144 @@
+"""The robot's model for the browser: its own URDF and meshes as one JSON document (m, rad, colours 0 to 1)."""
+
+from __future__ import annotations
+
+import json
+import xml.etree.ElementTree as ET
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.devices import Robot, load_robot
+from rrp_sheets.devices.scene_values import BALL_SIZE
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.sim.colours import BALL_COLOURS, COLOURS
+
+_GREY = (0.6, 0.6, 0.6)
+_THUMBS = {"LThumbJoint": "LHand", "RThumbJoint": "RHand"}  # as the simulator does: the hand's motor moves both
+_EYES = ("LeftEye", "RightEye")
+
+
+def robot_model(robot: Robot) -> dict[str, Any]:
+    """Everything that a program needs to draw a robot.
+
+    Returns:
+        `links` with their visuals, `joints` with origin and axis, `meshes` as triangles with normals, `rest` (the joint
+        angles of the start posture), `follow` (joints that have no angle of their own), `eyes` (the links that shine),
+        `scene` (how large and of which colours the things beside it are).
+
+    Raises:
+        SheetsError: the model's files are missing or are none.
+    """
+    path = robot.folder / robot.data["robot"]["urdf"]
+    try:
+        root = ET.parse(path).getroot()
+        colours = {m.get("name", ""): _colour(m) for m in root.iter("material") if m.find("color") is not None}
+        links = [_link(e, colours) for e in root.findall("link")]
+        used = {v["mesh"] for link in links for v in link["visuals"] if v["shape"] == "mesh"}
+        meshes = {name: _mesh(robot.folder / f"{name}.obj") for name in sorted(used)}
+    except (OSError, ET.ParseError, ValueError) as error:
+        raise SheetsError(
+            f"The robot’s model {path.name} cannot be read: {error}", "Install the program again."
+        ) from None
+    joints = [_joint(e) for e in root.findall("joint")]
+    names = {link["name"] for link in links}
+    return {
+        "name": robot.title,
+        "height": robot.data["robot"]["height"],
+        "links": links,
+        "joints": joints,
+        "meshes": meshes,
+        "rest": dict(robot.data["postures"][robot.data["robot"]["start_posture"]]),
+        "follow": {j["name"]: _THUMBS[j["name"]] for j in joints if j["name"] in _THUMBS},
+        "eyes": [name for name in _EYES if name in names],
+        "scene": {"ball": BALL_SIZE, "colours": {**COLOURS, **BALL_COLOURS}},
+    }
+
+
+@lru_cache(maxsize=4)
+def robot_json(name: str) -> str:
+    """The model of a robot that comes with the program, as JSON; made once.
+
+    Raises:
+        SheetsError: the model's files are missing or are none.
+    """
+    return json.dumps(robot_model(load_robot(name)), ensure_ascii=False, separators=(",", ":"))
+
+
+def _link(element: ET.Element, colours: dict[str, list[float]]) -> dict[str, Any]:
+    visuals = [_visual(v, colours) for v in element.findall("visual")]
+    return {"name": element.get("name", ""), "visuals": visuals}
+
+
+def _visual(element: ET.Element, colours: dict[str, list[float]]) -> dict[str, Any]:
+    geometry = element.find("geometry")
+    shape = geometry[0] if geometry is not None and len(geometry) else None
+    if shape is None:
+        raise ValueError("a visual without a shape")
+    material = element.find("material")
+    colour = list(_GREY)
+    if material is not None:
+        colour = _colour(material) if material.find("color") is not None else colours[material.get("name", "")]
+    visual: dict[str, Any] = {"shape": shape.tag, **_origin(element), "colour": colour}
+    if shape.tag == "mesh":
+        visual["mesh"] = Path(shape.get("filename", "")).stem
+        visual["size"] = _numbers(shape.get("scale", "1 1 1"))
+    elif shape.tag == "cylinder":
+        visual["size"] = [float(shape.get("radius", "0")), float(shape.get("length", "0"))]
+    elif shape.tag == "sphere":
+        visual["size"] = [float(shape.get("radius", "0"))]
+    elif shape.tag == "box":
+        visual["size"] = _numbers(shape.get("size", ""))
+    else:
+        raise ValueError(f"an unknown shape, {shape.tag}")
+    return visual
+
+
+def _joint(element: ET.Element) -> dict[str, Any]:
+    def of(tag: str, attribute: str, default: str = "") -> str:
+        found = element.find(tag)
+        return default if found is None else found.get(attribute, default)
+
+    return {
+        "name": element.get("name", ""),
+        "fixed": element.get("type") == "fixed",
+        "parent": of("parent", "link"),
+        "child": of("child", "link"),
+        **_origin(element),
+        "axis": _numbers(of("axis", "xyz", "1 0 0")),
+    }
+
+
+def _origin(element: ET.Element) -> dict[str, list[float]]:
+    origin = element.find("origin")
+    if origin is None:
+        return {"xyz": [0.0] * 3, "rpy": [0.0] * 3}
+    return {"xyz": _numbers(origin.get("xyz", "0 0 0")), "rpy": _numbers(origin.get("rpy", "0 0 0"))}
+
+
+def _colour(material: ET.Element) -> list[float]:
+    colour = material.find("color")
+    return _numbers(colour.get("rgba", "") if colour is not None else "")[:3]
+
+
+def _numbers(text: str) -> list[float]:
+    return [float(word) for word in text.split()]
+
+
+def _mesh(path: Path) -> dict[str, list[float] | list[int]]:
+    """An .obj whose points and normals have the same numbers, as our own generator writes it."""
+    points: list[float] = []
+    normals: list[float] = []
+    faces: list[int] = []
+    for line in path.read_text(encoding="utf-8").splitlines():
+        kind, *words = line.split() or [""]
+        if kind == "v":
+            points += map(float, words)
+        elif kind == "vn":
+            normals += map(float, words)
+        elif kind == "f":
+            corners = [word.split("/") for word in words]
+            if len(corners) != 3 or any(c[0] != c[-1] for c in corners):
+                raise ValueError(f"{path.name} has a face that is no triangle with a normal for each point")
+            faces += [int(c[0]) - 1 for c in corners]
+    return {"points": points, "normals": normals, "faces": faces}
