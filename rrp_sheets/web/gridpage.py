@@ -9,10 +9,10 @@ from markupsafe import Markup
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.diagram import draw_diagram
 from rrp_sheets.render.sentences import explain
-from rrp_sheets.web.desk import Room
 from rrp_sheets.web.looks import no_look
 from rrp_sheets.web.pages import GridPage, Panels, Problem, Tab
 from rrp_sheets.web.pictures import MOST_ROWS
+from rrp_sheets.web.room import Room
 from rrp_sheets.web.shelf import counts
 from rrp_sheets.web.vocabulary import vocabulary
 from rrp_sheets.web.words import words_of

@@ -43,6 +43,11 @@ class Look:
         """The behaviour of a sheet."""
         return next((b for b in self.graph.behaviours if b.key == key(sheet)), None)
 
+    @property
+    def errors(self) -> int:
+        """How many errors there are; a workbook with errors does not run."""
+        return sum(d.severity is Severity.ERROR for d in self.findings)
+
     def flags(self, behaviour: BehaviourGraph) -> dict[int, int]:
         """The number of a finding by the row it belongs to, for the diagram."""
         return {

@@ -1,0 +1,42 @@
+"""What a page sends: JSON that is looked at before anything is done with it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from flask import request
+from werkzeug.exceptions import BadRequest
+
+Asked = dict[str, Any]
+
+
+def asked() -> Asked:
+    """What was sent; anything but an object is refused."""
+    sent = request.get_json(silent=True)
+    if not isinstance(sent, dict):
+        raise BadRequest
+    return sent
+
+
+def text_of(sent: Asked, name: str, longest: int = 200) -> str:
+    """A text of it; empty when it is missing, refused when it is no text or too long."""
+    value = sent.get(name, "")
+    if not isinstance(value, str) or len(value) > longest:
+        raise BadRequest
+    return value
+
+
+def number_of(sent: Asked, name: str, low: float, high: float) -> float:
+    """A number of it between two limits."""
+    value = sent.get(name)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
+        raise BadRequest
+    return float(value)
+
+
+def truth_of(sent: Asked, name: str) -> bool:
+    """A yes or no of it."""
+    value = sent.get(name)
+    if not isinstance(value, bool):
+        raise BadRequest
+    return value

@@ -1,0 +1,85 @@
+"""Pages that are told what happens, as server-sent events."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+_KEEP_ALIVE = 15.0  # seconds of silence after which a comment is sent, so that nobody takes the line for dead
+_WAITING = 200  # messages that a slow browser may lag behind before it must load the page again
+_MOST_LIVE = 20  # those of a run's values: whoever lags behind more gets the newest instead
+
+
+@dataclass
+class Listener:
+    """One browser page that is told what happens.
+
+    Attributes:
+        behind: it could not keep up with a run's values, and is told all of them anew.
+    """
+
+    client: str
+    name: str
+    ready: threading.Condition = field(default_factory=threading.Condition)
+    messages: deque[str] = field(default_factory=deque)
+    lives: deque[str] = field(default_factory=deque)
+    gone: bool = False
+    behind: bool = False
+    place: tuple[str, str, int] | None = None
+
+    def tell(self, text: str) -> None:
+        """Add a message; a browser that lags too far behind is sent away and comes back with a new page."""
+        with self.ready:
+            if len(self.messages) >= _WAITING:
+                self.messages.clear()
+                text = message("reload", {})
+            self.messages.append(text)
+            self.ready.notify()
+
+    def tell_live(self, text: str) -> None:
+        """Add a message about a run's values, which may be left out when newer ones follow."""
+        with self.ready:
+            if len(self.lives) >= _MOST_LIVE:
+                self.lives.clear()
+                self.behind = True
+            if not self.behind:
+                self.lives.append(text)
+            self.ready.notify()
+
+    def leave(self) -> None:
+        """The page was closed: its stream ends."""
+        with self.ready:
+            self.gone = True
+            self.ready.notify()
+
+    def take(self, anew: Callable[[], str]) -> str:
+        """Everything that waits, waiting for it; `anew` gives a run's state to a page that has lagged behind."""
+        with self.ready:
+            if not (self.messages or self.lives or self.behind or self.gone):
+                self.ready.wait(_KEEP_ALIVE)
+            texts = [*self.messages, *self.lives]
+            behind, self.behind = self.behind, False
+            self.messages.clear()
+            self.lives.clear()
+        if behind:
+            texts.append(anew())
+        return "".join(texts) or ": still here\n\n"
+
+
+def message(event: str, data: dict[str, Any]) -> str:
+    """An event with its data, as it is sent."""
+    return f"event: {event}\ndata: {json.dumps(data, ensure_ascii=False, separators=(',', ':'))}\n\n"
+
+
+def stream(listener: Listener, anew: Callable[[], str], leave: Callable[[Listener], None]) -> Iterator[str]:
+    """The messages for one page, as server-sent events, until it is closed; then `leave` is called."""
+    try:
+        yield ": welcome\n\n"
+        while not listener.gone:
+            yield listener.take(anew)
+    finally:
+        leave(listener)

@@ -1,0 +1,247 @@
+"""One workbook that is open in the browser: who is at it, what the check says, and what everyone is told."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from typing import Any
+
+from rrp_sheets.documents import Changed, Document, Refused
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.worker import CheckWorker
+from rrp_sheets.web.listeners import Listener, message
+from rrp_sheets.web.looks import Look, look, no_look
+from rrp_sheets.web.rowviews import RowMaker
+
+_LOCK_SECONDS = 120.0  # a cell is given free when its editor was silent for so long
+
+
+class Room:
+    """One open workbook: its document, its check, and the pages that show it."""
+
+    def __init__(self, document: Document, worker: CheckWorker) -> None:
+        self.document = document
+        self._worker = worker
+        self.listeners: list[Listener] = []
+        self.locks: dict[tuple[str, str, int], tuple[str, str, float]] = {}
+        self._lock = threading.RLock()
+        self._again = threading.Event()
+        self._look = no_look()
+        self._makers: dict[str, RowMaker] = {}
+        self._checker: threading.Thread | None = None
+        self._trouble = ""
+        self.author = ""  # of the newest edit
+        self.about_run: Callable[[], str] = str  # the run that goes on, as it is sent to a page that joins
+        self.after_check: Callable[[], None] = lambda: None
+
+    # ---- what the workbook is like now
+
+    def look(self) -> Look:
+        """What the newest check says; nothing before the first has ended, which begins now."""
+        with self._lock:
+            seen = self._look
+        if not seen.checked:
+            self.check_soon(only_first=True)
+        return seen
+
+    def maker(self, sheet: str) -> RowMaker:
+        """What makes the rows of a sheet."""
+        with self._lock:
+            grid = self.document.grids[sheet]
+            maker = self._makers.get(sheet)
+            if maker is None or maker.grid is not grid:
+                maker = self._makers[sheet] = RowMaker(grid)
+            maker.take(self.look(), {place: who for place, who in self._taken().items() if place[0] == sheet})
+            return maker
+
+    # ---- editing
+
+    def change(self, client: str, author: str, tag: str, make: Callable[[Document], Changed | None]) -> dict[str, Any]:
+        """Make an edit, tell everyone, and answer its author."""
+        try:
+            changed = make(self.document)
+        except Refused as refused:
+            clashes = [asdict(c) for c in refused.clashes]
+            fresh = self._fresh({c.row for c in refused.clashes}) if clashes else []
+            return {"message": f"{refused.message} {refused.remedy}".strip(), "clashes": clashes, "rows": fresh}
+        except SheetsError as error:  # the file itself: gone, or no workbook any more
+            return {"message": f"{error.message} {error.remedy}".strip()}
+        if changed is None:
+            return {"message": ""}
+        self.author = author
+        rows = [self._rows(one) for one in (changed, *changed.then)]
+        for one in rows:
+            self.tell("grid", {**one, "tag": tag}, but=client)
+        self.check_soon()
+        return {"rows": rows}
+
+    def _fresh(self, rows: set[str]) -> list[dict[str, Any]]:
+        found = ((name, tuple(row for row in rows if grid.has(row))) for name, grid in self.document.grids.items())
+        return [self._rows(Changed(name, touched=mine)) for name, mine in found if mine]
+
+    def _rows(self, changed: Changed) -> dict[str, Any]:
+        if changed.sheet not in self.document.grids:
+            return {"sheet": changed.sheet}
+        maker = self.maker(changed.sheet)
+        entry: dict[str, Any] = {"sheet": changed.sheet}
+        if changed.touched:
+            entry["replace"] = [{"id": row, "html": maker.html(row)} for row in changed.touched]
+        if changed.inserted:
+            entry["insert"] = [{"before": before, "html": maker.html(row)} for row, before in changed.inserted]
+        if changed.removed:
+            entry["remove"] = list(changed.removed)
+        if changed.moved:
+            entry["move"] = [{"id": row, "before": before} for row, before in changed.moved]
+        return entry
+
+    # ---- the check, behind everybody's back
+
+    def check_soon(self, *, only_first: bool = False) -> None:
+        """Check again; edits that come meanwhile are taken together. `only_first`: if none is under way."""
+        with self._lock:
+            if only_first and self._checker is not None and self._checker.is_alive():
+                return
+            self._again.set()
+            if self._checker is None or not self._checker.is_alive():
+                self._checker = threading.Thread(target=self._keep_checking, daemon=True)
+                self._checker.start()
+
+    def _keep_checking(self) -> None:
+        while True:
+            with self._lock:
+                if not self._again.is_set():
+                    self._checker = None
+                    return
+                self._again.clear()
+            try:
+                seen = look(self.document.path, self.document.reading, self._worker)
+            except SheetsError as error:
+                self.tell("trouble", {"message": f"{error.message} {error.remedy}".strip()})
+                with self._lock:
+                    self._look = replace(self._look, checked=True)
+                continue
+            with self._lock:
+                self._look = seen
+            self._tell_check()
+
+    def _tell_check(self) -> None:
+        for name in list(self.document.grids):
+            maker = self.maker(name)
+            replaced = maker.changed()
+            if replaced:
+                self.tell("grid", {"sheet": name, "replace": [{"id": r, "html": h} for r, h in replaced]})
+        self.tell("checked", self._checked())
+        self.after_check()
+
+    def _checked(self) -> dict[str, Any]:
+        """What a page must know of the check besides the rows: whether the workbook can run."""
+        return {"version": self.document.version, "errors": self.look().errors}
+
+    # ---- people
+
+    def join(self, client: str, name: str, *, knows: bool = True) -> Listener:
+        """Somebody opens the page; `knows`: it was made after the first check."""
+        listener = Listener(client, name)
+        if not knows and self.look().checked:  # the check has ended between the page and its event stream
+            for sheet in list(self.document.grids):
+                listener.tell(message("grid", self.maker(sheet).known(sheet)))
+            listener.tell(message("checked", self._checked()))
+        with self._lock:
+            self.listeners.append(listener)
+        about = self.about_run()
+        if about:
+            listener.tell(about)
+        self.tell_people()
+        return listener
+
+    def part(self, client: str) -> None:
+        """A page says that it is being closed."""
+        with self._lock:
+            listeners = [li for li in self.listeners if li.client == client]
+        for listener in listeners:
+            self.leave(listener)
+
+    def leave(self, listener: Listener) -> None:
+        """The page was closed."""
+        listener.leave()
+        with self._lock:
+            if listener in self.listeners:
+                self.listeners.remove(listener)
+            for place in [p for p, (client, _, _) in self.locks.items() if client == listener.client]:
+                del self.locks[place]
+        self.tell_people()
+
+    def take(self, client: str, name: str, place: tuple[str, str, int]) -> str:
+        """Take a cell for editing; who has it already, or an empty text."""
+        with self._lock:
+            holder = self._taken().get(place)
+            if holder is not None and self.locks[place][0] != client:
+                return holder
+            self.locks[place] = (client, name, time.monotonic())
+        self._tell_row(place, but=client)
+        return ""
+
+    def release(self, client: str, place: tuple[str, str, int]) -> None:
+        """Give a cell free."""
+        with self._lock:
+            if self.locks.get(place, ("",))[0] == client:
+                del self.locks[place]
+        self._tell_row(place, but=client)
+
+    def _taken(self) -> dict[tuple[str, str, int], str]:
+        now = time.monotonic()
+        for place in [p for p, (_, _, since) in self.locks.items() if now - since > _LOCK_SECONDS]:
+            del self.locks[place]
+        return {place: name for place, (_, name, _) in self.locks.items()}
+
+    def _tell_row(self, place: tuple[str, str, int], but: str) -> None:
+        sheet, row, _ = place
+        grid = self.document.grids.get(sheet)
+        if grid is not None and grid.has(row):
+            self.tell("grid", self._rows(Changed(sheet, touched=(row,))), but=but)
+
+    def stand(self, client: str, name: str, place: tuple[str, str, int]) -> None:
+        """Somebody's cursor is on a cell; or they have another name now."""
+        with self._lock:
+            for listener in self.listeners:
+                if listener.client == client:
+                    listener.place, listener.name = place, name or listener.name
+        self.tell_people()
+
+    def tell_people(self) -> None:
+        """Tell everyone who is here."""
+        with self._lock:
+            people = [{"client": li.client, "name": li.name, "place": li.place} for li in self.listeners]
+        self.tell("people", {"people": people})
+
+    def tell(self, event: str, data: dict[str, Any], but: str = "") -> None:
+        """Tell every page, but perhaps one, that something happened."""
+        text = message(event, data)
+        with self._lock:
+            listeners = [li for li in self.listeners if li.client != but]
+        for listener in listeners:
+            listener.tell(text)
+
+    def tell_live(self, text: str) -> None:
+        """Tell every page a run's newest values, which a page that lags behind may miss; `text` as it is sent."""
+        with self._lock:
+            listeners = list(self.listeners)
+        for listener in listeners:
+            listener.tell_live(text)
+
+    def poll(self) -> None:
+        """Look whether another program has changed the file."""
+        try:
+            changes = self.document.poll()
+        except SheetsError as error:
+            trouble = f"{error.message} {error.remedy}".strip()
+            if trouble != self._trouble:  # once, not every second
+                self._trouble = trouble
+                self.tell("trouble", {"message": trouble})
+            return
+        self._trouble = ""
+        if changes:
+            self.tell("reload", {"why": "The file was changed by another program."})
+            self.check_soon()
