@@ -1,0 +1,153 @@
+// Looking around a scene: drag, wheel or pinch, keys. It frames what it is told to until somebody turns it by hand.
+
+import * as THREE from "/vendor/js/three.module.js";
+
+const FRONT = { azimuth: -0.5, elevation: 0.2 }; // rad: from the robot's right front, a little from above
+const ASIDE = -1.05; // rad: when persons sit before the robot, they and it are seen from the side
+const NEAREST = 0.45;
+const FARTHEST = 6; // m
+const WIDEST = 2.7; // m away at most by itself: the robot must stay large enough
+const STEP = 0.12; // rad, of an arrow key
+const TURN = 0.008; // rad per pixel
+
+export class Orbit {
+  constructor(element, camera, changed) {
+    this.camera = camera;
+    this.changed = changed;
+    this.target = new THREE.Vector3(0.03, 0, 0.3);
+    this.distance = 1.5;
+    this.pointers = new Map();
+    this.front();
+    element.addEventListener("pointerdown", (event) => this.down(element, event));
+    element.addEventListener("pointermove", (event) => this.move(event));
+    for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) {
+      element.addEventListener(name, (event) => this.pointers.delete(event.pointerId));
+    }
+    element.addEventListener("wheel", (event) => this.wheel(element, event), { passive: false });
+    element.addEventListener("keydown", (event) => this.key(event));
+    element.addEventListener("dblclick", () => this.front());
+  }
+
+  /** The view from the front; from then on it frames things by itself again. */
+  front() {
+    this.azimuth = FRONT.azimuth;
+    this.elevation = FRONT.elevation;
+    this.byHand = false;
+    if (this.framed) this.settle(1);
+    this.changed();
+  }
+
+  /** Frame these groups of points, the first always, the others in their order while it can stay near enough. */
+  frame(groups, base, aside) {
+    if (this.base && this.byHand) this.target.add(base.clone().sub(this.base).setZ(0)); // it goes along
+    this.base = base.clone();
+    this.framed = groups;
+    this.aside = aside;
+  }
+
+  /** From where these points just fill the picture: the middle to look at, and the distance. */
+  fit(points) {
+    const middle = new THREE.Box3().setFromPoints(points).getCenter(new THREE.Vector3());
+    const [right, up, back] = this.axes();
+    const high = Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2)) * 0.92;
+    const wide = high * this.camera.aspect;
+    let distance = NEAREST;
+    for (const point of points) {
+      const off = point.clone().sub(middle);
+      distance = Math.max(distance, Math.max(Math.abs(off.dot(right)) / wide, Math.abs(off.dot(up)) / high) + off.dot(back));
+    }
+    return { middle, distance };
+  }
+
+  /** One step of the way to the framed view; whether there is any way left. */
+  settle(part = 0.12) {
+    if (this.byHand || !this.framed) return false;
+    const turn = (this.aside ? ASIDE : FRONT.azimuth) - this.azimuth;
+    this.azimuth += turn * part;
+    let [points, ...more] = this.framed;
+    let best = this.fit(points);
+    for (const group of more) {
+      points = [...points, ...group];
+      const wider = this.fit(points);
+      if (wider.distance > WIDEST) break;
+      best = wider;
+    }
+    const { middle, distance } = best;
+    const way = Math.abs(distance - this.distance) + middle.distanceTo(this.target) + Math.abs(turn);
+    if (way < 0.002) return false;
+    this.target.lerp(middle, part);
+    this.distance += (distance - this.distance) * part;
+    return true;
+  }
+
+  axes() {
+    const [ca, sa, ce, se] = [Math.cos(this.azimuth), Math.sin(this.azimuth), Math.cos(this.elevation), Math.sin(this.elevation)];
+    return [new THREE.Vector3(-sa, ca, 0), new THREE.Vector3(-ca * se, -sa * se, ce), new THREE.Vector3(ca * ce, sa * ce, se)];
+  }
+
+  place() {
+    const back = this.axes()[2];
+    this.camera.position.copy(this.target).addScaledVector(back, this.distance);
+    this.camera.position.z = Math.max(this.camera.position.z, 0.03);
+    this.camera.up.set(0, 0, 1);
+    this.camera.lookAt(this.target);
+  }
+
+  turn(right, up) {
+    this.azimuth -= right;
+    this.elevation = Math.min(Math.max(this.elevation + up, -0.05), 1.45);
+    this.byHand = true;
+    this.changed();
+  }
+
+  zoom(factor) {
+    this.distance = Math.min(Math.max(this.distance * factor, NEAREST), FARTHEST);
+    this.byHand = true;
+    this.changed();
+  }
+
+  down(element, event) {
+    element.focus({ preventScroll: true });
+    element.setPointerCapture(event.pointerId);
+    this.pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+  }
+
+  move(event) {
+    const old = this.pointers.get(event.pointerId);
+    if (!old) return;
+    const spread = () => {
+      const [a, b] = [...this.pointers.values()];
+      return Math.hypot(a.x - b.x, a.y - b.y) || 1;
+    };
+    const now = { x: event.clientX, y: event.clientY };
+    if (this.pointers.size === 1) {
+      this.turn((now.x - old.x) * TURN, (now.y - old.y) * TURN);
+      this.pointers.set(event.pointerId, now);
+    } else if (this.pointers.size === 2) {
+      const before = spread();
+      this.pointers.set(event.pointerId, now);
+      this.zoom(before / spread());
+    }
+  }
+
+  // the page scrolls under the pointer unless the picture was chosen first
+  wheel(element, event) {
+    if (document.activeElement !== element && !event.ctrlKey) return;
+    event.preventDefault();
+    this.zoom(Math.exp(event.deltaY * (event.deltaMode ? 0.04 : 0.0012)));
+  }
+
+  key(event) {
+    const keys = {
+      ArrowLeft: () => this.turn(-STEP, 0), ArrowRight: () => this.turn(STEP, 0),
+      ArrowUp: () => this.turn(0, STEP), ArrowDown: () => this.turn(0, -STEP),
+      "+": () => this.zoom(0.85), "=": () => this.zoom(0.85), "-": () => this.zoom(1 / 0.85),
+      0: () => this.front(), Home: () => this.front(),
+    };
+    const act = !event.ctrlKey && !event.metaKey && !event.altKey && keys[event.key];
+    if (!act) return;
+    event.preventDefault();
+    event.stopPropagation();
+    act();
+  }
+}

@@ -1,0 +1,68 @@
+// The robot in 3D: a picture of the simulated world that one can turn. Where the browser cannot draw it, words say so.
+
+const EMPTY = "This browser cannot draw the robot in 3D. The robot’s eye, the live values and the log tell what it does.";
+
+/** Fill `#robot3d`. */
+export async function robot3d(root) {
+  root.classList.add("robot3d");
+  root.replaceChildren();
+  const canvas = document.createElement("canvas");
+  canvas.tabIndex = 0;
+  canvas.setAttribute("role", "img");
+  const caption = document.createElement("p");
+  caption.className = "caption";
+  caption.textContent = "Drag to look around";
+  const front = document.createElement("button");
+  front.type = "button";
+  front.className = "button plain small";
+  front.textContent = "From the front";
+  const room = document.createElement("div");
+  room.className = "room";
+  room.append(canvas);
+  const foot = document.createElement("div");
+  foot.className = "foot";
+  foot.append(caption, front);
+  root.append(room, foot);
+  let stage;
+  try {
+    stage = await open(canvas);
+  } catch (error) {
+    console.warn(error);
+    const words = document.createElement("p");
+    words.className = "quiet";
+    words.textContent = EMPTY;
+    root.replaceChildren(words);
+    return;
+  }
+  front.addEventListener("click", () => stage.orbit.front());
+  let fresh = true;
+  describe(canvas, {}, {});
+  document.addEventListener("rrp:run", ({ detail }) => {
+    stage.know(detail.things ?? []);
+    if (detail.id !== undefined && detail.id !== canvas.dataset.run) {
+      canvas.dataset.run = detail.id;
+      fresh = true;
+    }
+  });
+  document.addEventListener("rrp:live", ({ detail }) => {
+    if (!detail.robot) return;
+    stage.take(detail.robot, fresh || detail.full);
+    fresh = false;
+    describe(canvas, detail.robot, stage.body.model);
+  });
+  root.dataset.ready = "";
+}
+
+async function open(canvas) {
+  const [{ Stage }, answer] = await Promise.all([import("./stage3d.js"), fetch("/robot/model.json")]);
+  if (!answer.ok) throw new Error(`no model: ${answer.status}`);
+  return new Stage(canvas, await answer.json());
+}
+
+// what a screen reader tells; it changes seldom enough to be asked for, and is never announced by itself
+function describe(canvas, { things = {}, saying = "" }, { name = "The robot" }) {
+  const seen = Object.entries(things).map(([thing, [x, y]]) => `${thing} ${Math.hypot(x, y).toFixed(1)} m away`);
+  const parts = [`${name} in 3D`, saying && `it says “${saying}”`, seen.length ? seen.join(", ") : "nothing near it"];
+  const words = `${parts.filter(Boolean).join("; ")}. Arrow keys turn, plus and minus zoom, 0 is the front.`;
+  if (canvas.getAttribute("aria-label") !== words) canvas.setAttribute("aria-label", words);
+}

@@ -1,0 +1,183 @@
+// The drawn world: the robot moves from state to state, things come and go. It draws only when something has changed.
+
+import * as THREE from "/vendor/js/three.module.js";
+import { Body, turn } from "./body3d.js";
+import { Orbit } from "./orbit.js";
+import { Room, thing } from "./room3d.js";
+
+const MOST_PIXELS = 1.5; // per CSS pixel: more costs a weak laptop its 60 pictures a second and shows little
+const NEAR = 2.3; // m from the robot: things farther away need not be in the picture
+const LONGEST = 300; // ms, of the way from one state to the next
+const SLOW = 28; // ms between two pictures: below that often, the picture is drawn coarser
+
+export class Stage {
+  constructor(canvas, model) {
+    this.canvas = canvas;
+    this.model = model;
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, powerPreference: "low-power" });
+    this.pixels = Math.min(window.devicePixelRatio || 1, MOST_PIXELS);
+    this.scene = new THREE.Scene();
+    this.camera = new THREE.PerspectiveCamera(30, 1, 0.05, 60);
+    this.room = new Room(this.scene);
+    this.body = new Body(model);
+    this.scene.add(this.body.base);
+    this.things = new Map(); // name → { object, from, to }
+    this.kinds = {};
+    this.shown = { joints: { ...model.rest } };
+    this.drawn = 0; // pictures so far
+    this.seen = true;
+    this.late = 0;
+    const again = () => this.ask();
+    this.orbit = new Orbit(canvas, this.camera, again);
+    this.look();
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.look());
+    new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
+    new IntersectionObserver(([entry]) => { this.seen = entry.isIntersecting; this.ask(); }).observe(canvas);
+    document.addEventListener("visibilitychange", again);
+    canvas.addEventListener("webglcontextrestored", again);
+    this.aim();
+    this.resize();
+    this.orbit.settle(1);
+  }
+
+  look() {
+    this.room.theme(matchMedia("(prefers-color-scheme: dark)").matches);
+    this.ask();
+  }
+
+  resize() {
+    const { clientWidth: wide, clientHeight: high } = this.canvas.parentElement;
+    if (!wide || !high) return;
+    this.renderer.setPixelRatio(this.pixels);
+    this.renderer.setSize(wide, high, false);
+    this.camera.aspect = wide / high;
+    this.camera.updateProjectionMatrix();
+    this.orbit.settle(1);
+    this.ask();
+  }
+
+  /** The kind of each thing by its name, as the scene says. */
+  know(things) {
+    this.kinds = Object.fromEntries(things.map(({ name, kind }) => [name, kind]));
+  }
+
+  /** A newer state of the world; it is reached smoothly. `at once` for the first of a run. */
+  take({ joints, base, eyes, things }, atOnce = false) {
+    const now = performance.now();
+    const gap = Math.min(Math.max(now - (this.newest ?? 0), 16), LONGEST);
+    this.newest = now;
+    this.way = atOnce ? 1 : gap; // ms until it is reached: as long as the last one took to come
+    this.began = now;
+    this.from = { joints: { ...this.shown.joints }, position: this.body.base.position.clone(), turned: this.body.base.quaternion.clone() };
+    this.to = { joints: joints ?? this.shown.joints, position: this.from.position.clone(), turned: this.from.turned.clone() };
+    if (base) {
+      this.to.position.set(base[0], base[1], base[2]);
+      this.to.turned.setFromEuler(turn(base.slice(3)));
+    }
+    if (eyes) this.body.shine(eyes);
+    if (things) this.put(things);
+    this.ask();
+  }
+
+  put(things) {
+    for (const [name, { object }] of this.things) {
+      if (name in things) continue;
+      this.scene.remove(object);
+      object.traverse((part) => { part.geometry?.dispose(); part.material?.dispose(); });
+      this.things.delete(name);
+    }
+    for (const [name, at] of Object.entries(things)) {
+      const to = new THREE.Vector3(...at);
+      if (!this.things.has(name)) {
+        const object = thing(name, this.kinds[name], at[2], this.model);
+        object.position.copy(to);
+        this.scene.add(object);
+        this.things.set(name, { object });
+      }
+      const entry = this.things.get(name);
+      entry.from = entry.object.position.clone();
+      if (entry.from.distanceTo(to) > 1) entry.from.copy(to); // it was put there, it did not fly
+      entry.to = to;
+    }
+  }
+
+  /** What should be in the picture. */
+  aim() {
+    const base = this.body.base.position;
+    const height = this.model.height;
+    const robot = [];
+    for (const x of [-0.1, 0.14]) for (const y of [-0.17, 0.17]) for (const z of [0, height * 1.02]) robot.push(new THREE.Vector3(base.x + x, base.y + y, z));
+    const far = ({ position }) => Math.hypot(position.x - base.x, position.y - base.y);
+    const near = [...this.things.values()].map(({ object }) => object).filter((o) => far(o) < NEAR).sort((a, b) => far(a) - far(b));
+    const around = ({ position, userData: { radius } }) => [-radius, radius].map((r) => position.clone().addScalar(r));
+    this.orbit.frame([robot, ...near.map(around)], base, near.some((o) => !o.userData.ball));
+  }
+
+  /** Draw soon. */
+  ask() {
+    if (this.asked || document.hidden || !this.seen) return;
+    this.asked = requestAnimationFrame((time) => {
+      this.asked = 0;
+      const more = this.step();
+      this.measure(time, more);
+      if (more) this.ask();
+    });
+  }
+
+  // a slow machine gets a coarser picture
+  measure(time, more) {
+    this.late = this.last && time - this.last > SLOW ? this.late + 1 : Math.max(0, this.late - 1);
+    this.last = more ? time : 0;
+    if (this.late < 25 || this.pixels <= 0.75) return;
+    this.late = 0;
+    this.pixels = Math.max(0.75, this.pixels * 0.75);
+    this.resize();
+  }
+
+  step() {
+    let more = false;
+    if (this.to) {
+      const part = Math.min((performance.now() - this.began) / this.way, 1);
+      const { joints } = this.to;
+      for (const name of Object.keys(joints)) {
+        const old = this.from.joints[name] ?? joints[name];
+        this.shown.joints[name] = old + (joints[name] - old) * part;
+      }
+      this.body.pose(this.shown.joints);
+      this.body.base.position.lerpVectors(this.from.position, this.to.position, part);
+      this.body.base.quaternion.slerpQuaternions(this.from.turned, this.to.turned, part);
+      for (const { object, from, to } of this.things.values()) {
+        if (!to) continue;
+        object.position.lerpVectors(from, to, part);
+        if (!object.userData.ball) object.rotation.z = Math.atan2(-object.position.y, -object.position.x);
+      }
+      if (part >= 1) this.to = null;
+      more = part < 1;
+    }
+    this.aim();
+    if (this.orbit.settle()) more = true;
+    this.draw();
+    return more;
+  }
+
+  draw() {
+    this.orbit.place();
+    this.scene.updateMatrixWorld();
+    const place = new THREE.Vector3();
+    const shadows = this.body.feet().map((foot) => {
+      foot.getWorldPosition(place);
+      return [place.x + 0.03, place.y, 0.055, 0.38 / (1 + 8 * Math.max(place.z - 0.05, 0))];
+    });
+    const base = this.body.base.position;
+    shadows.push([base.x - 0.03, base.y + 0.03, 0.16, 0.22]);
+    for (const { object } of this.things.values()) {
+      const { x, y, z } = object.position;
+      const { ball, radius } = object.userData;
+      shadows.push(ball ? [x - 0.1 * z, y + 0.1 * z, radius * (0.9 + z), 0.45 / (1 + 2 * z)] : [x, y, 0.18, 0.45]);
+    }
+    this.room.shadow(shadows);
+    this.renderer.render(this.scene, this.camera);
+    this.drawn += 1;
+    this.canvas.dataset.drawn = this.drawn; // for the tests: how often it was drawn
+  }
+}
