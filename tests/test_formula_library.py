@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rrp_sheets.cli.topics.functions import examples, typed
 from rrp_sheets.formulas import FormulaProblem, compile_formula, make_scope, make_table
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.model.values import Failure, record_from_mapping, to_json
+from rrp_sheets.topics.functions import examples, typed
 
 FUNCTIONS = {f.name: f for f in library()}
 

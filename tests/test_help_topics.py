@@ -11,15 +11,7 @@ from click.testing import CliRunner
 from play import check, example, play, rows
 
 from rrp_sheets import api, cli
-from rrp_sheets.cli.help import TOPICS, command
-from rrp_sheets.cli.topics.connectors import IN_USE, one_connector
-from rrp_sheets.cli.topics.devices import DONE_EXAMPLE
-from rrp_sheets.cli.topics.functions import examples, typed
-from rrp_sheets.cli.topics.marbles import marbles, workbook
-from rrp_sheets.cli.topics.scene import EXAMPLE, WORDS
-from rrp_sheets.cli.topics.words import EXAMPLES
-from rrp_sheets.cli.topics.words import WORDS as OTHER_WORDS
-from rrp_sheets.cli.topics.workbooks import checked
+from rrp_sheets.cli.help import command
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import load_robot
 from rrp_sheets.diagnostics import CODES
@@ -29,6 +21,15 @@ from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.values import Failure
+from rrp_sheets.topics.connectors import IN_USE, one_connector
+from rrp_sheets.topics.devices import DONE_EXAMPLE
+from rrp_sheets.topics.finding import TOPICS
+from rrp_sheets.topics.functions import examples, typed
+from rrp_sheets.topics.marbles import marbles, workbook
+from rrp_sheets.topics.scene import EXAMPLE, WORDS
+from rrp_sheets.topics.words import EXAMPLES
+from rrp_sheets.topics.words import WORDS as OTHER_WORDS
+from rrp_sheets.topics.workbooks import checked
 
 WIDEST = 100
 FILES = Path(cli.__file__).parent / "topics"

@@ -3,22 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import click
-
-from rrp_sheets.errors import SheetsError
-
-TOPICS = ("connectors", "formulas", "functions", "devices", "scene", "tests", "codes")
-_SYNONYMS = {
-    "connector": "connectors", "operators": "connectors", "operator": "connectors",
-    "formula": "formulas", "language": "formulas", "function": "functions", "helper": "helpers",
-    "priorities": "priority", "framerate": "protocol", "engines": "engine",
-    "device": "devices", "sensors": "devices", "sensor": "devices", "actuators": "devices", "actuator": "devices",
-    "test": "tests", "testing": "tests", "scenes": "scene", "errors": "codes", "error": "codes",
-    "warnings": "codes", "messages": "codes", "code": "codes", "overview": "", "help": "",
-}  # fmt: skip
 
 
 @click.command(name="help")
@@ -29,85 +15,7 @@ def command(topic: tuple[str, ...]) -> None:
     A name is that of a connector (sample), a function (CLAMP), a device (Red ball), a done stream (Say done), a finding
     of a check (FORM003), or helpers, Priority, total, Protocol, Engine. Without TOPIC there is an overview.
     """
+    from rrp_sheets.topics.finding import text_on
+
     click.echo("\n\n".join(text_on(" ".join(topic))))
     sys.exit(0)
-
-
-def text_on(name: str) -> Iterator[str]:
-    """The blocks of text on a topic or a name.
-
-    Raises:
-        SheetsError: when there is nothing on it, with the nearest name proposed.
-    """
-    from rrp_sheets.cli.topics.words import WORDS, word
-    from rrp_sheets.model.names import key
-
-    topic = _SYNONYMS.get(key(name), key(name))
-    if topic == "" or topic in TOPICS:
-        return _topics()[topic]()
-    if topic in WORDS:
-        return word(topic)
-    found = list(_named(name))
-    if found:
-        return iter(block for blocks in found for block in blocks)
-    raise _unknown(name)
-
-
-def _topics() -> dict[str, Callable[[], Iterator[str]]]:
-    from rrp_sheets.cli.topics.codes import all_codes
-    from rrp_sheets.cli.topics.connectors import all_connectors
-    from rrp_sheets.cli.topics.devices import all_devices
-    from rrp_sheets.cli.topics.functions import all_functions
-    from rrp_sheets.cli.topics.scene import scene
-
-    return {
-        "": lambda: _file("overview"), "formulas": lambda: _file("formulas"), "tests": lambda: _file("tests"),
-        "connectors": all_connectors, "functions": all_functions, "devices": all_devices, "scene": scene,
-        "codes": all_codes,
-    }  # fmt: skip
-
-
-def _file(name: str) -> Iterator[str]:
-    from rrp_sheets.cli.topics.layout import from_markdown
-
-    path = Path(__file__).parent / "topics" / f"{name}.md"
-    return from_markdown(path.read_text(encoding="utf-8"))
-
-
-def _named(name: str) -> Iterator[Iterator[str]]:
-    """What there is under a name: it may be a function and a device, say."""
-    from rrp_sheets.cli.topics.codes import one_code
-    from rrp_sheets.cli.topics.connectors import one_connector
-    from rrp_sheets.cli.topics.devices import done_stream, one_device
-    from rrp_sheets.cli.topics.functions import one_function
-    from rrp_sheets.connectors import connectors
-    from rrp_sheets.devices import load_robot
-    from rrp_sheets.diagnostics import CODES
-    from rrp_sheets.formulas.functions import library
-    from rrp_sheets.graph.devices import done_of
-
-    if (code := CODES.get(name.upper())) is not None:
-        yield one_code(code)
-    if (connector := connectors().get(name)) is not None:
-        yield one_connector(connector)
-    if (function := library().get(name.removesuffix("()"))) is not None:
-        yield one_function(function)
-    if (device := load_robot().find(name)) is not None:
-        yield one_device(device)
-    elif (found := load_robot().find(done_of(name))) is not None and found.type.kind == "actuator":
-        yield done_stream(found)
-
-
-def _unknown(name: str) -> SheetsError:
-    from rrp_sheets.cli.topics.words import WORDS
-    from rrp_sheets.connectors import connectors
-    from rrp_sheets.devices import load_robot
-    from rrp_sheets.diagnostics import CODES
-    from rrp_sheets.formulas.functions import library
-    from rrp_sheets.model.names import nearest
-
-    found = list(load_robot().names.values())
-    devices = [*(f.name for f in found), *(f"{f.name} done" for f in found if f.type.kind == "actuator")]
-    guess = nearest(name, [*TOPICS, *WORDS, *connectors().names(), *library().names(), *devices, *CODES])
-    remedy = f"Did you mean {guess}?" if guess else f"Try: {', '.join(TOPICS)}."
-    return SheetsError(f"There is no help on “{name}”.", remedy)

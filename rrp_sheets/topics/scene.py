@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rrp_sheets.cli.topics.layout import columns, grid, heading, paragraph
 from rrp_sheets.devices import load_robot
 from rrp_sheets.devices.scene import thing_names, verb_names
+from rrp_sheets.topics.layout import columns, grid, heading, paragraph, titled
 
 WORDS = [
     ("A ball", "appears", "at 1, 0.2, 0.4", "metres: ahead, to the left, above the floor"),
@@ -39,7 +39,7 @@ def scene() -> Iterator[str]:
         "Every row says when (seconds from the start of the run), which thing, what it does, and where or how. "
         "Without a Scene sheet the simulator shows the robot what its behaviours look for."
     )
-    yield "For example\n" + grid("Scene", EXAMPLE)
+    yield titled("For example", grid("Scene", EXAMPLE))
     yield heading("What they can do")
     yield columns(WORDS)
     yield paragraph(

@@ -6,8 +6,8 @@ import ast
 import re
 from collections.abc import Iterator, Mapping
 
-from rrp_sheets.cli.topics.layout import columns, heading, paragraph
 from rrp_sheets.formulas.functions import Function, library
+from rrp_sheets.topics.layout import columns, heading, lines, paragraph, titled
 
 _TOPICS = {
     "logic": "Logic", "maths": "Maths", "trigonometry": "Angles (in radians)", "geometry": "Distances and ranges",
@@ -44,7 +44,7 @@ def one_function(function: Function) -> Iterator[str]:
         yield f"Also called {', '.join(others)}."
     shown = [f"{call} → {result}" for call, result in examples(function)]
     if shown:
-        yield "For example\n" + "\n".join(f"  {line}" for line in shown)
+        yield titled("For example", lines(shown))
 
 
 def usage(function: Function) -> str:

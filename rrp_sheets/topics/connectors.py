@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rrp_sheets.cli.topics.layout import entries, heading, paragraph
-from rrp_sheets.cli.topics.marbles import MARK_MS, can_be_run, input_names, marbles, parts, workbook
-from rrp_sheets.cli.topics.workbooks import checked, grids
 from rrp_sheets.connectors import Connector, Parameter, connectors
 from rrp_sheets.model.names import key
+from rrp_sheets.topics.layout import entries, heading, paragraph, titled
+from rrp_sheets.topics.marbles import MARK_MS, can_be_run, input_names, marbles, parts, workbook
+from rrp_sheets.topics.workbooks import checked, grids
 
 _CELLS = {
     Parameter.FORMULA: "a formula, or the name of a helper",
@@ -62,7 +62,7 @@ def one_connector(connector: Connector) -> Iterator[str]:
         yield from _example(connector)
     if connector.name in IN_USE:
         title, book = IN_USE[connector.name]
-        yield f"{title}\n" + "\n\n".join(grids(book))
+        yield titled(title, *grids(book), between="\n\n")
 
 
 def _example(connector: Connector) -> Iterator[str]:
@@ -70,9 +70,10 @@ def _example(connector: Connector) -> Iterator[str]:
     names = ", ".join(input_names(len(rows)))
     output = "Print" if connector.drives else "Output"
     cells = [("Input streams", names), ("Connector", connector.name), ("Formula", parameter), ("Output stream", output)]
-    yield "For example\n" + entries(cell for cell in cells if cell[1])
-    yield f"In words\n{paragraph(_sentence(connector), 2)}"
-    yield f"As marbles: one place is {MARK_MS} ms, time goes to the right\n{entries(marbles(connector))}"
+    yield titled("For example", entries(cell for cell in cells if cell[1]))
+    yield titled("In words", paragraph(_sentence(connector), 2))
+    title = f"As marbles: one place is {MARK_MS} ms, time goes to the right"
+    yield titled(title, entries(marbles(connector), kind="marbles"))
 
 
 def _sentence(connector: Connector) -> str:

@@ -14,29 +14,69 @@ _TERM = 26  # the widest column of terms; a longer term stands on a line of its 
 _CELL = 44
 
 
-def paragraph(text: str, indent: int = 0) -> str:
+class Block(str):
+    """A block of text for the terminal that also remembers what it was made of, for a page.
+
+    Attributes:
+        kind: `paragraph`, `heading`, `entries`, `columns`, `grid`, `lines`, `marbles` or `titled`.
+        head: of a heading, a grid (the sheet's name) or a titled block; the whole text of a paragraph.
+        rows: of entries, columns, marbles and grids.
+        parts: of a titled block.
+    """
+
+    kind: str
+    head: str
+    rows: tuple[tuple[str, ...], ...]
+    parts: tuple[str, ...]
+
+    @classmethod
+    def of(
+        cls, kind: str, printed: str, head: str = "", rows: Iterable[Sequence[str]] = (), parts: Sequence[str] = ()
+    ) -> Block:
+        """A block that is printed in a certain way."""
+        block = cls(printed)
+        block.kind, block.head = kind, head
+        block.rows, block.parts = tuple(tuple(row) for row in rows), tuple(parts)
+        return block
+
+
+def titled(title: str, *parts: str, between: str = "\n") -> Block:
+    r"""Blocks under a small title.
+
+    >>> titled("Its fields", columns([("x", "rad")]))
+    'Its fields\n  x  rad'
+    """
+    return Block.of("titled", f"{title}\n{between.join(parts)}", title, parts=parts)
+
+
+def lines(texts: Sequence[str]) -> Block:
+    """Formulas and what they give, each on its line."""
+    return Block.of("lines", "\n".join(f"  {text}" for text in texts), rows=[(text,) for text in texts])
+
+
+def paragraph(text: str, indent: int = 0) -> Block:
     r"""A text wrapped to the width.
 
     >>> paragraph("word " * 20).count("\n")
     1
     """
-    space = " " * indent
-    return textwrap.fill(
-        " ".join(text.split()), WIDTH, initial_indent=space, subsequent_indent=space,
-        break_long_words=False, break_on_hyphens=False,
-    )  # fmt: skip
+    space, whole = " " * indent, " ".join(text.split())
+    printed = textwrap.fill(
+        whole, WIDTH, initial_indent=space, subsequent_indent=space, break_long_words=False, break_on_hyphens=False
+    )
+    return Block.of("paragraph", printed, whole)
 
 
-def heading(text: str) -> str:
+def heading(text: str) -> Block:
     r"""A heading and the line below it.
 
     >>> heading("Maths")
     'Maths\n-----'
     """
-    return f"{text}\n{'-' * _wide(text)}"
+    return Block.of("heading", f"{text}\n{'-' * _wide(text)}", text)
 
 
-def entries(pairs: Iterable[tuple[str, str]], indent: int = 2, widest: int = _TERM) -> str:
+def entries(pairs: Iterable[tuple[str, str]], indent: int = 2, widest: int = _TERM, kind: str = "entries") -> Block:
     r"""Terms and what they mean, in two columns.
 
     >>> entries([("sample", "at a fixed pace"), ("map", "works out")])
@@ -44,7 +84,7 @@ def entries(pairs: Iterable[tuple[str, str]], indent: int = 2, widest: int = _TE
     """
     pairs = list(pairs)
     term = min(max((_wide(t) for t, _ in pairs), default=0), widest)
-    return "\n".join(_entry(left, right, indent, term) for left, right in pairs)
+    return Block.of(kind, "\n".join(_entry(left, right, indent, term) for left, right in pairs), rows=pairs)
 
 
 def _entry(left: str, right: str, indent: int, term: int) -> str:
@@ -57,14 +97,14 @@ def _entry(left: str, right: str, indent: int, term: int) -> str:
     return "\n".join([first.rstrip(), *(space + line for line in lines[1:])])
 
 
-def columns(rows: Sequence[Sequence[str]], indent: int = 2) -> str:
+def columns(rows: Sequence[Sequence[str]], indent: int = 2) -> Block:
     """Rows in columns; the last one is wrapped."""
     widths = [max(_wide(row[i]) for row in rows) for i in range(len(rows[0]) - 1)]
     pairs = (("  ".join(_padded(c, w) for c, w in zip(row, widths, strict=False)), row[-1]) for row in rows)
-    return entries(pairs, indent, widest=WIDTH)
+    return Block.of("columns", entries(pairs, indent, widest=WIDTH), rows=rows)
 
 
-def grid(sheet: str, rows: Sequence[Sequence[str]], indent: int = 2) -> str:
+def grid(sheet: str, rows: Sequence[Sequence[str]], indent: int = 2) -> Block:
     """A sheet as the user knows it: with letters above its columns and numbers before its rows.
 
     >>> print(grid("Devices", [["Stream", "Device"], ["Neck", "Head yaw"]]))
@@ -78,8 +118,8 @@ def grid(sheet: str, rows: Sequence[Sequence[str]], indent: int = 2) -> str:
     table = [["", *(column_letters(i + 1) for i in range(width))]]
     table += [[str(number), *row] for number, row in enumerate(cells, 1)]
     widths = [max(_wide(row[i]) for row in table) for i in range(width + 1)]
-    lines = ["  ".join(_padded(c, w) for c, w in zip(row, widths, strict=True)).rstrip() for row in table]
-    return "\n".join(" " * indent + line for line in [sheet, *lines])
+    printed = ["  ".join(_padded(c, w) for c, w in zip(row, widths, strict=True)).rstrip() for row in table]
+    return Block.of("grid", "\n".join(" " * indent + line for line in [sheet, *printed]), sheet, cells)
 
 
 def _short(cell: str) -> str:
@@ -99,13 +139,13 @@ def _wide(text: str) -> int:
 def from_markdown(text: str) -> Iterator[str]:
     """The blocks of a topic's file: `# ` headings, `* term | meaning` lists, verbatim lines and paragraphs."""
     for block in re.split(r"\n{2,}", text.strip("\n")):
-        lines = block.split("\n")
+        texts = block.split("\n")
         if block.startswith("# "):
             yield heading(block[2:])
         elif block.startswith("* "):
-            rows = [re.split(r" +\| +", line[2:].strip()) for line in lines]
+            rows = [re.split(r" +\| +", line[2:].strip()) for line in texts]
             yield columns(rows)
         elif block.startswith("    "):
-            yield textwrap.indent(textwrap.dedent(block), "  ")
+            yield lines(textwrap.dedent(block).split("\n"))
         else:
             yield paragraph(block)

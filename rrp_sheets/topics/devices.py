@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rrp_sheets.cli.topics.functions import typed
-from rrp_sheets.cli.topics.layout import columns, entries, heading, paragraph
-from rrp_sheets.cli.topics.workbooks import grids
 from rrp_sheets.devices import DeviceType, Found, Robot, Setting, load_robot
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name, key
+from rrp_sheets.topics.functions import typed
+from rrp_sheets.topics.layout import columns, entries, heading, paragraph, titled
+from rrp_sheets.topics.workbooks import grids
 
 _SHOWN = 3  # further names of a device that are shown in the list
 
@@ -80,7 +80,8 @@ def one_device(found: Found) -> Iterator[str]:
         yield paragraph(f"The name {found.name} stands for {device.name} with {preset}.")
     settings = [s for k, s in device.settings.items() if k not in found.preset]
     if settings:
-        yield "Settings: columns of the Devices sheet\n" + entries((s.name, _described(s)) for s in settings)
+        found_settings = entries((s.name, _described(s)) for s in settings)
+        yield titled("Settings: columns of the Devices sheet", found_settings)
 
 
 def done_stream(found: Found) -> Iterator[str]:
@@ -92,8 +93,9 @@ def done_stream(found: Found) -> Iterator[str]:
         "was broken off. An actuator with a name of its own on the Devices sheet has its done stream under that name: "
         "“Ask done” for Ask."
     )
-    yield "Its fields\n" + columns([(f.name, f.unit, f.help) for f in DONE.fields])
-    yield "For example: say hello, wait for two seconds, then turn the eyes red\n" + "\n\n".join(grids(DONE_EXAMPLE))
+    yield titled("Its fields", columns([(f.name, f.unit, f.help) for f in DONE.fields]))
+    example = "For example: say hello, wait for two seconds, then turn the eyes red"
+    yield titled(example, *grids(DONE_EXAMPLE), between="\n\n")
 
 
 def _setting(device: DeviceType, k: str) -> str:

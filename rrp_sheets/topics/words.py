@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from rrp_sheets.cli.topics.layout import from_markdown
-from rrp_sheets.cli.topics.workbooks import grids
+from rrp_sheets.topics.layout import from_markdown, titled
+from rrp_sheets.topics.workbooks import grids
 
 WORDS = ("helpers", "priority", "total", "protocol", "engine")
 EXAMPLES = {
@@ -66,4 +66,4 @@ def word(name: str) -> Iterator[str]:
     path = Path(__file__).parent / f"{name}.md"
     yield from from_markdown(path.read_text(encoding="utf-8"))
     if name in EXAMPLES:
-        yield "For example\n" + "\n\n".join(grids(EXAMPLES[name]))
+        yield titled("For example", *grids(EXAMPLES[name]), between="\n\n")

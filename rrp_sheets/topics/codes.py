@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from rrp_sheets.cli.topics.layout import entries, heading, paragraph
-from rrp_sheets.cli.topics.workbooks import checked, grids
 from rrp_sheets.diagnostics import CODES, Code
 from rrp_sheets.diagnostics.page import Page, completed, load_page
+from rrp_sheets.topics.layout import entries, heading, paragraph, titled
+from rrp_sheets.topics.workbooks import checked, grids
 
 _TOPICS = {
     "FILE": "The file", "SHEET": "What stands in the sheets", "CONN": "Connectors",
@@ -40,21 +40,21 @@ def one_code(code: Code) -> Iterator[str]:
         yield paragraph(f"→ {_open(code.remedy)}")
         return
     for title, text in (("What it means", page.means), ("Why it matters", page.why), ("How to mend it", page.mend)):
-        yield f"{title}\n{paragraph(text, 2)}"
+        yield titled(title, paragraph(text, 2))
     yield from _examples(code, page)
 
 
 def _examples(code: Code, page: Page) -> Iterator[str]:
     if page.untabled:
-        yield f"For example\n{paragraph(page.untabled, 2)}"
+        yield titled("For example", paragraph(page.untabled, 2))
         return
-    yield "Wrong\n" + "\n\n".join(grids(page.wrong))
+    yield titled("Wrong", *grids(page.wrong), between="\n\n")
     for finding in checked(completed(page.wrong)).report:
         if finding.code == code.id and finding.address is not None:
             said = paragraph(f"{finding.address}: {finding.message}", 2)
-            yield f"The check says\n{said}\n{paragraph(f'→ {finding.remedy}', 4)}"
+            yield titled("The check says", said, paragraph(f"→ {finding.remedy}", 4))
             break
-    yield "Right\n" + "\n\n".join(grids(page.right))
+    yield titled("Right", *grids(page.right), between="\n\n")
 
 
 def _open(template: str) -> str:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
-from rrp_sheets.cli.topics.workbooks import checked
 from rrp_sheets.connectors import Connector
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Failure, Record, Value
+from rrp_sheets.topics.workbooks import checked
 
 MARK_MS = 100
 """What one place of a row of marbles stands for."""
