@@ -1,6 +1,12 @@
-"""Options and fixtures that several test files share."""
+"""Options and fixtures that several test files share, and how the tests share the machine's cores."""
 
+from __future__ import annotations
+
+import os
 import signal
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
@@ -9,15 +15,71 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # started in the background by a shell without job control: what the tests start would be deaf to Ctrl-C too
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
+# The files that take longest go first, so that no worker is left with one of them while the others have ended.
+LONGEST = (
+    "test_workbooks.py", "test_run.py", "test_grid.py", "test_sim_dones.py", "test_sim_run.py", "test_killed_server.py",
+    "test_tasks.py", "test_documents.py", "test_watchdog.py", "test_diff_forms.py",
+)  # fmt: skip
+
 
 def pytest_addoption(parser):
     parser.addoption("--regenerate-golden", action="store_true", help="write tests/golden anew, for review as a diff")
+
+
+def pytest_collection_modifyitems(items):
+    """Order the files, not the tests within one."""
+    places = {name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: places.get(item.path.name, len(places)))
+
+
+def pytest_terminal_summary(terminalreporter):
+    """In CI a test that was left out is a failure: `.ci/run` sets NOTHING_SKIPPED."""
+    skipped = terminalreporter.stats.get("skipped", [])
+    if skipped and os.environ.get("NOTHING_SKIPPED"):
+        terminalreporter.section("skipped, which is a failure here")
+        for report in skipped:
+            terminalreporter.write_line(f"{report.nodeid}: {report.longrepr[-1] if report.longrepr else ''}")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session, exitstatus):
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    if reporter and exitstatus == 0 and reporter.stats.get("skipped") and os.environ.get("NOTHING_SKIPPED"):
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
 @pytest.fixture(autouse=True)
 def _no_limit_here(monkeypatch):
     """A command that is called within this process must not take the memory of all other tests."""
     monkeypatch.setattr("rrp_sheets.runs.limits.limit_memory", lambda *_: None)
+
+
+@contextmanager
+def _turn(folder: Path, *, alone: bool) -> Iterator[None]:
+    """Wait until this test may run beside those of the other workers, or without them.
+
+    Two locked files, as a turnstile before a door: who wants to be alone stays in the turnstile until the last of the
+    others is out, so that no new ones get in meanwhile.
+    """
+    import fcntl
+
+    with ExitStack() as open_files:
+        turnstile, door = (open_files.enter_context((folder / n).open("w")) for n in ("turnstile.lock", "door.lock"))
+        fcntl.flock(turnstile, fcntl.LOCK_EX)
+        fcntl.flock(door, fcntl.LOCK_EX if alone else fcntl.LOCK_SH)
+        fcntl.flock(turnstile, fcntl.LOCK_UN)
+        yield
+
+
+@pytest.fixture(autouse=True)
+def _a_turn(request, tmp_path_factory):
+    """A test marked `alone` measures time: it waits for the tests of the other workers, and they for it."""
+    if "PYTEST_XDIST_WORKER" not in os.environ or sys.platform == "win32":
+        yield
+        return
+    shared = tmp_path_factory.getbasetemp().parent
+    with _turn(shared, alone=request.node.get_closest_marker("alone") is not None):
+        yield
 
 
 @pytest.fixture

@@ -282,17 +282,15 @@ def test_a_copy_as_xlsx_says_the_same(tmp_path: Path) -> None:
     assert copy.workbook.tables == first.workbook.tables == {"words": (("W",), ("=hello",), ("007",))}
 
 
+@pytest.mark.alone
 def test_reading_is_fast(tmp_path: Path) -> None:
-    for rows, limit in (
-        (1_000, 1.0),
-        (10_000, 6.0),
-    ):  # about 0.05 s and 0.4 s; the limits leave room for a slow machine
+    # about 0.05 s and 0.4 s, after a first time that imports; the limits leave room for a slow machine
+    for rows, limit in ((100, 60.0), (1_000, 1.0), (10_000, 6.0)):
         with xlsxwriter.Workbook(tmp_path / "x.xlsx") as book:
             sheet = book.add_worksheet("Tracking")
             sheet.write_row(0, 0, HEADERS)
             for i in range(1, rows):
                 sheet.write_row(i, 0, [f"Stream {i - 1}", "map", f"stream{i - 1} + {i}", f"Stream {i}", "", i % 7])
-        read(tmp_path / "x.xlsx")
         start = time.process_time()
         read(tmp_path / "x.xlsx")
         assert time.process_time() - start < limit
