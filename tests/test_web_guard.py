@@ -128,7 +128,7 @@ def test_every_answer_bears_the_protecting_headers(folder: Path, address: str) -
     policy = headers["Content-Security-Policy"]
     assert policy.startswith("default-src 'none'") and "unsafe" not in policy and "script-src 'self';" in policy
     assert headers["X-Content-Type-Options"] == "nosniff"
-    assert headers["Referrer-Policy"] == "no-referrer"
+    assert headers["Referrer-Policy"] == "same-origin"
 
 
 # ---- which files ----

@@ -9,21 +9,28 @@ import sys
 import threading
 import webbrowser
 from pathlib import Path
+from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 import click
 
 from rrp_sheets.errors import SheetsError
 
+if TYPE_CHECKING:
+    from rrp_sheets.web.guard import Lan
+    from rrp_sheets.web.password import Password
+
 _HOST = "127.0.0.1"
-_THREADS = 34  # each open page keeps one (web/desk.py counts them), and the others are for requests
+_EVERYWHERE = ("0.0.0.0", "::")
+_PASSWORD_FILE = "RRP_SHEETS_PASSWORD_FILE"
 
 
 @click.command(name="serve")
 @click.argument("folder", type=click.Path(path_type=Path), default=".")
 @click.option("--port", type=click.IntRange(1, 65535), help="the port; without it a free one is taken")
+@click.option("--lan", is_flag=True, help="let others of this network in, with a password")
 @click.option("--no-browser", is_flag=True, help="only print the address, do not open a browser")
-def command(folder: Path, port: int | None, no_browser: bool) -> None:
+def command(folder: Path, port: int | None, lan: bool, no_browser: bool) -> None:
     """Edit the workbooks of FOLDER (by default this one) in the browser: a grid, its problems, the diagram, the words.
 
     Every edit is stored in the workbook's own file at once; Excel or LibreOffice may change it meanwhile. Several
@@ -31,21 +38,28 @@ def command(folder: Path, port: int | None, no_browser: bool) -> None:
 
     The address works only on this computer and only with the token in it; every start makes a new one.
     Ctrl-C ends the server.
-    """
-    from waitress import create_server
 
+    With --lan, others of the same network may work along: each gives a name and the password, which is asked for here
+    (or made, when you type none), or is the first line of the file that RRP_SHEETS_PASSWORD_FILE names.
+    """
     from rrp_sheets.web.app import create_app
+    from rrp_sheets.web.serving import bind, make_server
 
     folder, page = _place(folder)
+    door = _ask_password() if lan else None
     token = secrets.token_urlsafe(32)
     logging.getLogger("waitress.queue").setLevel(logging.ERROR)  # a short wait is no news
-    try:
-        server = create_server(create_app(folder, token), host=_HOST, port=port or 0, threads=_THREADS, ident="")
-    except OSError as error:
-        why = error.strerror or "the system refuses it"
-        raise SheetsError(f"The port {port} cannot be used: {why}.", "Choose another, or leave --port out.") from error
-    url = f"http://{_HOST}:{server.effective_port}{page}?token={token}"
-    click.echo(f"The workbooks of {folder.resolve()} are shown at\n\n  {url}\n\nCtrl-C ends it.")
+    sockets = bind(_EVERYWHERE if door else (_HOST,), port)
+    used = int(sockets[0].getsockname()[1])
+    url = f"http://{_HOST}:{used}{page}?token={token}"
+    if door is None:
+        server = make_server(create_app(folder, token), sockets)
+        click.echo(f"The workbooks of {folder.resolve()} are shown at\n\n  {url}\n\nCtrl-C ends it.")
+    else:
+        password, made = door
+        reached = _reached(password, both=len(sockets) > 1)
+        server = make_server(create_app(folder, token, reached, tell=_tell), sockets)
+        _print_lan(folder, url, used, page, reached, made)
     sys.stdout.flush()
     if not no_browser and _has_screen():
         threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
@@ -60,6 +74,78 @@ def _place(folder: Path) -> tuple[Path, str]:
     if folder.is_file():
         return folder.parent, f"/book/{quote(folder.name, safe='', errors='replace')}"
     raise SheetsError(f"There is no folder {folder}.", "Give a folder with workbooks, or one workbook.")
+
+
+def _ask_password() -> tuple[Password, str]:
+    """The password for everyone, and its text if the program has made it; never from the command line."""
+    from rrp_sheets.web.password import Password, invent
+
+    text = _from_file()
+    if not text and sys.stdin.isatty():
+        words = "A password for everyone (Enter alone: one is made for you)"
+        while text := click.prompt(words, default="", show_default=False, hide_input=True, err=True):
+            try:
+                password = Password(text)
+            except SheetsError as error:
+                click.echo(f"{error.message} {error.remedy}", err=True)
+                continue
+            if password.fits(click.prompt("The same again", default="", show_default=False, hide_input=True, err=True)):
+                return password, ""
+            click.echo("These were not the same. Once more.", err=True)
+    if text:
+        return Password(text), ""
+    text = invent()
+    return Password(text), text
+
+
+def _from_file() -> str:
+    name = os.environ.get(_PASSWORD_FILE, "")
+    if not name:
+        return ""
+    path = Path(name)
+    try:
+        text = path.read_text(encoding="utf-8").partition("\n")[0].strip()
+        if os.name == "posix" and path.stat().st_mode & 0o077:
+            click.echo(f"Others on this computer may read {path}; only you should: chmod 600 {path}", err=True)
+    except (OSError, UnicodeDecodeError) as error:
+        why = getattr(error, "strerror", None) or "it is no text"
+        raise SheetsError(
+            f"The password cannot be read from {name}: {why}.", f"Look at {_PASSWORD_FILE}, or unset it."
+        ) from error
+    if not text:
+        raise SheetsError(f"The first line of {name} is empty.", "Write the password there.")
+    return text
+
+
+def _reached(password: Password, *, both: bool) -> Lan:
+    from rrp_sheets.web.guard import Lan
+    from rrp_sheets.web.reach import own_addresses, own_name
+
+    addresses = [address for address in own_addresses() if both or ":" not in address]
+    return Lan(password, tuple(name for name in (*addresses, own_name()) if name))
+
+
+def _print_lan(folder: Path, url: str, port: int, page: str, lan: Lan, made: str) -> None:
+    from rrp_sheets.web.reach import address_of
+
+    click.echo(f"The workbooks of {folder.resolve()} are open to others of this network.\n")
+    click.echo(f"On this computer, without a password:\n\n  {url}\n")
+    if lan.hosts:
+        lines = "\n".join(f"  {address_of(host, port)}{page.removeprefix('/')}" for host in lan.hosts)
+        click.echo(f"On others of the same network, type one of these into the browser:\n\n{lines}\n")
+    else:
+        click.echo("This computer is in no network now: nobody else can come. Join one, and start again.\n")
+    said = f"The password for everyone, shown only now: {made}" if made else "Everyone needs your password."
+    click.echo(f"{said} Each gives a name with it, which the others see.")
+    click.echo(
+        "The connection is not encrypted: whoever can listen in this network can read along and take over. Use only a "
+        "network whose people you trust, never an open one such as a guest or café network.\n\n"
+        "Ctrl-C ends it, and with it everyone's session."
+    )
+
+
+def _tell(line: str) -> None:
+    click.echo(line, err=True)
 
 
 def _has_screen() -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 from flask import Flask, Response, abort, send_from_directory
@@ -14,10 +15,16 @@ from rrp_sheets.resources import bundled, vendored
 from rrp_sheets.runs.worker import CheckWorker
 from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.editing import make_editing
-from rrp_sheets.web.guard import protect
+from rrp_sheets.web.guard import Lan, cookie_name, protect
+from rrp_sheets.web.helping import make_helping
 from rrp_sheets.web.library import Library
+from rrp_sheets.web.live.floor import Floor
+from rrp_sheets.web.live.routes import make_live
+from rrp_sheets.web.login import make_login
 from rrp_sheets.web.pages import MessagePage, RefusedPage, show
 from rrp_sheets.web.pictures import picture
+from rrp_sheets.web.records.routes import make_records
+from rrp_sheets.web.sessions import Sessions
 from rrp_sheets.web.shelf import shelf_page
 from rrp_sheets.web.shelving import make_shelving
 
@@ -32,17 +39,23 @@ _REFUSALS = {
 _MESSAGES = {
     404: ("There is nothing here", "The workbook was renamed or moved, or the address is mistyped.",
           "Go to the shelf and open it from there."),
+    413: ("That is too much at once", "The server takes up to 8 MB, and workbooks up to 5 MB. Nothing was changed.",
+          "Make it smaller: pictures in a workbook take most of the room."),
     500: ("A fault of this program", "The page could not be made, and the fault is not yours. Nothing was changed.",
           "The terminal where the server runs tells more. Please report it with the last lines there."),
 }  # fmt: skip
 
 
-def create_app(folder: Path, token: str) -> Flask:
+def create_app(
+    folder: Path, token: str, lan: Lan | None = None, *, tell: Callable[[str], None] = lambda _: None
+) -> Flask:
     """Make the application that shows the workbooks of a folder.
 
     Args:
         folder: whose workbooks are shown.
         token: whoever has it may look.
+        lan: lets others in too, with a password.
+        tell: is told, in a line, who comes with the password.
     """
     templates = bundled("templates", "web")
     app = Flask("rrp_sheets.web", template_folder=str(templates), static_folder=str(templates / "static"))
@@ -50,14 +63,23 @@ def create_app(folder: Path, token: str) -> Flask:
     app.config["MAX_FORM_MEMORY_SIZE"] = 8_000_000
     app.jinja_env.undefined = StrictUndefined
     app.jinja_env.trim_blocks = app.jinja_env.lstrip_blocks = True
+    app.jinja_env.globals["known"] = lambda endpoint: endpoint in app.view_functions
     worker = CheckWorker()
     desk = Desk(folder, worker)
     library = Library(folder, worker)
     icons = _icons(templates / "static" / "icons.svg")
-    protect(app, token)
+    sessions = Sessions()
+    protect(app, token, lan, sessions)
+    if lan is not None:
+        app.register_blueprint(make_login(lan, sessions, cookie_name(token), tell))
     _answer_errors(app)
+    floor = Floor(desk)
+    app.extensions["going"] = floor.going
     app.register_blueprint(make_editing(library, desk, icons))
+    app.register_blueprint(make_live(library, desk, floor, icons))
     app.register_blueprint(make_shelving(library, desk))
+    app.register_blueprint(make_records(library, desk))
+    app.register_blueprint(make_helping())
 
     @app.get("/")
     def shelf() -> str:

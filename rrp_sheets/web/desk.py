@@ -14,6 +14,7 @@ from rrp_sheets.runs.worker import CheckWorker
 from rrp_sheets.web.room import Room
 
 MOST_LISTENERS = 24  # event streams at once, for all workbooks
+MOST_OF_ONE = 8  # of them, of one who has logged in
 
 
 class Desk:
@@ -64,10 +65,23 @@ class Desk:
         with self._lock:
             return list(self._rooms.values())
 
-    def full(self) -> bool:
-        """Whether no further page can be told what happens."""
+    def crowded(self, person: str) -> str:
+        """Why no further page can be told what happens, in words; empty when it can.
+
+        Args:
+            person: the key of their session, as nobody may take all places; empty for who has this computer's address.
+        """
         with self._lock:
-            return sum(len(room.listeners) for room in self._rooms.values()) >= MOST_LISTENERS
+            listeners = [one for room in self._rooms.values() for one in room.listeners]
+        mine = sum(one.person == person for one in listeners)
+        if person and mine >= MOST_OF_ONE:
+            return f"You have {mine} pages open here. Close one; this page then goes on by itself."
+        if len(listeners) >= MOST_LISTENERS:
+            return (
+                f"{len(listeners)} pages are open on this server, {mine} of them yours, and it cannot tell more of "
+                "them what happens. When one is closed, this page goes on by itself."
+            )
+        return ""
 
     def _watch(self) -> None:
         while True:

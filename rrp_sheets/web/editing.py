@@ -12,10 +12,12 @@ from rrp_sheets.web.asked import Asked, asked, text_of
 from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.fixing import make_fix
 from rrp_sheets.web.gridpage import grid_page, panels
+from rrp_sheets.web.guard import visitor
 from rrp_sheets.web.library import Library
 from rrp_sheets.web.listeners import stream
 from rrp_sheets.web.pages import show
 from rrp_sheets.web.room import Room
+from rrp_sheets.web.sessions import clean_name
 
 MOST_CELLS = 50_000
 MOST_ROWS = 5_000
@@ -63,10 +65,18 @@ def make_editing(library: Library, desk: Desk, icons: frozenset[str]) -> Bluepri
     @pages.get("/book/<name>/events")
     def events(name: str) -> Response:
         room = room_of(name)
-        if desk.full():
-            return Response("Too many pages are open; close some.", 503, {"Retry-After": "30"})
-        listener = room.join(request.args.get("client", "")[:40], request.args.get("name", "")[:40] or "Somebody",
-                             knows=request.args.get("knows") != "no")  # fmt: skip
+        person = visitor()
+        crowded = desk.crowded(person.key)
+        if crowded:
+            return Response(crowded, 503, {"Retry-After": "5"}, mimetype="text/plain")
+        back = request.headers.get("Last-Event-ID", "")  # it had a stream already
+        listener = room.join(
+            request.args.get("client", "")[:40],
+            person.name or clean_name(request.args.get("name", "")) or "Somebody",
+            knows=bool(back) or request.args.get("knows") != "no",
+            had=back or request.args.get("had", ""),
+            person=person.key,
+        )
         answer = Response(
             stream_with_context(stream(listener, room.about_run, room.leave)), mimetype="text/event-stream"
         )
@@ -77,7 +87,7 @@ def make_editing(library: Library, desk: Desk, icons: frozenset[str]) -> Bluepri
     def change(name: str, action: str) -> Response:
         room, given = room_of(name), asked()
         client, tag = text_of(given, "client"), text_of(given, "tag")
-        author = text_of(given, "name") or client
+        author = visitor().name or clean_name(text_of(given, "name")) or client
         if action == "stand":
             room.stand(client, author, _place(given))
             return jsonify({})

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 from markupsafe import Markup
 
+from rrp_sheets.devices.scene import verbs_of
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.diagram import draw_diagram
 from rrp_sheets.render.sentences import explain
@@ -24,6 +26,7 @@ _SECONDS = 5.0  # for the diagram's layout
 
 def grid_page(room: Room, name: str, sheet: str, icons: frozenset[str]) -> GridPage:
     """Everything that the page of a sheet shows; without a sheet, of the first behaviour."""
+    told = room.told()
     grids = room.document.grids
     first = next((n for n, g in grids.items() if g.kind == "behaviour"), next(iter(grids), ""))
     sheet = sheet or first
@@ -42,10 +45,23 @@ def grid_page(room: Room, name: str, sheet: str, icons: frozenset[str]) -> GridP
         count=len(grids[sheet].rows) if sheet else 0,
         tabs=tuple(Tab(n, g.kind, n == sheet) for n, g in grids.items()),
         own=room.document.own,
-        vocabulary=Markup(json.dumps(vocabulary(no_look()), ensure_ascii=False).replace("<", "\\u003c")),
+        vocabulary=_json(vocabulary(no_look())),
         panels=panels(room, name, sheet, icons),
         read_only=room.document.why,
+        errors=look.errors,
+        told=told,
     )
+
+
+def run_page(room: Room, name: str, sheet: str, icons: frozenset[str]) -> GridPage:
+    """The same as the run panel: with what is needed while a run goes on."""
+    zones = list(room.look().robot.touch_zones)
+    acts = {"ball": verbs_of("ball"), "person": verbs_of("person"), "zones": zones}
+    return replace(grid_page(room, name, sheet, icons), live=True, acts=_json(acts))
+
+
+def _json(data: object) -> Markup:
+    return Markup(json.dumps(data, ensure_ascii=False).replace("<", "\\u003c"))
 
 
 def panels(room: Room, name: str, sheet: str, icons: frozenset[str]) -> Panels:
@@ -73,7 +89,7 @@ def panels(room: Room, name: str, sheet: str, icons: frozenset[str]) -> Panels:
         else:
             try:
                 drawn = draw_diagram(
-                    look.graph, behaviour, problems=look.flags(behaviour), whole=True, timeout=_SECONDS
+                    look.graph, behaviour, problems=look.flags(behaviour), whole=True, room=True, timeout=_SECONDS
                 )
                 drawing = Markup(drawn[0].svg) if drawn else Markup("")
             except SheetsError as error:

@@ -19,17 +19,20 @@ class Listener:
     """One browser page that is told what happens.
 
     Attributes:
+        person: the key of the session; empty for the one at this computer.
         behind: it could not keep up with a run's values, and is told all of them anew.
     """
 
     client: str
     name: str
+    person: str = ""
     ready: threading.Condition = field(default_factory=threading.Condition)
     messages: deque[str] = field(default_factory=deque)
     lives: deque[str] = field(default_factory=deque)
     gone: bool = False
     behind: bool = False
     place: tuple[str, str, int] | None = None
+    welcome: str = ": welcome\n\n"
 
     def tell(self, text: str) -> None:
         """Add a message; a browser that lags too far behind is sent away and comes back with a new page."""
@@ -70,15 +73,16 @@ class Listener:
         return "".join(texts) or ": still here\n\n"
 
 
-def message(event: str, data: dict[str, Any]) -> str:
-    """An event with its data, as it is sent."""
-    return f"event: {event}\ndata: {json.dumps(data, ensure_ascii=False, separators=(',', ':'))}\n\n"
+def message(event: str, data: dict[str, Any], number: str = "") -> str:
+    """An event with its data, as it is sent; a browser that comes back says which `number` it had last."""
+    begin = f"id: {number}\n" if number else ""
+    return f"{begin}event: {event}\ndata: {json.dumps(data, ensure_ascii=False, separators=(',', ':'))}\n\n"
 
 
 def stream(listener: Listener, anew: Callable[[], str], leave: Callable[[Listener], None]) -> Iterator[str]:
     """The messages for one page, as server-sent events, until it is closed; then `leave` is called."""
     try:
-        yield ": welcome\n\n"
+        yield listener.welcome
         while not listener.gone:
             yield listener.take(anew)
     finally:

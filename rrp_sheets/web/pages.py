@@ -175,6 +175,10 @@ class GridPage:
         own: the names of the sheets that are left alone.
         vocabulary: the words that are suggested, as JSON.
         read_only: why nothing can be changed; empty when it can.
+        errors: how many there are; then it cannot run.
+        live: this is the run panel.
+        acts: what the scene's things can be made to do by hand, as JSON.
+        told: the number of the newest change that the page shows already.
     """
 
     template: ClassVar[str] = "grid.html"
@@ -192,6 +196,10 @@ class GridPage:
     vocabulary: Markup
     panels: Panels
     read_only: str = ""
+    errors: int = 0
+    live: bool = False
+    acts: Markup | None = None
+    told: str = ""
 
 
 @dataclass(frozen=True, slots=True)

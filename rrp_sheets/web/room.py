@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import secrets
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from typing import Any
@@ -15,7 +17,10 @@ from rrp_sheets.web.listeners import Listener, message
 from rrp_sheets.web.looks import Look, look, no_look
 from rrp_sheets.web.rowviews import RowMaker
 
-_LOCK_SECONDS = 120.0  # a cell is given free when its editor was silent for so long
+LOCK_SECONDS = 120.0  # a cell is given free when its editor was silent for so long
+# What a page must not miss while it is in the background.
+_LASTING = frozenset({"grid", "checked", "reload", "trouble"})
+_KEPT = 300
 
 
 class Room:
@@ -33,8 +38,12 @@ class Room:
         self._checker: threading.Thread | None = None
         self._trouble = ""
         self.author = ""  # of the newest edit
+        self._opened = secrets.token_hex(4)  # tells this room from one of an earlier start
+        self._count = 0
+        self._kept: deque[tuple[int, str, str]] = deque(maxlen=_KEPT)  # number, whom not to tell, what
         self.about_run: Callable[[], str] = str  # the run that goes on, as it is sent to a page that joins
         self.after_check: Callable[[], None] = lambda: None
+        self.after_edit: Callable[[], None] = lambda: None
 
     # ---- what the workbook is like now
 
@@ -71,6 +80,7 @@ class Room:
         if changed is None:
             return {"message": ""}
         self.author = author
+        self.after_edit()
         rows = [self._rows(one) for one in (changed, *changed.then)]
         for one in rows:
             self.tell("grid", {**one, "tag": tag}, but=client)
@@ -141,20 +151,44 @@ class Room:
 
     # ---- people
 
-    def join(self, client: str, name: str, *, knows: bool = True) -> Listener:
-        """Somebody opens the page; `knows`: it was made after the first check."""
-        listener = Listener(client, name)
+    def told(self) -> str:
+        """The number of the newest thing that everyone was told."""
+        with self._lock:
+            return f"{self._opened}.{self._count}"
+
+    def join(self, client: str, name: str, *, knows: bool = True, had: str = "", person: str = "") -> Listener:
+        """Somebody opens the page, or comes back to it.
+
+        Args:
+            client: tells this page from all others.
+            name: of who sits there.
+            knows: the page was made after the first check.
+            had: the number of what it was told last; what it has missed since then follows.
+            person: the key of the session.
+        """
+        listener = Listener(client, name, person)
         if not knows and self.look().checked:  # the check has ended between the page and its event stream
             for sheet in list(self.document.grids):
                 listener.tell(message("grid", self.maker(sheet).known(sheet)))
             listener.tell(message("checked", self._checked()))
         with self._lock:
+            for text in self._missed(client, had) if had else ():
+                listener.tell(text)
+            listener.welcome = f"id: {self.told()}\n\n"
             self.listeners.append(listener)
         about = self.about_run()
         if about:
             listener.tell(about)
         self.tell_people()
         return listener
+
+    def _missed(self, client: str, had: str) -> list[str]:
+        opened, _, number = had.partition(".")
+        last = int(number) if number.isascii() and number.isdigit() and len(number) < 12 else -1
+        oldest = self._kept[0][0] if self._kept else self._count + 1
+        if opened != self._opened or not oldest - 1 <= last <= self._count:
+            return [message("reload", {})]
+        return [text for count, but, text in self._kept if count > last and but != client]
 
     def part(self, client: str) -> None:
         """A page says that it is being closed."""
@@ -192,7 +226,7 @@ class Room:
 
     def _taken(self) -> dict[tuple[str, str, int], str]:
         now = time.monotonic()
-        for place in [p for p, (_, _, since) in self.locks.items() if now - since > _LOCK_SECONDS]:
+        for place in [p for p, (_, _, since) in self.locks.items() if now - since > LOCK_SECONDS]:
             del self.locks[place]
         return {place: name for place, (_, name, _) in self.locks.items()}
 
@@ -218,9 +252,21 @@ class Room:
 
     def tell(self, event: str, data: dict[str, Any], but: str = "") -> None:
         """Tell every page, but perhaps one, that something happened."""
-        text = message(event, data)
         with self._lock:
+            if event in _LASTING:
+                self._count += 1
+                text = message(event, data, self.told())
+                self._kept.append((self._count, but, text))
+            else:
+                text = message(event, data)
             listeners = [li for li in self.listeners if li.client != but]
+        for listener in listeners:
+            listener.tell(text)
+
+    def tell_all(self, text: str) -> None:
+        """Tell every page something of the moment; `text` as it is sent."""
+        with self._lock:
+            listeners = list(self.listeners)
         for listener in listeners:
             listener.tell(text)
 

@@ -2,6 +2,7 @@
 
 import { Grid } from "./grid.js";
 import { finder } from "./find.js";
+import { listening } from "./listening.js";
 import { menu } from "./menu.js";
 import { people } from "./people.js";
 
@@ -10,8 +11,9 @@ const listen = document.getElementById("listen");
 const grid = scroll.querySelector("[role=grid]") ? new Grid(scroll) : null;
 
 if (grid) {
-  const who = new URLSearchParams({ client: grid.server.client, name: grid.server.name, knows: document.getElementById("panels").ariaBusy === "true" ? "no" : "yes" });
+  const who = new URLSearchParams({ client: grid.server.client, name: grid.server.name, had: listen.dataset.told, knows: document.getElementById("panels").ariaBusy === "true" ? "no" : "yes" });
   listen.setAttribute("hx-sse:connect", `${listen.getAttribute("hx-sse:connect")}?${who}`);
+  listening(listen);
   widths(grid.table);
   icons(grid.table.body);
   new MutationObserver(() => icons(grid.table.body)).observe(grid.table.body, { childList: true });

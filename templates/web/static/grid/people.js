@@ -8,6 +8,7 @@ export function people(grid, listen) {
   let others = [];
 
   own.querySelector("span").textContent = grid.server.name;
+  own.hidden = "visitor" in document.documentElement.dataset; // who has logged in has said it there
   own.addEventListener("click", ask);
   listen.addEventListener("people", (event) => {
     others = JSON.parse(event.detail.data).people.filter((p) => p.client !== grid.server.client);

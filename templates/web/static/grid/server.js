@@ -8,7 +8,7 @@ export class Server {
     this.table = table;
     this.hooks = hooks;
     this.client = [...crypto.getRandomValues(new Uint8Array(6))].map((b) => b.toString(16).padStart(2, "0")).join("");
-    this.name = localStorage.getItem("name") ?? "Somebody";
+    this.name = document.documentElement.dataset.visitor ?? localStorage.getItem("name") ?? "Somebody";
     this.count = 0;
     this.waiting = new Map(); // row id → tag of our newest edit in it that the server has not confirmed
     this.chain = Promise.resolve();

@@ -1,0 +1,117 @@
+"""The page where one logs in, with `--lan`: a name that the others see, and the password. Works without script."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
+from urllib.parse import urlsplit
+
+from flask import Blueprint, abort, g, redirect, render_template, request, url_for
+from werkzeug.wrappers import Response as AnyResponse
+
+from rrp_sheets.web.guard import Lan
+from rrp_sheets.web.password import LONGEST
+from rrp_sheets.web.sessions import Sessions, clean_name
+from rrp_sheets.web.tries import Tries
+
+
+@dataclass(frozen=True, slots=True)
+class LoginPage:
+    """Where one logs in.
+
+    Attributes:
+        trouble: why the last try did not go well; empty at first.
+        next: the page that was asked for.
+        name: as it was typed.
+    """
+
+    template: ClassVar[str] = "login.html"
+    trouble: str = ""
+    next: str = "/"
+    name: str = ""
+
+
+def make_login(
+    lan: Lan, sessions: Sessions, cookie: str, tell: Callable[[str], None], tries: Tries | None = None
+) -> Blueprint:
+    """The routes of logging in and out.
+
+    Args:
+        lan: has the password.
+        sessions: where logins are kept.
+        cookie: the name of the cookie.
+        tell: is told, in a line, who has logged in or tries to.
+        tries: counts the wrong ones.
+    """
+    pages = Blueprint("login", __name__)
+    counted = tries or Tries()
+
+    @pages.get("/login")
+    def page() -> AnyResponse | str:
+        if g.person is not None:
+            return redirect(_inside(request.args.get("next", "/")), 303)
+        return _shown(LoginPage(next=_inside(request.args.get("next", "/"))))
+
+    @pages.post("/login")
+    def enter() -> AnyResponse | tuple[str, int] | tuple[str, int, dict[str, str]]:
+        name, given = clean_name(request.form.get("name", "")), request.form.get("password", "")
+        place = _inside(request.form.get("next", "/"))
+        if not name:
+            return _shown(LoginPage("Type your name: the others see it beside what you do.", place)), 400
+        address = request.remote_addr or ""
+        wait = counted.begin(address)
+        if wait:
+            words = f"Too many wrong passwords came from here. Wait {_told(wait)}, then try again."
+            return _shown(LoginPage(words, place, name)), 429, {"Retry-After": str(wait)}
+        if len(given) > LONGEST or not lan.password.fits(given):
+            tell(f"A wrong password came from {address}.")
+            words = "This is not the password. Whoever started the server knows it."
+            return _shown(LoginPage(words, place, name)), 403
+        counted.right(address)
+        if g.person is not None:
+            sessions.close(g.person)
+        secret, person = sessions.open(name, address)
+        tell(f"{person.name} has logged in from {address}.")
+        response = redirect(place, 303)
+        response.set_cookie(cookie, secret, httponly=True, samesite="Strict")
+        return response
+
+    @pages.post("/logout")
+    def leave() -> AnyResponse:
+        if g.person is None:
+            abort(403)
+        sessions.close(g.person)
+        response = redirect(url_for("login.page"), 303)
+        response.delete_cookie(cookie, httponly=True, samesite="Strict")
+        return response
+
+    return pages
+
+
+def _shown(page: LoginPage) -> str:
+    return render_template(page.template, page=page)
+
+
+def _inside(place: str) -> str:
+    r"""An address of this server, and never of another.
+
+    >>> _inside("/book/a.xlsx"), _inside("//evil.example"), _inside("/\\evil.example"), _inside("https://evil.example/")
+    ('/book/a.xlsx', '/', '/', '/')
+    """
+    fine = place.startswith("/") and not place.startswith("//") and place.isprintable() and "\\" not in place
+    if not fine or len(place) > 500:
+        return "/"
+    parts = urlsplit(place)
+    return place if not parts.scheme and not parts.netloc and not parts.path.startswith(("/login", "//")) else "/"
+
+
+def _told(seconds: int) -> str:
+    """A wait in words.
+
+    >>> _told(1), _told(8), _told(300)
+    ('1 second', '8 seconds', '5 minutes')
+    """
+    if seconds >= 120:
+        return f"{-(-seconds // 60)} minutes"
+    return f"{seconds} second{'' if seconds == 1 else 's'}"

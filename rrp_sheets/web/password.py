@@ -1,0 +1,57 @@
+"""The password of a server that others can reach: kept only as a hash, compared in constant time."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import secrets
+import threading
+import unicodedata
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.web.easywords import easy_words
+
+SHORTEST = 8
+LONGEST = 200
+_WORDS = 4
+_COST = 2**14  # about 50 ms and 16 MB for each try
+
+
+class Password:
+    """What everyone has to give; the text itself is not kept.
+
+    Raises:
+        SheetsError: it is too short or too long.
+
+    >>> Password("green otter").fits("green otter"), Password("green otter").fits("green  otter")
+    (True, False)
+    """
+
+    def __init__(self, text: str) -> None:
+        if not SHORTEST <= len(_same_letters(text)) <= LONGEST:
+            raise SheetsError(
+                f"The password must have at least {SHORTEST} characters and at most {LONGEST}.",
+                "Take a few words, or leave it empty: then one is made for you.",
+            )
+        self._salt = secrets.token_bytes(16)
+        self._hash = self._hashed(text)
+        self._one = threading.Semaphore(2)
+
+    def fits(self, given: str) -> bool:
+        """Whether this is the password; only two are computed at a time, so that a flood leaves the others room."""
+        with self._one:
+            return hmac.compare_digest(self._hashed(given[: LONGEST + 1]), self._hash)
+
+    def _hashed(self, text: str) -> bytes:
+        return hashlib.scrypt(_same_letters(text).encode("utf-8", "replace"), salt=self._salt, n=_COST, r=8, p=1)
+
+
+def invent() -> str:
+    """A password of a few easy words; one of four thousand million."""
+    words = easy_words()
+    return "-".join(secrets.choice(words) for _ in range(_WORDS))
+
+
+def _same_letters(text: str) -> str:
+    """Keyboards write some letters in two ways, such as é."""
+    return unicodedata.normalize("NFKC", text)
