@@ -20,11 +20,21 @@ _HEADS = ("Where", "What", "Before", "After", "Remark")
 
 
 def as_html(comparison: Comparison) -> str:
-    """The page."""
+    """The comparison as a page of its own, which needs no other file."""
     title = f"{_name(comparison.first)} and {_name(comparison.second)} compared"
-    style = bundled("templates", "compare", "page.css").read_text(encoding="utf-8")
+    style = "".join(bundled("templates", "compare", n).read_text(encoding="utf-8") for n in ("page.css", "changes.css"))
+    return (
+        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{_e(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n<main>\n<h1>{_e(title)}</h1>\n"
+        f"{as_part(comparison)}\n</main>\n</body>\n</html>\n"
+    )
+
+
+def as_part(comparison: Comparison) -> str:
+    """The comparison as a part of a page that has changes.css: no style, no script, everything escaped."""
     parts = [
-        f'<h1>{_e(title)}</h1>\n<p class="verdict {"same" if comparison.same else "different"}">'
+        f'<p class="verdict {"same" if comparison.same else "different"}">'
         f"{'✓' if comparison.same else '≠'} {_e(verdict(comparison))}</p>",
         *(f'<p class="caution">{_e(text)}</p>' for text in cautions(comparison)),
         _versions(comparison),
@@ -35,12 +45,7 @@ def as_html(comparison: Comparison) -> str:
         parts.append(_section("Differences without effect on the behaviour", comparison.others))
     if comparison.changes:
         parts.append(_legend(comparison.changes))
-    body = "\n".join(parts)
-    return (
-        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{_e(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n<main>\n{body}\n</main>\n</body>\n</html>\n"
-    )
+    return '<div class="comparison">\n' + "\n".join(parts) + "\n</div>"
 
 
 def _e(text: str) -> str:

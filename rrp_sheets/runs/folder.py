@@ -97,6 +97,15 @@ def files_in(path: Path) -> dict[str, str]:
     return files
 
 
+def describe(name: str) -> str:
+    """What a file of a run's folder is.
+
+    >>> describe("film.gif"), describe("say-002.wav")
+    ('the robot, filmed', 'what the robot said')
+    """
+    return _WHAT.get(name, "what the robot said" if name.endswith(".wav") else "")
+
+
 def _table(path: Path, checked: Checked) -> None:
     from rrp_sheets.workbook.table import write_table
 

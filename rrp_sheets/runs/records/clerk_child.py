@@ -56,7 +56,10 @@ def main() -> None:
         except SheetsError as error:
             answer = ["failed", pack_error(error)]
         except OSError as error:
-            answer = ["failed", pack_error(SheetsError(f"It cannot be read ({error.strerror}).", "Look at its folder."))]
+            answer = [
+                "failed",
+                pack_error(SheetsError(f"It cannot be read ({error.strerror}).", "Look at its folder.")),
+            ]
         except MemoryError:
             answer = ["memory", None]
         link.sendall(line(answer))

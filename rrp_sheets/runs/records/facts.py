@@ -19,6 +19,7 @@ RUNS = "runs"
 TRACE = "trace.jsonl"
 STILL_WRITTEN = 15.0  # s: a trace without an end that was written so recently belongs to a run that goes on
 _LONGEST_LINE = 1 << 20  # bytes of a header or a summary
+_USUAL_LINE = 1 << 14
 _LONGEST_TEXT = 300
 
 
@@ -123,9 +124,12 @@ def _ends(trace: Path) -> tuple[bytes, bytes]:
     with trace.open("rb") as file:
         first = file.readline(_LONGEST_LINE)
         size = file.seek(0, os.SEEK_END)
-        file.seek(max(0, size - _LONGEST_LINE))
-        tail = file.read(_LONGEST_LINE)
-    *whole, _ = tail.split(b"\n")
+        whole: list[bytes] = []
+        for most in (_USUAL_LINE, _LONGEST_LINE):
+            file.seek(max(0, size - most))
+            *whole, _ = file.read(most).split(b"\n")
+            if len(whole) > 1:
+                break
     return first if first.endswith(b"\n") else b"", whole[-1] if whole else b""
 
 

@@ -1,0 +1,103 @@
+"""What can be compared, and the page that says how two workbooks differ.
+
+A workbook is named by a reference: `book/NAME` as it is now, `version/ID/NAME`, or `run/RUN` for what ran.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+
+from markupsafe import Markup
+
+from rrp_sheets.compare.as_html import as_part
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.marbles import WORKBOOK
+from rrp_sheets.runs.records.clerk import Clerk
+from rrp_sheets.web.desk import Desk
+from rrp_sheets.web.library import Library, addressable
+from rrp_sheets.web.records.pages import Choice, ComparePage
+from rrp_sheets.web.records.shelved import Runs
+from rrp_sheets.web.records.telling import line_of
+from rrp_sheets.web.records.versions import moment
+
+_MOST_RUNS = 40
+_GONE = "Choose another one from the list."
+
+
+def compare_page(
+    library: Library, desk: Desk, runs: Runs, clerk: Clerk, refs: tuple[str, str], asked_book: str
+) -> ComparePage:
+    """The page; the comparison itself is made when both workbooks are named."""
+    first, second = refs
+    names = [n for n in library.names() if addressable(n)]
+    books = [b for b in dict.fromkeys(filter(None, (asked_book, *map(_book_of, refs)))) if b in names]
+    groups: list[tuple[str, tuple[Choice, ...]]] = [
+        ("Workbooks as they are now", tuple(Choice(f"book/{n}", n) for n in names))
+    ]
+    for book in books:
+        kept = desk.room(library.path(book)).document.versions()
+        found = tuple(Choice(f"version/{v.id}/{book}", f"{v.name}, {moment(v)}") for v in kept)
+        groups.append((f"Kept versions of {book}", found))
+    ran = [line_of(f, names) for f in runs.facts(runs.names()[:300]) if f.readable]
+    mine = [r for r in ran if not books or r.workbook in books or f"run/{r.run}" in refs][:_MOST_RUNS]
+    groups.append(
+        ("As they ran", tuple(Choice(f"run/{r.run}", f"{r.workbook}, ran {r.when}") for r in mine if r.opens))
+    )
+    words = {c.ref: f"{c.words} (as it is now)" if c.ref.startswith("book/") else c.words for _, g in groups for c in g}
+    result, trouble = Markup(""), ""
+    if first and second:
+        try:
+            result = _result(library, desk, runs, clerk, refs, words)
+        except SheetsError as error:
+            trouble = f"{error.message} {error.remedy}".strip()
+    return ComparePage(
+        tuple(g for g in groups if g[1]), first, second, books[0] if len(books) == 1 else "", result, trouble
+    )
+
+
+def _book_of(ref: str) -> str:
+    kind, _, rest = ref.partition("/")
+    return rest if kind == "book" else rest.partition("/")[2] if kind == "version" else ""
+
+
+def _result(
+    library: Library, desk: Desk, runs: Runs, clerk: Clerk, refs: tuple[str, str], words: dict[str, str]
+) -> Markup:
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        paths = [_path(library, desk, runs, ref, folder / str(n)) for n, ref in enumerate(refs)]
+        found = clerk.compare(*paths)
+    named = [
+        replace(version, source=words.get(ref, version.source))
+        for ref, version in zip(refs, (found.first, found.second), strict=True)
+    ]
+    return Markup(as_part(replace(found, first=named[0], second=named[1])))
+
+
+def _path(library: Library, desk: Desk, runs: Runs, ref: str, folder: Path) -> Path:
+    """The file that a reference names; a version is put into a folder.
+
+    Raises:
+        SheetsError: there is no such file.
+    """
+    kind, _, rest = ref.partition("/")
+    if kind == "book":
+        return library.path(rest).absolute()
+    if kind == "run":
+        path = runs.place(rest) / WORKBOOK
+        if not path.is_file() or path.is_symlink():
+            raise SheetsError("The workbook that ran was not kept with this run.", _GONE)
+        return path
+    number, _, book = rest.partition("/")
+    if kind != "version" or not number.isdecimal():
+        raise SheetsError("This cannot be compared.", _GONE)
+    content = desk.room(library.path(book)).document.version_content(int(number[:15]))
+    if content is None:
+        raise SheetsError("There is no such version any more.", _GONE)
+    folder.mkdir()
+    path = folder / book
+    path.write_bytes(content)
+    return path

@@ -1,0 +1,125 @@
+"""The addresses of runs, versions, comparisons and the printed page."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import cast
+
+from flask import Blueprint, Response, abort, current_app, jsonify, request, send_file
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.resources import bundled
+from rrp_sheets.runs.records.clerk import Clerk
+from rrp_sheets.web.desk import Desk
+from rrp_sheets.web.library import Library
+from rrp_sheets.web.records import versions as kept
+from rrp_sheets.web.records.comparing import compare_page
+from rrp_sheets.web.records.files import everything, run_file, trace_csv
+from rrp_sheets.web.records.pages import show
+from rrp_sheets.web.records.printing import paper_style, print_page, today
+from rrp_sheets.web.records.runs import marbles_page, record_page, runs_page
+from rrp_sheets.web.records.shelved import Runs
+from rrp_sheets.web.room import Room
+
+_MOST_ROWS = 200  # that marbles are asked for
+
+
+def make_records(library: Library, desk: Desk) -> Blueprint:
+    """The routes."""
+    pages = Blueprint("records", __name__)
+    clerk = Clerk()
+    runs = Runs(library.folder, _going)
+
+    def have(run: str) -> str:
+        if run not in runs.names():
+            abort(404)
+        return run
+
+    def room_of(name: str) -> Room:
+        if not library.has(name):
+            abort(404)
+        return desk.room(library.path(name))
+
+    @pages.get("/runs", endpoint="runs")
+    def all_runs() -> str:
+        book, words = (request.args.get(n, "")[:200] for n in ("book", "words"))
+        first = request.args.get("first", 0, type=int)
+        return show(runs_page(runs, library, book, words, max(0, first)))
+
+    @pages.get("/runs/<run>")
+    def record(run: str) -> str:
+        return show(record_page(runs, library, clerk, have(run)))
+
+    @pages.get("/runs/<run>/marbles")
+    def marbles(run: str) -> str:
+        rows = [int(r) for r in request.args.getlist("row") if r.isdecimal() and len(r) < 7]
+        return show(marbles_page(runs, clerk, have(run), request.args, rows[:_MOST_ROWS]))
+
+    @pages.get("/runs/<run>/series.json")
+    def series(run: str) -> Response:
+        try:
+            return jsonify(clerk.course(runs.place(have(run)))["curves"])
+        except SheetsError:  # the page says what is wrong with it
+            return jsonify([])
+
+    @pages.get("/runs/<run>/file/<file>")
+    def file(run: str, file: str) -> Response:
+        return run_file(runs, have(run), file, take="take" in request.args)
+
+    @pages.get("/runs/<run>/trace.csv")
+    def csv(run: str) -> Response:
+        return trace_csv(runs, clerk, have(run))
+
+    @pages.get("/runs/<run>/everything.zip")
+    def zipped(run: str) -> Response:
+        return everything(runs, clerk, have(run))
+
+    @pages.get("/compare")
+    def compare() -> str:
+        refs = (request.args.get("first", "")[:400], request.args.get("second", "")[:400])
+        return show(compare_page(library, desk, runs, clerk, refs, request.args.get("book", "")))
+
+    @pages.get("/compare/changes.css")
+    def changes_style() -> Response:
+        return send_file(bundled("templates", "compare", "changes.css"), mimetype="text/css")
+
+    @pages.get("/book/<name>/versions")
+    def versions(name: str) -> str:
+        room = room_of(name)
+        room.poll()
+        return show(kept.versions_page(room, name))
+
+    @pages.post("/book/<name>/versions/<any(keep, restore):action>")
+    def act(name: str, action: str) -> str:
+        return show((kept.keep if action == "keep" else kept.restore)(room_of(name), name))
+
+    @pages.get("/book/<name>/versions/<int:number>/file")
+    def version_file(name: str, number: int) -> Response:
+        document = room_of(name).document
+        found = next((v for v in document.versions() if v.id == number), None)
+        content = document.version_content(number) if found else None
+        if found is None or content is None:
+            abort(404)
+        answer = Response(content, mimetype="application/octet-stream")
+        answer.headers.set("Content-Disposition", "attachment", filename=kept.file_name(name, found))
+        return answer
+
+    @pages.get("/book/<name>/print", endpoint="print_page")
+    def paper_page(name: str) -> str:
+        if not library.has(name):
+            abort(404)
+        return show(print_page(library.open(name)))
+
+    @pages.get("/book/<name>/paper.css")
+    def paper(name: str) -> Response:
+        if not library.has(name):
+            abort(404)
+        return Response(paper_style(name, library.open(name).reading.digest, today()), mimetype="text/css")
+
+    return pages
+
+
+def _going() -> Collection[str]:
+    """The folders of the runs that this server has started and that go on now."""
+    going = current_app.extensions.get("going")
+    return cast(Collection[str], going()) if going else ()

@@ -1,0 +1,188 @@
+"""The list of recorded runs, and the page of one of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from markupsafe import Markup
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.folder import describe
+from rrp_sheets.runs.records.clerk import Clerk
+from rrp_sheets.runs.records.facts import Facts
+from rrp_sheets.web.library import Library
+from rrp_sheets.web.records.pages import (
+    Download,
+    Fact,
+    LogLine,
+    MarblesPage,
+    RecordPage,
+    RunLine,
+    RunsPage,
+)
+from rrp_sheets.web.records.shelved import PICTURES, Runs
+from rrp_sheets.web.records.telling import clock, length, line_of, when
+
+A_PAGE = 100  # runs
+_BESIDE = 30  # further runs of the same workbook
+_LOG = 500
+_WHOLE = 60.0  # s: a run that is longer shows its first half minute
+_FIRST = 30.0
+_KINDS = {
+    "say": ("said", "say"), "error": ("error", "error"), "clamp": ("cut to its limit", "warning"),
+    "mark": ("mark", "flag"), "edit": ("edited", "sheet"), "button": ("button", "button"), "press": ("button", "button"),
+    "send": ("sent by hand", "send"), "scene": ("scene, by hand", "ball"), "put": ("moved by hand", "ball"),
+    "switch": ("switched", "subscribe"), "speed": ("speed", "run"), "pause": ("paused", "pause"),
+    "resume": ("went on", "run"), "step": ("one frame on", "step"),
+}  # fmt: skip
+
+
+def runs_page(runs: Runs, library: Library, book: str, words: str, first: int) -> RunsPage:
+    """The list, from the newest to the oldest; `first`: how many are skipped."""
+    books = set(library.names())
+    names = runs.names()
+    if not book and not words:
+        shown = runs.facts(names[first : first + A_PAGE])
+        older = first + A_PAGE if len(names) > first + A_PAGE else 0
+        known = {f.workbook for f in shown} if len(names) <= A_PAGE else {f.workbook for f in runs.facts(names)}
+        return _runs_page(shown, books, "", "", known, len(names), older)
+    every = runs.facts(names)
+    found = [f for f in every if (not book or f.workbook == book) and _has(f, words)]
+    older = first + A_PAGE if len(found) > first + A_PAGE else 0
+    shown = found[first : first + A_PAGE]
+    return _runs_page(shown, books, book, words, {f.workbook for f in every}, len(names), older)
+
+
+def _runs_page(
+    shown: list[Facts], books: set[str], book: str, words: str, known: set[str], total: int, older: int
+) -> RunsPage:
+    choices = tuple(sorted(filter(None, known | ({book} if book else set())), key=str.casefold))
+    return RunsPage(tuple(line_of(f, books) for f in shown), book, words, choices, total, older, book in books)
+
+
+def _has(facts: Facts, words: str) -> bool:
+    place = " ".join((facts.run, facts.workbook, facts.participant, facts.condition, facts.operator, facts.mode))
+    return all(word in place.casefold() for word in words.casefold().split())
+
+
+def record_page(runs: Runs, library: Library, clerk: Clerk, run: str) -> RecordPage:
+    """Everything about one run; raises SheetsError when there is none of that name."""
+    place = runs.place(run)
+    facts = runs.facts([run])[0]
+    books = set(library.names())
+    others = [f for f in runs.facts(runs.names()[:300]) if f.workbook == facts.workbook and f.readable]
+    files = runs.files(run)
+    told: Mapping[str, Any] = {}
+    trouble = "" if facts.readable else f"{facts.why} {facts.remedy}"
+    if facts.readable:
+        try:
+            told = clerk.course(place)
+        except SheetsError as error:
+            trouble = f"{error.message} {error.remedy}"
+    log = tuple(_log_line(entry) for entry in told.get("lines", ())[:_LOG])
+    seconds = max(facts.seconds, float(told.get("seconds", 0.0)))
+    left_out = int(told.get("left_out", 0)) + max(0, len(told.get("lines", ())) - _LOG)
+    spoken = {line.sound for line in log}
+    return RecordPage(
+        line=_with_length(line_of(facts, books), seconds),
+        others=tuple(line_of(f, books) for f in others[:_BESIDE]),
+        facts=tuple(_facts(facts)), same=_same(facts, library), pictures=frozenset(PICTURES.keys() & files.keys()),
+        downloads=_downloads(run, files), log=log, left_out=left_out,
+        sounds=tuple(n for n in files if n.endswith(".wav") and n not in spoken), errors=facts.errors,
+        trouble=trouble, events=f"{told.get('count', 0):,}",
+        window=("0", f"{_FIRST:g}") if seconds > _WHOLE else ("", ""), curves=len(told.get("curves", ())),
+        compared_with=tuple(line_of(f, books) for f in others if f.run != run)[:_BESIDE],
+    )  # fmt: skip
+
+
+def _with_length(line: RunLine, seconds: float) -> RunLine:
+    from dataclasses import replace
+
+    return line if line.length or not seconds else replace(line, length=length(seconds))
+
+
+def _facts(facts: Facts) -> list[Fact]:
+    engine = ", ".join(filter(None, (facts.robot, facts.engine and f"{facts.engine} engine",
+                                     facts.frame_rate and f"{facts.frame_rate} Hz")))  # fmt: skip
+    found = [
+        Fact("Began", when(facts.began)), Fact("Length", length(facts.seconds) if facts.seconds else ""),
+        Fact("Participant", facts.participant), Fact("Condition", facts.condition), Fact("Operator", facts.operator),
+        Fact("Robot", engine), Fact("Seed", facts.seed, True),
+        Fact("Commands", ", ".join(f"{name}: {n:,}" for name, n in list(facts.commands.items())[:20])),
+        Fact("Program", facts.program and f"RRP Sheets {facts.program}"), Fact("Folder", f"runs/{facts.run}", True),
+    ]  # fmt: skip
+    return [f for f in found if f.value]
+
+
+def _same(facts: Facts, library: Library) -> str:
+    """Whether the workbook in the folder is still the one that ran."""
+    if not facts.digest:
+        return "unknown"
+    if facts.workbook not in library.names():
+        return "gone"
+    try:
+        return "same" if library.open(facts.workbook).reading.digest == facts.digest else "changed"
+    except SheetsError:
+        return "unknown"
+
+
+def _downloads(run: str, files: Mapping[str, tuple[Path, str]]) -> tuple[Download, ...]:
+    found = [Download(n, n, describe(n), _size(path)) for n, (path, _) in files.items()]
+    order = ("run.xlsx", "protocol.xlsx", "diagram.svg", "strip.png", "film.gif", "trace.jsonl", "robot.toml")
+    return tuple(sorted(found, key=lambda d: (order.index(d.name) if d.name in order else len(order), d.name)))
+
+
+def _size(path: Path) -> str:
+    """How large a file is, in words."""
+    size = path.stat().st_size
+    if size < 1_000_000:
+        return f"{max(1, round(size / 1000)):,} kB"
+    return f"{size / 1e6:,.1f} MB"
+
+
+def _log_line(entry: Mapping[str, Any]) -> LogLine:
+    kind, t, times = str(entry["kind"]), float(entry["t"]), int(entry["times"])
+    word, icon = _KINDS.get(kind, (kind, "mark"))
+    text = " ".join(filter(None, (str(entry["text"]), str(entry["detail"]))))
+    if times > 1:
+        text += f" ({times:,} times, until {clock(float(entry['until']))})"
+    by = str(entry["by"])
+    return LogLine(t, clock(t), kind, word, icon, text, str(entry["row"]), by, str(entry["sound"]))
+
+
+def marbles_page(runs: Runs, clerk: Clerk, run: str, asked: Mapping[str, Any], rows: list[int]) -> MarblesPage:
+    """The marble diagrams that were asked for; raises SheetsError when there is no such run."""
+    place = runs.place(run)
+    behaviour, first, last = (str(asked.get(name, ""))[:200] for name in ("behaviour", "from", "to"))
+    trouble, told = "", {"behaviours": [], "behaviour": "", "rows": [], "seconds": 0, "pictures": [], "left_out": 0}
+    try:
+        begin, end = _seconds(first), _seconds(last)
+        told = clerk.marbles(place, behaviour, rows, begin, end)
+    except SheetsError as error:
+        trouble = f"{error.message} {error.remedy}"
+    if not trouble and not told["pictures"]:
+        trouble = "Nothing came on any stream then."
+    found: Any = told["rows"]
+    pictures: Any = told["pictures"]
+    behaviours: Any = told["behaviours"]
+    return MarblesPage(
+        run=run, behaviours=tuple(behaviours), behaviour=str(told["behaviour"]),
+        rows=tuple((n, f"{connector} {formula}".strip(), not rows or n in rows) for n, connector, formula in found),
+        all_rows=not rows, first=first, last=last, seconds=f"{told['seconds']:g}",
+        pictures=tuple(Markup(svg) for svg in pictures), left_out=int(str(told["left_out"])), trouble=trouble,
+    )  # fmt: skip
+
+
+def _seconds(text: str) -> float | None:
+    """A time that was typed; None for none."""
+    if not text.strip():
+        return None
+    try:
+        value = float(text.replace(",", ".").removesuffix("s"))
+    except ValueError:
+        value = -1.0
+    if not 0 <= value < 1e8:
+        raise SheetsError(f"“{text}” is no time in seconds.", "Write a number, such as 12.5.")
+    return value

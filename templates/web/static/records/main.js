@@ -1,0 +1,26 @@
+// What the pages of runs, versions, comparisons and print do beyond links and forms.
+
+import { record } from "./record.js";
+
+/** The name that the grid asks for goes with what one keeps and brings back. */
+function sign(event) {
+  const author = event.target.elements?.author;
+  if (author) author.value = localStorage.getItem("name") ?? "";
+}
+
+/** Before and after change places. */
+function swap(button) {
+  const form = button.closest("form");
+  const { first, second } = form.elements;
+  [first.value, second.value] = [second.value, first.value];
+  if (first.value && second.value) form.requestSubmit();
+}
+
+document.addEventListener("submit", sign, true); // before htmx takes the form
+document.addEventListener("click", (event) => {
+  if (event.target.closest("[data-print]")) window.print();
+  const button = event.target.closest("[data-swap]");
+  if (button) swap(button);
+});
+for (const button of document.querySelectorAll("[data-swap]")) button.hidden = false;
+record(document.querySelector(".record"));

@@ -1,0 +1,37 @@
+// The page of one run: a moment of the log is shown in the marbles; the curves are drawn.
+
+const BEFORE = 2; // seconds that are shown before a moment, and after it
+const AFTER = 8;
+
+/** Show the marbles around a moment. */
+function show(seconds) {
+  const form = document.querySelector("#marbles form");
+  if (!form) return;
+  form.elements.from.value = String(Math.max(0, Math.floor(seconds - BEFORE)));
+  form.elements.to.value = String(Math.ceil(seconds + AFTER));
+  form.requestSubmit();
+  const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  document.getElementById("marbles").scrollIntoView({ behavior: still ? "auto" : "smooth", block: "start" });
+}
+
+/** Draw the curves with the module that draws them during a run. */
+async function draw(section) {
+  const answer = await fetch(section.dataset.series);
+  if (!answer.ok) return;
+  const series = await answer.json();
+  const { plotRecord } = await import("../run/plots.js");
+  if (!plotRecord || !series.length) return;
+  section.hidden = false; // before it is drawn: a hidden place has no width
+  plotRecord(section.querySelector("[data-plots]"), series);
+}
+
+/** Bring the page of a run to life; null on other pages. */
+export function record(root) {
+  if (!root) return;
+  root.addEventListener("click", (event) => {
+    const at = event.target.closest("[data-at]");
+    if (at) show(Number(at.dataset.at));
+  });
+  const curves = document.getElementById("curves");
+  if (curves) draw(curves).catch((error) => console.warn(error));
+}
