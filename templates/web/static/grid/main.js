@@ -24,7 +24,8 @@ if (grid) {
   fetchRest(grid.table.body).then(() => document.body.toggleAttribute("data-ready", true));
   const wanted = location.hash.length > 1 && document.getElementById(location.hash.slice(1));
   const first = (wanted && wanted.closest("tr")) || grid.table.rows[0];
-  grid.selection.go(first, Math.min(1, grid.table.width - 1), false, Boolean(wanted) || !location.hash);
+  const begin = grid.table.headers.findIndex((header) => header.dataset.kind !== "on");
+  grid.selection.go(first, Math.max(begin, 0), false, Boolean(wanted) || !location.hash);
 }
 
 // a long sheet comes in pieces: its beginning is in the page

@@ -45,7 +45,8 @@ export class Table {
   put(cell, text) {
     if (text === "") delete cell.dataset.v;
     else cell.dataset.v = text;
-    if (cell.classList.contains("on")) cell.firstElementChild.checked = !/^(false|no|off|0)$/i.test(text.trim());
+    const box = cell.classList.contains("on") && cell.firstElementChild;
+    if (box) box.checked = !/^(false|no|off|0)$/i.test(text.trim());
     else cell.textContent = text;
   }
 
