@@ -67,7 +67,7 @@ function inFormula(words, where, before) {
     return { ...pick(record?.fields ?? [], word, from, false), partial: true };
   }
   if (/^\d/.test(word)) return none;
-  const mine = inputs(where).map((name) => words.names[key(name)]).filter(Boolean);
+  const mine = inputs(where).map((name) => words.names[key(name)] ?? unchecked(name)).filter(Boolean);
   const period = words.periods?.includes(connector(where));
   if (period) return before.trim() ? none : { ...pick(words.durations, "", 0, true), sure: false };
   const all = [...mine, ...words.helpers, ...words.tables, ...(word ? words.functions : [])];
@@ -98,6 +98,15 @@ export function inputs(where) {
     return [named(above, "output")].filter(Boolean);
   }
   return [];
+}
+
+// A stream that the check has not seen yet, as it was named a moment ago; a name that is spelled otherwise in formulas
+// (a digit first, a word of the language) waits for the check.
+function unchecked(name) {
+  const parts = name.normalize("NFKC").split(/[\s_\-\u00a0\u2010-\u2015]+/).filter(Boolean);
+  if (!parts.length || !/^\p{L}/u.test(parts[0]) || !parts.every((part) => /^[\p{L}\p{N}]+$/u.test(part))) return null;
+  const first = parts[0] === parts[0].toUpperCase() ? parts[0].toLowerCase() : parts[0][0].toLowerCase() + parts[0].slice(1);
+  return { text: first + parts.slice(1).map((part) => part[0].toUpperCase() + part.slice(1)).join(""), kind: "stream", help: "" };
 }
 
 function streams(words, where) {
