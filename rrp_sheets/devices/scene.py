@@ -63,6 +63,16 @@ def verb_names() -> list[str]:
     return list(dict.fromkeys(verb for verbs in _VERBS.values() for verb in verbs))
 
 
+def verbs_of(kind: str) -> dict[str, str]:
+    """What a kind of thing can do, each with an example of its value (empty where it needs none).
+
+    >>> verbs_of("ball")["moves"], "says" in verbs_of("person")
+    ('to 0.5, 0, 0.4 in 2 s', True)
+    """
+    verbs = {meaning: verb for verb, meaning in reversed(_VERBS[kind].items())}
+    return {v: _EXAMPLES.get(f"{kind} {m}") or _EXAMPLES.get(m, "") for m, v in reversed(verbs.items())}
+
+
 def parse_scene(rows: Sequence[SceneRow], report: Report, robot: Robot) -> tuple[SceneAction, ...]:
     """The actions of a Scene sheet, in the order of their times; what is not understood goes into the report.
 

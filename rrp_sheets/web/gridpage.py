@@ -81,6 +81,7 @@ def panels(room: Room, name: str, sheet: str, icons: frozenset[str]) -> Panels:
         )  # fmt: skip
     behaviour = look.behaviour(sheet)
     drawing, words, why = Markup(""), None, ""
+    number = next((n for n, b in enumerate(look.graph.behaviours, 1) if b is behaviour), 0)
     if behaviour is not None and behaviour.steps:
         if not look.understood:
             why = "The diagram comes when the problems are mended."
@@ -98,5 +99,5 @@ def panels(room: Room, name: str, sheet: str, icons: frozenset[str]) -> Panels:
     return Panels(
         name=name, sheet=sheet, counts=counts(look.findings), problems=tuple(problems),
         left_out=max(0, len(look.findings) - MOST_PROBLEMS), drawing=drawing, words=words, why=why,
-        checked=look.checked,
+        checked=look.checked, picture=number,
     )  # fmt: skip

@@ -146,6 +146,7 @@ class Panels:
         sheet: the sheet whose diagram and words are shown.
         left_out: how many problems are not listed.
         drawing: the behaviour's diagram as SVG of our own making; empty for none.
+        picture: the behaviour's number, under which the diagram is a file of its own; 0 for none.
         words: what it does; None of a sheet that is no behaviour or cannot be understood yet.
         why: says why there is no diagram.
         checked: False while the first check is under way.
@@ -161,6 +162,7 @@ class Panels:
     words: Words | None
     why: str
     checked: bool = True
+    picture: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -98,6 +98,8 @@ class Room:
         entry: dict[str, Any] = {"sheet": changed.sheet}
         if changed.touched:
             entry["replace"] = [{"id": row, "html": maker.html(row)} for row in changed.touched]
+        if changed.cells:
+            entry["cells"] = [list(place) for place in changed.cells[:1000]]
         if changed.inserted:
             entry["insert"] = [{"before": before, "html": maker.html(row)} for row, before in changed.inserted]
         if changed.removed:

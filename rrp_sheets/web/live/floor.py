@@ -1,0 +1,122 @@
+"""The floor where the robot stands: one robot, so one run at a time for all workbooks of the server."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.web.desk import Desk
+from rrp_sheets.web.listeners import message
+from rrp_sheets.web.live.session import Session, Wish
+from rrp_sheets.web.room import Room
+
+NONE: dict[str, Any] = {"phase": "none", "book": ""}
+
+
+class Taken(SheetsError):
+    """Somebody else's run goes on; `book` is its workbook."""
+
+    def __init__(self, message: str, remedy: str, book: str) -> None:
+        super().__init__(message, remedy)
+        self.book = book
+
+
+class Floor:
+    """The run that goes on, or the last one until somebody clears it away.
+
+    Args:
+        desk: whose rooms are told.
+    """
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+        self._lock = threading.Lock()
+        self.session: Session | None = None
+        desk.opened = self._attach
+
+    def _attach(self, room: Room) -> None:
+        room.about_run = lambda: self._about(room)
+        room.after_check = lambda: self._checked(room)
+        room.after_edit = lambda: self._edited(room)
+
+    def start(self, room: Room, book: str, wish: Wish) -> Session:
+        """Start a run.
+
+        Raises:
+            Taken: when a run goes on.
+            MissingPart: when the simulator is not installed here.
+            SheetsError: when the workbook has errors.
+        """
+        errors = room.look().errors
+        if errors:
+            raise SheetsError("Run starts when there are no errors.", "Mend what is listed under Problems.")
+        with self._lock:
+            going = self.session
+            if going is not None and going.is_going:
+                raise Taken(_taken(going), "Wait for its end, or stop it there.", going.book)
+            session = self.session = Session(room, book, wish, self._tell)
+        self._tell(session)
+        session.begin(self._over)
+        return session
+
+    def now(self) -> dict[str, Any]:
+        """What every page of the server shows of a run that goes on."""
+        session = self.session
+        return session.short() if session is not None and session.is_going else NONE
+
+    def going(self) -> set[str]:
+        """The names of the folders of runs that go on."""
+        session = self.session
+        return {session.folder} if session is not None and session.is_going and session.folder else set()
+
+    def clear(self, room: Room) -> None:
+        """Forget the last run of a workbook: its values leave the grid."""
+        with self._lock:
+            session = self.session
+            if session is None or session.room is not room or session.is_going:
+                return
+            self.session = None
+        for each in self._desk.rooms():
+            each.tell("run", NONE)
+
+    # ---- telling
+
+    def _tell(self, session: Session) -> None:
+        own, others = message("run", session.state()), message("run", session.short())
+        for room in self._desk.rooms():
+            room.tell_all(own if room is session.room else others)
+
+    def _about(self, room: Room) -> str:
+        session = self.session
+        if session is None:
+            return message("run", NONE)
+        if session.room is room:
+            return session.about()
+        return message("run", session.short() if session.is_going else NONE)
+
+    def _over(self, session: Session) -> None:
+        self._tell(session)
+        if session.again_by and session.ended is not None and not session.ended["broken"]:
+            try:
+                self.start(session.room, session.book, session.again())
+            except SheetsError as error:
+                session.room.tell("trouble", {"message": f"{error.message} {error.remedy}".strip()})
+
+    def _checked(self, room: Room) -> None:
+        session = self.session
+        if session is not None and session.room is room:
+            session.follow_edits()
+
+    def _edited(self, room: Room) -> None:
+        """The first edit after a run brings the examples back."""
+        session = self.session
+        if session is not None and session.room is room and not session.is_going:
+            self.clear(room)
+
+
+def _taken(session: Session) -> str:
+    from rrp_sheets.web.live.told import clock
+
+    who = session.wish.by
+    return f"{who} is running {session.book} since {clock(session.hub.us)}. There is one robot, so one run at a time."

@@ -1,0 +1,80 @@
+"""The run panel's log: what the robot was told and said, what failed, and what people did."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from typing import Any
+
+from rrp_sheets.model.values import Record, Value
+
+KEPT = 400  # lines
+_MOST_NEW = 60  # lines that are told at once; of more the last
+_LONGEST = 300  # letters
+_QUIET_US = 2_000_000  # a row that keeps driving its actuator is told again only after such a pause
+_CHANGE_US = 1_000_000  # and changes of what it sends at most so often
+_AGAIN_US = 10_000_000  # the same trouble of the same row
+Line = dict[str, Any]
+
+
+class Log:
+    """Lines with a serial number each; the newest are kept.
+
+    Args:
+        rows: the ids of the rows by their refs.
+    """
+
+    def __init__(self, rows: Mapping[str, str]) -> None:
+        self._rows = rows
+        self._lines: deque[Line] = deque(maxlen=KEPT)
+        self._count = 0
+        self._told = 0
+        self._last: dict[str, int] = {}
+        self._shown: dict[str, tuple[int, Value]] = {}
+        self._troubles: dict[tuple[str, str, str], int] = {}
+
+    def add(
+        self, us: int, kind: str, text: str, *, row: str = "", by: str = "", stream: str = "", sound: str = ""
+    ) -> None:
+        """Add a line."""
+        self._count += 1
+        line = {"i": self._count, "t": us / 1e6, "row": row, "id": self._rows.get(row, ""), "kind": kind,
+                "text": text[:_LONGEST], "by": by, "stream": stream, "sound": sound}  # fmt: skip
+        self._lines.append(line)
+
+    def command(self, us: int, row: str, stream: str, value: Value, text: str) -> None:
+        """A command for an actuator, when it is not the same stream of commands going on."""
+        last = self._last.get(row)
+        self._last[row] = us
+        told, shown = self._shown.get(row, (-_QUIET_US, None))
+        if last is None or us - last > _QUIET_US or (us - told >= _CHANGE_US and _differs(value, shown)):
+            self._shown[row] = (us, value)
+            self.add(us, "command", "stops" if value is None else text, row=row, stream=stream)
+
+    def trouble(self, us: int, kind: str, text: str, row: str, stream: str = "") -> None:
+        """Something that may come again with every value; told again only after a while."""
+        key = (kind, row, text if not row else "")
+        if us - self._troubles.get(key, -_AGAIN_US) >= _AGAIN_US:
+            self._troubles[key] = us
+            self.add(us, kind, text, row=row, stream=stream)
+        if len(self._troubles) > KEPT:
+            self._troubles = {k: at for k, at in self._troubles.items() if us - at < _AGAIN_US}
+
+    def news(self) -> list[Line]:
+        """The lines since the last time."""
+        fresh = [line for line in self._lines if line["i"] > self._told][-_MOST_NEW:]
+        self._told = self._count
+        return fresh
+
+    def all(self) -> list[Line]:
+        """The lines that are kept and were told."""
+        return [line for line in self._lines if line["i"] <= self._told]
+
+
+def _differs(value: Value, shown: Value) -> bool:
+    """Whether a value is clearly another one than was shown: a number by a quarter, anything else at all."""
+    if isinstance(value, Record):
+        return not isinstance(shown, Record)
+    if isinstance(value, float) and isinstance(shown, (int, float)):
+        return abs(value - shown) > 0.25 * max(abs(value), abs(shown), 0.4)
+    return bool(value != shown)

@@ -1,0 +1,151 @@
+"""What pages ask of a run: start and stop it, act on it, see and hear it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from flask import Blueprint, Response, abort, jsonify, request, send_file, url_for
+from werkzeug.exceptions import BadRequest
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.web.asked import Asked, asked, number_of, text_of, truth_of
+from rrp_sheets.web.desk import Desk
+from rrp_sheets.web.gridpage import run_page
+from rrp_sheets.web.guard import visitor
+from rrp_sheets.web.library import Library
+from rrp_sheets.web.live.floor import Floor, Taken
+from rrp_sheets.web.live.session import FOREVER, Session, Wish
+from rrp_sheets.web.pages import show
+from rrp_sheets.web.robotmodel import robot_json
+from rrp_sheets.web.room import Room
+from rrp_sheets.web.sessions import clean_name
+
+SPEEDS = (0.0, 0.5, 1.0, 2.0, 4.0)
+NOTE = 500  # letters of a note
+TEXT = 2_000  # letters of a value to send
+REACH = 10.0  # m: how far a thing may be put from the robot
+MODES = ("simulated", "pilot")
+_SOUND = re.compile(r"say-\d{3,6}\.wav")
+
+
+def make_live(library: Library, desk: Desk, floor: Floor, icons: frozenset[str]) -> Blueprint:
+    """The routes of the run panel."""
+    pages = Blueprint("live", __name__)
+
+    def room_of(name: str) -> Room:
+        if not library.has(name):
+            abort(404)
+        return desk.room(library.path(name))
+
+    @pages.get("/book/<name>/run")
+    @pages.get("/book/<name>/run/<sheet>")
+    def panel(name: str, sheet: str = "") -> str:
+        room = room_of(name)
+        room.poll()
+        if sheet and sheet not in room.document.grids:
+            abort(404)
+        return show(run_page(room, name, sheet, icons))
+
+    @pages.post("/book/<name>/run/start")
+    def start(name: str) -> tuple[Response, int]:
+        room = room_of(name)
+        try:
+            floor.start(room, name, _wish(asked()))
+        except Taken as taken:
+            where = url_for("live.panel", name=taken.book)
+            return jsonify({"message": f"{taken.message} {taken.remedy}", "book": taken.book, "where": where}), 409
+        except SheetsError as error:
+            return jsonify({"message": f"{error.message} {error.remedy}".strip()}), 409
+        return jsonify({"where": url_for("live.panel", name=name)}), 200
+
+    @pages.post("/book/<name>/run/<action>")
+    def act(name: str, action: str) -> tuple[Response, int]:
+        room, sent = room_of(name), asked()
+        if action not in (*_ACTIONS, "clear"):
+            abort(404)
+        if action == "clear":
+            floor.clear(room)
+            return jsonify({}), 200
+        session = floor.session
+        if session is None or session.room is not room or not session.is_going:
+            return jsonify({"message": "No run of this workbook is going."}), 409
+        _ACTIONS[action](session, _by(sent), sent)
+        return jsonify({}), 200
+
+    @pages.get("/run/now")
+    def now() -> Response:
+        return jsonify(floor.now())
+
+    @pages.get("/run/eye.jpg")
+    def eye() -> Response:
+        picture = floor.session.eye() if floor.session is not None and floor.session.is_going else b""
+        return Response(picture, mimetype="image/jpeg") if picture else Response(status=204)
+
+    @pages.get("/run/sound/<file>")
+    def sound(file: str) -> Response:
+        session = floor.session
+        start = session.hub.start if session is not None else None
+        if start is None or not _SOUND.fullmatch(file) or not (start.folder / file).is_file():
+            abort(404)
+        return send_file(start.folder / file, mimetype="audio/wav", conditional=True)
+
+    @pages.get("/robot/model.json")
+    def model() -> Response:
+        name = request.args.get("robot", "nao")
+        text = robot_json(name if name.isidentifier() else "nao")
+        return Response(text, mimetype="application/json", headers={"Cache-Control": "max-age=3600"})
+
+    return pages
+
+
+def _by(sent: Asked) -> str:
+    """Who it is: with a password the name given then, else the one on the page."""
+    return visitor().name or clean_name(text_of(sent, "name")) or "Somebody"
+
+
+def _wish(sent: Asked) -> Wish:
+    mode = text_of(sent, "mode") or "simulated"
+    if mode not in MODES:
+        raise BadRequest
+    seconds = None if text_of(sent, "until") == "scene" else FOREVER
+    participant, condition, operator = (text_of(sent, n, 60).strip() for n in ("participant", "condition", "operator"))
+    speed = _speed(sent) if "speed" in sent else 1.0
+    return Wish(_by(sent), mode, participant, condition, operator, seconds, speed)
+
+
+def _speed(sent: Asked) -> float:
+    speed = number_of(sent, "speed", 0, 4)
+    if speed not in SPEEDS:
+        raise BadRequest
+    return speed
+
+
+def _press(session: Session, by: str, sent: Asked) -> None:
+    label = text_of(sent, "label")
+    start = session.hub.start
+    if start is None or label not in {button for _, button in start.buttons}:
+        raise BadRequest
+    session.process.press(label, by)
+
+
+def _put(session: Session, by: str, sent: Asked) -> None:
+    x, y, z = (number_of(sent, n, -REACH, REACH) for n in "xyz")
+    session.process.put(text_of(sent, "thing", 100), (x, y, z), by)
+
+
+_ACTIONS: dict[str, Callable[[Session, str, Asked], None]] = {
+    "stop": lambda session, by, sent: session.stop(by),
+    "restart": lambda session, by, sent: session.restart(by),
+    "pause": lambda session, by, sent: session.process.pause(by),
+    "resume": lambda session, by, sent: session.process.resume(by),
+    "step": lambda session, by, sent: session.process.step(by),
+    "speed": lambda session, by, sent: session.process.speed(_speed(sent), by),
+    "mark": lambda session, by, sent: session.process.mark(text_of(sent, "note", NOTE), by),
+    "switch": lambda session, by, sent: session.process.switch(text_of(sent, "behaviour"), truth_of(sent, "on"), by),
+    "send": lambda session, by, sent: session.process.send(text_of(sent, "stream"), text_of(sent, "text", TEXT), by),
+    "press": _press,
+    "scene": lambda session, by, sent: session.process.scene(
+        text_of(sent, "thing", 100), text_of(sent, "verb", 40), text_of(sent, "value"), by),
+    "put": _put,
+}  # fmt: skip

@@ -1,0 +1,237 @@
+"""One run with the people around it: started by somebody, seen by all, stopped by anyone."""
+
+from __future__ import annotations
+
+import secrets
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.apart import Ended, RunProcess
+from rrp_sheets.runs.view import RunSettings
+from rrp_sheets.web.listeners import message
+from rrp_sheets.web.live.hub import Hub
+from rrp_sheets.web.live.told import clock, unit_of
+from rrp_sheets.web.room import Room
+
+TELL_EVERY = 0.1  # seconds: as often as pages are told at most
+_WORK_SHARE = 4.0  # times as long as telling takes, the telling rests: a long sheet must leave the server time
+LOOKED_FOR = 3.0  # seconds for which camera pictures are made after somebody has asked for one
+FOREVER = 24 * 3600.0  # seconds: a run that goes on until somebody stops it
+GOING = frozenset(("starting", "running", "paused", "stopping", "finishing"))
+Told = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Wish:
+    """How somebody wants to run.
+
+    Attributes:
+        seconds: None: until the scene is over; FOREVER: until somebody stops it.
+        speed: 1 is real time, 0 as fast as it can.
+    """
+
+    by: str = "Somebody"
+    mode: str = "simulated"
+    participant: str = ""
+    condition: str = ""
+    operator: str = ""
+    seconds: float | None = FOREVER
+    speed: float = 1.0
+
+
+class Session:
+    """A run that goes on, or the last one.
+
+    Args:
+        room: the workbook's.
+        book: its name.
+        wish: how to run.
+        tell: tells all pages of the server about a phase.
+
+    Raises:
+        MissingPart: when the simulator is not installed here.
+    """
+
+    def __init__(self, room: Room, book: str, wish: Wish, tell: Callable[[Session], None]) -> None:
+        self.room, self.book, self.wish = room, book, wish
+        self.id = secrets.token_hex(4)
+        self.phase = "starting"
+        self.stopped_by = ""
+        self.again_by = ""  # who wants it to start again when it has ended
+        self.ended: Told | None = None
+        self.folder = ""
+        self._version = room.document.version
+        self._tell = tell
+        self._wall = time.time()
+        self._over = threading.Event()
+        self._looked = 0.0
+        self._rest = TELL_EVERY
+        self._looking = False
+        self._lock = threading.Lock()
+        look = room.look()
+        grids = room.document.grids.values()
+        self.rows = {f"{g.name}!{n}": row for g in grids if g.kind == "behaviour" for row, n in g.numbers().items()}
+        self.hub = Hub(self.rows, {ref: unit_of(text) for ref, text in look.examples.items()}, self._changed)
+        self.hub.speed = wish.speed
+        self.process = RunProcess(room.document.path, RunSettings(
+            seconds=wish.seconds, fast=wish.speed == 0, mode=wish.mode, participant=wish.participant,
+            condition=wish.condition, operator=wish.operator,
+        ))  # fmt: skip
+
+    def begin(self, over: Callable[[Session], None]) -> None:
+        """Listen until it has ended; then `over` is called."""
+        self.hub.log.add(0, "start", "Started" if self.wish.mode == "simulated" else "Pilot rehearsal started",
+                         by=self.wish.by)  # fmt: skip
+        threading.Thread(target=self._listen, args=(over,), daemon=True).start()
+        threading.Thread(target=self._keep_telling, daemon=True).start()
+
+    # ---- the run's thread
+
+    def _listen(self, over: Callable[[Session], None]) -> None:
+        try:
+            words = self._words(self.process.listen(self.hub))
+        except SheetsError as error:
+            words = {"how": "broken", "words": error.message, "broken": True, "remedy": error.remedy}
+        with self._lock:
+            self.ended, self.phase = words, "ended"
+        self.hub.log.add(self.hub.us, "end", words["words"], by=self.stopped_by if words["how"] == "stopped" else "")
+        self._over.set()
+        over(self)
+
+    def _words(self, ended: Ended) -> Told:
+        """How it ended, in words."""
+        result = ended.result
+        if ended.findings:
+            count = sum(d.severity.value == "error" for d in ended.findings)
+            text = f"It did not start: the workbook has {count} error{'' if count == 1 else 's'}."
+            return {"how": "errors", "words": text, "broken": False, "remedy": "Mend them, and press Run again."}
+        by = f" by {self.stopped_by}" if self.stopped_by else ""
+        if result is None:
+            return {"how": "stopped", "words": f"Stopped{by} before it began.", "broken": False, "remedy": ""}
+        summary, broken = result.summary, result.broken
+        at = clock(round(summary.simulated * 1e6))
+        told = {
+            "time": f"The time was over at {at}.", "stopped": f"Stopped{by} at {at}.",
+            "end run": f"Row {summary.ended_by} ended the run at {at}.",
+        }  # fmt: skip
+        text = f"The run broke off at {at}: {broken.message}" if broken else told.get(summary.ended, f"Ended at {at}.")
+        problems = " ".join(result.problems)
+        return {"how": "broken" if broken else summary.ended, "words": text, "broken": broken is not None,
+                "remedy": broken.remedy if broken else problems}  # fmt: skip
+
+    def _changed(self, what: str) -> None:
+        """The hub has heard something that changes more than values."""
+        with self._lock:
+            if what == "started" and self.hub.start is not None:
+                self.folder = self.hub.start.folder.name
+                self.phase = "stopping" if self.phase == "stopping" else "running"
+            elif what == "paused" and self.phase in ("running", "paused"):
+                self.phase = "paused" if self.hub.is_paused else "running"
+            elif what == "finishing":
+                self.phase = "finishing"
+        if what == "started" and self.wish.speed not in (0.0, 1.0):
+            self.process.speed(self.wish.speed)
+        if what != "mark":
+            self._tell(self)
+
+    # ---- telling
+
+    def _keep_telling(self) -> None:
+        """Tell the room what is new, at most ten times a second; last of all what came at the end."""
+        over = False
+        while not over:
+            over = self._over.wait(self._rest if self.room.listeners else 0.5)
+            began = time.monotonic()
+            self._look()
+            live, lines = self.hub.news()
+            text = (message("live", live) if live else "") + (message("log", {"lines": lines}) if lines else "")
+            if text:
+                self.room.tell_live(text)
+            self._rest = max(TELL_EVERY, (time.monotonic() - began) * _WORK_SHARE)
+
+    def _look(self) -> None:
+        wanted = time.monotonic() - self._looked < LOOKED_FOR
+        if wanted != self._looking:
+            self._looking = wanted
+            self.process.look(wanted)
+
+    def eye(self) -> bytes:
+        """The newest picture of the camera; asking for it makes the run take pictures."""
+        self._looked = time.monotonic()
+        return self.hub.jpeg
+
+    def about(self) -> str:
+        """Everything so far, as it is sent to a page that joins."""
+        live, lines = self.hub.all()
+        return message("run", self.state()) + message("live", live) + message("log", {"lines": lines})
+
+    def state(self) -> Told:
+        """The run besides its values."""
+        hub, start, wish = self.hub, self.hub.start, self.wish
+        with self._lock:
+            told: Told = {
+                "phase": self.phase, "id": self.id, "book": self.book, "by": wish.by, "mode": wish.mode,
+                "participant": wish.participant, "condition": wish.condition, "operator": wish.operator,
+                "speed": hub.speed, "t": hub.us / 1e6, "since": self._wall, "until": None, "folder": self.folder,
+                "ended": self.ended, "restart": hub.refusal, "stopped_by": self.stopped_by, "rows": self.rows,
+                "behaviours": [], "sensors": [], "buttons": [], "things": [], "camera": None, "resources": {},
+            }  # fmt: skip
+        if start is None:
+            return told
+        counts = hub.button_counts()
+        told.update({
+            "until": start.until_us / 1e6 if wish.seconds != FOREVER else None,
+            "behaviours": [{"name": n, "on": on} for n, on in hub.behaviours.items()],
+            "sensors": [{"name": n, "device": d, "example": e} for n, d, e in start.sensors],
+            "buttons": [{"stream": s, "label": label, "count": counts.get(s, 0)} for s, label in start.buttons],
+            "things": [{"name": n, "kind": k, "at": at} for n, k, at in start.things],
+            "camera": {"hfov": start.hfov, "vfov": start.vfov},
+            "resources": {start.actuators.get(s, s): list(r) for s, r in start.resources.items()},
+        })  # fmt: skip
+        return told
+
+    def short(self) -> Told:
+        """What other pages are told."""
+        told = self.state()
+        return {n: told[n] for n in ("phase", "id", "book", "by", "mode", "participant", "t", "since")}
+
+    # ---- what people do
+
+    @property
+    def is_going(self) -> bool:
+        """Whether it has not ended yet."""
+        return self.phase in GOING
+
+    def stop(self, by: str) -> None:
+        """Stop it; the first who asks is told as the one who did."""
+        with self._lock:
+            if self.phase not in ("starting", "running", "paused"):
+                return
+            self.phase, self.stopped_by = "stopping", by
+        self.process.stop(by)
+        self._tell(self)
+
+    def restart(self, by: str) -> None:
+        """Stop it, and start it again with the same settings."""
+        self.again_by = by
+        self.stop(by)
+
+    def again(self) -> Wish:
+        """The settings of the run that follows."""
+        return replace(self.wish, by=self.again_by, speed=self.hub.speed)
+
+    def follow_edits(self) -> None:
+        """The workbook was checked after an edit: use it in the run, or say why not."""
+        document = self.room.document
+        if self.phase not in ("running", "paused") or document.version == self._version:
+            return
+        self._version = document.version
+        errors = self.room.look().errors
+        if errors:
+            self.hub.refused("edit", "The edited rows are not used while there are errors.", "Mend them.")
+        else:
+            self.process.apply(document.path, self.room.author)

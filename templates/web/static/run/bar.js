@@ -1,0 +1,135 @@
+// The run bar: run, pause, step, stop, speed, and what goes on; what is refused is told below it.
+
+import { act } from "./ask.js";
+import { dialog } from "./dialog.js";
+import { make, put } from "./make.js";
+import { clock, now } from "./time.js";
+
+const words = {
+  none: "No run", starting: "Starting …", running: "Running", paused: "Paused", stopping: "Stopping …",
+  finishing: "The robot goes to rest …", ended: "Run ended",
+};
+const modes = { simulated: "Simulated", pilot: "Pilot rehearsal", real: "Real robot" };
+
+export function bar(root) {
+  const buttons = Object.fromEntries([...root.querySelectorAll("[data-run]")].map((b) => [b.dataset.run, b]));
+  const phase = document.getElementById("run-phase");
+  const watch = document.getElementById("run-clock");
+  const mode = document.getElementById("run-mode");
+  const speed = document.getElementById("run-speed");
+  const why = document.getElementById("run-why");
+  const notice = document.getElementById("run-notice");
+  const openDialog = dialog(root);
+  let state = { phase: "none" };
+  let elsewhere = { phase: "none" };
+  let errors = Number(root.dataset.errors);
+  speed.value = localStorage.getItem("run-speed") ?? "1";
+
+  buttons.start.addEventListener("click", () => {
+    if (errors) goToFirstError();
+    else if (buttons.start.ariaDisabled !== "true") openDialog(speed.value);
+  });
+  buttons.stop.addEventListener("click", () => act("stop"));
+  buttons.pause.addEventListener("click", () => act(state.phase === "paused" ? "resume" : "pause"));
+  buttons.step.addEventListener("click", () => act("step"));
+  speed.addEventListener("change", () => {
+    localStorage.setItem("run-speed", speed.value);
+    if (["running", "paused"].includes(state.phase)) act("speed", { speed: Number(speed.value) });
+  });
+
+  document.addEventListener("rrp:run", ({ detail }) => {
+    state = detail;
+    show();
+  });
+  document.addEventListener("rrp:elsewhere", ({ detail }) => {
+    elsewhere = detail;
+    show();
+  });
+  document.getElementById("listen").addEventListener("checked", ({ detail }) => {
+    errors = JSON.parse(detail.data).errors;
+    show();
+  });
+  document.addEventListener("rrp:refused", ({ detail }) => tell(detail.message, "is-error"));
+  setInterval(() => {
+    if (!watch.hidden) put(watch, clock(now()));
+  }, 100);
+
+  function show() {
+    const going = !["none", "ended"].includes(state.phase);
+    const acting = ["running", "paused"].includes(state.phase);
+    put(phase, words[state.phase]);
+    watch.hidden = state.phase === "none";
+    put(watch, clock(now()));
+    buttons.stop.disabled = !["starting", "running", "paused"].includes(state.phase);
+    buttons.pause.disabled = !acting;
+    buttons.pause.lastElementChild.textContent = state.phase === "paused" ? "Go on" : "Pause";
+    buttons.pause.querySelector("use").setAttribute("href", `${icons()}#i-${state.phase === "paused" ? "run" : "pause"}`);
+    buttons.step.disabled = state.phase !== "paused";
+    mode.hidden = state.phase === "none";
+    put(mode, modes[state.mode] ?? "");
+    if (acting && document.activeElement !== speed) speed.value = String(state.speed);
+    for (const name of ["participant", "condition", "by"]) {
+      const place = document.getElementById(`run-${name}`);
+      place.hidden = state.phase === "none" || !state[name];
+      put(place.querySelector("b"), state[name] ?? "");
+    }
+    document.getElementById("run-see")?.toggleAttribute("hidden", state.phase === "none");
+    const reason = startReason(going);
+    buttons.start.ariaDisabled = String(Boolean(reason));
+    why.hidden = !reason || going;
+    put(why, reason);
+    if (reason) buttons.start.setAttribute("aria-describedby", "run-why");
+    else buttons.start.removeAttribute("aria-describedby");
+    shownEnd();
+  }
+
+  function startReason(going) {
+    if (going) return "A run is going.";
+    if (elsewhere.phase !== "none") return `${elsewhere.by} is running ${elsewhere.book}. There is one robot, so one run at a time.`;
+    if (errors) return `Run starts when there are no errors: ${errors === 1 ? "1 error is" : `${errors} errors are`} left.`;
+    return "";
+  }
+
+  /** What the end left, and why edited rows are not used, with what can be done about it. */
+  function shownEnd() {
+    const { ended, restart } = state;
+    if (state.phase === "ended" && ended) {
+      tell(`${ended.words} ${ended.remedy}`.trim(), ended.broken ? "is-error" : "", [
+        ...(state.folder ? [link("Look at the recording", `${root.dataset.runs}/${encodeURIComponent(state.folder)}`)] : []),
+        button("Back to the examples", () => act("clear")),
+      ]);
+    } else if (restart && ["running", "paused"].includes(state.phase)) {
+      tell(`The run goes on with the rows as they were at its start. ${restart}`, "is-warning", [button("Restart", () => act("restart"))]);
+    } else if (!notice.dataset.refused) notice.hidden = true;
+    if (state.phase !== "none" && state.phase !== "ended") delete notice.dataset.refused;
+  }
+
+  function tell(text, kind, actions = []) {
+    notice.hidden = false;
+    notice.className = `run-notice notice ${kind}`;
+    notice.dataset.refused = actions.length ? "" : "yes";
+    const close = button("Close", () => {
+      notice.hidden = true;
+    });
+    notice.replaceChildren(make("span", { textContent: text }), ...actions, ...(actions.length ? [] : [close]));
+  }
+
+  function goToFirstError() {
+    const link = [...document.querySelectorAll(".problem-list li")].find((li) => li.querySelector(".severity.is-error"))?.querySelector("a");
+    link?.click();
+  }
+
+  function icons() {
+    return buttons.stop.querySelector("use").getAttribute("href").replace(/#.*/, "");
+  }
+}
+
+function button(text, action) {
+  const made = make("button", { type: "button", textContent: text, className: "button small" });
+  made.addEventListener("click", action);
+  return made;
+}
+
+function link(text, href) {
+  return make("a", { href, textContent: text, className: "button small" });
+}

@@ -1,0 +1,80 @@
+// The log: newest first, with the row that did it, and what the robot said to be heard (again).
+
+import { make, icon } from "./make.js";
+import { clock } from "./time.js";
+
+const KEPT = 300;
+const icons = { speech: "say", error: "error", clamp: "warning", note: "flag", mark: "flag", button: "button", send: "send", scene: "ball", switch: "subscribe", edit: "sheet", start: "run", end: "stop" };
+const said = { mark: "Mark", button: "Pressed", send: "Sent", scene: "Scene", switch: "Switched", edit: "Edited" };
+
+export function log(root) {
+  const address = document.querySelector("[role=grid]")?.dataset;
+  const panel = document.getElementById("runbar").dataset.url;
+  const sound = document.getElementById("sound");
+  const voice = new Audio();
+  let joined = true; // what was said before this page came is not said again
+  let id = "";
+
+  document.addEventListener("rrp:run", ({ detail }) => {
+    if (detail.id === id) return;
+    id = detail.id;
+    joined = detail.phase !== "starting";
+    root.replaceChildren();
+  });
+  document.addEventListener("rrp:log", ({ detail }) => {
+    root.prepend(...detail.lines.toReversed().map(entry));
+    while (root.children.length > KEPT) root.lastElementChild.remove();
+    const spoken = detail.lines.findLast((line) => line.sound);
+    if (spoken && !joined && document.body.dataset.sound === "on") play(spoken.sound);
+    joined = false;
+  });
+
+  function entry({ t, row, id: rowId, kind, text, by, stream, sound: file }) {
+    const what = make("span", { className: "what" });
+    if (icons[kind]) what.append(icon(icons[kind]), " ");
+    if (row) what.append(link(row, rowId), " ");
+    if (stream) what.append(make("span", { className: "name actuator", textContent: stream }), " ");
+    what.append(words(kind, text));
+    if (by) what.append(make("span", { className: "quiet", textContent: ` by ${by}` }));
+    if (file) {
+      const again = make("button", { type: "button", className: "button plain small", ariaLabel: `Hear “${text}”` }, icon("sound"));
+      again.addEventListener("click", () => play(file));
+      what.append(" ", again);
+    }
+    const line = make("li", { className: kind === "error" ? "is-error" : kind === "clamp" ? "is-warning" : "" }, make("time", { textContent: clock(t) }), what);
+    line.dataset.kind = kind;
+    return line;
+  }
+
+  function words(kind, text) {
+    if (kind === "speech") return `“${text}”`;
+    if (kind === "mark") return text ? `Mark: ${text}` : "Mark";
+    return text || said[kind] || "";
+  }
+
+  /** The row is shown where it stands now, also when rows were inserted above it meanwhile. */
+  function link(row, rowId) {
+    const cut = row.lastIndexOf("!");
+    const sheet = row.slice(0, cut);
+    const here = sheet === address?.sheet;
+    const made = make("a", { href: `${here ? "" : `${panel}/${encodeURIComponent(sheet)}`}#${rowId}`, textContent: `${here ? "Row" : sheet} ${row.slice(cut + 1)}` });
+    made.dataset.row = here ? rowId : "";
+    made.dataset.cell = "";
+    return made;
+  }
+
+  function play(file) {
+    voice.src = `/run/sound/${file}?run=${id}`;
+    voice.play().catch(() => {}); // the browser lets no page speak before it was touched
+  }
+
+  function show(on) {
+    document.body.dataset.sound = on ? "on" : "off";
+    sound.ariaPressed = String(on);
+    sound.querySelector("span").textContent = on ? "Sound on" : "Sound off";
+    localStorage.setItem("sound", on ? "on" : "off");
+    if (!on) voice.pause();
+  }
+  sound.addEventListener("click", () => show(document.body.dataset.sound !== "on"));
+  show(localStorage.getItem("sound") !== "off");
+}

@@ -1,0 +1,64 @@
+// A run as this page sees it. What the server tells comes in here and goes on as events of the document, which every
+// part of the page listens to: `rrp:run` (phase and settings), `rrp:live` (values), `rrp:log` (new lines),
+// `rrp:elsewhere` (a run of another workbook).
+
+import { bar } from "./bar.js";
+import { stopKeys } from "./keys.js";
+import { log } from "./log.js";
+import { robot } from "./robot.js";
+import { scene } from "./scene.js";
+import { session } from "./session.js";
+import { values } from "./values.js";
+
+const book = document.getElementById("runbar").dataset.book;
+const listen = document.getElementById("listen");
+const none = { phase: "none", book: "" };
+let state = none;
+let last = 0; // the newest line of the log that is shown
+
+bar(document.getElementById("runbar"));
+stopKeys(() => state);
+const grid = document.querySelector("[role=grid].of-behaviour");
+if (grid) values(grid);
+for (const [id, part] of Object.entries({ session, log, robot, scene })) {
+  const root = document.getElementById(id === "robot" ? "robot-facts" : id);
+  if (root) part(root);
+}
+const views = ["robot3d", "eye", "speech", "plots", "drives"].map(async (name) => {
+  const root = document.getElementById(name);
+  if (root) (await import(`./${name}.js`))[name](root);
+});
+
+// views are there before they are told anything
+const ready = Promise.all(views);
+
+function tell(name, detail) {
+  document.dispatchEvent(new CustomEvent(name, { detail }));
+}
+
+async function heard(event, data) {
+  await ready;
+  if (event === "run") takeRun(data);
+  else if (event === "live" && state.phase !== "none") tell("rrp:live", data);
+  else if (event === "log") {
+    const lines = data.lines.filter((line) => line.i > last);
+    last = lines.at(-1)?.i ?? last;
+    if (lines.length) tell("rrp:log", { lines });
+  }
+}
+
+function takeRun(told) {
+  const mine = told.book === book && told.phase !== "none" ? told : none;
+  if (mine.id !== state.id) last = 0;
+  state = mine;
+  document.body.dataset.run = state.phase;
+  document.body.dataset.mode = state.mode ?? "simulated";
+  tell("rrp:run", state);
+  tell("rrp:elsewhere", told.book !== book ? told : none);
+}
+
+for (const event of ["run", "live", "log"]) {
+  listen.addEventListener(event, ({ detail }) => heard(event, JSON.parse(detail.data)));
+}
+
+document.addEventListener("visibilitychange", () => tell("rrp:run", state)); // what was not drawn meanwhile

@@ -1,0 +1,80 @@
+// The session column: the operator's buttons, a switch for each behaviour, marks, and values sent by hand.
+
+import { act } from "./ask.js";
+import { icon, make, put } from "./make.js";
+
+export function session(root) {
+  const press = document.getElementById("press");
+  const switches = document.getElementById("switches");
+  const mark = document.getElementById("mark");
+  const send = document.getElementById("send");
+  let state = { phase: "none" };
+  let shape = "";
+
+  document.addEventListener("rrp:run", ({ detail }) => {
+    const fresh = JSON.stringify([detail.id, detail.buttons, detail.sensors, detail.behaviours?.map((b) => b.name)]);
+    state = detail;
+    if (fresh !== shape) build(detail);
+    shape = fresh;
+    for (const { name, on } of detail.behaviours ?? []) {
+      const box = [...switches.querySelectorAll("input")].find((i) => i.value === name);
+      if (box) box.checked = on;
+    }
+    enable(["running", "paused"].includes(detail.phase));
+  });
+  document.addEventListener("rrp:live", ({ detail }) => {
+    for (const button of press.children) {
+      const n = detail.streams?.[button.dataset.stream]?.n;
+      if (n !== undefined) count(button, n);
+    }
+  });
+
+  function build({ buttons = [], behaviours = [], sensors = [] }) {
+    press.replaceChildren(...buttons.map(({ stream, label, count: n }) => {
+      const button = make("button", { type: "button", className: "button" }, icon("button"),
+        make("span", {}, make("b", { textContent: label }), make("small")));
+      button.dataset.stream = stream;
+      count(button, n);
+      button.addEventListener("click", () => act("press", { label }));
+      return button;
+    }));
+    const keys = Math.min(buttons.length, 9);
+    put(document.getElementById("hand-keys"), keys > 1 ? `keys 1 to ${keys}` : keys ? "key 1" : "");
+    document.getElementById("no-buttons").hidden = buttons.length > 0;
+    switches.replaceChildren(switches.firstElementChild, ...behaviours.map(({ name, on }) => {
+      const box = make("input", { type: "checkbox", value: name, checked: on, role: "switch" });
+      box.addEventListener("change", () => act("switch", { behaviour: name, on: box.checked }));
+      return make("label", {}, box, name);
+    }));
+    const chosen = send.elements.stream.value;
+    const shown = sensors.filter((s) => s.device !== "OperatorButton");
+    send.elements.stream.replaceChildren(...shown.map((s) => make("option", { value: s.name, textContent: s.name })));
+    if (shown.some((s) => s.name === chosen)) send.elements.stream.value = chosen;
+    else example();
+  }
+
+  function count(button, n) {
+    put(button.querySelector("small"), n === 0 ? "not yet" : n === 1 ? "pressed once" : `pressed ${n} times`);
+  }
+
+  function example() {
+    const found = (state.sensors ?? []).find((s) => s.name === send.elements.stream.value);
+    send.elements.text.value = found?.example ?? "";
+  }
+
+  function enable(on) {
+    for (const part of root.querySelectorAll("#press button, #switches input, #mark button, #send button, #things input, #things button, #things select")) part.disabled = !on;
+  }
+
+  send.elements.stream.addEventListener("change", example);
+  send.addEventListener("submit", (event) => {
+    event.preventDefault();
+    act("send", { stream: send.elements.stream.value, text: send.elements.text.value });
+  });
+  mark.addEventListener("submit", async (event) => {
+    event.preventDefault();
+    const note = mark.elements.note.value;
+    mark.elements.note.value = "";
+    if ((await act("mark", { note })).message) mark.elements.note.value ||= note;
+  });
+}

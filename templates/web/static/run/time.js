@@ -1,0 +1,37 @@
+// The run's clock as the page can tell it between two tellings, and times in words.
+
+let told = 0;
+let heard = performance.now();
+let state = { phase: "none" };
+
+document.addEventListener("rrp:run", ({ detail }) => {
+  if (detail.phase === "none" || detail.id !== state.id) told = detail.t ?? 0;
+  else told = Math.max(told, detail.t ?? 0);
+  heard = performance.now();
+  state = detail;
+});
+document.addEventListener("rrp:live", ({ detail }) => {
+  told = detail.t;
+  heard = performance.now();
+});
+
+/** Seconds on the run's clock now. */
+export function now() {
+  if (state.phase !== "running") return told;
+  const since = Math.min((performance.now() - heard) / 1000, 1); // a run that says nothing is not told to go on
+  return told + since * (state.speed || 1);
+}
+
+/** `0:42.3` */
+export function clock(seconds) {
+  const tenths = Math.floor(seconds * 10 + 1e-6);
+  const [minutes, rest] = [Math.floor(tenths / 600), tenths % 600];
+  const text = (rest / 10).toFixed(1).padStart(4, "0");
+  return minutes < 60 ? `${minutes}:${text}` : `${Math.floor(minutes / 60)}:${String(minutes % 60).padStart(2, "0")}:${text}`;
+}
+
+/** An age: `0.1 s`, `26 s`, `3 min`. */
+export function age(seconds) {
+  if (seconds < 9.95) return `${Math.max(seconds, 0).toFixed(1)} s`;
+  return seconds < 120 ? `${Math.round(seconds)} s` : `${Math.round(seconds / 60)} min`;
+}
