@@ -94,7 +94,8 @@ def test_bundled_workbooks_are_shown_without_inline_script_or_style(path: Path, 
 
 def test_a_new_workbook_a_copy_another_name_the_archive(tmp_path: Path) -> None:
     client = visit(tmp_path)
-    assert "Made mine.xlsx" in post(client, "/shelf/new", name="mine", template="simple-tracking").text
+    made = post(client, "/shelf/new", name="mine", template="simple-tracking")
+    assert "Made mine.xlsx" in made.text and made.headers["HX-Redirect"] == book("mine.xlsx")
     assert "Made mine (2).xlsx" in post(client, "/shelf/copy", book="mine.xlsx").text
     assert "mine (2).xlsx is now other.xlsx" in post(client, "/shelf/rename", book="mine (2).xlsx", name="other").text
     assert "in the folder archive" in post(client, "/shelf/archive", book="other.xlsx").text

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from flask import Blueprint, Response, request, send_file
+from flask import Blueprint, Response, request, send_file, url_for
 
 from rrp_sheets import api
 from rrp_sheets.errors import SheetsError
@@ -27,12 +27,16 @@ def make_shelving(library: Library, desk: Desk) -> Blueprint:
     actions = {"new": _new, "copy": _copy, "rename": _rename, "archive": _archive, "upload": _upload}
 
     @pages.post("/shelf/<any(new, copy, rename, archive, upload):action>")
-    def act(action: str) -> str:
+    def act(action: str) -> Response:
         try:
             notice = actions[action](library, desk)
         except SheetsError as error:
-            return show(shelf_page(library, f"{error.message} {error.remedy}".strip(), failed=True))
-        return show(shelf_page(library, notice))
+            return Response(show(shelf_page(library, f"{error.message} {error.remedy}".strip(), failed=True)))
+        answer = Response(show(shelf_page(library, notice)))
+        if action == "new":  # one wants to write in it now
+            name = _name(request.form.get("name", ""))
+            answer.headers["HX-Redirect"] = url_for("editing.book", name=name)
+        return answer
 
     @pages.get("/book/<name>/file")
     def download(name: str) -> Response:
