@@ -13,7 +13,16 @@ from rrp_sheets.render.dot import dot_text
 from rrp_sheets.render.layout import TIMEOUT, Layout, lay_out
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.parts import Part, cut_notes, split
-from rrp_sheets.render.style import FEWEST_ROWS, LANDSCAPE, LEAST_SCALE, MOST_ROWS, PADDING, PAGE, WRAPPINGS
+from rrp_sheets.render.style import (
+    BESIDE_A_TABLE,
+    FEWEST_ROWS,
+    LANDSCAPE,
+    LEAST_SCALE,
+    MOST_ROWS,
+    PADDING,
+    PAGE,
+    WRAPPINGS,
+)
 from rrp_sheets.render.svg import draw_svg
 
 _AT_ONCE = 4  # Graphviz processes side by side
@@ -83,7 +92,8 @@ def draw_diagram(
         words: a short word on a row ("changed"), by the row's number.
         title: shown as heading; the behaviour's name by default.
         whole: draw it as one picture however large it becomes, for a screen that scrolls.
-        room: leave room for the newest value under the name of each stream.
+        room: for a panel of a page that is alive: narrow, with room for the newest value under the name of each
+            stream, and boxes that can be chosen.
         binary: the Graphviz program; by default the best of this machine.
         timeout: of each layout, in seconds.
 
@@ -108,7 +118,7 @@ def draw_diagram(
         parts = [half for pair in halves for half in pair]
     name = clean(title or behaviour.name)
     return [
-        _page(name, f"b{number}", (part, place, len(parts)), fit)
+        _page(name, f"b{number}", (part, place, len(parts)), fit, room)
         for place, (part, fit) in enumerate(zip(parts, fitted, strict=True), 1)
     ]
 
@@ -146,7 +156,7 @@ class _Job:
 
     def _candidates(self, part: Part, notes: Mapping[str, str], number: int) -> Iterator[_Fitted]:
         entries = any(note.startswith("from") for note in notes.values())
-        for wrapping in WRAPPINGS:
+        for wrapping in (BESIDE_A_TABLE,) if self.room else WRAPPINGS:
             drawing = make_drawing(
                 self.graph,
                 self.behaviour,
@@ -167,13 +177,13 @@ class _Job:
                     yield _Fitted(badness, drawing, dot, layout, scale, landscape)
 
 
-def _page(title: str, prefix: str, place: tuple[Part, int, int], fit: _Fitted) -> Page:
+def _page(title: str, prefix: str, place: tuple[Part, int, int], fit: _Fitted, chosen: bool) -> Page:
     part, part_number, parts = place
     first, last = part[0].number, part[-1].number
     caption = f"Part {part_number} of {parts}: rows {first} to {last}" if parts > 1 else ""
     whole_title = f"{title}, part {part_number} of {parts}" if parts > 1 else title
     alt = _alternative(fit.drawing, whole_title, first, last)
-    svg = draw_svg(fit.drawing, fit.layout, prefix=prefix, title=whole_title, description=alt)
+    svg = draw_svg(fit.drawing, fit.layout, prefix=prefix, title=whole_title, description=alt, chosen=chosen)
     elements = {box.stream: f"{prefix}-{box.id}" for box in fit.drawing.boxes.values() if box.stream}
     return Page(
         title, caption, svg, fit.dot, fit.layout.width + 2 * PADDING, fit.layout.height + 2 * PADDING, fit.scale,

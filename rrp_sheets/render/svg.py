@@ -29,21 +29,27 @@ from rrp_sheets.render.style import (
 )  # fmt: skip
 
 
-def draw_svg(drawing: Drawing, layout: Layout, *, prefix: str, title: str, description: str) -> str:
-    """The picture of a drawing; `prefix` starts every id, title and description are for screen readers."""
+def draw_svg(
+    drawing: Drawing, layout: Layout, *, prefix: str, title: str, description: str, chosen: bool = False
+) -> str:
+    """The picture of a drawing; `prefix` starts every id, title and description are for screen readers.
+
+    With `chosen` the boxes can be chosen in a page: they have a role and a name of their own.
+    """
     wide, high = layout.width + 2 * PADDING, layout.height + 2 * PADDING
     arrows = {(a.tail, a.head): a for a in drawing.arrows}
     parts = [draw_arrow(way, arrows[way.tail, way.head], prefix) for way in layout.ways]
-    parts += [draw_box(box, _moved(layout.places[box.id]), prefix) for box in drawing.boxes.values()]
+    parts += [draw_box(box, _moved(layout.places[box.id]), prefix, chosen=chosen) for box in drawing.boxes.values()]
     first = next(iter(drawing.boxes), "none")
-    return frame("\n".join(parts), wide, high, ident=f"{prefix}-{first}", title=title, description=description)
+    ident, role = f"{prefix}-{first}", "group" if chosen else "img"
+    return frame("\n".join(parts), wide, high, ident=ident, title=title, description=description, role=role)
 
 
-def frame(body: str, wide: float, high: float, *, ident: str, title: str, description: str) -> str:
+def frame(body: str, wide: float, high: float, *, ident: str, title: str, description: str, role: str = "img") -> str:
     """An SVG picture of that size in points, with title and description for screen readers."""
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide:.0f}pt" height="{high:.0f}pt" '
-        f'viewBox="0 0 {_n(wide)} {_n(high)}" role="img" aria-labelledby="{ident}-title {ident}-desc">\n'
+        f'viewBox="0 0 {_n(wide)} {_n(high)}" role="{role}" aria-labelledby="{ident}-title {ident}-desc">\n'
         f'<title id="{ident}-title">{escape(title)}</title>\n<desc id="{ident}-desc">{escape(description)}</desc>\n'
         f"{body}\n</svg>\n"
     )
@@ -101,9 +107,19 @@ def draw_arrow(way: Way, arrow: Arrow, prefix: str) -> str:
     )
 
 
-def draw_box(box: Box, centre: Point, prefix: str) -> str:
+_SPOKEN = {"sensor": "Sensor", "stream": "Stream", "actuator": "Actuator", "done": "Stream"}
+
+
+def draw_box(box: Box, centre: Point, prefix: str, *, chosen: bool = False) -> str:
     """A box with its centre at that place, as a group with a stable id."""
     about = f' data-row="{box.row}"' if box.kind == "row" else f' data-stream="{escape(clean(box.stream))}"'
+    if box.kind != "row":
+        about += f' data-name="{escape(box.name)}"'
+    if chosen and box.kind != "anonymous":
+        told = f"{_SPOKEN[box.kind]} {box.name}" if not box.row else f"Row {box.row}, {box.name}"
+        told += f": {clean(box.formula)}" if box.formula else ""
+        told += ", off" if box.switched_off else f", problem {box.flag}" if box.flag is not None else ""
+        about += f' role="button" tabindex="-1" aria-label="{escape(told)}"'
     hint = f"{box.row} {box.name}" + (f": {clean(box.formula)}" if box.formula else "") if box.row else box.name
     title = f"<title>{escape(hint)}</title>" if hint else ""
     kinds = {

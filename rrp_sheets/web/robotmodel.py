@@ -11,6 +11,7 @@ from typing import Any
 from rrp_sheets.devices import Robot, load_robot
 from rrp_sheets.devices.scene_values import BALL_SIZE
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.names import key
 from rrp_sheets.sim.colours import BALL_COLOURS, COLOURS
 
 _GREY = (0.6, 0.6, 0.6)
@@ -24,7 +25,8 @@ def robot_model(robot: Robot) -> dict[str, Any]:
     Returns:
         `links` with their visuals, `joints` with origin and axis, `meshes` as triangles with normals, `rest` (the joint
         angles of the start posture), `follow` (joints that have no angle of their own), `eyes` (the links that shine),
-        `scene` (how large and of which colours the things beside it are).
+        `units` (of the fields that its sensors give, by key), `scene` (how large and of which colours the things beside
+        it are).
 
     Raises:
         SheetsError: the model's files are missing or are none.
@@ -51,6 +53,7 @@ def robot_model(robot: Robot) -> dict[str, Any]:
         "rest": dict(robot.data["postures"][robot.data["robot"]["start_posture"]]),
         "follow": {j["name"]: _THUMBS[j["name"]] for j in joints if j["name"] in _THUMBS},
         "eyes": [name for name in _EYES if name in names],
+        "units": _units(robot),
         "scene": {"ball": BALL_SIZE, "colours": {**COLOURS, **BALL_COLOURS}},
     }
 
@@ -63,6 +66,11 @@ def robot_json(name: str) -> str:
         SheetsError: the model's files are missing or are none.
     """
     return json.dumps(robot_model(load_robot(name)), ensure_ascii=False, separators=(",", ":"))
+
+
+def _units(robot: Robot) -> dict[str, str]:
+    fields = [field for device in robot.devices.values() if device.payload for field in device.payload.fields]
+    return {key(field.name): field.unit for field in fields if field.unit}
 
 
 def _link(element: ET.Element, colours: dict[str, list[float]]) -> dict[str, Any]:

@@ -15,7 +15,9 @@ export async function robot3d(root) {
   const front = document.createElement("button");
   front.type = "button";
   front.className = "button plain small";
-  front.textContent = "From the front";
+  front.textContent = "Front";
+  front.title = "From the front";
+  front.setAttribute("aria-label", "Front view");
   const room = document.createElement("div");
   room.className = "room";
   room.append(canvas);

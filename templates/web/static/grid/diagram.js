@@ -1,0 +1,210 @@
+// The diagram beside the grid: zoom, keys, the way from a box to its row and back. The server draws it anew after each
+// edit and morphs it in; what is kept here (zoom, place, where the keys are) is put back on the new one.
+
+import { lights } from "./lights.js";
+
+const LEAST_TEXT = 11; // px: "fit" does not make the smallest words smaller, it scrolls instead
+const SMALLEST = 8; // of the words in the picture, in its own units
+const UNIT = 96 / 72; // px of one of the picture's units at zoom 1
+const LARGEST = 3;
+const STEP = 1.2;
+const TOO_LARGE = 1.5; // a small diagram is not blown up beyond this to fill the panel
+const DRAG = 4; // px
+
+/** Bring the diagram in `panels` to life. */
+export function diagram(panels) {
+  if (!panels || "diagram" in panels.dataset) return;
+  panels.dataset.diagram = "";
+  const view = new View(panels);
+  const live = lights(() => view.svg);
+  document.addEventListener("htmx:after:swap", () => {
+    view.redrawn();
+    live.redrawn();
+  });
+  document.addEventListener("rrp:row", ({ detail }) => view.light(detail.number));
+  view.redrawn();
+  live.redrawn();
+}
+
+class View {
+  constructor(panels) {
+    this.panels = panels;
+    this.zoom = 0; // 0: fitted to the width
+    this.here = "";
+    panels.addEventListener("click", (event) => this.click(event));
+    panels.addEventListener("keydown", (event) => this.key(event));
+    panels.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
+    panels.addEventListener("pointerdown", (event) => this.down(event));
+    panels.addEventListener("focusin", (event) => this.focused(event));
+    new ResizeObserver(() => this.scale()).observe(panels);
+  }
+
+  get root() {
+    return document.getElementById("diagram");
+  }
+
+  get svg() {
+    return this.root?.querySelector("svg") ?? null;
+  }
+
+  get boxes() {
+    return [...this.svg.querySelectorAll("[role=button]")];
+  }
+
+  /** There is a new drawing: what belongs to the page and not to the drawing is put on it. */
+  redrawn() {
+    if (!this.svg) return;
+    this.scale();
+    const stop = document.getElementById(this.stop) ?? this.boxes[0];
+    stop?.setAttribute("tabindex", "0");
+    this.light(this.here);
+  }
+
+  /** How large it is drawn: by hand, or so that it fills the width without becoming unreadable. */
+  scale() {
+    if (!this.svg) return;
+    const wide = this.svg.viewBox.baseVal.width * UNIT;
+    const room = this.root.clientWidth;
+    const least = LEAST_TEXT / (SMALLEST * UNIT);
+    const fitted = Math.min(Math.max((room - 2) / wide, least), TOO_LARGE);
+    this.shown = this.zoom || fitted;
+    // on an element that no morph touches
+    this.panels.style.setProperty("--zoom", this.shown);
+    const label = this.panels.querySelector("[data-zoom=fit]");
+    label?.setAttribute("aria-pressed", String(!this.zoom));
+  }
+
+  /** Zoom by a factor about a point of the window, or the middle. */
+  by(factor, at) {
+    const box = this.root.getBoundingClientRect();
+    const [x, y] = at ? [at.clientX - box.left, at.clientY - box.top] : [box.width / 2, box.height / 2];
+    const [left, top] = [(this.root.scrollLeft + x) / this.shown, (this.root.scrollTop + y) / this.shown];
+    this.zoom = Math.min(Math.max(this.shown * factor, 0.3), LARGEST);
+    this.scale();
+    this.root.scrollTo(left * this.shown - x, top * this.shown - y);
+  }
+
+  fit() {
+    this.zoom = 0;
+    this.scale();
+    this.root.scrollTo(0, 0);
+  }
+
+  click(event) {
+    const act = event.target.closest("[data-zoom]")?.dataset.zoom;
+    if (act === "in") this.by(STEP);
+    if (act === "out") this.by(1 / STEP);
+    if (act === "fit") this.fit();
+    const box = event.target.closest("#diagram [role=button]");
+    if (box && !this.dragged) this.goto(box);
+  }
+
+  /** To the box's row; of a stream, to the row that makes it, or else that uses it first. */
+  goto(box) {
+    const row = box.dataset.row ? box : this.across(box, "to", "from") ?? this.across(box, "from", "to");
+    if (!row?.dataset.row) return;
+    const detail = { number: Number(row.dataset.row) };
+    document.dispatchEvent(new CustomEvent("rrp:goto", { detail }));
+  }
+
+  across(box, mine, other) {
+    const arrow = this.svg.querySelector(`.arrow:not(.world)[data-${mine}="${box.id}"]`);
+    return arrow && document.getElementById(arrow.dataset[other]);
+  }
+
+  key(event) {
+    const box = event.target.closest("#diagram [role=button]");
+    if (!box || event.ctrlKey || event.metaKey || event.altKey) return;
+    const ways = { ArrowUp: [0, -1], ArrowDown: [0, 1], ArrowLeft: [-1, 0], ArrowRight: [1, 0] };
+    const acts = {
+      Enter: () => this.goto(box), " ": () => this.goto(box), "+": () => this.by(STEP), "=": () => this.by(STEP),
+      "-": () => this.by(1 / STEP), 0: () => this.fit(), Home: () => this.to(this.boxes[0]), End: () => this.to(this.boxes.at(-1)),
+    };
+    const act = ways[event.key] ? () => this.to(this.next(box, ways[event.key])) : acts[event.key];
+    if (!act) return;
+    event.preventDefault();
+    event.stopPropagation();
+    act();
+  }
+
+  /** The nearest box that way; what lies aside counts double. */
+  next(box, [dx, dy]) {
+    const middle = (element) => {
+      const { left, right, top, bottom } = element.getBoundingClientRect();
+      return [(left + right) / 2, (top + bottom) / 2];
+    };
+    const [x, y] = middle(box);
+    let best = [Infinity, null];
+    for (const other of this.boxes) {
+      const [ox, oy] = middle(other);
+      const ahead = (ox - x) * dx + (oy - y) * dy;
+      const aside = Math.abs((ox - x) * dy) + Math.abs((oy - y) * dx);
+      if (ahead > 1 && ahead + 2 * aside < best[0]) best = [ahead + 2 * aside, other];
+    }
+    return best[1];
+  }
+
+  to(box) {
+    if (!box) return;
+    box.focus({ preventScroll: true });
+    box.scrollIntoView({ block: "nearest", inline: "nearest" });
+  }
+
+  // one box is reached by Tab, the others from it by the arrows
+  focused(event) {
+    const box = event.target.closest("#diagram [role=button]");
+    if (!box) return;
+    for (const other of this.svg.querySelectorAll("[role=button][tabindex='0']")) other.setAttribute("tabindex", "-1");
+    box.setAttribute("tabindex", "0");
+    this.stop = box.id;
+  }
+
+  wheel(event) {
+    if (!event.ctrlKey || !event.target.closest("#diagram")) return;
+    event.preventDefault();
+    this.by(Math.exp(-event.deltaY * (event.deltaMode ? 0.04 : 0.002)), event);
+  }
+
+  // drag with the mouse; fingers scroll as everywhere
+  down(event) {
+    this.dragged = false;
+    const root = this.root;
+    if (event.pointerType !== "mouse" || event.button !== 0 || !event.target.closest?.("#diagram svg")) return;
+    const start = { x: event.clientX, y: event.clientY, left: root.scrollLeft, top: root.scrollTop };
+    const move = ({ clientX, clientY }) => {
+      const [x, y] = [clientX - start.x, clientY - start.y];
+      if (Math.hypot(x, y) > DRAG) this.dragged = true;
+      if (!this.dragged) return;
+      root.classList.add("dragging");
+      root.scrollTo(start.left - x, start.top - y);
+    };
+    const up = () => {
+      root.classList.remove("dragging");
+      window.removeEventListener("pointermove", move);
+      window.removeEventListener("pointerup", up);
+    };
+    window.addEventListener("pointermove", move);
+    window.addEventListener("pointerup", up);
+  }
+
+  /** The row with the cursor: its box, and the wires into and out of it. */
+  light(number) {
+    const changed = this.here !== number;
+    this.here = number;
+    if (!this.svg) return;
+    for (const old of this.svg.querySelectorAll(".here")) old.classList.remove("here");
+    const box = this.svg.querySelector(`[data-row="${Number(number) || 0}"]`);
+    if (!box) return;
+    box.classList.add("here");
+    for (const wire of this.svg.querySelectorAll(`[data-from="${box.id}"], [data-to="${box.id}"]`)) wire.classList.add("here");
+    if (changed) this.reveal(box);
+  }
+
+  // within the diagram only: the page itself must not jump
+  reveal(box) {
+    const [mine, frame] = [box.getBoundingClientRect(), this.root.getBoundingClientRect()];
+    const over = (low, high, least, most) => (low < least ? low - least - 16 : high > most ? high - most + 16 : 0);
+    const [x, y] = [over(mine.left, mine.right, frame.left, frame.right), over(mine.top, mine.bottom, frame.top, frame.bottom)];
+    if (x || y) this.root.scrollBy(x, y);
+  }
+}

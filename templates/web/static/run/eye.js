@@ -1,0 +1,120 @@
+// What the robot's camera sees, as a stream of pictures, with what its sensors detect in it.
+
+import { element } from "./svg.js";
+
+const FRESH = 0.5; // s: an older detection is not shown
+const WIDE = 640; // of the overlay, in its own units
+const LABEL = 28;
+const EMPTY = "The robot’s eye opens when it runs";
+
+/** Fill `#eye`. */
+export function eye(root) {
+  const figure = document.createElement("figure");
+  figure.className = "eye";
+  const frame = document.createElement("div");
+  frame.className = "frame";
+  const picture = document.createElement("img");
+  picture.alt = EMPTY;
+  picture.hidden = true;
+  const overlay = element("svg", { viewBox: `0 0 ${WIDE} 480`, "aria-hidden": "true" });
+  const nothing = document.createElement("p");
+  nothing.className = "quiet nothing";
+  nothing.textContent = EMPTY;
+  const caption = document.createElement("figcaption");
+  caption.textContent = "Robot’s eye";
+  frame.append(nothing, picture, overlay);
+  figure.append(frame, caption);
+  root.replaceChildren(figure);
+
+  const lens = { hfov: 0.98262, vfov: 0.76271 };
+  const seen = new Map(); // sensor → { t, fields }
+  let id;
+  let newest = 0; // number of the newest picture told of
+  let asked = 0; // and of the one that is being loaded
+  let loading = false;
+  let t = 0;
+
+  const forget = () => {
+    seen.clear();
+    newest = asked = 0;
+    overlay.replaceChildren();
+  };
+
+  // one picture after the other: a slow browser gets fewer, not later ones
+  const load = () => {
+    if (loading || newest === asked || document.hidden) return;
+    loading = true;
+    asked = newest;
+    picture.src = `/run/eye.jpg?n=${asked}`;
+  };
+  picture.addEventListener("load", () => {
+    loading = false;
+    picture.hidden = false;
+    nothing.hidden = true;
+    load();
+  });
+  picture.addEventListener("error", () => {
+    loading = false;
+    picture.hidden = true;
+    nothing.hidden = false;
+    nothing.textContent = "No picture yet";
+  });
+  document.addEventListener("visibilitychange", load);
+
+  document.addEventListener("rrp:run", ({ detail }) => {
+    if (detail.id !== id) forget();
+    id = detail.id;
+    if (detail.camera?.hfov) Object.assign(lens, detail.camera);
+    const high = Math.round((WIDE * Math.tan(lens.vfov / 2)) / Math.tan(lens.hfov / 2));
+    overlay.setAttribute("viewBox", `0 0 ${WIDE} ${high}`);
+    frame.style.aspectRatio = `${WIDE} / ${high}`;
+  });
+
+  document.addEventListener("rrp:live", ({ detail }) => {
+    if (detail.full) seen.clear();
+    t = detail.t ?? t;
+    for (const [sensor, fields] of Object.entries(detail.fields ?? {})) {
+      if (fields && "x" in fields && "y" in fields) seen.set(sensor, { t: detail.streams?.[sensor]?.at ?? t, fields });
+      else seen.delete(sensor);
+    }
+    for (const [sensor, entry] of seen) if (t - entry.t > FRESH) seen.delete(sensor);
+    mark(overlay, seen, lens);
+    const words = [...seen].map(([sensor, { fields }]) => label(sensor, fields)).join(", ");
+    picture.alt = `What the robot’s camera sees: ${words || "nothing that its sensors look for"}`;
+    if (detail.eye && detail.eye !== newest) {
+      newest = detail.eye;
+      load();
+    }
+  });
+}
+
+/** The boxes around what is seen; angles to the left of and below the picture's middle, rad. */
+function mark(overlay, seen, { hfov, vfov }) {
+  const { width: wide, height: high } = overlay.viewBox.baseVal;
+  const [fx, fy] = [wide / 2 / Math.tan(hfov / 2), high / 2 / Math.tan(vfov / 2)];
+  const parts = [...seen].map(([sensor, { fields }]) => {
+    const { x, y, width = 0.1, height = 0.1 } = fields;
+    const left = wide / 2 - fx * Math.tan(x + width / 2);
+    const right = wide / 2 - fx * Math.tan(x - width / 2);
+    const top = high / 2 + fy * Math.tan(y - height / 2);
+    const bottom = high / 2 + fy * Math.tan(y + height / 2);
+    const group = element("g", { "data-sensor": sensor });
+    const words = label(sensor, fields);
+    const across = words.length * LABEL * 0.54 + 20;
+    const at = Math.min(Math.max(left, 0), wide - across);
+    const above = top - LABEL * 1.4 > 0 ? top - LABEL * 1.4 : Math.min(bottom, high - LABEL * 1.4);
+    const name = element("text", { x: at + 10, y: above + LABEL, "font-size": LABEL });
+    name.textContent = words;
+    group.append(
+      element("rect", { class: "seen", x: left, y: top, width: right - left, height: bottom - top }),
+      element("rect", { class: "ground", x: at, y: above, width: across, height: LABEL * 1.4 }), name,
+    );
+    return group;
+  });
+  overlay.replaceChildren(...parts);
+}
+
+function label(sensor, { distance, name }) {
+  const far = Number.isFinite(distance) ? `${sensor} ${distance.toFixed(2)} m` : sensor;
+  return name ? `${far}: ${name}` : far;
+}

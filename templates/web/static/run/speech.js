@@ -1,0 +1,72 @@
+// What the robot says: a bubble while it speaks, then the last sentence with its age. (log.js plays the sound.)
+
+/** Fill `#speech`. */
+export function speech(root) {
+  root.classList.add("speech");
+  const bubble = document.createElement("p");
+  bubble.className = "bubble";
+  bubble.hidden = true;
+  bubble.setAttribute("aria-hidden", "true"); // read to the end, its age would be told again and again
+  const words = document.createElement("span");
+  const age = document.createElement("small");
+  bubble.append(words, age);
+  const spoken = document.createElement("p");
+  spoken.className = "only-spoken";
+  spoken.setAttribute("aria-live", "polite");
+  root.replaceChildren(bubble, spoken);
+
+  let id;
+  let last = null; // { text, t, now }
+  const show = (t) => {
+    bubble.hidden = !last;
+    if (!last) return;
+    if (words.textContent !== last.text) words.textContent = last.text;
+    bubble.classList.toggle("now", last.now);
+    const shown = last.now ? "" : ago(Math.max(0, t - last.t));
+    if (age.textContent !== shown) age.textContent = shown;
+  };
+  const say = (text, t, now) => {
+    if (last?.text === text && t - last.t < 1) Object.assign(last, { now: last.now || now });
+    else {
+      last = { text, t, now };
+      spoken.textContent = `The robot says: ${text}`;
+    }
+  };
+
+  document.addEventListener("rrp:run", ({ detail }) => {
+    if (detail.id !== id) {
+      last = null;
+      spoken.textContent = "";
+    }
+    if (last && !["running", "paused"].includes(detail.phase)) last.now = false;
+    id = detail.id;
+    show(detail.t ?? 0);
+  });
+  let now = 0;
+  document.addEventListener("rrp:live", ({ detail }) => {
+    now = detail.t ?? now;
+    const saying = detail.robot?.saying;
+    if (saying) {
+      if (last?.now && last.text === saying) last.t = now;
+      else say(saying, now, true);
+    } else if (saying === "" && last?.now) Object.assign(last, { now: false, t: now });
+    show(now);
+  });
+  document.addEventListener("rrp:log", ({ detail }) => {
+    const lines = detail.lines.filter((line) => line.kind === "speech");
+    const line = lines.at(-1);
+    const known = last && (last.t > line?.t || (last.now && line?.text.includes(last.text)));
+    if (line && !known) say(bare(line.text), line.t, false);
+    show(Math.max(now, line?.t ?? 0));
+  });
+}
+
+/** “Hello Kai”, as it stands in a line of the log, without its quotes and what follows them. */
+function bare(text) {
+  return /[“"](.+)[”"]/.exec(text)?.[1] ?? text;
+}
+
+function ago(seconds) {
+  if (seconds < 1) return "just now";
+  return seconds < 90 ? `${Math.floor(seconds)} s ago` : `${Math.floor(seconds / 60)} min ago`;
+}
