@@ -10,12 +10,12 @@ from rrp_sheets.checks.formulas import check_formulas
 from rrp_sheets.checks.lints import lint
 from rrp_sheets.checks.protocol import RunPlan, check_protocol
 from rrp_sheets.checks.rivals import judge_proposals
-from rrp_sheets.checks.tests import Case, check_tests, switchable
+from rrp_sheets.checks.tests import Case, MakeScope, check_tests, switchable
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import Robot, load_robot, robot_names
 from rrp_sheets.devices.scene import check_presses, parse_scene
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.formulas import Formula
+from rrp_sheets.formulas import Formula, make_scope
 from rrp_sheets.graph import Graph
 from rrp_sheets.graph.build import build_graph
 from rrp_sheets.model.names import nearest
@@ -33,6 +33,7 @@ class Checked:
         run: what the Protocol says about running.
         tests: the test sheets, understood.
         facts: what is known about streams before the run, by stream id; of what a `subscribe` row sends, by its ref.
+        scope: makes the scope of a formula outside of the rows, with the workbook's helpers and tables.
     """
 
     workbook: Workbook
@@ -44,6 +45,7 @@ class Checked:
     tests: tuple[Case, ...]
     report: Report
     facts: Mapping[str, Fact] = field(default_factory=dict)
+    scope: MakeScope = make_scope
 
 
 def check_workbook(workbook: Workbook, report: Report, *, lints: bool = True) -> Checked:
@@ -67,7 +69,7 @@ def check_workbook(workbook: Workbook, report: Report, *, lints: bool = True) ->
     report.drop_followers()
     if lints:
         judge_proposals(graph, robot, compiled, report)
-    return Checked(workbook, robot, graph, compiled.formulas, scene, run, tests, report, compiled.facts)
+    return Checked(workbook, robot, graph, compiled.formulas, scene, run, tests, report, compiled.facts, compiled.scope)
 
 
 def _buttons(workbook: Workbook, graph: Graph, robot: Robot) -> list[str]:

@@ -17,11 +17,11 @@ def build(wiring: Wiring) -> Observable[Value]:
     """Every value after the period; their order and their distances are kept."""
     from reactivex import Observable
 
-    clock, period, rank = wiring.clock, wiring.period_us, wiring.rank
+    clock, rank = wiring.clock, wiring.rank
 
     def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> DisposableBase:
         def take(value: Value) -> None:
-            clock.push(clock.us + period, rank, lambda: observer.on_next(value))
+            clock.push(clock.us + wiring.period_us, rank, lambda: observer.on_next(value))
 
         return wiring.inputs[0].subscribe(take)
 

@@ -17,7 +17,7 @@ def build(wiring: Wiring) -> Observable[Value]:
     """Values at once; a blank once when nothing has arrived for the period, armed again by the next value."""
     from reactivex import Observable
 
-    clock, period, rank = wiring.clock, wiring.period_us, wiring.rank
+    clock, rank = wiring.clock, wiring.rank
 
     def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> DisposableBase:
         due = 0  # when the value now held is forgotten; 0: nothing to forget
@@ -35,7 +35,7 @@ def build(wiring: Wiring) -> Observable[Value]:
 
         def take(value: Value) -> None:
             nonlocal due, waiting
-            due = clock.us + period
+            due = clock.us + wiring.period_us
             observer.on_next(value)
             if not waiting:
                 waiting = True

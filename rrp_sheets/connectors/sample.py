@@ -18,25 +18,36 @@ def build(wiring: Wiring) -> Observable[Value]:
     from reactivex import Observable
     from reactivex.disposable import SingleAssignmentDisposable
 
-    clock, period, rank = wiring.clock, wiring.period_us, wiring.rank
+    clock, rank = wiring.clock, wiring.rank
 
     def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> DisposableBase:
         waiting: list[Value] = []
-        due = clock.us + period  # a behaviour may be switched on in the middle of a run
+        due = 0
 
-        def tick() -> None:
+        def arm(at: int) -> None:
             nonlocal due
-            due += max(1, (clock.us - due) // period + 1) * period
-            clock.push(due, rank, tick)
+            due = at
+            clock.push(due, rank, lambda: tick(at))
+
+        def tick(at: int) -> None:
+            if at != due:  # the period was edited meanwhile
+                return
+            period = wiring.period_us
+            arm(due + max(1, (clock.us - due) // period + 1) * period)
             if waiting:
                 observer.on_next(waiting.pop())
+
+        def edited() -> None:
+            if clock.us + wiring.period_us != due:
+                arm(clock.us + wiring.period_us)
 
         def take(value: Value) -> None:
             waiting[:] = [value]
 
         source = SingleAssignmentDisposable()
         source.disposable = wiring.inputs[0].subscribe(take)
-        clock.push(due, rank, tick)
+        arm(clock.us + wiring.period_us)  # a behaviour may be switched on in the middle of a run
+        wiring.edited = edited
         return source
 
     return Observable(subscribe)

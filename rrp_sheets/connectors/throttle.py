@@ -17,7 +17,7 @@ def build(wiring: Wiring) -> Observable[Value]:
     """A value passes and begins a period in which nothing else does; one at the period's end passes."""
     from reactivex import Observable
 
-    clock, period = wiring.clock, wiring.period_us
+    clock = wiring.clock
 
     def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> DisposableBase:
         free = 0  # from when on a value passes
@@ -25,7 +25,7 @@ def build(wiring: Wiring) -> Observable[Value]:
         def take(value: Value) -> None:
             nonlocal free
             if clock.us >= free:
-                free = clock.us + period
+                free = clock.us + wiring.period_us
                 observer.on_next(value)
 
         return wiring.inputs[0].subscribe(take)

@@ -21,7 +21,7 @@ def build(wiring: Wiring) -> Observable[Value]:
     from reactivex import Observable
     from reactivex.disposable import CompositeDisposable
 
-    clock, period, rank = wiring.clock, wiring.period_us, wiring.rank
+    clock, rank = wiring.clock, wiring.rank
 
     def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> DisposableBase:
         arrived: list[tuple[int, Value]] = []
@@ -36,7 +36,7 @@ def build(wiring: Wiring) -> Observable[Value]:
             for number, value in arrived:
                 if number == 0:
                     armed[:] = [value]
-                    due = clock.us + period
+                    due = clock.us + wiring.period_us
             arrived.clear()
             if armed and due <= clock.us:
                 observer.on_next(armed.pop())

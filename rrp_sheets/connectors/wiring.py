@@ -30,7 +30,7 @@ class Clock(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@dataclass
 class Wiring:
     """The parts of one row.
 
@@ -40,9 +40,10 @@ class Wiring:
         rank: the row's place in the topological order.
         evaluate: the row's formula over what the connector adds to the names in scope (`Connector.extra`) and its
             inputs' values, in order; gives a Failure on an error. None without formula.
-        period_us: of a connector with a period.
+        period_us: of a connector with a period. It may be edited while the run goes on: read it when a period begins.
         fail: tells an error with the values it came from; the event is dropped.
         names: the inputs' shown names.
+        edited: called when the period was edited, of connectors whose next act is on the agenda already.
     """
 
     inputs: Sequence[Observable[Value]]
@@ -52,6 +53,7 @@ class Wiring:
     period_us: int = 0
     fail: Callable[[Failure, tuple[Value, ...]], None] = lambda failure, values: None
     names: tuple[str, ...] = ()
+    edited: Callable[[], None] = lambda: None
 
 
 def settle(

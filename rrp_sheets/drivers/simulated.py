@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from rrp_sheets.devices.catalogue import Robot
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.exchange import DONE, Command, DeviceUse
+from rrp_sheets.model.exchange import DONE, Command, DeviceUse, Shown
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import RecordType, Value
@@ -93,6 +93,14 @@ class SimulatedWorld(World):
     def state(self) -> State:
         """The world as it is: joints, torso, eyes, speech, things."""
         return self._process.state()
+
+    def act(self, actions: Sequence[SceneAction]) -> None:
+        """Let something happen in the world now, by hand."""
+        self._process.act(actions)
+
+    def show(self, picture: bool) -> Shown:
+        """The world for a display, with what the robot sees when that is wanted."""
+        return self._process.show(picture)
 
     def look(self) -> Image:
         """What the robot sees now: (240, 320, 3), 0 to 255."""

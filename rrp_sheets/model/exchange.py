@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from rrp_sheets.model.values import Field, Record, RecordType, Value
 
@@ -75,9 +76,60 @@ class Command:
 
 @dataclass(frozen=True, slots=True)
 class Happening:
-    """Something to tell besides the events: `kind` is `say`, `clamp`, `note` or `error`."""
+    """Something to tell besides the events: `kind` is `say`, `clamp`, `note` or `error`.
+
+    Attributes:
+        sound: the file in the run's folder with what is said; empty where there is none.
+    """
 
     kind: str
     text: str
     stream: str = ""
     row: str = ""
+    sound: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Act:
+    """What somebody did to a run while it was going.
+
+    Attributes:
+        kind: `mark`, `switch`, `send`, `press`, `scene`, `speed`, `edit`, `pause`, `resume` or `step`.
+        text: in words.
+        by: who.
+        detail: all that is needed to do it again, by name.
+    """
+
+    kind: str
+    text: str
+    by: str = ""
+    detail: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """The world as it is, for displays and tests.
+
+    Attributes:
+        joints: positions by the joint's name, rad.
+        base: x, y, z (m) of the torso and roll, pitch, yaw (rad).
+        eyes: red, green, blue of both eyes as they shine, 0 to 1.
+        saying: the sentence being spoken, or empty.
+        things: positions (m) of the visible balls and faces by name.
+        driving: the row that has each resource of the robot (`head`, `voice`, …) now.
+    """
+
+    joints: Mapping[str, float]
+    base: tuple[float, ...]
+    eyes: tuple[float, ...]
+    saying: str
+    things: Mapping[str, tuple[float, ...]]
+    driving: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """The world for a display: its state, and what the robot sees as a JPEG picture, empty when none was wanted."""
+
+    state: State
+    picture: bytes = b""

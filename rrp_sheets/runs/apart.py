@@ -8,6 +8,7 @@ brings it to its safe stop when the engine is gone.
 from __future__ import annotations
 
 import os
+import threading
 import time
 from contextlib import suppress
 from dataclasses import dataclass
@@ -58,7 +59,9 @@ class RunProcess:
     def __init__(self, path: Path, settings: RunSettings | None = None) -> None:
         require()
         self._office = Office()
-        self._office.send("run", str(path.absolute()), pack_settings(settings or RunSettings()))
+        self._sending = threading.Lock()
+        self._asked = False  # to stop
+        self._send("run", str(path.absolute()), pack_settings(settings or RunSettings()))
         self._started: RunStart | None = None
         self._world: int | None = None
         self._starting = False
@@ -70,9 +73,72 @@ class RunProcess:
         """The process's number."""
         return self._office.pid
 
-    def stop(self) -> None:
-        """Ask the run to stop in order; it ends after its frame."""
-        self._office.send("stop")
+    # ---- what people do: from any thread, without waiting; the view is told what came of it
+    def stop(self, by: str = "") -> None:
+        """Let the run stop in order, whatever it is doing: it ends after its frame, and the robot goes to its rest."""
+        self._asked = True
+        self._send("stop", by)
+
+    def pause(self, by: str = "") -> None:
+        """Let everything stand still: streams, timers, motion."""
+        self._wish("pause", by)
+
+    def resume(self, by: str = "") -> None:
+        """Let it go on from where it stands."""
+        self._wish("resume", by)
+
+    def step(self, by: str = "") -> None:
+        """Let it go on for one frame (of an event loop: some 33 ms), and stand still."""
+        self._wish("step", by)
+
+    def speed(self, factor: float, by: str = "") -> None:
+        """Be faster or slower: 1 is real time, 0 as fast as it can."""
+        self._wish("speed", by, factor=factor)
+
+    def mark(self, note: str, by: str = "") -> None:
+        """Record a note with the time of now."""
+        self._wish("mark", by, note=note)
+
+    def switch(self, behaviour: str, on: bool, by: str = "") -> None:
+        """Switch a behaviour by its name."""
+        self._wish("switch", by, behaviour=behaviour, on=on)
+
+    def send(self, stream: str, text: str, by: str = "") -> None:
+        """Let a value enter a sensor stream (or one of ended commands) in the next frame.
+
+        Args:
+            stream: its name.
+            text: as the Send cell of a test has it: a formula, or `field=value; field=value`; blank is the example.
+            by: who sends it.
+        """
+        self._wish("send", by, stream=stream, text=text)
+
+    def press(self, label: str, by: str = "") -> None:
+        """Press an operator's button."""
+        self._wish("press", by, label=label)
+
+    def scene(self, thing: str, verb: str, value: str, by: str = "") -> None:
+        """Let something happen in the world at once, in the words of a Scene sheet's row."""
+        self._wish("scene", by, thing=thing, verb=verb, value=value)
+
+    def put(self, thing: str, at: tuple[float, float, float], by: str = "") -> None:
+        """Move a thing of the scene (m) at once, as one drags it: of many places in a frame the last one counts."""
+        self._wish("put", by, thing=thing, at=at)
+
+    def apply(self, path: Path, by: str = "") -> None:
+        """Let the run go on with the rows of the edited workbook, when their graph has the same shape."""
+        self._wish("apply", by, path=str(path.absolute()))
+
+    def look(self, wanted: bool) -> None:
+        """Say whether somebody wants to see what the robot sees."""
+        self._wish("look", wanted=wanted)
+
+    def _wish(self, kind: str, by: str = "", **what: Any) -> None:
+        self._send("wish", kind, by, what)
+
+    def _send(self, *message: Any) -> None:
+        with self._sending:
+            self._office.send(*message)
 
     def listen(self, view: RunView) -> Ended:
         """Tell a view everything until the run has ended.
@@ -91,11 +157,12 @@ class RunProcess:
                 os.close(self._world)
 
     def _listen(self, view: RunView) -> Ended:
-        office, asked = self._office, False
+        office = self._office
+        if type(view).state is not RunView.state:
+            self._wish("show", wanted=True)
         watchdog = Watchdog(office.cell)
         while True:
-            if not asked and view.stopped():
-                asked = True
+            if not self._asked and view.stopped():
                 self.stop()
             messages = office.receive(LISTEN)
             if messages is None:
@@ -104,7 +171,7 @@ class RunProcess:
                 ended = self._take(message, view)
                 if ended is not None:
                     return ended
-            if asked and not self._starting:
+            if self._asked and not self._starting:
                 office.kill()  # nothing has begun, and the check of a workbook need not be waited for
                 return Ended()
             patience = self._patience()
@@ -162,7 +229,7 @@ class RunProcess:
         if not self._finishing:
             view.finishing()
         self._await_rest()
-        summary = close_trace(start, row)
+        summary = close_trace(start, row, error)
         summary.wall = wall
         files, problems = _finish(start.folder)
         return Ended(result=RunResult(start.folder, files, summary, error, problems))

@@ -28,6 +28,7 @@ from rrp_sheets.runs.wire import (
     pack_result,
     unpack_settings,
 )
+from rrp_sheets.runtime.control import Control, Wish
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
@@ -49,6 +50,7 @@ class _Process:
         self._cell = cell
         self.box = Outbox(link)
         self._reporter = _RunReporter(self.box)
+        self._control = Control()
         self._running = threading.Event()
         self._requests: SimpleQueue[list[Any]] = SimpleQueue()
 
@@ -72,11 +74,13 @@ class _Process:
         """Read what the program says, on a thread: it costs the engine nothing."""
         for message in self._lines:
             if message[0] == "stop":
-                self._reporter.stop = True
+                self._control.stop(*message[1:])
+            elif message[0] == "wish":
+                self._control.ask(Wish(*message[1:]))
             else:
                 self._requests.put(message)
         if self._running.is_set():  # the program has died: the robot comes to its rest, the files are written
-            self._reporter.stop = True
+            self._control.stop()
             threading.Event().wait(ALONE_WITHIN)
         os._exit(0)
 
@@ -94,7 +98,9 @@ class _Process:
         self.box.post(["starting"])
         self.box.flush()
         self._running.set()
-        result = run(reading, checked, unpack_settings(settings), self._reporter, cell=self._cell.numbers)
+        result = run(
+            reading, checked, unpack_settings(settings), self._reporter, cell=self._cell.numbers, control=self._control
+        )
         self._running.clear()
         self.box.post(["result", pack_result(result)])
 

@@ -14,16 +14,19 @@ from rrp_sheets.checks import Checked
 from rrp_sheets.devices.default_scene import default_scene
 from rrp_sheets.devices.scene import scene_end_us
 from rrp_sheets.errors import RunBroken, SheetsError
-from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.exchange import Act, Happening, Shown
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Failure, Value
 from rrp_sheets.runs.folder import RunFolder
-from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView, Summary
+from rrp_sheets.runs.starting import start_of
+from rrp_sheets.runs.view import RunResult, RunSettings, RunView, Summary
+from rrp_sheets.runtime.control import Control
 from rrp_sheets.runtime.engine import Engine
 from rrp_sheets.runtime.events import EventEngine
 from rrp_sheets.runtime.frame import FrameEngine
+from rrp_sheets.runtime.hooks import Course, Hooks
 from rrp_sheets.runtime.live import LiveCourse
-from rrp_sheets.runtime.loop import Course, FrameCourse, Hooks
+from rrp_sheets.runtime.loop import FrameCourse
 from rrp_sheets.runtime.plan import Plan, make_plan
 from rrp_sheets.runtime.ports import World
 from rrp_sheets.runtime.progress import Cell
@@ -42,14 +45,27 @@ WorldMaker = Callable[[Plan, tuple[SceneAction, ...], int, Path], World]
 class _Recorder(Hooks):
     """An engine's observer and a loop's hooks: tells the trace and the view. The trace comes when the run begins."""
 
-    def __init__(self, view: RunView) -> None:
+    def __init__(self, view: RunView, control: Control) -> None:
         self.view = view
+        self.control = control
         self.trace: TraceWriter | None = None
-        self.refused: dict[str, int] = {}  # how often an actuator could not use a row's value
+        self.engine: Engine | None = None
+        self.unusable: dict[str, int] = {}  # how often an actuator could not use a row's value
+        self._began = time.monotonic()
+
+    def begin(self, trace: TraceWriter, engine: Engine) -> None:
+        """The run's clock starts."""
+        self.trace, self.engine, self._began = trace, engine, time.monotonic()
+
+    @property
+    def wall(self) -> float:
+        """Seconds of the wall clock since the beginning."""
+        return time.monotonic() - self._began
 
     def event(self, us: int, stream: str, row: str, value: Value) -> None:
         if self.trace is not None:
-            self.trace.event(us, stream, row, value)
+            by = self.engine.sent_by if self.engine is not None and not row else None
+            self.trace.event(us, stream, row, value, by)
         self.view.event(us, stream, row, value)
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
@@ -62,13 +78,33 @@ class _Recorder(Hooks):
             self.trace.happening(us, happening)
         if happening.kind == "error":  # an actuator cannot use its value: an error of that row like any other
             place = happening.row or happening.stream
-            self.refused[place] = self.refused.get(place, 0) + 1
+            self.unusable[place] = self.unusable.get(place, 0) + 1
         self.view.happening(us, happening)
 
     def frame(self, us: int) -> None:
         if self.trace is not None:
             self.trace.flush()
         self.view.frame(us)
+
+    def acted(self, us: int, act: Act) -> None:
+        if self.trace is not None:
+            self.trace.act(us, act, self.wall)
+            self.trace.flush()
+        self.view.acted(us, act)
+
+    def refused(self, kind: str, message: str, remedy: str) -> None:
+        self.view.refused(kind, message, remedy)
+
+    def paused(self, us: int, is_paused: bool) -> None:
+        self.view.paused(us, is_paused)
+
+    def standing(self, us: int) -> None:
+        self.view.standing(us)
+
+    def shown(self, us: int, shown: Shown) -> None:
+        self.view.state(us, shown.state)
+        if shown.picture:
+            self.view.picture(us, shown.picture)
 
     def stopped(self) -> bool:
         return self.view.stopped()
@@ -81,6 +117,7 @@ def run(
     view: RunView | None = None,
     world: WorldMaker | None = None,
     cell: Cell | None = None,
+    control: Control | None = None,
 ) -> RunResult:
     """Run a checked workbook and leave a folder with trace, workbook, catalogue, table, diagram, film and speech.
 
@@ -91,6 +128,7 @@ def run(
         view: told of everything as it happens; may stop the run.
         world: makes the robot's world; the simulated NAO when None.
         cell: where the engine is, for a watchdog in another process.
+        control: what people want while it goes on.
 
     Raises:
         SheetsError: when the workbook has errors or the folder cannot be used.
@@ -113,9 +151,9 @@ def run(
     folder = RunFolder(reading, settings.out)
     until = _until(checked, settings)
     live = (world or _simulated(settings))(plan, scene, seed, folder.path)
-    recorder = _Recorder(view)
+    recorder = _Recorder(view, control or Control())
     course = _begin(plan, live, recorder, seed, settings, cell)
-    view.started(_start(plan, until, folder.path, getattr(live, "pid", None)))
+    view.started(start_of(plan, scene, until, folder.path, getattr(live, "pid", None)))
     try:
         folder.make()
         folder.keep_workbook(checked)
@@ -126,7 +164,8 @@ def run(
             "condition": settings.condition, "operator": settings.operator,
             "began": datetime.now(UTC).isoformat(timespec="milliseconds"),
         }  # fmt: skip
-        trace = recorder.trace = TraceWriter(folder.path / "trace.jsonl", plan, header)
+        trace = TraceWriter(folder.path / "trace.jsonl", plan, header)
+        recorder.begin(trace, course.engine)
     except SheetsError:
         with suppress(RunBroken):  # what is told is why the run does not begin
             course.stop()
@@ -141,18 +180,11 @@ def _begin(
 ) -> Course:
     """Start the devices and wire the rows, for the engine that the Protocol asks for."""
     if plan.checked.run.engine == "frame":
-        return FrameCourse(world, lambda: FrameEngine(plan, recorder, seed, cell), paced=not settings.fast)
+        return FrameCourse(
+            world, lambda: FrameEngine(plan, recorder, seed, cell), paced=not settings.fast, control=recorder.control
+        )
     pumped = PumpedWorld(world, plan.checked.run.frame_rate)
-    return LiveCourse(plan, pumped, lambda: EventEngine(plan, recorder, seed, cell))
-
-
-def _start(plan: Plan, until: int, folder: Path, world: int | None) -> RunStart:
-    workbook = plan.checked.workbook
-    return RunStart(
-        title=workbook.protocol.text("Title") or Path(workbook.source).stem, until_us=until, folder=folder,
-        findings=tuple(plan.checked.report), streams={s.id: stream_label(s) for s in plan.streams},
-        actuators={a.stream: a.name for a in plan.actuators}, rows=plan.rows_by_rank(), world=world,
-    )  # fmt: skip
+    return LiveCourse(plan, pumped, lambda: EventEngine(plan, recorder, seed, cell), recorder.control)
 
 
 def _go(course: Course, until: int, trace: TraceWriter, recorder: _Recorder) -> tuple[Summary, RunBroken | None]:
@@ -187,6 +219,8 @@ def _go(course: Course, until: int, trace: TraceWriter, recorder: _Recorder) -> 
                 broken = broken or error  # the first break is the cause
             finally:
                 summary = _summary(course.engine, recorder, wall, ended, row)
+                if broken is not None:
+                    summary.why, summary.remedy = broken.message, broken.remedy
                 try:
                     trace.close(summary.as_dict(wall=False))
                 except RunBroken as error:
@@ -199,9 +233,10 @@ def _summary(engine: Engine, recorder: _Recorder, wall: float, ended: str, row: 
     counts = {labels[i]: s.arrived for i, s in engine.streams.items()}
     commands = {a.name: engine.streams[a.stream].arrived for a in engine.plan.actuators}
     errors = dict(engine.errors)
-    for place, count in recorder.refused.items():
+    for place, count in recorder.unusable.items():
         errors[place] = errors.get(place, 0) + count
-    return Summary(counts, errors, commands, engine.clock.us / 1e6, wall, ended, row)
+    by = recorder.control.stopped_by if ended == "stopped" else ""
+    return Summary(counts, errors, commands, engine.clock.us / 1e6, wall, ended, row, by)
 
 
 def _until(checked: Checked, settings: RunSettings) -> int:

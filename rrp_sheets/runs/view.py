@@ -9,7 +9,7 @@ from typing import Any
 
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.errors import RunBroken
-from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.exchange import Act, Happening, State
 from rrp_sheets.model.values import Failure, Value
 
 
@@ -51,6 +51,12 @@ class RunStart:
         actuators: the names of the actuator streams, by their ids.
         rows: the rows that run, by their place in the order.
         world: the number of the simulator's process, if there is one.
+        behaviours: those that are loaded, each with whether it is on.
+        sensors: the streams that values can be sent into: name, device, and an example as a Send cell has it.
+        buttons: the operator's: stream name and label.
+        things: of the scene: name, kind (`ball`, `person`), and where it is at the beginning (m) if it is there.
+        hfov, vfov: opening angles of the robot's camera, rad; 0 when it has none.
+        resources: what each actuator stream (its id) needs of the robot.
     """
 
     title: str
@@ -61,6 +67,13 @@ class RunStart:
     actuators: Mapping[str, str] = field(default_factory=dict)
     rows: Mapping[int, str] = field(default_factory=dict)
     world: int | None = None
+    behaviours: tuple[tuple[str, bool], ...] = ()
+    sensors: tuple[tuple[str, str, str], ...] = ()
+    buttons: tuple[tuple[str, str], ...] = ()
+    things: tuple[tuple[str, str, tuple[float, float, float] | None], ...] = ()
+    hfov: float = 0.0
+    vfov: float = 0.0
+    resources: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 class RunView:
@@ -80,6 +93,24 @@ class RunView:
 
     def frame(self, us: int) -> None:
         """A frame is over."""
+
+    def acted(self, us: int, act: Act) -> None:
+        """Somebody did something, after the frame of `us`."""
+
+    def refused(self, kind: str, message: str, remedy: str) -> None:
+        """What somebody wanted (`send`, `apply`, …) cannot be done."""
+
+    def paused(self, us: int, is_paused: bool) -> None:
+        """The run stands still, or goes on."""
+
+    def standing(self, us: int) -> None:
+        """Nothing goes on: a sign of life of a run that is paused, or very slow."""
+
+    def state(self, us: int, state: State) -> None:
+        """The world, about 12 times a second of wall time."""
+
+    def picture(self, us: int, jpeg: bytes) -> None:
+        """What the robot sees, about 8 times a second, when that is wanted."""
 
     def finishing(self) -> None:
         """The robot is brought to rest and the files are written."""
@@ -101,6 +132,8 @@ class Summary:
         wall: seconds that passed meanwhile.
         ended: `time` (its time was over), `stopped` (by the user), `end run` (by a row), `broken`.
         ended_by: the row that ended the run, or was being worked out when it broke off; empty where there is none.
+        stopped_by: who stopped it, where that is known.
+        why, remedy: of a run that broke off.
     """
 
     events: dict[str, int] = field(default_factory=dict)
@@ -110,11 +143,15 @@ class Summary:
     wall: float = 0.0
     ended: str = "time"
     ended_by: str = ""
+    stopped_by: str = ""
+    why: str = ""
+    remedy: str = ""
 
     def as_dict(self, *, wall: bool) -> dict[str, Any]:
         """As JSON; without the wall clock for the trace, whose bytes must not depend on it."""
+        told = {"by": self.ended_by, "stopped_by": self.stopped_by, "why": self.why, "remedy": self.remedy}
         entry: dict[str, Any] = {
-            "ended": self.ended, **({"by": self.ended_by} if self.ended_by else {}),
+            "ended": self.ended, **{k: v for k, v in told.items() if v},
             "simulated_seconds": self.simulated, "events": self.events, "errors": self.errors,
             "actuator_commands": self.commands,
         }  # fmt: skip

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import json
 import socket
-from collections.abc import Iterator
+from base64 import b64decode, b64encode
+from collections.abc import Callable, Iterator
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, get_args
@@ -17,11 +18,12 @@ from rrp_sheets.diagnostics.catalogue import Severity
 from rrp_sheets.diagnostics.fix import Fix, FixEdit
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError, UnreadableFile
 from rrp_sheets.model.cells import Address
-from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.exchange import Act, Happening, State
 from rrp_sheets.model.values import Failure, Record, Value, record_from_mapping
 from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView, Summary
 
 MOST_WAITING = 4_000_000  # bytes of events that a watcher may be behind; what is more is not shown, but in the trace
+LIGHT = 200_000  # bytes: so much may wait when a picture is put into the box
 _EDITS: dict[str, Any] = {kind.__name__: kind for kind in get_args(FixEdit)}
 _ERRORS = {e.__name__: e for e in (SheetsError, MissingPart, RunBroken)}
 
@@ -75,6 +77,11 @@ class Outbox:
             self.missed += 1
         else:
             self.post(message)
+
+    @property
+    def light(self) -> bool:
+        """Whether little waits: pictures for somebody who is behind would be old ones."""
+        return len(self._waiting) < LIGHT
 
     def flush(self) -> None:
         """Send what can be sent without waiting."""
@@ -204,15 +211,10 @@ def unpack_result(packed: dict[str, Any]) -> RunResult:
 
 
 class Reporter(RunView):
-    """The view in the run's process: tells everything to whoever watches from another.
-
-    Attributes:
-        stop: set when the run should stop.
-    """
+    """The view in the run's process: tells everything to whoever watches from another."""
 
     def __init__(self, box: Outbox) -> None:
         self._box = box
-        self.stop = False
 
     def started(self, start: RunStart) -> None:
         """The run begins."""
@@ -232,21 +234,48 @@ class Reporter(RunView):
 
     def happening(self, us: int, happening: Happening) -> None:
         """Something to tell."""
-        self._box.post_event(["happening", us, happening.kind, happening.text, happening.stream, happening.row])
+        self._box.post_event(["happening", us, *(getattr(happening, f.name) for f in fields(happening))])
 
     def frame(self, us: int) -> None:
         """A frame is over."""
         self._box.post_event(["frame", us])
         self._box.flush()
 
+    def acted(self, us: int, act: Act) -> None:
+        """Somebody did something."""
+        self._box.post(["acted", us, act.kind, act.text, act.by, dict(act.detail)])
+        self._box.flush()
+
+    def refused(self, kind: str, message: str, remedy: str) -> None:
+        """What cannot be done."""
+        self._box.post(["refused", kind, message, remedy])
+        self._box.flush()
+
+    def paused(self, us: int, is_paused: bool) -> None:
+        """The run stands still, or goes on."""
+        self._box.post(["paused", us, is_paused])
+
+    def standing(self, us: int) -> None:
+        """A sign of life."""
+        self._box.post_event(["standing", us])
+        self._box.flush()
+
+    def state(self, us: int, state: State) -> None:
+        """The world."""
+        if self._box.light:
+            self._box.post(["state", us, *(getattr(state, f.name) for f in fields(state))])
+            self._box.flush()
+
+    def picture(self, us: int, jpeg: bytes) -> None:
+        """What the robot sees."""
+        if self._box.light:
+            self._box.post(["picture", us, b64encode(jpeg).decode()])
+            self._box.flush()
+
     def finishing(self) -> None:
         """The robot is brought to rest."""
         self._box.post(["finishing"])
         self._box.flush()
-
-    def stopped(self) -> bool:
-        """Whether the run should stop now."""
-        return self.stop
 
 
 def show(message: list[Any], view: RunView) -> None:
@@ -265,11 +294,36 @@ def show(message: list[Any], view: RunView) -> None:
         view.frame(rest[0])
     elif kind == "finishing":
         view.finishing()
+    elif kind in _SHOWN:
+        _SHOWN[kind](view, *rest)
+
+
+def _show_state(view: RunView, us: int, joints: Any, base: Any, eyes: Any, saying: str, things: Any, by: Any) -> None:
+    places = {name: tuple(place) for name, place in things.items()}
+    view.state(us, State(joints, tuple(base), tuple(eyes), saying, places, by))
+
+
+_SHOWN: dict[str, Callable[..., None]] = {
+    "acted": lambda view, us, *act: view.acted(us, Act(*act)),
+    "refused": lambda view, *words: view.refused(*words),
+    "paused": lambda view, us, is_paused: view.paused(us, is_paused),
+    "standing": lambda view, us: view.standing(us),
+    "state": _show_state,
+    "picture": lambda view, us, jpeg: view.picture(us, b64decode(jpeg)),
+}
+
+
+_LISTS = ("behaviours", "sensors", "buttons", "things")
+
+
+def _tuples(packed: Any) -> Any:
+    return tuple(map(_tuples, packed)) if isinstance(packed, list) else packed
 
 
 def unpack_start(packed: dict[str, Any]) -> RunStart:
     """What was told when the run began."""
     return RunStart(**{
         **packed, "folder": Path(packed["folder"]), "findings": tuple(map(unpack_finding, packed["findings"])),
-        "rows": dict(packed["rows"]),
+        "rows": dict(packed["rows"]), **{name: _tuples(packed[name]) for name in _LISTS},
+        "resources": {stream: tuple(words) for stream, words in packed["resources"].items()},
     })  # fmt: skip

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from typing import Protocol
 
 from reactivex import Observable, never
 from reactivex.disposable import CompositeDisposable
 
 from rrp_sheets.connectors.wiring import Wiring
+from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.pick import Picker
 from rrp_sheets.graph import Step
@@ -41,6 +43,24 @@ class Observer(Protocol):
         ...
 
 
+def _through(place: list[Callable[..., Value]]) -> Callable[..., Value]:
+    """A call of what then stands in a place: a connector keeps it, and goes on with a formula that is edited."""
+
+    def evaluate(*values: Value) -> Value:
+        return place[0](*values)
+
+    return evaluate
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """A row that is wired: what of it may be edited while it runs. `evaluate` has one place, or none."""
+
+    wiring: Wiring
+    evaluate: list[Callable[..., Value]]
+    picker: Picker
+
+
 class Engine:
     """The rows of a plan, wired. Subclasses say at which instants they settle.
 
@@ -56,6 +76,7 @@ class Engine:
         errors: how often each row's formula has failed, by row ref.
         on: keys of the behaviours that are switched on now.
         ended_by: the row that has ended the run with the actuator End run; empty while it goes on.
+        sent_by: who sent the value that is entering now by hand; None while others do.
     """
 
     def __init__(self, plan: Plan, observer: Observer | None = None, seed: int = 0, cell: Cell | None = None) -> None:
@@ -67,6 +88,10 @@ class Engine:
         self.streams = {s.id: LiveStream(s.id, self.clock) for s in plan.streams}
         self.on: set[str] = set()
         self.ended_by = ""
+        self.sent_by: str | None = None
+        self._sent: list[tuple[str, Value, str]] = []  # by hand: enter in the next instant
+        self._running: dict[str, _Row] = {}  # by the row's ref, while its behaviour is on
+        self._edits: dict[str, tuple[Formula | None, int | None]] = {}  # of rows that were edited during the run
         self._observer = observer
         self._interpreter = GuardedInterpreter()
         self._commands: list[Command] = []
@@ -129,11 +154,20 @@ class Engine:
             for stream, value in arrivals:
                 if stream in streams:
                     streams[stream].on_next(value)
+            if self._sent:
+                self._enter_sent()
             self.clock.drain()
             commands, self._commands = self._commands, []
             return self._carry_out(commands) if commands and self.plan.own else commands
         finally:
             cell[SETTLING] = 0
+
+    def _enter_sent(self) -> None:
+        """What people have sent comes after what the world has: it is the newest."""
+        sent, self._sent = self._sent, []
+        for stream, value, self.sent_by in sent:
+            self.streams[stream].on_next(value)
+        self.sent_by = None
 
     def _carry_out(self, commands: list[Command]) -> list[Command]:
         """The engine's own devices act, after the graph has settled; the commands that are left for the world."""
@@ -172,13 +206,36 @@ class Engine:
             self.tell(Happening("error", "There is no such behaviour to switch."))
             return
         wanted = (behaviour not in self.on) if state == "toggle" else state == "on"
-        if wanted == (behaviour in self.on):
-            return
-        self.tell(Happening("note", f"The behaviour {name} is switched {'on' if wanted else 'off'}."))
-        if wanted:
+        if wanted != (behaviour in self.on):
+            self.tell(Happening("note", f"The behaviour {name} is switched {'on' if wanted else 'off'}."))
+            self.turn(behaviour, wanted)
+
+    # ---- what people do, between instants only
+    def turn(self, behaviour: str, on: bool) -> bool:
+        """Switch a behaviour (its key) of the plan by hand; False when it is so already."""
+        if on == (behaviour in self.on):
+            return False
+        if on:
             self._switch_on(behaviour)
         else:
             self._switch_off(behaviour)
+        return True
+
+    def stimulate(self, stream: str, value: Value, by: str) -> None:
+        """Let a value of somebody's enter a sensor stream in the next instant."""
+        self._sent.append((stream, value, by))
+
+    def edit(self, ref: str, formula: Formula | None, period_us: int | None) -> None:
+        """Let a row go on with another formula or period; what it remembers stays."""
+        self._edits[ref] = formula, period_us
+        running = self._running.get(ref)
+        if running is None:
+            return
+        if formula is not None:
+            running.evaluate[0] = formula.prepare(self._interpreter, running.picker)
+        if period_us is not None:
+            running.wiring.period_us = max(period_us, SOON_US)
+            running.wiring.edited()
 
     def _switch_on(self, behaviour: str) -> None:
         """Wire the rows of a behaviour anew: no total, no latest value and no timer of before is left."""
@@ -196,6 +253,8 @@ class Engine:
         self._wired.pop(behaviour).dispose()
         steps = self.plan.behaviours[behaviour]
         self.clock.forget({s.rank for s in steps})
+        for gone in steps:
+            self._running.pop(gone.ref, None)
         mine = {s.ref: s for s in steps if s.connector.drives}
         for stream, last in list(self._driven.items()):
             step = mine.get(last.row)
@@ -216,16 +275,21 @@ class Engine:
         stream.subscribe(lambda value: observer.event(clock.us, stream_id, row, value))
 
     def _connect(self, step: Step, wired: CompositeDisposable) -> None:
-        formula = self.plan.checked.formulas.get(step.ref)
+        formula, period = self.plan.checked.formulas.get(step.ref), step.period_us
+        if step.ref in self._edits:
+            formula, period = self._edits[step.ref]
+        picker = Picker(self.seed, step.ref)
+        evaluate = [formula.prepare(self._interpreter, picker)] if formula else []
         wiring = Wiring(
             inputs=[self.streams.get(i, _SILENT) for i in step.inputs],
             clock=self.clock,
             rank=step.rank,
-            evaluate=formula.prepare(self._interpreter, Picker(self.seed, step.ref)) if formula else None,
-            period_us=max(step.period_us, SOON_US) if step.period_us else 0,
+            evaluate=_through(evaluate) if evaluate else None,
+            period_us=max(period, SOON_US) if period else 0,
             fail=self._failer(step),
             names=tuple(self.plan.checked.graph.streams[i].name for i in step.inputs),
         )
+        self._running[step.ref] = _Row(wiring, evaluate, picker)
         output = self.streams[step.output]
         sink = self._sender(step, output) if step.connector.drives else output.on_next
         wired.add(step.connector.build(wiring).subscribe(sink))

@@ -27,6 +27,8 @@ class EventEngine(Engine):
                 return commands
             commands += self._instant(now_us, (arrival,))
         self._catch_up(now_us + 1, commands)
+        if self._sent or self._commands:  # what people sent, and what a behaviour that they switched off leaves
+            commands += self._instant(now_us, ())
         self.clock.begin(now_us)
         return commands
 

@@ -8,15 +8,20 @@ rest; a device that hangs is left behind and told.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 
-from rrp_sheets.errors import RunBroken
+from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.exchange import Command, Happening
+from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.runtime.acts import Acts
 from rrp_sheets.runtime.bounded import Hand, within
+from rrp_sheets.runtime.control import Control
 from rrp_sheets.runtime.events import EventEngine
-from rrp_sheets.runtime.loop import Hooks
-from rrp_sheets.runtime.mail import Mail
+from rrp_sheets.runtime.hooks import Hooks
+from rrp_sheets.runtime.loop import STANDING
+from rrp_sheets.runtime.mail import Letter, Mail
+from rrp_sheets.runtime.pace import Showing
 from rrp_sheets.runtime.plan import Plan
 from rrp_sheets.runtime.ports import LiveWorld, Sensor
 
@@ -35,18 +40,25 @@ class LiveCourse:
         plan: what runs.
         world: its devices.
         wire: makes the engine, with its connectors wired.
+        control: what people want while it goes on.
 
     Raises:
         RunBroken: when a device does not start; then everything that was started has been stopped.
     """
 
-    def __init__(self, plan: Plan, world: LiveWorld, wire: Callable[[], EventEngine]) -> None:
+    def __init__(
+        self, plan: Plan, world: LiveWorld, wire: Callable[[], EventEngine], control: Control | None = None
+    ) -> None:
         self._plan = plan
+        self._control = control or Control()
+        self._showing = Showing()
+        self._things: Collection[str] | None = None  # what the display has last seen in the world
         self._world = world
         self._mail = Mail()
         self._sensors: list[tuple[str, Sensor]] = []
         self._hands: dict[str, Hand] = {}
         self._engine: EventEngine | None = None
+        self._paused = False
         try:
             self._start(wire)
         except BaseException:  # Ctrl-C too: nothing is left running
@@ -88,19 +100,17 @@ class LiveCourse:
 
     def _loop(self, until_us: int, hooks: Hooks) -> tuple[int, str]:
         engine, mail = self.engine, self._mail
+        acts = Acts(engine, self, hooks, self._control)
         ticked = 0
         while True:
+            if not self._between(acts, hooks):
+                return engine.clock.us, "stopped"
             due = engine.clock.next_due
             tick = ticked + TICK_US
             letter = mail.take(min(until_us, tick) if due is None else min(until_us, tick, due))
             now = mail.now_us if letter is None else letter.us
             if now < until_us:
-                happening = letter.happening if letter else None
-                if letter is not None and letter.broken is not None:
-                    raise letter.broken
-                if happening is not None:
-                    hooks.happening(engine.clock.us, happening)
-                self._settle(now, [(letter.stream, letter.value)] if letter and not happening else [])
+                self._settle(now, self._open(letter, hooks) if letter is not None else [])
             else:
                 self._settle(until_us, [])
             for told in engine.take_happenings():
@@ -114,6 +124,82 @@ class LiveCourse:
                 return engine.clock.us, "end run"
             if now >= until_us:
                 return until_us, "time"
+
+    def _between(self, acts: Acts, hooks: Hooks) -> bool:
+        """Do what people want, and as long as the clock stands still nothing else; False when the run is to stop."""
+        clock, control = self.engine.clock, self._control
+        while True:
+            if acts.between(clock.us):
+                self._settle(clock.us, [])
+            if control.stopped:
+                return False
+            for shown in self._mail.seen():
+                self._things = shown.state.things
+                hooks.shown(clock.us, shown)
+            if not self._mail.stands:
+                return True
+            hooks.standing(clock.us)
+            if hooks.stopped():
+                return False
+            control.wait(STANDING / 5)  # what the world shows comes soon
+
+    def _open(self, letter: Letter, hooks: Hooks) -> list[tuple[str, object]]:
+        """Tell what is to be told; the value that is to enter, if it is one."""
+        if letter.broken is not None:
+            raise letter.broken
+        if letter.happening is None:
+            return [(letter.stream, letter.value)]
+        hooks.happening(self.engine.clock.us, letter.happening)
+        return []
+
+    # ---- the ground of acts
+    def pause(self, us: int) -> bool:
+        """Let the clock stand still, and with it timers and world."""
+        if self._paused:
+            return False
+        self._paused = True
+        self._mail.pause()
+        self._showing.again()
+        self._world.wake()
+        return True
+
+    def resume(self, us: int) -> bool:
+        """Let the clock go on."""
+        if not self._paused:
+            return False
+        self._paused = False
+        self._mail.resume()
+        self._world.wake()
+        return True
+
+    def step(self, us: int) -> None:
+        """Let the clock go on for one tick; while one goes on, it is made longer."""
+        self._mail.resume(TICK_US)
+        self._showing.again()
+        self._world.wake()
+
+    def speed(self, factor: float, us: int) -> None:
+        """Not here: the event loop goes by the wall clock. Raises SheetsError."""
+        if factor != 1:
+            raise SheetsError(
+                "This workbook asks for the engine “event loop”, which goes by the wall clock and has no speed.",
+                "Write frame as the Engine of its Protocol, and run again.",
+            )
+
+    def act(self, actions: Sequence[SceneAction]) -> None:
+        """Let something happen in the world."""
+        if self._paused:
+            self._showing.again()
+        self._world.act(actions)
+
+    def things(self) -> Collection[str] | None:
+        """What is in the world, as a display has last seen it."""
+        return self._things
+
+    def watch(self, *, wanted: bool | None = None, look: bool | None = None) -> None:
+        """Whether a display wants the world, and pictures."""
+        self._showing.want(wanted, look)
+        self._world.show(self._showing)
 
     def _settle(self, now_us: int, arrivals: list[tuple[str, object]]) -> None:
         command: Command

@@ -3,51 +3,21 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from typing import Protocol
+from collections.abc import Callable, Collection, Sequence
 
 from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.runtime.acts import Acts
+from rrp_sheets.runtime.control import Control
 from rrp_sheets.runtime.engine import Engine
+from rrp_sheets.runtime.hooks import Hooks
+from rrp_sheets.runtime.pace import Pace, Showing
 from rrp_sheets.runtime.ports import Arrivals, World
 
+__all__ = ["FrameCourse", "Hooks", "run_loop"]
 
-class Hooks:
-    """What a loop tells and asks as it goes; subclass it."""
-
-    def happening(self, us: int, happening: Happening) -> None:
-        """Something besides the events."""
-
-    def frame(self, us: int) -> None:
-        """A frame is over, or some 30 ms of an event loop."""
-
-    def stopped(self) -> bool:
-        """Whether the run should stop now; asked after each frame."""
-        return False
-
-
-class Course(Protocol):
-    """A run that has been started, whichever its engine."""
-
-    @property
-    def engine(self) -> Engine:
-        """The engine."""
-        ...
-
-    def go(self, until_us: int, hooks: Hooks) -> tuple[int, str]:
-        """Run until the time is over, a row ends the run or the user stops; the time (µs) and how it ended.
-
-        Raises:
-            RunBroken: when a device has broken.
-        """
-        ...
-
-    def stop(self) -> list[Happening]:
-        """Bring everything to its rest, in bounded time; what could not be stopped is told.
-
-        Raises:
-            RunBroken: when something broke while stopping.
-        """
-        ...
+STANDING = 0.25  # s between two looks while the run is paused: whether its watcher has gone
+LONGEST_WAIT = 1.0  # s between two signs of life, however slow a run is
 
 
 class FrameCourse:
@@ -57,17 +27,20 @@ class FrameCourse:
         world: started here.
         wire: makes the engine.
         paced: wait so that the run is not faster than real time.
+        control: what people want while it goes on.
     """
 
-    def __init__(self, world: World, wire: Callable[[], Engine], *, paced: bool) -> None:
+    def __init__(
+        self, world: World, wire: Callable[[], Engine], *, paced: bool, control: Control | None = None
+    ) -> None:
         self._world = world
         self._arrivals = world.start()
-        self._paced = paced
         self.engine = wire()
+        self._loop = _FrameLoop(self.engine, world, control or Control(), paced=paced)
 
     def go(self, until_us: int, hooks: Hooks) -> tuple[int, str]:
         """Run frames."""
-        return run_loop(self.engine, self._world, self._arrivals, until_us, hooks=hooks, paced=self._paced)
+        return self._loop.go(self._arrivals, until_us, hooks)
 
     def stop(self) -> list[Happening]:
         """Stop the world."""
@@ -84,6 +57,7 @@ def run_loop(
     *,
     hooks: Hooks | None = None,
     paced: bool = False,
+    control: Control | None = None,
 ) -> tuple[int, str]:
     """Run frames until the time is over, a row ends the run or the user stops; the time (µs) and how it ended.
 
@@ -94,24 +68,99 @@ def run_loop(
         until_us: the last frame is the first at or after this time.
         hooks: told and asked after each frame.
         paced: wait so that the run is not faster than real time.
+        control: what people want while it goes on.
     """
-    hooks = hooks or Hooks()
-    rate = engine.plan.checked.run.frame_rate
-    frame = now = 0
-    began = time.monotonic()
-    while True:
-        commands = engine.settle(now, arrivals.events)
-        for happening in (*arrivals.happenings, *engine.take_happenings()):
-            hooks.happening(now, happening)
-        hooks.frame(now)
-        if engine.ended_by:
-            return now, "end run"
-        if hooks.stopped():
-            return now, "stopped"
-        if now >= until_us:
-            return now, "time"
-        frame += 1
-        now = frame * 1_000_000 // rate
-        if paced:
-            time.sleep(max(0.0, began + now / 1e6 - time.monotonic()))
-        arrivals = world.advance(now, commands)
+    return _FrameLoop(engine, world, control or Control(), paced=paced).go(arrivals, until_us, hooks or Hooks())
+
+
+class _FrameLoop:
+    """Frames, one after the other, and what people do between them: the `Ground` of acts."""
+
+    def __init__(self, engine: Engine, world: World, control: Control, *, paced: bool) -> None:
+        self._engine = engine
+        self._world = world
+        self._control = control
+        self._paced = paced
+        self._showing = Showing()
+        self._pace = Pace(0.0)
+
+    def go(self, arrivals: Arrivals, until_us: int, hooks: Hooks) -> tuple[int, str]:
+        engine, world, control = self._engine, self._world, self._control
+        acts = Acts(engine, self, hooks, control)
+        rate = engine.plan.checked.run.frame_rate
+        frame = now = 0
+        self._pace = Pace(1.0 if self._paced else 0.0)
+        while True:
+            commands = engine.settle(now, arrivals.events)
+            for happening in (*arrivals.happenings, *engine.take_happenings()):
+                hooks.happening(now, happening)
+            hooks.frame(now)
+            if engine.ended_by:
+                return now, "end run"
+            if control.stopped or hooks.stopped():
+                return now, "stopped"
+            if now >= until_us:
+                return now, "time"
+            frame += 1
+            due = frame * 1_000_000 // rate
+            if not self._wait(now, due, acts, hooks):
+                return now, "stopped"
+            now = due
+            arrivals = world.advance(now, commands)
+
+    def _wait(self, now: int, due: int, acts: Acts, hooks: Hooks) -> bool:
+        """Do what people want until the next frame is due; False when the run is to stop."""
+        control, pace = self._control, self._pace
+        self._show(now, hooks)
+        while True:
+            if acts.between(now):
+                self._show(now, hooks)
+            if control.stopped:
+                return False
+            if not pace.stands and (left := pace.left(due)) <= 0:
+                pace.went()
+                return True
+            control.wait(STANDING if pace.stands else min(left, LONGEST_WAIT))
+            if pace.stands or left > LONGEST_WAIT:
+                if hooks.stopped():
+                    return False
+                hooks.standing(now)
+
+    def _show(self, now: int, hooks: Hooks) -> None:
+        picture = self._showing.due()
+        if picture is not None:
+            began = time.monotonic()
+            hooks.shown(now, self._world.show(picture))
+            self._showing.cost(time.monotonic() - began)
+
+    # ---- the ground of acts
+    def pause(self, us: int) -> bool:
+        if self._pace.paused:
+            return False
+        self._pace.pause()
+        self._showing.again()
+        return True
+
+    def resume(self, us: int) -> bool:
+        if not self._pace.paused:
+            return False
+        self._pace.resume(us)
+        return True
+
+    def step(self, us: int) -> None:
+        self._pace.step()
+        self._showing.again()
+
+    def speed(self, factor: float, us: int) -> None:
+        self._pace.speed(factor, us)
+
+    def act(self, actions: Sequence[SceneAction]) -> None:
+        self._world.act(actions)
+        if self._pace.paused:
+            self._showing.again()
+
+    def things(self) -> Collection[str] | None:
+        return self._world.show(False).state.things or None
+
+    def watch(self, *, wanted: bool | None = None, look: bool | None = None) -> None:
+        self._showing.want(wanted, look)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 
 from rrp_sheets.errors import RunBroken
-from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.exchange import Happening, Shown
 from rrp_sheets.model.values import Value
 
 MOST_WAITING = 20_000  # letters: minutes of work for any workbook, so that it will not be caught up with
@@ -35,7 +35,10 @@ class Mail:
     def __init__(self) -> None:
         self.begun = threading.Event()
         self._queue: SimpleQueue[Letter] = SimpleQueue()
+        self._shown: SimpleQueue[Shown] = SimpleQueue()
+        self._broken: RunBroken | None = None
         self._zero = 0
+        self._most: int | None = None  # the run's time at which it stands still
 
     def begin(self) -> None:
         """Start the run's clock."""
@@ -45,7 +48,23 @@ class Mail:
     @property
     def now_us(self) -> int:
         """The run's time in whole microseconds; 0 before it has begun."""
-        return (time.monotonic_ns() - self._zero) // 1_000 if self._zero else 0
+        now, most = (time.monotonic_ns() - self._zero) // 1_000 if self._zero else 0, self._most
+        return now if most is None else min(now, most)
+
+    @property
+    def stands(self) -> bool:
+        """Whether the clock stands still."""
+        return self._most is not None and self.now_us >= self._most
+
+    def pause(self) -> None:
+        """Let the clock stand still where it is; what is put in meanwhile waits."""
+        self._most = self.now_us
+
+    def resume(self, for_us: int | None = None) -> None:
+        """Let the clock go on from where it stands, for some time only if that is given."""
+        now = self.now_us
+        self._zero = time.monotonic_ns() - now * 1_000
+        self._most = None if for_us is None else now + for_us
 
     def event(self, stream: str, value: Value) -> None:
         """A value of a stream."""
@@ -57,7 +76,25 @@ class Mail:
 
     def broke(self, error: RunBroken) -> None:
         """The run cannot go on."""
+        self._broken = error
         self._queue.put(Letter(self.now_us, broken=error))
+
+    def show(self, shown: Shown) -> None:
+        """The world for a display."""
+        self._shown.put(shown)
+
+    def seen(self) -> list[Shown]:
+        """What a display is to see since the last call; it does not wait for its turn.
+
+        Raises:
+            RunBroken: when a device has broken while the clock stood still.
+        """
+        if self._broken is not None and self.stands:
+            raise self._broken
+        found: list[Shown] = []
+        while not self._shown.empty():
+            found.append(self._shown.get_nowait())
+        return found
 
     def take(self, until_us: int) -> Letter | None:
         """The next letter, waiting until a time of the run for it; None when there is none by then.

@@ -6,11 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-from rrp_sheets.model.exchange import Command, DeviceUse, Happening
+from rrp_sheets.model.exchange import Command, DeviceUse, Happening, Shown
+from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Value
 
 if TYPE_CHECKING:
     from rrp_sheets.runtime.mail import Mail
+    from rrp_sheets.runtime.pace import Showing
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +32,14 @@ class World(Protocol):
 
     def advance(self, now_us: int, commands: Sequence[Command]) -> Arrivals:
         """Carry out `commands`, let the world go on until `now_us`, and return what arrived meanwhile."""
+        ...
+
+    def act(self, actions: Sequence[SceneAction]) -> None:
+        """Let something happen in the world now, by hand."""
+        ...
+
+    def show(self, picture: bool) -> Shown:
+        """The world as it is, for a display; with what the robot sees when that is wanted. It changes nothing."""
         ...
 
     def stop(self) -> Sequence[tuple[str, Value]] | None:
@@ -82,6 +92,18 @@ class LiveWorld(Protocol):
 
     def actuator(self, use: DeviceUse) -> Actuator:
         """The device of an actuator stream."""
+        ...
+
+    def act(self, actions: Sequence[SceneAction]) -> None:
+        """Let something happen in the world now, by hand, where that can be done."""
+        ...
+
+    def show(self, showing: Showing) -> None:
+        """Put the world into the mail for a display, as often as that wants it."""
+        ...
+
+    def wake(self) -> None:
+        """The mail's clock, which stood still, goes on."""
         ...
 
     def close(self) -> None:

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Sequence
 from queue import Empty, SimpleQueue
+from typing import TypeVar
 
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.exchange import Command, DeviceUse
+from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.runtime.mail import Mail
+from rrp_sheets.runtime.pace import Showing
 from rrp_sheets.runtime.ports import Actuator, Arrivals, LiveWorld, Sensor, World
 
 LAST_STEP_WITHIN = 15.0  # s, for a step that has begun when the run stops
+STANDING = 0.25  # s between two looks while the run is paused, if nobody wakes it
+_Item = TypeVar("_Item")
 
 
 class PumpedWorld(LiveWorld):
@@ -26,8 +32,11 @@ class PumpedWorld(LiveWorld):
         self._world = world
         self._rate = rate
         self._commands: SimpleQueue[Command] = SimpleQueue()
-        self._over = threading.Event()
+        self._actions: SimpleQueue[SceneAction] = SimpleQueue()
+        self._awake = threading.Event()
+        self._over = False
         self._thread: threading.Thread | None = None
+        self._showing: Showing | None = None
 
     def open(self, mail: Mail) -> None:
         """Start the world; its first values are in the mail."""
@@ -47,9 +56,25 @@ class PumpedWorld(LiveWorld):
         """Let a command be carried out in the next step."""
         self._commands.put(command)
 
+    def act(self, actions: Sequence[SceneAction]) -> None:
+        """Let something happen in the world, at once."""
+        for action in actions:
+            self._actions.put(action)
+        self._awake.set()
+
+    def show(self, showing: Showing) -> None:
+        """Put the world into the mail for a display, as often as it wants."""
+        self._showing = showing
+        self._awake.set()
+
+    def wake(self) -> None:
+        """The clock goes on, or the run is over: do not sleep longer."""
+        self._awake.set()
+
     def halt(self) -> None:
         """Take no further step."""
-        self._over.set()
+        self._over = True
+        self._awake.set()
 
     def close(self) -> None:
         """Stop the world, when its last step is done."""
@@ -60,27 +85,36 @@ class PumpedWorld(LiveWorld):
 
     def _pump(self, mail: Mail) -> None:
         while not mail.begun.wait(0.1):
-            if self._over.is_set():
+            if self._over:
                 return
         step = 0
-        while True:
-            step += 1
-            due = step * 1_000_000 // self._rate
-            if self._over.wait(max(0.0, (due - mail.now_us) / 1_000_000)):
-                return
-            try:
-                self._post(mail, self._world.advance(due, self._waiting()))
-            except RunBroken as error:
-                mail.broke(error)
-                return
+        try:
+            while not self._over:
+                step += 1
+                due = step * 1_000_000 // self._rate
+                self._sleep(mail, due)
+                if not self._over:
+                    self._post(mail, self._world.advance(due, _all(self._commands)))
+                    self._serve(mail)
+        except RunBroken as error:
+            mail.broke(error)
 
-    def _waiting(self) -> Sequence[Command]:
-        found: list[Command] = []
-        while True:
-            try:
-                found.append(self._commands.get_nowait())
-            except Empty:
-                return found
+    def _sleep(self, mail: Mail, due: int) -> None:
+        """Until a step is due; what people do to the world is done meanwhile, also while the clock stands still."""
+        while not self._over and (left := (due - mail.now_us) / 1_000_000) > 0:
+            if self._awake.wait(STANDING if mail.stands else left):
+                self._awake.clear()
+                self._serve(mail)
+
+    def _serve(self, mail: Mail) -> None:
+        actions, showing = _all(self._actions), self._showing
+        if actions:
+            self._world.act(actions)
+        picture = showing.due() if showing is not None else None
+        if showing is not None and picture is not None:
+            began = time.monotonic()
+            mail.show(self._world.show(picture))
+            showing.cost(time.monotonic() - began)
 
     @staticmethod
     def _post(mail: Mail, arrivals: Arrivals) -> None:
@@ -88,6 +122,15 @@ class PumpedWorld(LiveWorld):
             mail.event(stream, value)
         for happening in arrivals.happenings:
             mail.tell(happening)
+
+
+def _all(queue: SimpleQueue[_Item]) -> list[_Item]:
+    found: list[_Item] = []
+    while True:
+        try:
+            found.append(queue.get_nowait())
+        except Empty:
+            return found
 
 
 class _Part(Sensor, Actuator):

@@ -1,7 +1,8 @@
 """The trace: every event of a run as JSON Lines, written as it happens (design: 4-streams, Trace).
 
 The first line is the header; then one line per event, error or happening, flushed once per frame; the last line is the
-summary. After the header nothing depends on the wall clock, so the same run gives the same bytes.
+summary. After the header nothing depends on the wall clock, so the same run gives the same bytes; only what people did
+meanwhile has the wall's time too, to lay films beside it.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import Any, TextIO
 
 from rrp_sheets.errors import RunBroken, UnreadableFile
 from rrp_sheets.graph import Stream, StreamKind
-from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.exchange import Act, Happening
 from rrp_sheets.model.values import Failure, Value, to_json
 from rrp_sheets.runtime.plan import Plan
 
@@ -53,10 +54,25 @@ class TraceWriter:
         self._waiting = [_line({"type": "header", "format": FORMAT, **header, "streams": streams})]
         self.flush()
 
-    def event(self, us: int, stream: str, row: str, value: Value) -> None:
-        """A value on a stream."""
+    def event(self, us: int, stream: str, row: str, value: Value, sent_by: str | None = None) -> None:
+        """A value on a stream; `sent_by` whoever sent it by hand."""
         entry = {"t": _seconds(us), "stream": self._labels[stream], "row": row, "value": to_json(value)}
+        if sent_by is not None:
+            entry |= {"stimulated": True, "by": sent_by}
         self._waiting.append(_line(entry))
+
+    def act(self, us: int, act: Act, wall: float) -> None:
+        """What somebody did, `wall` seconds of the wall clock after the beginning: films are laid beside it by that.
+
+        A value that is sent has its own line, when it enters; of an edit every change has one.
+        """
+        entry = {"t": _seconds(us), "happening": act.kind, "text": act.text, "by": act.by, "wall": round(wall, 3)}
+        if act.kind == "edit":
+            for change in act.detail["changes"]:
+                text = f"{change['was'] or 'blank'} → {change['now'] or 'blank'}"
+                self._waiting.append(_line({**entry, "text": text, "row": change["place"], "detail": dict(change)}))
+        elif act.kind != "send":
+            self._waiting.append(_line({**entry, **({"detail": dict(act.detail)} if act.detail else {})}))
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
         """A formula failed."""
@@ -71,6 +87,8 @@ class TraceWriter:
             entry["stream"] = self._labels.get(happening.stream, happening.stream)
         if happening.row:
             entry["row"] = happening.row
+        if happening.sound:
+            entry["sound"] = happening.sound
         self._waiting.append(_line(entry))
 
     def flush(self) -> None:

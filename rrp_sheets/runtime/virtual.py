@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from rrp_sheets.model.exchange import Command
+from rrp_sheets.model.exchange import Command, Shown, State
+from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Value
 from rrp_sheets.runtime.ports import Arrivals
 
@@ -14,6 +15,7 @@ class VirtualWorld:
 
     Attributes:
         received: the commands that came, with the time of the frame they were given in.
+        acted: what people did to the world.
     """
 
     def __init__(self, events: Iterable[tuple[int, str, Value]]) -> None:
@@ -21,6 +23,7 @@ class VirtualWorld:
         self._next = 0
         self._last_us = 0
         self.received: list[tuple[int, Command]] = []
+        self.acted: list[SceneAction] = []
 
     def start(self) -> Arrivals:
         """The values of time 0."""
@@ -31,6 +34,14 @@ class VirtualWorld:
         self.received.extend((self._last_us, c) for c in commands)
         self._last_us = now_us
         return Arrivals(self._until(now_us))
+
+    def act(self, actions: Sequence[SceneAction]) -> None:
+        """Nothing is there that could be moved: it is only collected."""
+        self.acted.extend(actions)
+
+    def show(self, picture: bool) -> Shown:
+        """There is nothing to see."""
+        return Shown(State({}, (), (), "", {}))
 
     def stop(self) -> None:
         """Nothing to let go of."""

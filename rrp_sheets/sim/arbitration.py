@@ -112,6 +112,10 @@ class Arbiter:
         ended, self._ended = self._ended, []
         return ended
 
+    def driving(self) -> dict[str, str]:
+        """The row that has each resource now; with several on one, such as two joints of an arm, the newest."""
+        return {resource: job.order.row for job in self._running for resource in sorted(job.uses)}
+
     def _of(self, stream: str) -> Job | None:
         return next((j for j in (*self._running, *self._outranked) if j.order.stream == stream and j.endless), None)
 

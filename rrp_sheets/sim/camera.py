@@ -28,6 +28,7 @@ TILE = 0.5  # m, between the lines on the floor: they help to judge distances
 ROOM_FADE = 5.0  # m, over which the floor becomes the wall's colour
 CLOSEST = 0.7  # m from the film's camera to anything
 SMOOTHING = 1.5  # how much larger the film is drawn
+QUALITY = 80  # of 100, of a picture for a display: 320 × 240 are some 10 kB
 Floats = NDArray[np.float32]
 
 
@@ -120,6 +121,12 @@ class Eye:
         size = (self.lens.width, self.lens.height)
         behind = cv2.resize(room(pose, self._rays).astype(np.uint8), size, interpolation=cv2.INTER_LINEAR)
         return np.asarray(cv2.copyTo(behind, empty, picture), dtype=np.uint8)
+
+
+def jpeg(picture: Image) -> bytes:
+    """A picture as a file for a display."""
+    _, data = cv2.imencode(".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
+    return bytes(data)
 
 
 class FilmCamera:

@@ -61,7 +61,7 @@ def _open(spec: Any) -> dict[str, Callable[..., Any]]:
     world = SimWorld(spec)
     return {
         "start": world.start, "advance": world.advance, "stop": world.stop, "state": world.state,
-        "look": world.sight.look, "watch": world.watch,
+        "look": world.sight.look, "watch": world.watch, "act": world.act, "show": world.show,
     }  # fmt: skip
 
 

@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from rrp_sheets.devices.catalogue import Robot
-from rrp_sheets.model.exchange import DeviceUse, Happening
+from rrp_sheets.model.exchange import DeviceUse, Happening, Shown, State
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Value
+
+__all__ = ["Outcome", "Shown", "Spec", "State"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,22 +46,3 @@ class Outcome:
 
     events: tuple[tuple[str, Value], ...] = ()
     notices: tuple[Happening, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class State:
-    """The world as it is, for displays and tests.
-
-    Attributes:
-        joints: positions by the joint's name, rad.
-        base: x, y, z (m) of the torso and roll, pitch, yaw (rad).
-        eyes: red, green, blue of both eyes as they shine, 0 to 1.
-        saying: the sentence being spoken, or empty.
-        things: positions (m) of the visible balls and faces by name.
-    """
-
-    joints: Mapping[str, float]
-    base: tuple[float, ...]
-    eyes: tuple[float, ...]
-    saying: str
-    things: Mapping[str, tuple[float, ...]]

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.errors import MissingPart, RunBroken
 from rrp_sheets.model.exchange import Command
+from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.processes import Child
-from rrp_sheets.sim.messages import Outcome, Spec, State
+from rrp_sheets.sim.messages import Outcome, Shown, Spec, State
 
 if TYPE_CHECKING:  # numpy may be missing; then there is no simulator
     from rrp_sheets.sim.camera import Image
@@ -79,6 +80,16 @@ class SimProcess:
         state = self._ask(ANSWER_WITHIN, "state")
         assert isinstance(state, State)
         return state
+
+    def act(self, actions: Sequence[SceneAction]) -> None:
+        """Let something happen in the world now, by hand."""
+        self._ask(ANSWER_WITHIN, "act", tuple(actions))
+
+    def show(self, picture: bool) -> Shown:
+        """The world for a display, with what the robot sees when that is wanted."""
+        shown = self._ask(ANSWER_WITHIN, "show", picture)
+        assert isinstance(shown, Shown)
+        return shown
 
     def look(self) -> Image:
         """What the robot sees now, (240, 320, 3)."""

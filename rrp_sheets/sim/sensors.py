@@ -56,6 +56,10 @@ class Sight:
             return self._latest[1]
         return self.look()
 
+    def forget(self) -> None:
+        """Something was moved while the world stood still: take a new picture when one is wanted."""
+        self.us, self._latest = -1, None
+
     def detector(self) -> Detector:
         """Looks for things in the picture."""
         picture = self.look()

@@ -67,7 +67,7 @@ class Signals:
             if verb == "say" and deaf:
                 why = "the robot does not hear it while it speaks."
             notes.append(Happening("note", f"{action.thing} {_DOES.get(verb, verb)} {what}: {why}",
-                                   row=f"Scene!{action.row}"))  # fmt: skip
+                                   row=f"Scene!{action.row}" if action.row else ""))  # fmt: skip
         self._open.clear()
         return notes
 

@@ -79,6 +79,14 @@ class Stage:
         """Let further actions happen at their times; those of one time in their order."""
         self._waiting = sorted([*self._waiting, *actions], key=lambda a: a.time_us)
 
+    def by_hand(self, actions: Sequence[SceneAction]) -> None:
+        """Let something happen now: things at once, also while the world stands still; the rest in the next step."""
+        for action in actions:
+            if action.verb in self._acts:
+                self._acts[action.verb](action)
+            else:
+                self.plan((action,))
+
     def go_on(self, us: int) -> None:
         """Let everything act that is due until `us`."""
         while self._waiting and self._waiting[0].time_us <= us:

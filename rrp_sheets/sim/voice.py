@@ -82,7 +82,8 @@ class Voice:
                 sentence.file = self._out / f"say-{self._count:03}.wav"
                 self._write(sentence.file, sentence.audio)
         sentence.start_us, sentence.end_us = us, us + round(seconds * 1e6)
-        self._tell(Happening("say", sentence.text, order.stream, order.row))
+        sound = sentence.file.name if sentence.file is not None else ""
+        self._tell(Happening("say", sentence.text, order.stream, order.row, sound))
 
     def _load(self, order: Command) -> Espeak | None:
         if self._library is None and not self._missing:

@@ -7,14 +7,15 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.model.exchange import Command, Happening
+from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim.actuators import Eyes, Parts, make_actuator
 from rrp_sheets.sim.arbitration import Arbiter
 from rrp_sheets.sim.body import EASY, STEP, Body
-from rrp_sheets.sim.camera import Eye, Image, Lens
+from rrp_sheets.sim.camera import Eye, Image, Lens, jpeg
 from rrp_sheets.sim.faces import Faces
-from rrp_sheets.sim.film import Film
-from rrp_sheets.sim.messages import Outcome, Spec, State
+from rrp_sheets.sim.film import STALE_US, Film
+from rrp_sheets.sim.messages import Outcome, Shown, Spec, State
 from rrp_sheets.sim.quiet import quiet
 from rrp_sheets.sim.sensors import SENSORS, Clock, Senses, Sight, tidy
 from rrp_sheets.sim.signals import Signals
@@ -131,6 +132,15 @@ class SimWorld:
         """Free the physics."""
         self._b.disconnect()
 
+    def act(self, actions: Sequence[SceneAction]) -> None:
+        """Somebody does something to the world, now."""
+        self.stage.by_hand(actions)
+        self.sight.forget()
+
+    def show(self, picture: bool) -> Shown:
+        """The world for a display, with what the robot sees when that is wanted; nothing of the run depends on it."""
+        return Shown(self.state(), jpeg(self.sight.recent(STALE_US)) if picture else b"")
+
     def state(self) -> State:
         """The world as it is."""
         place = self.body.torso().position
@@ -140,6 +150,7 @@ class SimWorld:
             joints={name: self.body.position(name) for name in self.body.start},
             base=(*(float(c) for c in place), *self.body.tilt()),
             eyes=self.eyes.shining, saying=self.voice.saying, things=things,
+            driving=self.arbiter.driving(),
         )  # fmt: skip
 
     def watch(self) -> Image:
