@@ -13,7 +13,7 @@ def command(topic: tuple[str, ...]) -> None:
     """Explain TOPIC: connectors, formulas, functions, devices, scene, tests, codes, or a name.
 
     A name is that of a connector (sample), a function (CLAMP), a device (Red ball), a done stream (Say done), a finding
-    of a check (FORM003), or helpers, Priority, total, Protocol, Engine. Without TOPIC there is an overview.
+    of a check (FORM003), or helpers, Priority, total, Protocol, Engine, keys. Without TOPIC there is an overview.
     """
     from rrp_sheets.topics.finding import text_on
 

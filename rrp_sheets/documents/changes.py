@@ -30,6 +30,7 @@ class Changed:
     Attributes:
         inserted: each new row with the row it stands before (None: at the end), in the order to insert them.
         moved: each moved row with the row it now stands before.
+        cells: the cells that have other texts now, as row and column; empty where whole rows came or went.
         then: what was changed after that, when one edit does several things.
     """
 
@@ -38,6 +39,7 @@ class Changed:
     inserted: tuple[tuple[str, str | None], ...] = ()
     removed: tuple[str, ...] = ()
     moved: tuple[tuple[str, str | None], ...] = ()
+    cells: tuple[tuple[str, int], ...] = ()
     then: tuple[Changed, ...] = ()
 
 

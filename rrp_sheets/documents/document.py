@@ -210,7 +210,8 @@ class Document:
         for c in cells:
             grid.put(c.row, c.column, c.text)
             grid.authors[c.row, c.column] = author
-        return Changed(grid.name, touched=tuple(dict.fromkeys(c.row for c in cells))), Cells(grid.name, back)
+        rows, places = dict.fromkeys(c.row for c in cells), tuple((c.row, c.column) for c in cells)
+        return Changed(grid.name, touched=tuple(rows), cells=places), Cells(grid.name, back)
 
     def _fulfil(self, wishes: Sequence[Wish]) -> None:
         """Carry out what several people want, with one patch of the file; alone what cannot be done together."""

@@ -23,12 +23,14 @@ KINDS = {
         "Output stream": "output", "Notes": "notes", "Priority": "number",
     },
     "devices": {"Stream": "text", "Device": "device", "Notes": "notes"},
-    "helpers": {"Name": "text", "Inputs": "text", "Formula": "formula", "Notes": "notes"},
-    "scene": {"Time (s)": "number", "Thing": "thing", "Does": "verb", "Value": "text", "Notes": "notes"},
-    "test": {"Time (ms)": "number", "Stream": "tested", "Send": "code", "Expect": "code", "Notes": "notes"},
-    "protocol": {"Field": "field", "Value": "text", "Notes": "notes"},
+    "helpers": {"Name": "helper", "Inputs": "parameters", "Formula": "formula", "Notes": "notes"},
+    "scene": {"Time (s)": "number", "Thing": "thing", "Does": "verb", "Value": "value", "Notes": "notes"},
+    "test": {"Time (ms)": "number", "Stream": "tested", "Send": "send", "Expect": "expect", "Notes": "notes"},
+    "protocol": {"Field": "field", "Value": "fieldvalue", "Notes": "notes"},
     "gestures": {"Name": "text", "Time (s)": "number", "Notes": "notes"},
 }  # fmt: skip
+_CODE = ("formula", "send", "expect")
+_LONG = 600  # characters of a text that is shown in part until the cursor is there
 _OFF = frozenset(("false", "no", "off", "0"))
 Signature = tuple[Any, ...]
 
@@ -110,7 +112,7 @@ class RowMaker:
         texts = self.grid.texts[row]
         names = tuple(self._streams.get(key(n), "") for c, k in self._pairs() if k in ("inputs", "output")
                       for n in _names(texts.get(c.number, "")))  # fmt: skip
-        problems = tuple((n, d.code, d.message) for n, d in self._problems.get(number, ()))
+        problems = tuple((n, d.code, d.message, d.remedy, len(d.fixes)) for n, d in self._problems.get(number, ()))
         taken = tuple(self._taken.get((row, c.number), "") for c in self.grid.columns)
         return tuple(texts.items()), names, problems, self._examples.get(number, ""), number in self._anonymous, taken
 
@@ -155,8 +157,8 @@ class RowMaker:
         who = self._taken.get((row, column.number))
         if who:
             looks += " taken"
-        inside = self._inside(number, kind, text)
-        inside += "".join(_mend(n, d) for n, d in problems)
+        inside = self._inside(row, number, kind, text)
+        inside += f'<div class="mends">{"".join(_mend(n, d) for n, d in problems)}</div>' if problems else ""
         inside += f'<span class="name-tag">{escape(who)} is editing</span>' if who else ""
         return f'<td role="gridcell" tabindex="-1" class="{looks}"{more}>{inside}</td>'
 
@@ -166,8 +168,10 @@ class RowMaker:
         found = self._robot.find(self.grid.text(row, place)) if self._robot else None
         return found is None or key(column.header) in found.type.settings
 
-    def _inside(self, number: int, kind: str, text: str) -> str:
+    def _inside(self, row: str, number: int, kind: str, text: str) -> str:
         if kind == "on":
+            if not self.grid.texts[row]:
+                return ""  # a blank row is neither on nor off
             checked = "" if text.strip().casefold() in _OFF else " checked"
             return f'<input type="checkbox" tabindex="-1" aria-label="Row {number} is on"{checked}>'
         if not text:
@@ -180,9 +184,8 @@ class RowMaker:
             known = connectors().get(text)
             icon = f' data-icon="{known.name}"' if known else ""
             return f'<span class="word"{icon}>{escape(text)}</span>'
-        if kind in ("formula", "code"):
-            return f'<span class="formula">{escape(text)}</span>'
-        return f'<span class="word">{escape(text)}</span>'
+        looks = "formula" if kind in _CODE else "word"
+        return f'<span class="{looks}{" lengthy" if len(text) > _LONG else ""}">{escape(text)}</span>'
 
     def _named(self, name: str) -> str:
         kind = self._streams.get(key(name), "")
@@ -197,7 +200,13 @@ def _names(text: str) -> list[str]:
 def _mend(number: int, d: Diagnostic) -> str:
     remedy = f'<span class="do">→ {escape(d.remedy)}</span>' if d.remedy else ""
     kind = d.severity.value
+    fixes = "".join(
+        f'<button class="button small" type="button" tabindex="-1" data-fix="{i}" data-code="{escape(d.code)}" '
+        f'data-place="{escape(str(d.address or ""))}" data-title="{escape(fix.title)}">Apply fix: {escape(fix.title)}'
+        f"{' <kbd>Ctrl .</kbd>' if i == 0 else ''}</button>"
+        for i, fix in enumerate(d.fixes)
+    )
     return (
-        f'<div class="mend is-{kind}" id="p{number}"><b class="severity">{kind.capitalize()}</b> '
-        f"<span>{escape(d.message)}</span> {remedy}</div>"
+        f'<div class="mend is-{kind}" id="p{number}" data-code="{escape(d.code)}"><b class="severity">'
+        f"{kind.capitalize()}</b> <span>{escape(d.message)}</span> {remedy}{fixes}</div>"
     )

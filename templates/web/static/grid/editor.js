@@ -150,7 +150,7 @@ export class Editor {
 
   /** A key while editing; true when the editor has dealt with it. */
   key(event) {
-    if (event.isComposing) return true;
+    if (event.isComposing || event.keyCode === 229) return true; // Enter ends what an input method composes
     const open = !this.list.hidden;
     const key = event.key;
     if (key === "Escape") {

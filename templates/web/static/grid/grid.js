@@ -1,13 +1,19 @@
 // The grid: a spreadsheet in the browser over a table that the server renders (keys, pointer, clipboard, rows).
 
+import { Clipboard } from "./clipboard.js";
+import { Columns } from "./columns.js";
 import { conflict, lost } from "./conflict.js";
 import { Editor } from "./editor.js";
 import { keys } from "./keys.js";
+import { Mending } from "./mending.js";
 import { pointer } from "./pointer.js";
+import { retrace } from "./retrace.js";
+import { Rows } from "./rows.js";
 import { Selection } from "./selection.js";
 import { Server } from "./server.js";
+import { Spoken } from "./spoken.js";
 import { Table } from "./table.js";
-import { format, parse } from "./tsv.js";
+import { Unfinished } from "./unfinished.js";
 
 export class Grid {
   constructor(scroll) {
@@ -19,7 +25,8 @@ export class Grid {
     this.selection = new Selection(this.table, scroll, () => this.look());
     this.server = new Server(element, this.table, {
       before: () => this.selection.indexes(),
-      after: (before) => {
+      after: (before, change) => {
+        if (change?.insert?.length || change?.remove?.length || change?.move?.length) this.spoken.renumbered();
         this.selection.mend(before);
         this.editor.mend();
         this.look();
@@ -34,11 +41,16 @@ export class Grid {
       say: (text) => this.say(text, true),
       editing: (row, k, on) => this.taking(row, k, on),
     }, (cell, text, was, move) => this.edited(cell, text, was, move));
+    this.spoken = new Spoken(this);
+    this.unfinished = new Unfinished(this);
+    this.mending = new Mending(this);
+    this.columns = new Columns(this);
+    this.rows = new Rows(this);
+    this.clipboard = new Clipboard(this);
     keys(this);
     pointer(this);
-    this.clipboard();
     element.addEventListener("focusin", (event) => {
-      const cell = event.target.closest("[role=gridcell]");
+      const cell = event.target.closest("button") ? null : event.target.closest("[role=gridcell]");
       if (cell && !this.selection.head) this.selection.go(cell.parentElement, Math.max(this.table.column(cell), 0));
     });
     element.addEventListener("change", (event) => this.switched(event));
@@ -53,6 +65,7 @@ export class Grid {
 
   /** Take a cell for editing, or give it free; when somebody else has it, the editor closes again. */
   async taking(row, k, on) {
+    if (on) this.spoken.say(`Editing ${this.table.name(k)}. Enter keeps, Escape takes back.`);
     const answer = await this.server.send(on ? "lock" : "unlock", { row, column: this.table.sheetColumn(k) });
     if (answer.taken && this.editor.isOpen && this.editor.rowId === row && this.editor.k === k) {
       const text = this.editor.field.value;
@@ -74,8 +87,13 @@ export class Grid {
     const k = this.selection.head.k;
     const here = `${row.id} ${k}`;
     if (here !== this.here) this.server.stand(row.id, k);
+    this.unfinished.at(row.id);
+    const told = `${here} ${JSON.stringify(this.selection.box())}`;
+    if (told !== this.told) this.spoken.moved();
     this.here = here;
-    this.bar.querySelector("b").textContent = `${this.table.headers[k].dataset.letter}${row.cells[0].textContent}`;
+    this.told = told;
+    this.mending.place();
+    this.bar.querySelector("b").textContent = this.table.address(cell);
     this.bar.querySelector("code").textContent = this.table.value(cell);
     document.dispatchEvent(new CustomEvent("rrp:row", { detail: { number: Number(row.cells[0].textContent) } }));
   }
@@ -90,6 +108,7 @@ export class Grid {
       this.table.put(cell, text);
     }
     if (changes.length) this.server.cells(changes);
+    for (const { row, k } of changes) this.spoken.nameCell(this.table.cell(this.table.row(row), k));
     this.look();
   }
 
@@ -97,6 +116,8 @@ export class Grid {
     if (text !== was) {
       const change = { row: cell.parentElement.id, k: this.table.column(cell), text, was };
       this.table.put(cell, text);
+      this.unfinished.typed(change.row);
+      this.spoken.nameCell(cell);
       this.server.cells([change]);
     }
     const { row } = this.selection;
@@ -145,104 +166,21 @@ export class Grid {
     this.change(others.flatMap((line) => line.map((cell, j) => [cell, this.table.value(first[j])])));
   }
 
-  /** Lines of texts into the cells from the selection's first cell on; one value fills the whole selection. */
-  async paste(lines) {
-    const box = this.selection.box();
-    if (!box) return;
-    if (lines.length === 1 && lines[0].length === 1) {
-      this.change(this.selection.cells().flat().map((cell) => [cell, lines[0][0]]));
-      return;
-    }
-    const height = box.bottom - box.top + 1;
-    const times = height % lines.length === 0 ? height / lines.length : 1;
-    const all = Array.from({ length: times }, () => lines).flat();
-    const missing = box.top + all.length - this.table.rows.length;
-    if (missing > 0) await this.server.send("insert", { before: null, count: missing });
-    const pairs = all.flatMap((line, i) => line.slice(0, this.table.width - box.left).map((text, j) => [
-      this.table.cell(this.table.rows[box.top + i], box.left + j), text,
-    ]));
-    this.change(pairs);
-    const wide = Math.max(...all.map((line) => line.length));
-    this.selection.spread(box.top, box.left, Math.min(box.top + all.length, this.table.rows.length) - 1,
-      Math.min(box.left + wide, this.table.width) - 1);
+  async undo(again = false) {
+    const answer = await this.server.send(again ? "redo" : "undo", {});
+    if (answer.rows) retrace(this, answer.rows, again);
   }
 
-  copied() {
-    return format(this.selection.cells().map((line) => line.map((cell) => this.table.value(cell))));
-  }
-
-  clipboard() {
-    const mine = () => !this.editor.isOpen && this.selection.head && this.scroll.contains(document.activeElement);
-    document.addEventListener("copy", (event) => {
-      if (!mine()) return;
-      event.preventDefault();
-      event.clipboardData.setData("text/plain", this.copied());
-      this.say("Copied.");
-    });
-    document.addEventListener("cut", (event) => {
-      if (!mine()) return;
-      event.preventDefault();
-      event.clipboardData.setData("text/plain", this.copied());
-      this.clear();
-    });
-    document.addEventListener("paste", (event) => {
-      if (!mine()) return;
-      event.preventDefault();
-      this.paste(parse(event.clipboardData.getData("text/plain")));
-    });
-  }
-
-  // ---- rows
-
-  selectedRows() {
-    const box = this.selection.box();
-    return box ? [...this.table.rows].slice(box.top, box.bottom + 1) : [];
-  }
-
-  /** Insert as many rows as are selected; the selection then stands on the new ones, as in Excel. */
-  async insertRows(below = false) {
-    const rows = this.selectedRows();
-    if (!rows.length) return;
-    const box = this.selection.box();
-    const before = below ? rows.at(-1).nextElementSibling : rows[0];
-    const place = below ? box.bottom + 1 : box.top;
-    const answer = await this.server.send("insert", { before: before?.id ?? null, count: rows.length });
-    if (answer.rows) this.say(`${rows.length === 1 ? "A row" : `${rows.length} rows`} inserted.`);
-    if (answer.rows) this.selection.spread(place, box.left, place + rows.length - 1, box.right);
-  }
-
-  async deleteRows() {
-    const rows = this.selectedRows().map((row) => row.id);
-    if (!rows.length) return;
-    const answer = await this.server.send("delete", { rows });
-    if (answer.rows) this.say(`${rows.length === 1 ? "The row is" : `${rows.length} rows are`} deleted.`);
-  }
-
-  moveRows(by) {
-    const rows = this.selectedRows();
-    const before = by < 0 ? rows[0]?.previousElementSibling : rows.at(-1)?.nextElementSibling?.nextElementSibling;
-    if (!rows.length || (by < 0 && !before) || (by > 0 && !rows.at(-1).nextElementSibling)) return null;
-    return this.server.send("move", { rows: rows.map((row) => row.id), before: before?.id ?? null });
-  }
-
-  async duplicateRows() {
-    const rows = this.selectedRows();
-    const texts = rows.map((row) => this.table.headers.map((_, k) => this.table.value(this.table.cell(row, k))));
-    const last = this.table.at(rows.at(-1));
-    await this.insertRows(true);
-    this.change(texts.flatMap((line, i) => line.map((text, k) => [this.table.cell(this.table.rows[last + 1 + i], k), text])));
-  }
-
-  async undo() {
-    if ((await this.server.send("undo", {})).rows) this.say("Undone.");
-  }
-
-  async redo() {
-    if ((await this.server.send("redo", {})).rows) this.say("Done again.");
+  redo() {
+    return this.undo(true);
   }
 
   async fix(button) {
     const { code, place, title } = button.dataset;
-    if ((await this.server.send("fix", { code, place, title })).rows) this.say(`Done: ${title}. Ctrl+Z takes it back.`);
+    const answer = await this.server.send("fix", { code, place, title });
+    if (!answer.rows) return;
+    this.selection.cell?.focus({ preventScroll: true });
+    const others = [...new Set(answer.rows.map((r) => r.sheet))].filter((name) => name !== this.server.sheet);
+    this.say(`Done: ${title}${others.length ? ` (also in ${others.join(", ")})` : ""}. Ctrl+Z takes it back.`);
   }
 }

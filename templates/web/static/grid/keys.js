@@ -7,6 +7,7 @@ export function keys(grid) {
       grid.editor.key(event);
       return;
     }
+    if (event.isComposing || event.keyCode === 229) return; // an input method is at work
     if (!selection.head || event.target.closest("button, [role=menu]")) return;
     const control = event.ctrlKey || event.metaKey;
     const action = (control ? withControl(event) : plain(event)) ?? null;
@@ -22,7 +23,10 @@ export function keys(grid) {
     const page = Math.max(1, Math.floor(scroll.clientHeight / row.offsetHeight) - 1);
     const { key } = event;
     if (event.altKey) {
-      return { ArrowUp: () => grid.moveRows(-1), ArrowDown: () => grid.moveRows(1) }[key];
+      return {
+        ArrowUp: () => grid.rows.move(-1), ArrowDown: () => grid.rows.move(1),
+        ArrowLeft: () => grid.columns.step(k, -1), ArrowRight: () => grid.columns.step(k, 1),
+      }[key];
     }
     const known = {
       ArrowUp: () => selection.go(table.step(row, -1), k, shift),
@@ -44,7 +48,7 @@ export function keys(grid) {
       return (shift ? first : last) ? null : () => grid.move(shift ? "back" : "tab", row, k);
     }
     if (key === " " && shift) return () => selection.spread(selection.box().top, 0, selection.box().bottom, table.width - 1);
-    if (key === " " && selection.cell.classList.contains("on")) return () => selection.cell.querySelector("input").click();
+    if (key === " " && selection.cell.classList.contains("on")) return () => selection.cell.querySelector("input")?.click();
     if (known[key]) return known[key];
     return [...key].length === 1 ? () => grid.editor.open(selection.cell, key) : null;
   }
@@ -62,8 +66,9 @@ export function keys(grid) {
       d: () => grid.fillDown(),
       z: () => (shift ? grid.redo() : grid.undo()),
       y: () => grid.redo(),
+      ".": () => grid.mending.go(),
       f: () => document.dispatchEvent(new CustomEvent("rrp:find")),
-      "+": () => grid.insertRows(), "-": () => grid.deleteRows(),
+      "+": () => grid.rows.insert(), "-": () => grid.rows.remove(),
       " ": () => selection.spread(0, selection.box().left, table.rows.length - 1, selection.box().right),
     }[event.key.toLowerCase()];
   }

@@ -1,31 +1,36 @@
 // The page: the grid, its menus, what others do, and the panels that follow the check.
 
 import { Grid } from "./grid.js";
+import { diagram } from "./diagram.js";
 import { finder } from "./find.js";
+import { help } from "./help.js";
 import { listening } from "./listening.js";
 import { menu } from "./menu.js";
 import { people } from "./people.js";
+import { splitter } from "./splitter.js";
 
 const scroll = document.getElementById("grid-scroll");
 const listen = document.getElementById("listen");
 const grid = scroll.querySelector("[role=grid]") ? new Grid(scroll) : null;
 
+diagram(document.getElementById("panels"));
 if (grid) {
   const who = new URLSearchParams({ client: grid.server.client, name: grid.server.name, had: listen.dataset.told, knows: document.getElementById("panels").ariaBusy === "true" ? "no" : "yes" });
   listen.setAttribute("hx-sse:connect", `${listen.getAttribute("hx-sse:connect")}?${who}`);
   listening(listen);
-  widths(grid.table);
   icons(grid.table.body);
   new MutationObserver(() => icons(grid.table.body)).observe(grid.table.body, { childList: true });
   menu(grid);
   finder(grid);
   people(grid, listen);
+  help(grid);
+  splitter();
   fetchWords();
   fetchRest(grid.table.body).then(() => document.body.toggleAttribute("data-ready", true));
   const wanted = location.hash.length > 1 && document.getElementById(location.hash.slice(1));
   const first = (wanted && wanted.closest("tr")) || grid.table.rows[0];
   const begin = grid.table.headers.findIndex((header) => header.dataset.kind !== "on");
-  grid.selection.go(first, Math.max(begin, 0), false, Boolean(wanted) || !location.hash);
+  grid.selection.go(first, Math.max(begin, 0), false, Boolean(wanted) || !(location.hash || document.getElementById("session")));
 }
 
 // a long sheet comes in pieces: its beginning is in the page
@@ -64,6 +69,7 @@ document.addEventListener("click", (event) => {
   const action = event.target.closest("[data-do]")?.dataset.do;
   if (action === "undo") grid.undo();
   if (action === "redo") grid.redo();
+  if (action === "help") document.dispatchEvent(new CustomEvent("rrp:help"));
   if (action === "find") document.dispatchEvent(new CustomEvent("rrp:find"));
   if (action === "rows") {
     const box = event.target.closest("[data-do]").getBoundingClientRect();
@@ -78,27 +84,14 @@ document.addEventListener("click", (event) => {
     const k = grid.table.headers.findIndex((h) => h.dataset.letter === letter);
     grid.selection.go(grid.table.row(link.dataset.row), Math.max(k, 0));
   }
-  const box = event.target.closest("#diagram [data-row]");
-  if (box) {
-    const row = [...grid.table.rows].find((r) => r.cells[0].textContent === box.dataset.row);
-    if (row) grid.selection.go(row, Math.max(grid.table.headers.findIndex((h) => h.dataset.kind === "connector"), 0));
-  }
 });
 
-// the part of the diagram that belongs to the row with the cursor
-document.addEventListener("rrp:row", (event) => light(event.detail.number));
+// a box of the diagram was chosen
+document.addEventListener("rrp:goto", ({ detail }) => {
+  const row = grid && [...grid.table.rows].find((r) => r.cells[0].textContent === String(detail.number));
+  if (row) grid.selection.go(row, Math.max(grid.table.headers.findIndex((h) => h.dataset.kind === "connector"), 0));
+});
 document.addEventListener("htmx:after:swap", () => grid?.look());
-
-function light(number) {
-  for (const old of document.querySelectorAll("#diagram .here")) old.classList.remove("here");
-  document.querySelector(`#diagram [data-row="${number}"]`)?.classList.add("here");
-}
-
-function widths(table) {
-  const wide = { on: 36, inputs: 128, connector: 128, formula: 232, output: 136, notes: 240, number: 72, device: 152, verb: 104, thing: 120, tested: 136, code: 176, field: 160, setting: 120, text: 152, example: 104 };
-  const columns = [...table.grid.tHead.rows[0].cells].map((h, i) => `${i ? wide[h.dataset.kind ?? "example"] ?? 136 : 40}px`);
-  table.grid.style.setProperty("--columns", columns.join(" "));
-}
 
 // connectors show their icon
 function icons(body) {

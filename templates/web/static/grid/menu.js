@@ -1,12 +1,12 @@
 // The menu of the rows: by the right mouse button, the menu key, or the button above the grid.
 
 const ITEMS = [
-  ["Insert above", "Ctrl +", (grid) => grid.insertRows()],
-  ["Insert below", "", (grid) => grid.insertRows(true)],
-  ["Duplicate", "", (grid) => grid.duplicateRows()],
-  ["Move up", "Alt ↑", (grid) => grid.moveRows(-1)],
-  ["Move down", "Alt ↓", (grid) => grid.moveRows(1)],
-  ["Delete rows", "Ctrl −", (grid) => grid.deleteRows()],
+  ["Insert above", "Ctrl +", (grid) => grid.rows.insert()],
+  ["Insert below", "", (grid) => grid.rows.insert(true)],
+  ["Duplicate", "", (grid) => grid.rows.duplicate()],
+  ["Move up", "Alt ↑", (grid) => grid.rows.move(-1)],
+  ["Move down", "Alt ↓", (grid) => grid.rows.move(1)],
+  ["Delete rows", "Ctrl −", (grid) => grid.rows.remove()],
   ["Fill down", "Ctrl D", (grid) => grid.fillDown()],
 ];
 

@@ -97,7 +97,7 @@ export function pointer(grid) {
     const row = event.target.closest("tr[id]");
     if (!row || grid.editor.isOpen) return;
     event.preventDefault();
-    if (!grid.selectedRows().includes(row)) {
+    if (!grid.rows.selected().includes(row)) {
       const cell = event.target.closest("[role=gridcell]");
       selection.go(row, Math.max(cell ? table.column(cell) : 0, 0));
     }

@@ -23,6 +23,12 @@ export class Selection {
     return this.head && this.table.cell(this.row, this.head.k);
   }
 
+  /** What stands in the row of the cursor, in the column of a kind. */
+  sibling(kind) {
+    const k = this.table.headers.findIndex((h) => h.dataset.kind === kind);
+    return k < 0 || !this.row ? "" : this.table.value(this.table.cell(this.row, k));
+  }
+
   /** The corners as indexes: rows from `top` to `bottom`, columns from `left` to `right`, all included. */
   box() {
     if (!this.head) return null;

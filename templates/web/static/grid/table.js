@@ -8,6 +8,7 @@ export class Table {
     this.headers = [...grid.tHead.rows[0].cells].filter((h) => h.dataset.c);
     this.places = this.headers.map((h) => h.cellIndex);
     this.width = this.headers.length;
+    this.kind = /\bof-(\w+)/.exec(grid.className)?.[1] ?? "";
   }
 
   get rows() {
@@ -32,8 +33,14 @@ export class Table {
     return Number(this.headers[k].dataset.c);
   }
 
+  /** The header over a column; its letter where it has none. */
   name(k) {
-    return this.headers[k].dataset.name;
+    return this.headers[k].dataset.name || this.headers[k].dataset.letter;
+  }
+
+  /** A cell's address, such as C4. */
+  address(cell) {
+    return `${this.headers[this.column(cell)].dataset.letter}${cell.parentElement.cells[0].textContent}`;
   }
 
   /** What stands in a cell, as it was typed. */

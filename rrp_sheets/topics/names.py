@@ -1,0 +1,90 @@
+"""Everything there is help on, by name, with a line on each: for searching."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+
+from rrp_sheets.connectors import connectors
+from rrp_sheets.devices import load_robot
+from rrp_sheets.diagnostics import CODES
+from rrp_sheets.formulas.functions import library
+from rrp_sheets.model.names import key
+from rrp_sheets.topics.functions import first_line
+
+_TOPICS = {
+    "connectors": "what a row can do with its input streams",
+    "formulas": "how formulas are written",
+    "functions": "the functions of formulas",
+    "devices": "what the robot senses and does",
+    "scene": "what happens in the simulated room",
+    "tests": "test sheets: what is sent, and what must come out",
+    "codes": "what a check can find",
+    "helpers": "formulas with a name of their own",
+    "priority": "which command wins when two want the same joints",
+    "total": "the value of accumulate so far",
+    "protocol": "the Protocol sheet: title, engine, seed, time limit",
+    "engine": "how rows follow each other in time",
+    "keys": "the keys of the grid",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """Something there is help on; `what` is topic, connector, function, sensor, actuator, error or warning."""
+
+    name: str
+    what: str
+    line: str
+
+
+@lru_cache(maxsize=1)
+def all_names() -> tuple[Name, ...]:
+    """Every name, topics first."""
+    return tuple(_all())
+
+
+def _all() -> Iterator[Name]:
+    yield from (Name(topic, "topic", line) for topic, line in _TOPICS.items())
+    yield from (Name(c.name, "connector", c.help) for c in dict.fromkeys(connectors()))
+    yield from (Name(f.name, "function", first_line(f)) for f in dict.fromkeys(library()))
+    yield from (Name(f.name, f.type.kind, f.type.help) for f in load_robot().names.values() if f.offered)
+    yield from (Name(c.id, c.severity.value, c.title) for c in CODES.values())
+
+
+def known(term: str) -> str:
+    """The name that a term of a help text stands for, or an empty text.
+
+    >>> known("CLAMP(value; low; high)"), known("Red ball"), known("whatever")
+    ('CLAMP', 'Red ball', '')
+    """
+    return _by_key().get(key(term.partition("(")[0]), "")
+
+
+@lru_cache(maxsize=1)
+def _by_key() -> dict[str, str]:
+    return {key(n.name): n.name for n in reversed(all_names())}
+
+
+def search(text: str, most: int = 20) -> list[Name]:
+    """What there is help on under some words: names that begin with them, then names and lines that hold them.
+
+    >>> search("clam")[0].name
+    'CLAMP'
+    """
+    wanted, words = key(text), text.casefold().split()
+    if not wanted:
+        return []
+
+    def rank(name: Name) -> int:
+        k = key(name.name)
+        whole = f"{name.name} {name.what} {name.line}".casefold()
+        return 0 if k == wanted else 1 if k.startswith(wanted) else 2 if wanted in k else 3 if _in(words, whole) else 4
+
+    found = sorted(all_names(), key=rank)
+    return [n for n in found if rank(n) < 4][:most]
+
+
+def _in(words: list[str], whole: str) -> bool:
+    return all(word in whole for word in words)

@@ -1,0 +1,129 @@
+"""Help beside the grid: the texts of `rrp-sheets help`, as a piece of a page."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+from flask import Blueprint, render_template, request
+from markupsafe import Markup
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.topics.finding import text_on
+from rrp_sheets.topics.layout import Block, paragraph
+from rrp_sheets.topics.names import Name, all_names, known, search
+from rrp_sheets.web.marblepicture import marble_picture
+
+MOST = 6  # topics at once
+_ASKS = re.compile(r'^(?:rrp-sheets help )?"?([^"]+?)"?$')
+_CODE = re.compile(r"`([^`]+)`")
+
+
+@dataclass(frozen=True, slots=True)
+class Bit:
+    """A piece of a text: plain, a formula (`code`), or a link to another topic."""
+
+    text: str
+    code: bool = False
+    topic: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A block of a topic, ready to be shown: `kind` as of `topics.layout.Block`, `rows` of texts in their pieces."""
+
+    kind: str
+    head: tuple[Bit, ...] = ()
+    rows: tuple[tuple[tuple[Bit, ...], ...], ...] = ()
+    parts: tuple[Part, ...] = ()
+    picture: Markup | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class HelpPiece:
+    """What the help panel shows.
+
+    Attributes:
+        topics: their blocks, one topic after the other.
+        query: what was searched for; `found` are the names under it.
+        names: all that can be asked for.
+    """
+
+    template: ClassVar[str] = "help.html"
+    topics: tuple[tuple[Part, ...], ...]
+    query: str = ""
+    found: tuple[Name, ...] = ()
+    names: tuple[str, ...] = ()
+
+
+def make_helping() -> Blueprint:
+    """The routes of the help panel."""
+    pages = Blueprint("help", __name__)
+
+    @pages.get("/help")
+    def on() -> str:
+        query = request.args.get("q", "")[:100].strip()
+        asked = [t[:100] for t in request.args.getlist("topic") if t.strip()][:MOST]
+        found = tuple(search(query))
+        if query and not asked:
+            asked = [found[0].name] if len(found) == 1 else []
+        topics = tuple(blocks for topic in dict.fromkeys(asked) if (blocks := _topic(topic)))
+        if not topics and not query:
+            topics = (_topic(""),)
+        return render_template(
+            HelpPiece.template, page=HelpPiece(topics, query, found, tuple(n.name for n in all_names()))
+        )
+
+    return pages
+
+
+def _topic(name: str) -> tuple[Part, ...]:
+    try:
+        return tuple(_parts(text_on(name)))
+    except SheetsError:  # a stream of the user's own, say: there is nothing on it
+        return ()
+
+
+def _parts(blocks: Iterator[str]) -> Iterator[Part]:
+    yield from (_part(block) for block in blocks)
+
+
+def _part(block: str) -> Part:
+    if not isinstance(block, Block):
+        block = paragraph(block)
+    if block.kind == "marbles":
+        return Part("marbles", picture=marble_picture([(row[0], row[1]) for row in block.rows]))
+    linked = block.kind in ("entries", "columns")
+    rows = tuple(
+        tuple(_term(cell) if linked and i == 0 else tuple(bits(cell)) for i, cell in enumerate(row))
+        for row in block.rows
+    )
+    return Part(block.kind, tuple(bits(block.head)), rows, tuple(_part(p) for p in block.parts))
+
+
+def _term(text: str) -> tuple[Bit, ...]:
+    """The term of a list: a link where there is help on it."""
+    asked = _ASKS.match(text)
+    name = known(asked[1]) if asked else ""
+    shown = asked[1] if asked and text.startswith("rrp-sheets help ") else text
+    return (Bit(shown, topic=name),) if name else tuple(bits(text))
+
+
+def bits(text: str) -> Iterator[Bit]:
+    """A text in its pieces: what stands between backticks is a formula, or leads to another topic.
+
+    >>> [(b.text, b.code, b.topic) for b in bits("see `rrp-sheets help sample` or `x > 1`")]
+    [('see ', False, ''), ('sample', False, 'sample'), (' or ', False, ''), ('x > 1', True, '')]
+    """
+    end = 0
+    for match in _CODE.finditer(text):
+        if match.start() > end:
+            yield Bit(text[end : match.start()])
+        asked = _ASKS.match(match[1])
+        topic = known(asked[1]) if asked and match[1].startswith("rrp-sheets help ") else ""
+        yield Bit(asked[1], topic=topic) if asked and topic else Bit(match[1], code=True)
+        end = match.end()
+    if end < len(text):
+        yield Bit(text[end:])

@@ -1,0 +1,65 @@
+// Copying and pasting as tab-separated text, as Excel and LibreOffice do.
+
+import { format, parse } from "./tsv.js";
+
+export class Clipboard {
+  constructor(grid) {
+    this.grid = grid;
+    const mine = () => !grid.editor.isOpen && grid.selection.head && grid.scroll.contains(document.activeElement);
+    const take = (event) => {
+      event.preventDefault();
+      event.clipboardData.setData("text/plain", this.copied());
+      return counted(grid.selection.box());
+    };
+    document.addEventListener("copy", (event) => mine() && grid.say(`${take(event)} copied.`));
+    document.addEventListener("cut", (event) => {
+      if (!mine()) return;
+      const what = take(event);
+      grid.clear();
+      grid.say(`${what} cut.`);
+    });
+    document.addEventListener("paste", (event) => {
+      if (!mine()) return;
+      event.preventDefault();
+      const text = event.clipboardData.getData("text/plain");
+      if (text) this.paste(parse(text));
+      else grid.say("There is no text to paste.");
+    });
+  }
+
+  /** The selected cells as text. */
+  copied() {
+    const { selection, table } = this.grid;
+    return format(selection.cells().map((line) => line.map((cell) => table.value(cell))));
+  }
+
+  /** Lines of texts into the cells from the selection's first cell on; one value fills the whole selection. */
+  async paste(lines) {
+    const { grid } = this;
+    const { selection, table } = grid;
+    const box = selection.box();
+    if (!box) return;
+    if (lines.length === 1 && lines[0].length === 1) {
+      grid.change(selection.cells().flat().map((cell) => [cell, lines[0][0]]));
+      return;
+    }
+    const height = box.bottom - box.top + 1;
+    const times = height % lines.length === 0 ? height / lines.length : 1;
+    const all = Array.from({ length: times }, () => lines).flat();
+    const missing = box.top + all.length - table.rows.length;
+    if (missing > 0) await grid.server.send("insert", { before: null, count: missing });
+    const pairs = all.flatMap((line, i) => line.slice(0, table.width - box.left).map((text, j) => [
+      table.cell(table.rows[box.top + i], box.left + j), text,
+    ]));
+    grid.change(pairs);
+    const wide = Math.max(...all.map((line) => line.length));
+    if (wide > table.width - box.left) grid.say(`${wide - (table.width - box.left)} columns did not fit in and were left out.`, true);
+    selection.spread(box.top, box.left, Math.min(box.top + all.length, table.rows.length) - 1,
+      Math.min(box.left + wide, table.width) - 1);
+  }
+}
+
+function counted(box) {
+  const count = (box.bottom - box.top + 1) * (box.right - box.left + 1);
+  return count === 1 ? "One cell" : `${count} cells`;
+}

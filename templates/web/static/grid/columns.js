@@ -1,0 +1,136 @@
+// The widths of the columns: dragged at the edge of a header, by Alt+Left and Alt+Right, or fitted by a double click;
+// the browser remembers them for each sheet.
+
+const WIDE = {
+  on: 40, inputs: 136, connector: 144, formula: 232, output: 136, example: 104, notes: 240, number: 88, helper: 120, parameters: 136, device: 152,
+  setting: 112, thing: 120, verb: 104, value: 224, tested: 136, send: 192, expect: 224, field: 160, fieldvalue: 320, text: 152,
+};
+const LEAST = 36;
+const MOST = 900;
+const STEP = 8;
+
+export class Columns {
+  constructor(grid) {
+    this.grid = grid;
+    this.table = grid.table;
+    this.heads = [...this.table.grid.tHead.rows[0].cells];
+    this.place = `widths:${grid.server.url}/${grid.server.sheet}`;
+    this.kept = read(this.place);
+    this.pen = document.createElement("canvas").getContext("2d");
+    this.widths = this.heads.map((head, i) => (i ? this.kept[this.nameOf(i)] ?? this.usual(i) : this.margin()));
+    this.show();
+    const head = this.table.grid.tHead;
+    head.addEventListener("pointerdown", (event) => this.drag(event));
+    head.addEventListener("dblclick", (event) => {
+      const i = this.at(event);
+      if (i) this.fit(i);
+    });
+    head.addEventListener("keydown", (event) => this.key(event));
+    document.addEventListener("rrp:column", ({ detail: { index, least } }) => {
+      this.set(index, Math.max(this.kept[this.nameOf(index)] ?? this.usual(index), least), false);
+    });
+  }
+
+  nameOf(i) {
+    return this.heads[i].dataset.name ?? this.heads[i].querySelector(".title").textContent;
+  }
+
+  /** The width that a column has by its kind; never less than its header's words need. */
+  usual(i) {
+    const wide = WIDE[this.heads[i].dataset.kind ?? "example"] ?? 136;
+    return Math.max(wide, Math.ceil(this.measure(this.heads[i], this.nameOf(i))) + 18);
+  }
+
+  /** Room for the numbers of the rows. */
+  margin() {
+    const last = Number(this.table.body.dataset.first) + Number(this.table.body.dataset.count);
+    return Math.max(40, Math.ceil(this.measure(this.heads[0], String(last))) + 16);
+  }
+
+  measure(element, text) {
+    this.pen.font = getComputedStyle(element).font;
+    return this.pen.measureText(text).width;
+  }
+
+  show() {
+    this.table.grid.style.setProperty("--columns", this.widths.map((w) => `${w}px`).join(" "));
+    this.heads.forEach((head, i) => head.querySelector(".widen")?.setAttribute("aria-valuenow", this.widths[i]));
+    this.grid.selection.paint();
+    this.grid.editor.mend();
+  }
+
+  set(i, width, keep = true) {
+    this.widths[i] = Math.round(Math.min(Math.max(width, LEAST), MOST));
+    this.show();
+    if (!keep) return;
+    this.kept[this.nameOf(i)] = this.widths[i];
+    localStorage.setItem(this.place, JSON.stringify(this.kept));
+  }
+
+  /** As wide as the longest of its lines. */
+  fit(i) {
+    let wide = this.usual(i) && this.measure(this.heads[i], this.nameOf(i)) + 18;
+    const kind = this.heads[i].dataset.kind;
+    const extra = { connector: 24, inputs: 14, output: 14 }[kind] ?? 0;
+    for (const row of this.table.rows) {
+      const cell = row.cells[i];
+      const text = cell.dataset.v ?? (kind ? "" : cell.textContent);
+      if (!text) continue;
+      const element = cell.querySelector(".formula") ?? cell;
+      for (const line of text.split("\n")) wide = Math.max(wide, this.measure(element, line) + 20 + extra);
+      if (cell.classList.contains("flagged")) wide += 8;
+    }
+    this.set(i, Math.ceil(Math.min(wide, 640)));
+    this.grid.say(`${this.nameOf(i)} is as wide as its texts.`);
+  }
+
+  /** Alt+Left and Alt+Right in a cell. */
+  step(k, by) {
+    const i = this.table.places[k];
+    this.set(i, this.widths[i] + by * STEP);
+    this.grid.spoken.say(`${this.nameOf(i)} is ${this.widths[i]} wide.`);
+  }
+
+  at(event) {
+    const edge = event.target.closest(".widen");
+    return edge ? this.heads.indexOf(edge.closest("th")) : 0;
+  }
+
+  drag(event) {
+    const i = this.at(event);
+    if (!i || event.button !== 0) return;
+    event.preventDefault();
+    const edge = event.target.closest(".widen");
+    const from = event.clientX - this.widths[i];
+    edge.setPointerCapture(event.pointerId);
+    edge.focus({ preventScroll: true });
+    const move = (now) => this.set(i, now.clientX - from, false);
+    const up = () => {
+      edge.removeEventListener("pointermove", move);
+      this.set(i, this.widths[i]);
+    };
+    edge.addEventListener("pointermove", move);
+    edge.addEventListener("lostpointercapture", up, { once: true });
+  }
+
+  key(event) {
+    const i = this.at(event);
+    if (!i) return;
+    const action = {
+      ArrowLeft: () => this.set(i, this.widths[i] - STEP), ArrowRight: () => this.set(i, this.widths[i] + STEP),
+      Enter: () => this.fit(i), Escape: () => this.grid.selection.cell?.focus({ preventScroll: true }),
+    }[event.key];
+    if (!action) return;
+    event.preventDefault();
+    event.stopPropagation();
+    action();
+  }
+}
+
+function read(place) {
+  try {
+    return JSON.parse(localStorage.getItem(place)) ?? {};
+  } catch {
+    return {};
+  }
+}

@@ -1,0 +1,99 @@
+// Help beside the grid: on the cell at hand (F1), on what is searched for, and on what its links lead to.
+
+import { inputs, key } from "./suggest.js";
+
+export function help(grid) {
+  const panel = document.getElementById("help");
+  const button = document.querySelector("[data-do=help]");
+  let back = null; // what had the focus before
+
+  document.addEventListener("keydown", (event) => {
+    if (event.key !== "F1") return;
+    event.preventDefault();
+    if (panel.hidden || !panel.contains(document.activeElement)) open(atHand());
+    else close();
+  });
+  document.addEventListener("rrp:help", (event) => open(event.detail ?? atHand()));
+  panel.addEventListener("keydown", (event) => {
+    if (event.key !== "Escape") return;
+    event.preventDefault();
+    event.stopPropagation();
+    close();
+  });
+  panel.addEventListener("click", (event) => {
+    if (event.target.closest("[data-help-close]")) close();
+    const link = event.target.closest("[data-help]");
+    if (!link) return;
+    event.preventDefault();
+    show({ topic: [link.dataset.help] });
+  });
+  panel.addEventListener("submit", (event) => {
+    event.preventDefault();
+    show({ q: new FormData(event.target).get("q") });
+  });
+  panel.addEventListener("change", (event) => {
+    if (event.target.name === "q") event.target.form.requestSubmit(); // chosen from the list
+  });
+
+  function open(topics) {
+    back = document.activeElement?.closest("#help") ? back : document.activeElement;
+    show({ topic: topics });
+  }
+
+  function close() {
+    panel.hidden = true;
+    button?.setAttribute("aria-expanded", "false");
+    const to = back?.isConnected && back !== document.body ? back : grid?.selection.cell;
+    to?.focus({ preventScroll: true });
+  }
+
+  async function show(asked) {
+    const query = new URLSearchParams();
+    for (const [name, values] of Object.entries(asked)) for (const value of [values].flat()) query.append(name, value);
+    const response = await fetch(`${panel.dataset.url}?${query}`);
+    if (!response.ok) return;
+    panel.innerHTML = await response.text(); // made by our own server, all texts escaped
+    panel.hidden = false;
+    panel.scrollTop = 0;
+    button?.setAttribute("aria-expanded", "true");
+    panel.tabIndex = -1;
+    const first = panel.querySelector("input");
+    first.focus({ preventScroll: true });
+    first.select();
+    grid?.spoken.say(`Help: ${panel.querySelector(".help-topic h3, h3")?.textContent ?? "overview"}`);
+  }
+
+  /** What there may be help on, for the cell with the cursor: what stands in it, its problems, its column. */
+  function atHand() {
+    if (!grid?.selection.cell) return ["keys"];
+    const { row, cell } = grid.selection;
+    const k = grid.selection.head.k;
+    const text = grid.editor.isOpen ? grid.editor.field.value : grid.table.value(cell);
+    const codes = [...cell.querySelectorAll("[data-code]")].map((m) => m.dataset.code);
+    const { kind } = grid.table.headers[k].dataset;
+    const where = { row, table: grid.table };
+    const names = text.split(/[,\n]/).map((name) => name.trim()).filter(Boolean);
+    const about = {
+      inputs: () => [...names.map(device), "devices"], output: () => [...names.map(device), "devices"],
+      connector: () => [text, "connectors"].filter(Boolean).slice(0, text ? 1 : 2),
+      formula: () => [...functions(text), ...inputs(where).map(device), "formulas"].slice(0, 3),
+      on: () => ["keys"], notes: () => ["keys"], device: () => [text, "devices"], setting: () => [grid.selection.sibling("device"), "devices"],
+      thing: () => ["scene"], verb: () => ["scene"], value: () => ["scene"], tested: () => ["tests"], send: () => ["tests"], expect: () => ["tests"],
+      field: () => ["protocol"], fieldvalue: () => ["protocol"], number: () => [grid.table.name(k) === "Priority" ? "priority" : grid.table.kind === "scene" ? "scene" : "tests"],
+      helper: () => ["helpers"],
+    }[kind]?.() ?? [];
+    const all = [...codes, ...about.filter(Boolean)];
+    return [...new Set(all.length ? all : ["keys"])].slice(0, 4);
+  }
+
+  /** The device behind a stream's name, as the Devices sheet has it. */
+  function device(name) {
+    const found = [...(grid.words.sensors ?? []), ...(grid.words.actuators ?? [])].find((w) => key(w.text) === key(name));
+    return found?.device ?? name;
+  }
+
+  function functions(text) {
+    const found = [...text.matchAll(/([\p{L}_]\w*)\s*\(/gu)].map((m) => m[1]);
+    return found.filter((name) => grid.words.functions?.some((f) => key(f.name) === key(name)));
+  }
+}

@@ -1,0 +1,89 @@
+// What a screen reader is told: where the cursor is and what is wrong there, who edits what; and the names of the cells.
+
+const PAUSE = 150; // milliseconds: when the cursor runs, only where it stops is told
+const MOST = 500; // rows whose cells all have names; in a longer sheet only the one with the cursor
+
+export class Spoken {
+  constructor(grid) {
+    this.grid = grid;
+    this.line = document.getElementById("spoken");
+    this.taken = new Set();
+    const { body } = grid.table;
+    this.name([...body.rows]);
+    new MutationObserver((changes) => this.came(changes.flatMap((c) => [...c.addedNodes]))).observe(body, { childList: true });
+  }
+
+  /** Tell something aloud only. */
+  say(text) {
+    clearTimeout(this.soon);
+    if (this.line) this.line.textContent = this.line.textContent === text ? `${text}\u00a0` : text;
+  }
+
+  /** The cursor stands on another cell. */
+  moved() {
+    clearTimeout(this.soon);
+    this.soon = setTimeout(() => this.say(this.told()), PAUSE);
+  }
+
+  /** A cell's address, column, text, problems, and who is editing it. */
+  told(cell = this.grid.selection.cell) {
+    if (!cell) return "";
+    const { table } = this.grid;
+    const k = table.column(cell);
+    const parts = [`${table.address(cell)} ${table.name(k)}: ${content(cell)}`];
+    if (cell.ariaReadOnly === "true") parts.push("cannot be filled in here");
+    if (!cell.parentElement.classList.contains("unfinished")) {
+      for (const mend of cell.querySelectorAll(".mend:not(.is-info)")) parts.push(words(mend));
+    }
+    const tag = cell.querySelector(".name-tag");
+    if (tag) parts.push(tag.textContent);
+    const box = this.grid.selection.box();
+    const count = box ? (box.bottom - box.top + 1) * (box.right - box.left + 1) : 1;
+    if (count > 1) parts.push(`${count} cells selected`);
+    return parts.join(". ");
+  }
+
+  came(nodes) {
+    const rows = nodes.filter((node) => node.isConnected && node.cells);
+    this.name(rows);
+    for (const row of rows) {
+      for (const cell of row.cells) {
+        const place = `${row.id} ${cell.cellIndex}`;
+        const tag = cell.querySelector(".name-tag");
+        if (tag && !this.taken.has(place)) this.say(`${tag.textContent}: ${this.grid.table.address(cell)}`);
+        this.taken[tag ? "add" : "delete"](place);
+      }
+    }
+  }
+
+  /** Name the cells of rows by column and row. */
+  name(rows) {
+    const { table } = this.grid;
+    if (table.rows.length > MOST) return;
+    for (const row of rows) for (const at of table.places) this.nameCell(row.cells[at]);
+  }
+
+  nameCell(cell) {
+    const { table } = this.grid;
+    const k = table.column(cell);
+    if (k >= 0) cell.setAttribute("aria-label", `${table.name(k)}, row ${cell.parentElement.cells[0].textContent}: ${content(cell)}`);
+  }
+
+  /** Rows have other numbers now. */
+  renumbered() {
+    this.name([...this.grid.table.rows]);
+  }
+}
+
+function content(cell) {
+  const box = cell.querySelector("input[type=checkbox]");
+  if (box) return box.checked ? "ticked" : "not ticked";
+  const names = [...cell.querySelectorAll(":scope > .name")].map((name) => name.textContent.trim());
+  return names.join(", ") || cell.dataset.v || "blank";
+}
+
+function words(mend) {
+  const fix = mend.querySelector("[data-fix]");
+  const texts = [...mend.children].filter((part) => !part.matches("button")).map((part) => part.textContent.trim());
+  return texts.join(" ").replace("→", "") + (fix ? ` ${fix.dataset.title}: Control point.` : "");
+}
