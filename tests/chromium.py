@@ -11,9 +11,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from waitress import create_server
-
 from rrp_sheets.web.app import create_app
+from rrp_sheets.web.guard import Lan
+from rrp_sheets.web.serving import bind, make_server
 
 TOKEN = "a-token-of-the-tests"
 CHROMIUM = next(
@@ -26,9 +26,9 @@ _FLAGS = [
 
 
 @contextmanager
-def serving(folder: Path) -> Iterator[str]:
+def serving(folder: Path, lan: Lan | None = None) -> Iterator[str]:
     """A server on a folder; gives its address."""
-    server = create_server(create_app(folder, TOKEN), host="127.0.0.1", port=0, threads=24, ident="")
+    server = make_server(create_app(folder, TOKEN, lan), bind(["127.0.0.1"], None))
     thread = threading.Thread(target=server.run, daemon=True)
     thread.start()
     try:
