@@ -284,6 +284,9 @@ def test_a_password_is_kept_as_a_hash_only() -> None:
 # ---- the command ----
 
 PROGRAM = (
+    "import os\n"
+    "if os.isatty(0):  # make it the terminal of this session, which is where hidden texts are asked for\n"
+    "    os.close(os.open(os.ttyname(0), os.O_RDWR))\n"
     "import rrp_sheets.cli.serve as serve\n"
     "serve._EVERYWHERE = ('127.0.0.1', '::1')  # the tests open nothing to the network\n"
     "from rrp_sheets.cli.main import main\nmain()\n"
@@ -299,29 +302,14 @@ def started(folder: Path) -> Iterator[object]:
         *options: str, stdin: int = subprocess.DEVNULL, terminal: bool = False, **environ: str
     ) -> subprocess.Popen[str]:
         command = [sys.executable, "-c", PROGRAM, "serve", str(folder), "--no-browser", *options]
-        running.append(
-            subprocess.Popen(
-                command,
-                text=True,
-                env={**os.environ, **environ},
-                stdin=stdin,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-                start_new_session=terminal,
-                preexec_fn=_take_terminal if terminal else None,
-            )  # fmt: skip
-        )
+        both = {"stdin": stdin, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "start_new_session": terminal}
+        running.append(subprocess.Popen(command, text=True, env={**os.environ, **environ}, **both))
         return running[-1]
 
     yield start
     for process in running:
         process.kill()
         process.communicate()
-
-
-def _take_terminal() -> None:
-    """Make standard input the terminal of a new session, which is where hidden texts are asked for."""
-    os.close(os.open(os.ttyname(0), os.O_RDWR))
 
 
 def said(process: subprocess.Popen[str]) -> str:
