@@ -36,6 +36,7 @@ class Hub(RunView):
         self._changed = changed
         self._lock = threading.Lock()
         self._streams: dict[str, Known] = {}
+        self._voices: set[str] = set()
         self._newest = Newest(rows, units)
         self._fields: dict[str, Told] = {}
         self._new_fields: set[str] = set()
@@ -61,6 +62,7 @@ class Hub(RunView):
         with self._lock:
             self.start = start
             self._streams = known_streams(start)
+            self._voices = {stream for stream, needs in start.resources.items() if "voice" in needs}
             self.behaviours = dict(start.behaviours)
         self._changed("started")
 
@@ -72,6 +74,8 @@ class Hub(RunView):
         with self._lock:
             self._newest.value(us, known, row, value)
             if known.kind == "actuator":
+                if stream in self._voices and value is not None:
+                    return  # what is said is told when it is said
                 self.log.command(us, row, known.name, value, self._newest.told(row, value))
                 return
             self._plots.take(us, known.name, value, fields=known.kind == "sensor")
@@ -129,9 +133,12 @@ class Hub(RunView):
                 self.speed = float(act.detail["factor"])
             elif act.kind == "edit":
                 self.refusal = ""
-            if act.kind != "step":
+            if "put" in act.detail:  # dragged: many places, one line
+                self.log.again(us, f"put {act.detail['thing']} {act.by}", "scene", act.text, by=act.by)
+            elif act.kind != "step":
                 self.log.add(us, kind.get(act.kind, act.kind), act.text, by=act.by)
-        self._changed(act.kind)
+        if act.kind in ("switch", "speed", "edit"):
+            self._changed(act.kind)
 
     def refused(self, kind: str, message: str, remedy: str) -> None:
         """Something could not be done."""

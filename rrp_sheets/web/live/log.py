@@ -60,6 +60,13 @@ class Log:
         if len(self._troubles) > KEPT:
             self._troubles = {k: at for k, at in self._troubles.items() if us - at < _AGAIN_US}
 
+    def again(self, us: int, what: str, kind: str, text: str, by: str) -> None:
+        """Something that is done in many small steps; only the first of them is told, until there was a pause."""
+        last = self._last.get(what, -_QUIET_US)
+        self._last[what] = us
+        if us - last >= _QUIET_US:
+            self.add(us, kind, text, by=by)
+
     def news(self) -> list[Line]:
         """The lines since the last time."""
         fresh = [line for line in self._lines if line["i"] > self._told][-_MOST_NEW:]

@@ -98,7 +98,7 @@ class Session:
             words = {"how": "broken", "words": error.message, "broken": True, "remedy": error.remedy}
         with self._lock:
             self.ended, self.phase = words, "ended"
-        self.hub.log.add(self.hub.us, "end", words["words"], by=self.stopped_by if words["how"] == "stopped" else "")
+        self.hub.log.add(self.hub.us, "end", words["words"])
         self._over.set()
         over(self)
 
@@ -129,14 +129,14 @@ class Session:
             if what == "started" and self.hub.start is not None:
                 self.folder = self.hub.start.folder.name
                 self.phase = "stopping" if self.phase == "stopping" else "running"
+                self._looked = time.monotonic()
             elif what == "paused" and self.phase in ("running", "paused"):
                 self.phase = "paused" if self.hub.is_paused else "running"
             elif what == "finishing":
                 self.phase = "finishing"
         if what == "started" and self.wish.speed not in (0.0, 1.0):
             self.process.speed(self.wish.speed)
-        if what != "mark":
-            self._tell(self)
+        self._tell(self)
 
     # ---- telling
 
@@ -166,6 +166,7 @@ class Session:
 
     def about(self) -> str:
         """Everything so far, as it is sent to a page that joins."""
+        self._looked = time.monotonic()  # it asks for pictures when there are any
         live, lines = self.hub.all()
         return message("run", self.state()) + message("live", live) + message("log", {"lines": lines})
 

@@ -62,6 +62,9 @@ async function fetchWords() {
   if (response.ok) grid.words = await response.json();
 }
 
+// who closes the page is gone for the others at once; a page that comes back from the browser's memory begins anew
+window.addEventListener("pagehide", () => grid?.server.part());
+window.addEventListener("pageshow", (event) => event.persisted && location.reload());
 listen.addEventListener("reload", () => location.reload());
 listen.addEventListener("trouble", (event) => grid?.say(JSON.parse(event.detail.data).message, true));
 

@@ -29,6 +29,12 @@ export class Server {
     }, 150);
   }
 
+  /** Say that this page is being closed; the browser sends it although the page is gone. */
+  part() {
+    const body = JSON.stringify({ client: this.client, name: this.name });
+    fetch(`${this.url}/part`, { method: "POST", keepalive: true, headers: { "Content-Type": "application/json", "X-RRP": "grid" }, body }).catch(() => {});
+  }
+
   sheetColumn(k) {
     return this.table.sheetColumn(k);
   }

@@ -2,6 +2,7 @@
 // part of the page listens to: `rrp:run` (phase and settings), `rrp:live` (values), `rrp:log` (new lines),
 // `rrp:elsewhere` (a run of another workbook).
 
+import { act } from "./ask.js";
 import { bar } from "./bar.js";
 import { stopKeys } from "./keys.js";
 import { log } from "./log.js";
@@ -17,7 +18,7 @@ let state = none;
 let last = 0; // the newest line of the log that is shown
 
 bar(document.getElementById("runbar"));
-stopKeys(() => state);
+stopKeys(() => state, () => act("stop"));
 const grid = document.querySelector("[role=grid].of-behaviour");
 if (grid) values(grid);
 for (const [id, part] of Object.entries({ session, log, robot, scene })) {

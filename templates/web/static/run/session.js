@@ -1,6 +1,7 @@
 // The session column: the operator's buttons, a switch for each behaviour, marks, and values sent by hand.
 
 import { act } from "./ask.js";
+import { numberKeys } from "./keys.js";
 import { icon, make, put } from "./make.js";
 
 export function session(root) {
@@ -66,6 +67,7 @@ export function session(root) {
     for (const part of root.querySelectorAll("#press button, #switches input, #mark button, #send button, #things input, #things button, #things select")) part.disabled = !on;
   }
 
+  numberKeys(press);
   send.elements.stream.addEventListener("change", example);
   send.addEventListener("submit", (event) => {
     event.preventDefault();

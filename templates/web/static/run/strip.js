@@ -1,6 +1,7 @@
 // On every page: that a run goes on, and Stop. A workbook's page hears it from the server's events, the others ask.
 
 import { ownName } from "./ask.js";
+import { stopKeys } from "./keys.js";
 
 const strip = document.getElementById("run-strip");
 const EVERY = 2000; // ms
@@ -21,11 +22,14 @@ function show(now) {
   strip.querySelector(".stop").disabled = !["starting", "running", "paused"].includes(now.phase);
 }
 
-strip.querySelector(".stop").addEventListener("click", async () => {
+strip.querySelector(".stop").addEventListener("click", stop);
+stopKeys(() => run, stop);
+
+async function stop() {
   const headers = { "Content-Type": "application/json", "X-RRP": "grid" };
   await fetch(`/book/${encodeURIComponent(run.book)}/run/stop`, { method: "POST", headers, body: JSON.stringify({ name: ownName() }) });
   if (!document.getElementById("listen")) await look();
-});
+}
 
 async function look() {
   if (document.hidden) return;

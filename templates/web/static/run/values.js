@@ -17,8 +17,8 @@ export function values(grid) {
   let known = new Map(); // row id → { v, at, n, e }
   const inSight = new Set();
   let state = { phase: "none" };
+  let wide = false;
   let off = false; // the behaviour is switched off
-  let columns = "";
 
   const sight = new IntersectionObserver((entries) => {
     for (const { target, isIntersecting } of entries) {
@@ -46,13 +46,14 @@ export function values(grid) {
     const title = head.querySelector(".title") ?? head;
     put(title, !live() ? "Example" : detail.phase === "ended" ? "Last value, run ended" : "Live value and age");
     grid.classList.toggle("is-live", live());
-    widen(live());
+    if (live() !== wide) document.dispatchEvent(new CustomEvent("rrp:column", { detail: { index: place, least: live() ? WIDE : 0 } }));
+    wide = live();
     if (live()) drawAll();
     else restore();
   });
   document.addEventListener("rrp:live", ({ detail }) => {
     if (detail.full) known = new Map();
-    for (const [id, entry] of Object.entries(detail.rows ?? {})) known.set(id, entry);
+    for (const [id, entry] of Object.entries(detail.rows ?? {})) if (!(known.get(id)?.n > entry.n)) known.set(id, entry);
     drawAll();
   });
   setInterval(() => {
@@ -108,21 +109,6 @@ export function values(grid) {
       cell.textContent = cell.example.text;
       cell.title = cell.example.title;
       delete cell.live;
-    }
-  }
-
-  function widen(on) {
-    const now = grid.style.getPropertyValue("--columns");
-    if (on && !columns && now) {
-      const widths = now.split(" ");
-      columns = widths[place];
-      widths[place] = `${Math.max(parseFloat(columns), WIDE)}px`;
-      grid.style.setProperty("--columns", widths.join(" "));
-    } else if (!on && columns && now) {
-      const widths = now.split(" ");
-      widths[place] = columns;
-      columns = "";
-      grid.style.setProperty("--columns", widths.join(" "));
     }
   }
 }
