@@ -39,10 +39,10 @@ class Clerk:
         return dict(self._ask(place.name, "course", str(place)))
 
     def marbles(
-        self, place: Path, behaviour: str, rows: list[int], first: float | None, last: float | None
+        self, place: Path, behaviour: str, rows: list[int], window: tuple[float | None, float | None], spread: bool
     ) -> dict[str, Any]:
         """Marble diagrams of a run; see `records.marbles`."""
-        return dict(self._ask(place.name, "marbles", str(place), behaviour, rows, first, last))
+        return dict(self._ask(place.name, "marbles", str(place), behaviour, rows, window, spread))
 
     def csv(self, place: Path, target: Path) -> None:
         """Write the events of a run as CSV."""

@@ -23,10 +23,10 @@ def _course(place: str) -> dict[str, Any]:
     return course(Path(place))
 
 
-def _marbles(place: str, behaviour: str, rows: list[int], first: float | None, last: float | None) -> dict[str, Any]:
+def _marbles(place: str, behaviour: str, rows: list[int], window: list[float | None], spread: bool) -> dict[str, Any]:
     from rrp_sheets.runs.records.marbles import marbles
 
-    return marbles(Path(place), behaviour, rows, first, last)
+    return marbles(Path(place), behaviour, rows, (window[0], window[1]), spread)
 
 
 def _csv(place: str, target: str) -> None:

@@ -17,7 +17,7 @@ MOST_PAGES = 12
 
 
 def marbles(
-    place: Path, behaviour: str, rows: Sequence[int], first: float | None, last: float | None
+    place: Path, behaviour: str, rows: Sequence[int], window: tuple[float | None, float | None], spread: bool
 ) -> dict[str, Any]:
     """What came on the streams of a behaviour, drawn.
 
@@ -25,7 +25,8 @@ def marbles(
         place: the run's folder.
         behaviour: its name; blank: the first.
         rows: only these, with their inputs; all when empty.
-        first, last: seconds; None: from the begin, to the end.
+        window: seconds; None: from the begin, to the end.
+        spread: whether a busy time is drawn in several strips instead of one.
 
     Returns:
         As JSON: the names of all behaviours, the rows of this one with what they do, and the pictures.
@@ -37,13 +38,14 @@ def marbles(
     if score is None:
         return {"behaviours": [], "behaviour": "", "rows": [], "seconds": 0.0, "pictures": [], "left_out": 0}
     bars = {b.row: b for g in score.groups for b in g.bars if b.row}
+    first, last = window
     shown = score.only(_lanes(score, set(rows))) if rows else score
     if rows:
         groups = (replace(g, bars=tuple(b for b in g.bars if b.row in rows)) for g in shown.groups)
         shown = replace(shown, groups=tuple(groups))
     begin = 0 if first is None else round(first * 1e6)
     end = score.last_us if last is None else min(round(last * 1e6), score.last_us)
-    pages = draw_marbles([shown.between(begin, end)]) if begin < end else []
+    pages = draw_marbles([shown.between(begin, end)], strips=0 if spread else 1) if begin < end else []
     return {
         "behaviours": names, "behaviour": score.title, "seconds": score.last_us / 1e6,
         "rows": [[n, b.connector, b.formula[:200]] for n, b in sorted(bars.items())],

@@ -135,6 +135,7 @@ class MarblesPage:
     Attributes:
         rows: number, what it does, whether it is shown.
         first, last: seconds, as they were asked for.
+        spread: whether a busy time is drawn in several strips.
         pictures: SVG of our own making.
     """
 
@@ -147,6 +148,7 @@ class MarblesPage:
     first: str
     last: str
     seconds: str
+    spread: bool
     pictures: tuple[Markup, ...]
     left_out: int
     trouble: str
@@ -214,22 +216,32 @@ class Drawn:
 
 
 @dataclass(frozen=True, slots=True)
+class DrawnPart:
+    """The diagram of a behaviour, a piece of the printed page; `why` says why there is none."""
+
+    template: ClassVar[str] = "drawn.html"
+    name: str
+    drawn: tuple[Drawn, ...]
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
 class PrintTable:
-    """A sheet as a table: its columns' names, and rows with their numbers; `off` for rows that are switched off."""
+    """A sheet as a table: its columns (what each holds, and its name), and rows: number, whether off, texts."""
 
     name: str
     kind: str
-    heads: tuple[str, ...]
+    heads: tuple[tuple[str, str], ...]
     rows: tuple[tuple[int, bool, tuple[str, ...]], ...]
     left_out: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class PrintBehaviour:
-    """A behaviour on paper."""
+    """A behaviour on paper; its diagram follows, unless `why` says why not."""
 
     name: str
-    drawn: tuple[Drawn, ...]
+    number: int
     why: str
     table: PrintTable | None
     words: Words | None
@@ -241,7 +253,6 @@ class PrintPage:
 
     Attributes:
         fields: of the Protocol: name and text.
-        paper: the address of the style with hash and date in the foot.
     """
 
     template: ClassVar[str] = "print.html"
@@ -258,7 +269,7 @@ class PrintPage:
     tests: str
 
 
-Page = RunsPage | RecordPage | MarblesPage | VersionsPage | ComparePage | PrintPage
+Page = RunsPage | RecordPage | MarblesPage | VersionsPage | ComparePage | PrintPage | DrawnPart
 
 
 def show(page: Page) -> str:

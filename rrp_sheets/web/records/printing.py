@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import threading
+from collections import OrderedDict
 from collections.abc import Iterable
 from datetime import datetime
 
@@ -19,13 +21,14 @@ from rrp_sheets.render.sentences import explain
 from rrp_sheets.web.library import Book
 from rrp_sheets.web.pages import Problem, Words
 from rrp_sheets.web.pictures import MOST_ROWS
-from rrp_sheets.web.records.pages import Drawn, PrintBehaviour, PrintPage, PrintTable
+from rrp_sheets.web.records.pages import Drawn, DrawnPart, PrintBehaviour, PrintPage, PrintTable
 from rrp_sheets.web.words import words_of
 
 _SECONDS = 20.0  # for a diagram's layout
 _ORDER = ("devices", "helpers", "scene", "gestures", "table")
 _MOST_PROBLEMS = 200
 _MOST_PRINTED = 2_000  # rows of a table
+_KEPT = 16  # drawn behaviours
 
 
 def print_page(book: Book) -> PrintPage:
@@ -34,7 +37,9 @@ def print_page(book: Book) -> PrintPage:
     grids, _ = take_over({}, book.reading.sheets, workbook.tables)
     tables = {name: _table(grid) for name, grid in grids.items()}
     sheets = {key(name): table for name, table in tables.items()}
-    behaviours = tuple(_behaviour(book, graph, sheets.get(graph.key)) for graph in look.graph.behaviours)
+    behaviours = tuple(
+        _behaviour(book, number, graph, sheets.get(graph.key)) for number, graph in enumerate(look.graph.behaviours, 1)
+    )
     others = sorted((t for t in tables.values() if t.kind in _ORDER and t.rows), key=lambda t: _ORDER.index(t.kind))
     protocol = workbook.protocol
     fields = tuple((protocol.names.get(k, k), cell.text) for k, cell in protocol.fields.items() if cell.text)
@@ -58,42 +63,64 @@ def today() -> str:
 
 
 def _table(grid: Grid) -> PrintTable:
-    columns = [c.number for c in grid.columns]
-    on = next((c.number for c in grid.columns if c.name == "On"), 0)
+    """A sheet as it stands there; blank rows, and columns with nothing in them, are left out."""
+    filled = [c for c in grid.columns if any(grid.text(row, c.number) for row in grid.rows)]
+    on = next((c.number for c in filled if c.name == "On"), 0)
     rows = []
     for number, row in enumerate(grid.rows, grid.first):
-        texts = tuple(grid.text(row, c) for c in columns)
+        texts = tuple(grid.text(row, c.number) for c in filled)
         if any(texts):
             rows.append((number, bool(on) and _is_off(grid.text(row, on)), texts))
-    left_out = max(0, len(rows) - _MOST_PRINTED)
-    heads = tuple(c.header for c in grid.columns)
-    return PrintTable(grid.name, grid.kind, heads, tuple(rows[:_MOST_PRINTED]), left_out)
+    heads = tuple((key(c.name).replace(" ", ""), c.header) for c in filled)
+    return PrintTable(grid.name, grid.kind, heads, tuple(rows[:_MOST_PRINTED]), max(0, len(rows) - _MOST_PRINTED))
 
 
 def _is_off(text: str) -> bool:
     return text.strip().casefold() in ("false", "no", "off", "0")
 
 
-def _behaviour(book: Book, behaviour: BehaviourGraph, table: PrintTable | None) -> PrintBehaviour:
+def _behaviour(book: Book, number: int, behaviour: BehaviourGraph, table: PrintTable | None) -> PrintBehaviour:
     look = book.look
     if not behaviour.steps:
-        return PrintBehaviour(behaviour.name, (), "There is no row in it yet.", table, None)
+        return PrintBehaviour(behaviour.name, number, "There is no row in it yet.", table, None)
     if not look.understood:
-        why = "The diagram comes when the problems are mended."
-        return PrintBehaviour(behaviour.name, (), why, table, None)
-    drawn, why = _drawn(book, behaviour)
+        return PrintBehaviour(behaviour.name, number, "The diagram comes when the problems are mended.", table, None)
     words: Words = words_of(explain(look.graph, look.workbook, look.robot, [behaviour])[0])
-    return PrintBehaviour(behaviour.name, drawn, why, table, words)
+    return PrintBehaviour(behaviour.name, number, "", table, words)
 
 
-def _drawn(book: Book, behaviour: BehaviourGraph) -> tuple[tuple[Drawn, ...], str]:
+class Drawings:
+    """The diagrams on paper: drawn once for each state of a workbook, as a long one takes its time."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._kept: OrderedDict[tuple[str, str, int], DrawnPart] = OrderedDict()
+
+    def part(self, book: Book, number: int) -> DrawnPart | None:
+        """The diagram of a behaviour; None when there is no such behaviour."""
+        behaviours = book.look.graph.behaviours
+        if not 1 <= number <= len(behaviours):
+            return None
+        name = (book.name, book.reading.digest, number)
+        with self._lock:
+            if name not in self._kept:
+                self._kept[name] = _drawn(book, behaviours[number - 1])
+                while len(self._kept) > _KEPT:
+                    self._kept.popitem(last=False)
+            return self._kept[name]
+
+
+def _drawn(book: Book, behaviour: BehaviourGraph) -> DrawnPart:
     if len(behaviour.steps) > MOST_ROWS:
-        return (), f"Its diagram is not printed: it has more than {MOST_ROWS} rows. Divide the sheet."
+        why = f"Its diagram is not printed: it has more than {MOST_ROWS} rows. Divide the sheet."
+        return DrawnPart(behaviour.name, (), why)
+    if not book.look.understood:
+        return DrawnPart(behaviour.name, (), "The diagram comes when the problems are mended.")
     try:
         pages = draw_diagram(book.look.graph, behaviour, problems=book.look.flags(behaviour), timeout=_SECONDS)
     except SheetsError as error:
-        return (), f"{error.message} {error.remedy}".strip()
-    return tuple(Drawn(Markup(p.svg), p.caption, p.landscape) for p in pages), ""
+        return DrawnPart(behaviour.name, (), f"{error.message} {error.remedy}".strip())
+    return DrawnPart(behaviour.name, tuple(Drawn(Markup(p.svg), p.caption, p.landscape) for p in pages), "")
 
 
 def paper_style(name: str, digest: str, when: str) -> str:

@@ -16,7 +16,7 @@ from rrp_sheets.web.records import versions as kept
 from rrp_sheets.web.records.comparing import compare_page
 from rrp_sheets.web.records.files import everything, run_file, trace_csv
 from rrp_sheets.web.records.pages import show
-from rrp_sheets.web.records.printing import paper_style, print_page, today
+from rrp_sheets.web.records.printing import Drawings, paper_style, print_page, today
 from rrp_sheets.web.records.runs import marbles_page, record_page, runs_page
 from rrp_sheets.web.records.shelved import Runs
 from rrp_sheets.web.room import Room
@@ -29,6 +29,7 @@ def make_records(library: Library, desk: Desk) -> Blueprint:
     pages = Blueprint("records", __name__)
     clerk = Clerk()
     runs = Runs(library.folder, _going)
+    drawings = Drawings()
 
     def have(run: str) -> str:
         if run not in runs.names():
@@ -109,6 +110,13 @@ def make_records(library: Library, desk: Desk) -> Blueprint:
         if not library.has(name):
             abort(404)
         return show(print_page(library.open(name)))
+
+    @pages.get("/book/<name>/print/<int:number>")
+    def drawn(name: str, number: int) -> str:
+        part = drawings.part(library.open(name), number) if library.has(name) else None
+        if part is None:
+            abort(404)
+        return show(part)
 
     @pages.get("/book/<name>/paper.css")
     def paper(name: str) -> Response:

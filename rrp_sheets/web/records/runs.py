@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -28,11 +29,12 @@ from rrp_sheets.web.records.telling import clock, length, line_of, when
 A_PAGE = 100  # runs
 _BESIDE = 30  # further runs of the same workbook
 _LOG = 500
-_WHOLE = 60.0  # s: a run that is longer shows its first half minute
+_WHOLE = 40.0  # s: a run that is longer shows its first half minute
 _FIRST = 30.0
 _KINDS = {
     "say": ("said", "say"), "error": ("error", "error"), "clamp": ("cut to its limit", "warning"),
-    "mark": ("mark", "flag"), "edit": ("edited", "sheet"), "button": ("button", "button"), "press": ("button", "button"),
+    "mark": ("mark", "flag"), "edit": ("edited", "sheet"), "button": ("button", "button"),
+    "press": ("button", "button"),
     "send": ("sent by hand", "send"), "scene": ("scene, by hand", "ball"), "put": ("moved by hand", "ball"),
     "switch": ("switched", "subscribe"), "speed": ("speed", "run"), "pause": ("paused", "pause"),
     "resume": ("went on", "run"), "step": ("one frame on", "step"),
@@ -98,8 +100,6 @@ def record_page(runs: Runs, library: Library, clerk: Clerk, run: str) -> RecordP
 
 
 def _with_length(line: RunLine, seconds: float) -> RunLine:
-    from dataclasses import replace
-
     return line if line.length or not seconds else replace(line, length=length(seconds))
 
 
@@ -156,10 +156,10 @@ def marbles_page(runs: Runs, clerk: Clerk, run: str, asked: Mapping[str, Any], r
     """The marble diagrams that were asked for; raises SheetsError when there is no such run."""
     place = runs.place(run)
     behaviour, first, last = (str(asked.get(name, ""))[:200] for name in ("behaviour", "from", "to"))
+    spread = "spread" in asked
     trouble, told = "", {"behaviours": [], "behaviour": "", "rows": [], "seconds": 0, "pictures": [], "left_out": 0}
     try:
-        begin, end = _seconds(first), _seconds(last)
-        told = clerk.marbles(place, behaviour, rows, begin, end)
+        told = clerk.marbles(place, behaviour, rows, (_seconds(first), _seconds(last)), spread)
     except SheetsError as error:
         trouble = f"{error.message} {error.remedy}"
     if not trouble and not told["pictures"]:
@@ -170,7 +170,7 @@ def marbles_page(runs: Runs, clerk: Clerk, run: str, asked: Mapping[str, Any], r
     return MarblesPage(
         run=run, behaviours=tuple(behaviours), behaviour=str(told["behaviour"]),
         rows=tuple((n, f"{connector} {formula}".strip(), not rows or n in rows) for n, connector, formula in found),
-        all_rows=not rows, first=first, last=last, seconds=f"{told['seconds']:g}",
+        all_rows=not rows, first=first, last=last, seconds=f"{told['seconds']:g}", spread=spread,
         pictures=tuple(Markup(svg) for svg in pictures), left_out=int(str(told["left_out"])), trouble=trouble,
     )  # fmt: skip
 

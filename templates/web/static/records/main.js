@@ -16,11 +16,23 @@ function swap(button) {
   if (first.value && second.value) form.requestSubmit();
 }
 
+/** The page can be printed when all its diagrams are there. */
+function wait(button) {
+  const drawing = () => document.querySelector("main [aria-busy='true']");
+  const tell = () => {
+    button.disabled = Boolean(drawing());
+    document.querySelector("[data-ready]").textContent = drawing() ? "" : "All diagrams are drawn.";
+  };
+  new MutationObserver(tell).observe(document.querySelector("main"), { childList: true, subtree: true });
+  tell();
+}
+
 document.addEventListener("submit", sign, true); // before htmx takes the form
 document.addEventListener("click", (event) => {
   if (event.target.closest("[data-print]")) window.print();
   const button = event.target.closest("[data-swap]");
   if (button) swap(button);
 });
+for (const button of document.querySelectorAll("[data-print]")) wait(button);
 for (const button of document.querySelectorAll("[data-swap]")) button.hidden = false;
 record(document.querySelector(".record"));

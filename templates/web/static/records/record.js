@@ -2,6 +2,7 @@
 
 const BEFORE = 2; // seconds that are shown before a moment, and after it
 const AFTER = 8;
+const FIRST = 8; // curves that are drawn at once
 
 /** Show the marbles around a moment. */
 function show(seconds) {
@@ -22,7 +23,10 @@ async function draw(section) {
   const { plotRecord } = await import("../run/plots.js");
   if (!plotRecord || !series.length) return;
   section.hidden = false; // before it is drawn: a hidden place has no width
-  plotRecord(section.querySelector("[data-plots]"), series);
+  plotRecord(section.querySelector("[data-plots]"), series.slice(0, FIRST));
+  const more = section.querySelector("details");
+  more.hidden = series.length <= FIRST;
+  more.addEventListener("toggle", () => plotRecord(more.querySelector("div"), series.slice(FIRST)), { once: true });
 }
 
 /** Bring the page of a run to life; null on other pages. */
