@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import ipaddress
+import re
 import secrets
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from urllib.parse import urlsplit
 
 from flask import Flask, Response, abort, g, redirect, request, url_for
 from werkzeug.wrappers import Response as AnyResponse
@@ -17,6 +17,7 @@ from rrp_sheets.web.password import Password
 from rrp_sheets.web.sessions import Person, Sessions
 
 HOSTS = ("127.0.0.1", "localhost")
+_HOST = re.compile(r"(?:\[([0-9a-f:.]+)\]|([a-z0-9.-]+))(?::[0-9]{1,5})?")
 _OPEN = frozenset({"login.page", "login.enter"})  # with --lan, for those who have no session yet
 _FORMS = _OPEN | {"login.leave"}  # work without script, so without its header
 _LOGIN_FILES = frozenset({"style.css", "login.css", "icon.svg"})
@@ -111,10 +112,8 @@ def _while_open(messages: Iterable[str], sessions: Sessions, person: Person) -> 
 
 def _host() -> str:
     """The name by which this server was asked, without the port."""
-    try:
-        return (urlsplit(f"//{request.headers.get('Host', '')}").hostname or "").casefold()
-    except ValueError:
-        return ""
+    found = _HOST.fullmatch(request.headers.get("Host", "").casefold())
+    return (found[1] or found[2]) if found else ""
 
 
 def _is_near(address: str | None) -> bool:

@@ -1,0 +1,163 @@
+"""Every route of the server with an address that works, for attacks on all of them.
+
+A new route that changes something needs a line in BODIES: the tests fail for one that has none.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from browser import HOME, TOKEN
+from flask import Flask
+from werkzeug.routing import Rule
+
+from rrp_sheets.workbook.maker import make_workbook
+
+BOOK, SHEET, RUN = "good.xlsx", "Tracking", "20260101-000000-good"
+HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
+SECRET = "a-secret-outside"
+OURS = {"X-RRP": "grid", "Origin": HOME}
+
+PLACES: dict[str, Any] = {
+    "name": BOOK, "sheet": SHEET, "run": RUN, "number": 1, "first": 0, "filename": "style.css", "action": "stop",
+}  # fmt: skip
+"""What stands in the variable parts of an address; `file` and others where the route needs them so."""
+
+_FILES = {"live.sound": "say-001.wav", "records.file": "trace.jsonl", "vendor": "js/htmx.min.js"}
+
+_WHO = {"client": "c", "name": "Anna", "tag": "t"}
+_PLACE = {**_WHO, "sheet": SHEET, "row": "ROW", "column": 6}
+JSON: dict[str, dict[str, Any]] = {
+    "editing.change cells": {**_WHO, "sheet": SHEET, "cells": [{"row": "ROW", "column": 6, "text": "x", "was": None}]},
+    "editing.change insert": {**_WHO, "sheet": SHEET, "before": "ROW", "count": 1},
+    "editing.change delete": {**_WHO, "sheet": SHEET, "rows": ["ROW"]},
+    "editing.change move": {**_WHO, "sheet": SHEET, "rows": ["ROW"], "before": None},
+    "editing.change undo": {**_WHO, "sheet": SHEET},
+    "editing.change redo": {**_WHO, "sheet": SHEET},
+    "editing.change lock": _PLACE,
+    "editing.change unlock": _PLACE,
+    "editing.change stand": _PLACE,
+    "editing.change part": _WHO,
+    "editing.change fix": {**_WHO, "code": "FORM007", "place": "Tracking!D2", "title": "Put it right"},
+    "live.start": {
+        **_WHO, "mode": "simulated", "participant": "", "condition": "", "operator": "", "until": "scene", "speed": 1,
+    },
+    "live.act stop": _WHO,
+    "live.act restart": _WHO,
+    "live.act pause": _WHO,
+    "live.act resume": _WHO,
+    "live.act step": _WHO,
+    "live.act clear": _WHO,
+    "live.act speed": {**_WHO, "speed": 2},
+    "live.act mark": {**_WHO, "note": "x"},
+    "live.act switch": {**_WHO, "behaviour": SHEET, "on": False},
+    "live.act send": {**_WHO, "stream": "Red ball", "text": "x=1"},
+    "live.act press": {**_WHO, "label": "Go"},
+    "live.act scene": {**_WHO, "thing": "Red ball", "verb": "move", "value": "to 1, 0, 0"},
+    "live.act put": {**_WHO, "thing": "Red ball", "x": 1, "y": 0, "z": 0.4},
+}  # fmt: skip
+"""What is sent as JSON."""
+
+FORMS: dict[str, dict[str, Any]] = {
+    "shelving.act new": {"name": "new", "template": "guided"},
+    "shelving.act copy": {"book": BOOK},
+    "shelving.act rename": {"book": BOOK, "name": "other"},
+    "shelving.act archive": {"book": BOOK},
+    "shelving.act upload": {"file": b"no workbook"},
+    "records.act keep": {"title": "before"},
+    "records.act restore": {"version": "1"},
+}
+"""What is sent as a form by our own script."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """A route with one of its actions: `key` names it in JSON and FORMS; `parts` are what stands in its address."""
+
+    key: str
+    rule: str
+    post: bool
+    parts: dict[str, Any]
+
+    def address(self, **other: str) -> str:
+        """An address; `other` parts instead, put in as they are."""
+        return re.sub(
+            r"<(?:[^<>:]*:)?(\w+)>",
+            lambda found: other.get(found[1]) or quote(str(self.parts[found[1]]), safe="/"),
+            self.rule,
+        )
+
+    @property
+    def names(self) -> list[str]:
+        """The parts of its address that are texts of the sender's choice."""
+        return re.findall(r"<(?:string:|path:)?(\w+)>", self.rule)
+
+
+def ways(app: Flask) -> list[Way]:
+    """All routes, those with a choice of actions once for each."""
+    return [way for rule in app.url_map.iter_rules() for way in _ways(rule)]
+
+
+def _ways(rule: Rule) -> Iterator[Way]:
+    post = "POST" in (rule.methods or ())
+    parts = {name: _FILES.get(rule.endpoint, PLACES.get(name, "x")) for name in rule.arguments}
+    parts.update({name: PLACES[name] for name in rule.arguments if name in ("name", "run", "sheet")})
+    actions = [k.split(" ")[1] for k in (*JSON, *FORMS) if k.startswith(f"{rule.endpoint} ")] if post else []
+    choice = re.search(r"<any\(([^)]*)\):action>", rule.rule)
+    if choice:
+        actions = [a.strip() for a in choice[1].split(",")]
+    if "action" not in rule.arguments or not actions:
+        yield Way(rule.endpoint, rule.rule, post, parts)
+        return
+    for action in actions:
+        yield Way(f"{rule.endpoint} {action}", rule.rule, post, {**parts, "action": action})
+
+
+def body(way: Way, row: str = "") -> dict[str, Any]:
+    """What is sent, as an argument of the test client."""
+    if way.key in JSON:
+        return {"json": _with_row(JSON[way.key], row)}
+    form = {n: (io.BytesIO(v), "up.xlsx") if isinstance(v, bytes) else v for n, v in FORMS[way.key].items()}
+    return {"data": form, "content_type": "multipart/form-data"}
+
+
+def _with_row(value: Any, row: str) -> Any:
+    if isinstance(value, dict):
+        return {k: _with_row(v, row) for k, v in value.items()}
+    if isinstance(value, list):
+        return [_with_row(v, row) for v in value]
+    return row if value == "ROW" else value
+
+
+def make_folder(place: Path) -> Path:
+    """A folder with a workbook and a recorded run, and a secret beside it."""
+    (place / "secret.md").write_text(f"# {SECRET}\n", encoding="utf-8")
+    folder = place / "inside"
+    folder.mkdir()
+    rows = [["", "Red ball", "map", "redBall.distence", "Distance", "a note"],
+            ["", "Distance", "subscribe", "", "Say", ""]]  # fmt: skip
+    make_workbook({SHEET: [HEADER, *rows]}, folder / BOOK)
+    run = folder / "runs" / RUN
+    run.mkdir(parents=True)
+    (run / "trace.jsonl").write_text('{"t": 0}\nno record\n', encoding="utf-8")
+    (run / "say-001.wav").write_bytes(b"RIFF")
+    return folder
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """All files of a folder but the journal."""
+    files = (p for p in sorted(folder.rglob("*")) if p.is_file() and ".rrp-sheets" not in p.parts)
+    return {str(p.relative_to(folder)): p.read_bytes() for p in files}
+
+
+def enter(app: Flask) -> Any:
+    """A browser that was given the address with its token."""
+    client = app.test_client()
+    assert client.get(f"/?token={TOKEN}", base_url=HOME).status_code == 302
+    return client
