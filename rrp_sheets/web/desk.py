@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from rrp_sheets.documents import Document
@@ -22,6 +23,7 @@ class Desk:
 
     Attributes:
         opened: called with each room when it is opened.
+        leaving: called with a room that is to be closed; raises SheetsError when that cannot be now.
     """
 
     def __init__(self, folder: Path, worker: CheckWorker) -> None:
@@ -31,14 +33,29 @@ class Desk:
         self._journal: Journal | None = None
         self._lock = threading.Lock()
         self.opened: Callable[[Room], None] = lambda room: None
+        self.leaving: Callable[[Room], None] = lambda room: None
         threading.Thread(target=self._watch, daemon=True).start()
 
     def leave(self, name: str) -> None:
-        """Close a workbook whose file goes away; its pages load again, and say so."""
+        """Close a workbook whose file goes away; its pages load again, and say so.
+
+        Raises:
+            SheetsError: when it cannot be closed now.
+        """
         with self._lock:
-            room = self._rooms.pop(name, None)
-        if room is not None:
-            room.tell("reload", {})
+            room = self._rooms.get(name)
+            if room is None:
+                return
+            self.leaving(room)
+            del self._rooms[name]
+        room.tell("reload", {})
+
+    def renamed(self, before: str, name: str) -> None:
+        """A workbook's file has another name now; what is kept of it goes with it."""
+        with self._lock, suppress(SheetsError):  # where nothing can be kept, nothing is lost
+            if self._journal is None:
+                self._journal = Journal(self.folder)
+            self._journal.rename(before, name)
 
     def room(self, path: Path) -> Room:
         """The room of a workbook of the folder; opened when it is not yet.

@@ -9,6 +9,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.listeners import message
 from rrp_sheets.web.live.session import Session, Wish
+from rrp_sheets.web.live.told import clock
 from rrp_sheets.web.room import Room
 
 NONE: dict[str, Any] = {"phase": "none", "book": ""}
@@ -33,12 +34,17 @@ class Floor:
         self._desk = desk
         self._lock = threading.Lock()
         self.session: Session | None = None
-        desk.opened = self._attach
+        desk.opened, desk.leaving = self._attach, self._leaving
 
     def _attach(self, room: Room) -> None:
         room.about_run = lambda: self._about(room)
         room.after_check = lambda: self._checked(room)
         room.after_edit = lambda: self._edited(room)
+
+    def _leaving(self, room: Room) -> None:
+        session = self.session
+        if session is not None and session.room is room and session.is_going:
+            raise SheetsError(f"{session.wish.by} is running {session.book}.", "Stop the run first.")
 
     def start(self, room: Room, book: str, wish: Wish) -> Session:
         """Start a run.
@@ -116,7 +122,5 @@ class Floor:
 
 
 def _taken(session: Session) -> str:
-    from rrp_sheets.web.live.told import clock
-
     who = session.wish.by
     return f"{who} is running {session.book} since {clock(session.hub.us)}. There is one robot, so one run at a time."

@@ -18,6 +18,7 @@ from rrp_sheets.web.live.log import Line, Log
 from rrp_sheets.web.live.newest import Newest
 from rrp_sheets.web.live.plotting import Plots
 from rrp_sheets.web.live.streams import Known, known_streams
+from rrp_sheets.web.live.told import clock
 
 Told = dict[str, Any]
 
@@ -133,25 +134,47 @@ class Hub(RunView):
                 self.speed = float(act.detail["factor"])
             elif act.kind == "edit":
                 self.refusal = ""
+                self._edited(us, act)
             if "put" in act.detail:  # dragged: many places, one line
                 self.log.again(us, f"put {act.detail['thing']} {act.by}", "scene", act.text, by=act.by)
-            elif act.kind != "step":
+            elif act.kind not in ("step", "edit"):
                 self.log.add(us, kind.get(act.kind, act.kind), act.text, by=act.by)
         if act.kind in ("switch", "speed", "edit"):
             self._changed(act.kind)
+
+    def _edited(self, us: int, act: Act) -> None:
+        """Edited rows are used from now on; told at each of them, if anything that runs is another one."""
+        rows = [str(row) for row in act.detail.get("rows", ())]
+        for row in rows:
+            self._newest.renewed(us, row)
+        if act.detail.get("changes"):
+            what = ", ".join(rows[1:])
+            text = f"{f'and {what} ' if what else ''}used from {clock(us)} on"
+            self.log.add(us, "edit", text, row=rows[0] if rows else "", by=act.by)
+
+    def unused(self, why: str) -> None:
+        """Edited rows cannot be used."""
+        if why != self.refusal:
+            self.refusal = why
+            self._changed("unused")
 
     def refused(self, kind: str, message: str, remedy: str) -> None:
         """Something could not be done."""
         text = f"{message} {remedy}".strip()
         with self._lock:
-            if kind in ("edit", "apply"):
+            if kind == "apply":
                 self.refusal = text
-            self.log.add(self.us, "error", text)
+            self.log.add(self.us, "refused", text)
         self._changed("refused")
 
     def finishing(self) -> None:
         """The robot is brought to rest and the files are written."""
         self._changed("finishing")
+
+    def ended(self, words: str) -> None:
+        """It is over."""
+        with self._lock:
+            self.log.add(self.us, "end", words)
 
     # ---- what the pages are told
 

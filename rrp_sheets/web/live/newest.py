@@ -26,6 +26,7 @@ class Entry:
     error: str = ""
     error_us: int = -1
     kind: str = ""
+    renewed_us: int = -1
 
 
 class Newest:
@@ -63,6 +64,13 @@ class Newest:
             entry.error, entry.error_us = message[:_LONGEST], us
             self._new_rows.add(ident)
 
+    def renewed(self, us: int, row: str) -> None:
+        """A row's formula is another one from now on."""
+        ident = self._ids.get(row)
+        if ident is not None:
+            self._rows.setdefault(ident, Entry()).renewed_us = us
+            self._new_rows.add(ident)
+
     def told(self, row: str, value: Value) -> str:
         """A value of a row in words."""
         return told(value, self._units.get(row, ""))
@@ -93,7 +101,8 @@ def _put(entry: Entry, us: int, value: Value, unit: str) -> None:
 
 def _row(entry: Entry) -> Told:
     text = told(entry.value, entry.unit) if entry.count else ""
-    return {"v": text, "at": entry.us / 1e6 if entry.count else None, "n": entry.count, "e": entry.error}
+    row = {"v": text, "at": entry.us / 1e6 if entry.count else None, "n": entry.count, "e": entry.error}
+    return row if entry.renewed_us < 0 else {**row, "from": entry.renewed_us / 1e6}
 
 
 def _stream(entry: Entry) -> Told:

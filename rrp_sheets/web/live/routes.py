@@ -68,7 +68,7 @@ def make_live(library: Library, desk: Desk, floor: Floor, icons: frozenset[str])
             floor.clear(room)
             return jsonify({}), 200
         session = floor.session
-        if session is None or session.room is not room or not session.is_going:
+        if session is None or (session.room is not room and action != "stop") or not session.is_going:
             return jsonify({"message": "No run of this workbook is going."}), 409
         _ACTIONS[action](session, _by(sent), sent)
         return jsonify({}), 200

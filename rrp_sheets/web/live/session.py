@@ -84,23 +84,26 @@ class Session:
 
     def begin(self, over: Callable[[Session], None]) -> None:
         """Listen until it has ended; then `over` is called."""
-        self.hub.log.add(0, "start", "Started" if self.wish.mode == "simulated" else "Pilot rehearsal started",
-                         by=self.wish.by)  # fmt: skip
+        what = "Started" if self.wish.mode == "simulated" else "Pilot rehearsal started"
+        self.hub.log.add(0, "start", what, by=self.wish.by)
         threading.Thread(target=self._listen, args=(over,), daemon=True).start()
         threading.Thread(target=self._keep_telling, daemon=True).start()
 
     # ---- the run's thread
 
     def _listen(self, over: Callable[[Session], None]) -> None:
+        words: Told = {"how": "broken", "words": "The run was lost by a fault of this program.", "broken": True,
+                 "remedy": "The terminal where the server runs tells more."}  # fmt: skip
         try:
             words = self._words(self.process.listen(self.hub))
         except SheetsError as error:
             words = {"how": "broken", "words": error.message, "broken": True, "remedy": error.remedy}
-        with self._lock:
-            self.ended, self.phase = words, "ended"
-        self.hub.log.add(self.hub.us, "end", words["words"])
-        self._over.set()
-        over(self)
+        finally:
+            with self._lock:
+                self.ended, self.phase = words, "ended"
+            self.hub.ended(words["words"])
+            self._over.set()
+            over(self)
 
     def _words(self, ended: Ended) -> Told:
         """How it ended, in words."""
@@ -134,8 +137,10 @@ class Session:
                 self.phase = "paused" if self.hub.is_paused else "running"
             elif what == "finishing":
                 self.phase = "finishing"
-        if what == "started" and self.wish.speed not in (0.0, 1.0):
-            self.process.speed(self.wish.speed)
+        if what == "started":
+            if self.wish.speed not in (0.0, 1.0):
+                self.process.speed(self.wish.speed)
+            self.follow_edits()  # somebody may have been quicker than the start
         self._tell(self)
 
     # ---- telling
@@ -233,6 +238,6 @@ class Session:
         self._version = document.version
         errors = self.room.look().errors
         if errors:
-            self.hub.refused("edit", "The edited rows are not used while there are errors.", "Mend them.")
+            self.hub.unused("What was edited since then is not used while there are errors.")
         else:
             self.process.apply(document.path, self.room.author)

@@ -9,6 +9,7 @@ const words = {
   none: "No run", starting: "Starting …", running: "Running", paused: "Paused", stopping: "Stopping …",
   finishing: "The robot goes to rest …", ended: "Run ended",
 };
+const SHOWN = 12000; // ms that a refusal is told
 const modes = { simulated: "Simulated", pilot: "Pilot rehearsal", real: "Real robot" };
 
 export function bar(root) {
@@ -18,8 +19,10 @@ export function bar(root) {
   const mode = document.getElementById("run-mode");
   const speed = document.getElementById("run-speed");
   const why = document.getElementById("run-why");
+  const problem = document.getElementById("run-problem");
   const notice = document.getElementById("run-notice");
   const openDialog = dialog(root);
+  let vanishing = 0;
   let state = { phase: "none" };
   let elsewhere = { phase: "none" };
   let errors = Number(root.dataset.errors);
@@ -49,7 +52,11 @@ export function bar(root) {
     errors = JSON.parse(detail.data).errors;
     show();
   });
-  document.addEventListener("rrp:refused", ({ detail }) => tell(detail.message, "is-error"));
+  document.addEventListener("rrp:refused", ({ detail }) => refused(detail.message));
+  document.addEventListener("rrp:log", ({ detail }) => {
+    const line = detail.lines.findLast((l) => l.kind === "refused");
+    if (line && now() - line.t < 5) refused(line.text);
+  });
   setInterval(() => {
     if (!watch.hidden) put(watch, clock(now()));
   }, 100);
@@ -93,25 +100,30 @@ export function bar(root) {
   /** What the end left, and why edited rows are not used, with what can be done about it. */
   function shownEnd() {
     const { ended, restart } = state;
-    if (state.phase === "ended" && ended) {
-      tell(`${ended.words} ${ended.remedy}`.trim(), ended.broken ? "is-error" : "", [
+    const over = state.phase === "ended" && ended;
+    const unused = restart && ["running", "paused"].includes(state.phase);
+    notice.hidden = !over && !unused;
+    notice.className = `run-notice notice ${over?.broken ? "is-error" : unused ? "is-warning" : ""}`;
+    if (over) {
+      notice.replaceChildren(make("span", { textContent: `${ended.words} ${ended.remedy}`.trim() }),
         ...(state.folder ? [link("Look at the recording", `${root.dataset.runs}/${encodeURIComponent(state.folder)}`)] : []),
-        button("Back to the examples", () => act("clear")),
-      ]);
-    } else if (restart && ["running", "paused"].includes(state.phase)) {
-      tell(`The run goes on with the rows as they were at its start. ${restart}`, "is-warning", [button("Restart", () => act("restart"))]);
-    } else if (!notice.dataset.refused) notice.hidden = true;
-    if (state.phase !== "none" && state.phase !== "ended") delete notice.dataset.refused;
+        button("Back to the examples", () => act("clear")));
+    } else if (unused) {
+      notice.replaceChildren(make("span", { textContent: `The run goes on with the rows as they were. ${restart}` }),
+        ...(errors ? [] : [button("Restart", () => act("restart"))]));
+    }
   }
 
-  function tell(text, kind, actions = []) {
-    notice.hidden = false;
-    notice.className = `run-notice notice ${kind}`;
-    notice.dataset.refused = actions.length ? "" : "yes";
-    const close = button("Close", () => {
-      notice.hidden = true;
-    });
-    notice.replaceChildren(make("span", { textContent: text }), ...actions, ...(actions.length ? [] : [close]));
+  /** What somebody wanted and could not have. */
+  function refused(text) {
+    clearTimeout(vanishing);
+    problem.hidden = false;
+    problem.replaceChildren(make("span", { textContent: text }), button("Close", () => {
+      problem.hidden = true;
+    }));
+    vanishing = setTimeout(() => {
+      problem.hidden = true;
+    }, SHOWN);
   }
 
   function goToFirstError() {

@@ -4,7 +4,7 @@ import { make, icon } from "./make.js";
 import { clock } from "./time.js";
 
 const KEPT = 300;
-const icons = { speech: "say", error: "error", clamp: "warning", note: "flag", mark: "flag", button: "button", send: "send", scene: "ball", switch: "subscribe", edit: "sheet", start: "run", end: "stop" };
+const icons = { speech: "say", error: "error", refused: "error", clamp: "warning", note: "flag", mark: "flag", button: "button", send: "send", scene: "ball", switch: "subscribe", edit: "sheet", start: "run", end: "stop" };
 const said = { mark: "Mark", button: "Pressed", send: "Sent", scene: "Scene", switch: "Switched", edit: "Edited" };
 
 export function log(root) {
@@ -41,7 +41,7 @@ export function log(root) {
       again.addEventListener("click", () => play(file));
       what.append(" ", again);
     }
-    const line = make("li", { className: kind === "error" ? "is-error" : kind === "clamp" ? "is-warning" : "" }, make("time", { textContent: clock(t) }), what);
+    const line = make("li", { className: kind === "error" || kind === "refused" ? "is-error" : kind === "clamp" ? "is-warning" : "" }, make("time", { textContent: clock(t) }), what);
     line.dataset.kind = kind;
     return line;
   }

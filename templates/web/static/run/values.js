@@ -2,10 +2,11 @@
 // Only rows in sight are drawn; the others are known and cost nothing.
 
 import { make, put } from "./make.js";
-import { age, now } from "./time.js";
+import { age, clock, now } from "./time.js";
 
 const LIT = 1; // s that a row is lit after a value: nothing flashes at camera rate
 const OLD = 5; // s
+const RENEWED = 8; // s for which it is told that an edited formula is used now
 const WIDE = 152; // px of the column
 
 export function values(grid) {
@@ -77,11 +78,12 @@ export function values(grid) {
     const blank = !row.querySelector(".connector .word");
     const years = entry?.at == null ? null : now() - entry.at;
     put(parts.value, isOff ? (blank ? "" : "off") : entry?.e || entry?.v || (blank ? "" : "none yet"));
-    put(parts.age, isOff || years === null || blank ? "" : age(years));
+    const renewed = entry?.from !== undefined && now() - entry.from < RENEWED;
+    put(parts.age, renewed ? `from ${clock(entry.from)}` : isOff || years === null || blank ? "" : age(years));
     parts.box.className = `live${isOff || !entry ? " none" : ""}${entry?.e ? " is-error" : ""}${years > OLD ? " old" : ""}`;
     put(parts.error, entry?.e ? `Row ${row.cells[0].textContent}: ${entry.e}` : "");
     parts.error.hidden = !entry?.e || isOff;
-    cell.title = entry?.e || entry?.v || "";
+    cell.title = [entry?.e || entry?.v, entry?.from === undefined ? "" : `used from ${clock(entry.from)} on`].filter(Boolean).join("\n");
     const share = isOff || years === null || blank ? 0 : 1 / (1 + Math.max(years, 0) / 1.5);
     const width = `${Math.round(share * 100)}%`;
     if (parts.bar.style.width !== width) parts.bar.style.width = width;
