@@ -55,5 +55,5 @@ class Wrapping:
     beside: int = 8
 
 
-BESIDE_A_TABLE = Wrapping(15, 4, beside=5)  # narrow: the diagram stands in a panel, where height costs less
+BESIDE_A_TABLE = Wrapping(17, 4, beside=5)  # narrow: the diagram stands in a panel, where height costs less
 WRAPPINGS = (Wrapping(), Wrapping(beside=16), Wrapping(20, 4), Wrapping(17, 4))

@@ -3,6 +3,7 @@
 import { element } from "./svg.js";
 
 const FRESH = 0.5; // s: an older detection is not shown
+const AGAIN = 1000; // ms
 const WIDE = 640; // of the overlay, in its own units
 const LABEL = 28;
 const EMPTY = "The robot’s eye opens when it runs";
@@ -32,6 +33,8 @@ export function eye(root) {
   let newest = 0; // number of the newest picture told of
   let asked = 0; // and of the one that is being loaded
   let loading = false;
+  let last = -Infinity; // ms: when a picture was asked for
+  let going = false;
   let t = 0;
 
   const forget = () => {
@@ -41,29 +44,34 @@ export function eye(root) {
   };
 
   // one picture after the other: a slow browser gets fewer, not later ones
+  // The robot's eye is open only while somebody asks, so it is asked now and then even when nothing newer was told of.
   const load = () => {
-    if (loading || newest === asked || document.hidden) return;
+    const stale = going && performance.now() - last > AGAIN;
+    if (loading || document.hidden || !(newest !== asked || stale)) return;
     loading = true;
+    last = performance.now();
     asked = newest;
     picture.src = `/run/eye.jpg?n=${asked}`;
   };
   picture.addEventListener("load", () => {
     loading = false;
     picture.hidden = false;
+    overlay.classList.add("shown");
     nothing.hidden = true;
     load();
   });
   picture.addEventListener("error", () => {
     loading = false;
     picture.hidden = true;
+    overlay.classList.remove("shown");
     nothing.hidden = false;
-    nothing.textContent = "No picture yet";
   });
   document.addEventListener("visibilitychange", load);
 
   document.addEventListener("rrp:run", ({ detail }) => {
     if (detail.id !== id) forget();
     id = detail.id;
+    going = ["running", "paused"].includes(detail.phase);
     if (detail.camera?.hfov) Object.assign(lens, detail.camera);
     const high = Math.round((WIDE * Math.tan(lens.vfov / 2)) / Math.tan(lens.hfov / 2));
     overlay.setAttribute("viewBox", `0 0 ${WIDE} ${high}`);
@@ -81,10 +89,8 @@ export function eye(root) {
     mark(overlay, seen, lens);
     const words = [...seen].map(([sensor, { fields }]) => label(sensor, fields)).join(", ");
     picture.alt = `What the robot’s camera sees: ${words || "nothing that its sensors look for"}`;
-    if (detail.eye && detail.eye !== newest) {
-      newest = detail.eye;
-      load();
-    }
+    newest = detail.eye || newest;
+    load();
   });
 }
 

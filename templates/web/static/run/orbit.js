@@ -6,9 +6,10 @@ const FRONT = { azimuth: -0.5, elevation: 0.2 }; // rad: from the robot's right 
 const ASIDE = -1.05; // rad: when persons sit before the robot, they and it are seen from the side
 const NEAREST = 0.45;
 const FARTHEST = 6; // m
-const WIDEST = 2.7; // m away at most by itself: the robot must stay large enough
+const WIDEST = 2.3; // m away at most by itself: the robot must stay large enough
 const STEP = 0.12; // rad, of an arrow key
 const TURN = 0.008; // rad per pixel
+const EASE = 260; // ms, of a third of the way to a new view
 
 export class Orbit {
   constructor(element, camera, changed) {
@@ -59,9 +60,13 @@ export class Orbit {
     return { middle, distance };
   }
 
-  /** One step of the way to the framed view; whether there is any way left. */
-  settle(part = 0.12) {
+  /** A part of the way to the framed view, as much as fits the time since the last one; whether there is any left. */
+  settle(part) {
+    const now = performance.now();
+    const since = Math.min(now - (this.settled ?? now), 200);
+    this.settled = now;
     if (this.byHand || !this.framed) return false;
+    part ??= 1 - Math.exp(-since / EASE);
     const turn = (this.aside ? ASIDE : FRONT.azimuth) - this.azimuth;
     this.azimuth += turn * part;
     let [points, ...more] = this.framed;
@@ -74,7 +79,7 @@ export class Orbit {
     }
     const { middle, distance } = best;
     const way = Math.abs(distance - this.distance) + middle.distanceTo(this.target) + Math.abs(turn);
-    if (way < 0.002) return false;
+    if (way < 0.004) return false;
     this.target.lerp(middle, part);
     this.distance += (distance - this.distance) * part;
     return true;

@@ -86,7 +86,8 @@ class Live {
   shown() {
     const keys = [...this.series.keys()];
     if (this.chosen) return keys.filter((key) => this.chosen.includes(key)).slice(0, MOST_SHOWN);
-    const rank = (key) => (key.includes(".") ? (key.endsWith(".distance") ? 2 : 3) : this.series.get(key).kind === "stream" ? 0 : this.series.get(key).kind === "sensor" ? 1 : 4);
+    const kinds = { stream: 0, sensor: 1, ".distance": 2, ".x": 3, ".y": 3 };
+    const rank = (key) => kinds[/\.\w+$/.exec(key)?.[0] ?? this.series.get(key).kind] ?? 4;
     return keys.filter((key) => rank(key) < 4).sort((a, b) => rank(a) - rank(b)).slice(0, FIRST);
   }
 

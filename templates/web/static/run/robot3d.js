@@ -41,7 +41,7 @@ export async function robot3d(root) {
   describe(canvas, {}, {});
   document.addEventListener("rrp:run", ({ detail }) => {
     stage.know(detail.things ?? []);
-    if (detail.id !== undefined && detail.id !== canvas.dataset.run) {
+    if (detail.id !== undefined && String(detail.id) !== canvas.dataset.run) {
       canvas.dataset.run = detail.id;
       fresh = true;
     }
