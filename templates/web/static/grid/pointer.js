@@ -27,12 +27,18 @@ export function pointer(grid) {
       return;
     }
     event.preventDefault();
+    if (soonAfter(event)) return;
+    pressed = { time: event.timeStamp, x: event.clientX, y: event.clientY, row: cell.parentElement.id, k: table.column(cell) };
     selection.go(cell.parentElement, table.column(cell), event.shiftKey);
     drag(event, (over) => selection.go(over.parentElement, table.column(over), true));
   });
 
+  // the first click may have ended an edit, which can make its row higher: meant is the cell that was there then
+  let pressed = { time: -1e9 };
+  const soonAfter = (event) => event.timeStamp - pressed.time < 500
+    && Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) < 5;
   table.grid.addEventListener("dblclick", (event) => {
-    const cell = event.target.closest("[role=gridcell]");
+    const cell = soonAfter(event) ? table.cell(table.row(pressed.row), pressed.k) : event.target.closest("[role=gridcell]");
     if (cell && table.column(cell) >= 0) grid.editor.open(cell);
   });
 
