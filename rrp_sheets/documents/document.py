@@ -74,7 +74,7 @@ class Document:
         return self._queue.ask(Wish(author, sheet, tuple(cells)))
 
     def together(self, author: str, steps: Sequence[Cells | Gone]) -> Changed:
-        """Several edits of one sheet that are one for people, and are undone as one."""
+        """Several edits, of one sheet or of several, that are one for people, and are undone as one."""
         return self._new(author, Together(steps[0].sheet, tuple(steps)))
 
     def insert(self, author: str, sheet: str, before: str | None, count: int) -> Changed:

@@ -45,7 +45,7 @@ class Moved:
 
 @dataclass(frozen=True, slots=True)
 class Together:
-    """Several steps in one sheet, one after the other, that are one for people."""
+    """Several steps, one after the other, that are one for people; `sheet` is that of the first."""
 
     sheet: str
     steps: tuple[Cells | Added | Gone | Moved, ...]

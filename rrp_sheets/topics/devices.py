@@ -80,7 +80,7 @@ def one_device(found: Found) -> Iterator[str]:
         yield paragraph(f"The name {found.name} stands for {device.name} with {preset}.")
     settings = [s for k, s in device.settings.items() if k not in found.preset]
     if settings:
-        found_settings = entries((s.name, _described(s)) for s in settings)
+        found_settings = entries((s.name, described(s)) for s in settings)
         yield titled("Settings: columns of the Devices sheet", found_settings)
 
 
@@ -102,7 +102,7 @@ def _setting(device: DeviceType, k: str) -> str:
     return next((s.name for n, s in device.settings.items() if key(n) == k), k)
 
 
-def _described(setting: Setting) -> str:
+def described(setting: Setting) -> str:
     """What a setting is for, what it may be, and what it is when the cell is blank."""
     parts = [setting.help[:1].upper() + setting.help[1:]]
     if setting.kind == "duration":

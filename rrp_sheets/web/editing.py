@@ -38,14 +38,14 @@ def make_editing(library: Library, desk: Desk, icons: frozenset[str]) -> Bluepri
     def book(name: str, sheet: str = "") -> str:
         room = room_of(name)
         room.poll()
-        if sheet and sheet not in room.document.grids:
+        if sheet and sheet not in room.document.grids and sheet not in room.document.own:
             abort(404)
         return show(grid_page(room, name, sheet, icons))
 
     @pages.get("/book/<name>/panels/<sheet>")
     def beside(name: str, sheet: str) -> str:
         room = room_of(name)
-        if sheet not in room.document.grids:
+        if sheet not in room.document.grids and sheet not in room.document.own:
             abort(404)
         return show(panels(room, name, sheet, icons))
 

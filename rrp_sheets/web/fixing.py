@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from rrp_sheets.checks.fixing import replaced
@@ -34,15 +34,21 @@ def make_fix(document: Document, look: Look, author: str, asked: dict[str, Any])
 
 def _apply(document: Document, author: str, fix: Fix) -> Changed:
     sheets = {e.sheet if isinstance(e, Insert) else e.address.sheet for e in fix.edits}
-    if len(sheets) != 1 or (name := next(iter(sheets))) not in document.grids:
-        raise Refused("This fix changes more than this sheet.", "Make it by hand, or with rrp-sheets check --fix.")
-    return document.together(author, list(_steps(document.grids[name], fix)))
+    missing = sorted(name for name in sheets if name not in document.grids)
+    if missing:
+        raise Refused(f"There is no sheet “{missing[0]}” that this fix could change.", "Make it, or mend it by hand.")
+    steps = list(_steps(document.grids, fix))
+    if not steps:
+        raise Refused(_OLD, _LOOK)
+    return document.together(author, steps)
 
 
-def _steps(grid: Grid, fix: Fix) -> Iterator[Cells | Gone]:
+def _steps(grids: Mapping[str, Grid], fix: Fix) -> Iterator[Cells | Gone]:
     """The fix by the ids of rows; its numbers count rows as the edit before left them."""
-    rows: list[str] = list(grid.rows)
+    order: dict[str, list[str]] = {}
     for one in fix.edits:
+        grid = grids[one.sheet if isinstance(one, Insert) else one.address.sheet]
+        rows = order.setdefault(grid.name, list(grid.rows))
         if isinstance(one, Insert):
             place = one.before - grid.first
             if not 0 <= place <= len(rows):

@@ -8,10 +8,12 @@ from dataclasses import replace
 from markupsafe import Markup
 
 from rrp_sheets.devices.scene import verbs_of
+from rrp_sheets.documents.hindrance import hindrance
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.diagram import draw_diagram
 from rrp_sheets.render.sentences import explain
 from rrp_sheets.web.looks import no_look
+from rrp_sheets.web.ownsheets import own_page
 from rrp_sheets.web.pages import GridPage, Panels, Problem, Tab
 from rrp_sheets.web.pictures import MOST_ROWS
 from rrp_sheets.web.room import Room
@@ -29,6 +31,8 @@ def grid_page(room: Room, name: str, sheet: str, icons: frozenset[str]) -> GridP
     told = room.told()
     grids = room.document.grids
     first = next((n for n, g in grids.items() if g.kind == "behaviour"), next(iter(grids), ""))
+    if sheet in room.document.own:
+        return own_page(grid_page(room, name, first, icons), room.document, sheet)
     sheet = sheet or first
     look = room.look()
     maker = room.maker(sheet) if sheet else None
@@ -48,6 +52,7 @@ def grid_page(room: Room, name: str, sheet: str, icons: frozenset[str]) -> GridP
         vocabulary=_json(vocabulary(no_look())),
         panels=panels(room, name, sheet, icons),
         read_only=room.document.why,
+        hindered=hindrance(room.document.path),
         errors=look.errors,
         told=told,
     )

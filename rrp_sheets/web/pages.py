@@ -18,6 +18,17 @@ class Count:
 
 
 @dataclass(frozen=True, slots=True)
+class LastRun:
+    """A workbook's newest run: its folder's name, when it was, how it ended (`state` is a sign for that)."""
+
+    run: str
+    when: str
+    ended: str
+    state: str
+    opens: bool
+
+
+@dataclass(frozen=True, slots=True)
 class Card:
     """A workbook on the shelf.
 
@@ -25,6 +36,8 @@ class Card:
         about: the Protocol's purpose.
         size: `2 behaviours, 14 rows`.
         picture: whether its first behaviour can be drawn.
+        words: what a search looks through: title, name, purpose, streams, notes.
+        last: the newest run; None of a workbook that has not run.
     """
 
     name: str
@@ -34,15 +47,18 @@ class Card:
     changed: str
     counts: tuple[Count, ...]
     picture: bool
+    words: str
+    last: LastRun | None
 
 
 @dataclass(frozen=True, slots=True)
 class Unreadable:
-    """A file on the shelf that is no workbook, and why."""
+    """A file on the shelf that is no workbook, and why; `addressed` whether something can be done with it here."""
 
     name: str
     message: str
     remedy: str
+    addressed: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +68,10 @@ class ShelfPage:
     Attributes:
         others: Markdown files without any sheet of ours.
         left_out: how many files were not looked at.
-        templates: what a new workbook may begin with.
-        notice: what has just been done, or why not (`failed`).
+        templates: what a new workbook may begin with, with a line about each.
+        archived: the names of the files in the archive.
+        sort: `recent`, `name` or `run`.
+        notice: what has just been done, or why not (`failed`); `made` is the file that it made.
     """
 
     template: ClassVar[str] = "shelf.html"
@@ -62,9 +80,12 @@ class ShelfPage:
     unreadable: tuple[Unreadable, ...]
     others: tuple[str, ...] = ()
     left_out: int = 0
-    templates: tuple[str, ...] = ()
+    templates: tuple[tuple[str, str], ...] = ()
+    archived: tuple[str, ...] = ()
+    sort: str = "recent"
     notice: str = ""
     failed: bool = False
+    made: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,6 +198,7 @@ class GridPage:
         own: the names of the sheets that are left alone.
         vocabulary: the words that are suggested, as JSON.
         read_only: why nothing can be changed; empty when it can.
+        hindered: why nothing can be changed just now, because another program has the file, say.
         errors: how many there are; then it cannot run.
         live: this is the run panel.
         acts: what the scene's things can be made to do by hand, as JSON.
@@ -198,6 +220,7 @@ class GridPage:
     vocabulary: Markup
     panels: Panels
     read_only: str = ""
+    hindered: str = ""
     errors: int = 0
     live: bool = False
     acts: Markup | None = None

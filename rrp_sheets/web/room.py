@@ -11,6 +11,7 @@ from dataclasses import asdict, replace
 from typing import Any
 
 from rrp_sheets.documents import Changed, Document, Refused
+from rrp_sheets.documents.hindrance import hindrance
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.worker import CheckWorker
 from rrp_sheets.web.listeners import Listener, message
@@ -37,6 +38,7 @@ class Room:
         self._makers: dict[str, RowMaker] = {}
         self._checker: threading.Thread | None = None
         self._trouble = ""
+        self._hindered = ""
         self.author = ""  # of the newest edit
         self._opened = secrets.token_hex(4)  # tells this room from one of an earlier start
         self._count = 0
@@ -281,6 +283,10 @@ class Room:
 
     def poll(self) -> None:
         """Look whether another program has changed the file."""
+        hindered = hindrance(self.document.path)
+        if hindered != self._hindered:
+            self._hindered = hindered
+            self.tell("notice", {"text": hindered})
         try:
             changes = self.document.poll()
         except SheetsError as error:

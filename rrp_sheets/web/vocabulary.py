@@ -14,6 +14,8 @@ from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.values import RecordType
 from rrp_sheets.model.workbook import Helper
 from rrp_sheets.render.contents import contents
+from rrp_sheets.topics.functions import examples, first_line, usage
+from rrp_sheets.web.cellwords import cell_words
 from rrp_sheets.web.looks import Look
 
 Word = dict[str, str]
@@ -41,7 +43,7 @@ def vocabulary(look: Look) -> dict[str, Any]:
         if record is not None:
             records[key(argument_name(s.name))] = _record(record)
     return {
-        **_fixed(), "streams": streams, "names": names, "records": records,
+        **_fixed(), **cell_words(look.workbook, robot), "streams": streams, "names": names, "records": records,
         "sensors": _devices(look, robot, "sensor", StreamKind.SENSOR),
         "actuators": _devices(look, robot, "actuator", StreamKind.ACTUATOR),
         "dones": [
@@ -57,7 +59,6 @@ def vocabulary(look: Look) -> dict[str, Any]:
             {"text": name, "kind": kind, "help": _help(robot, name)}
             for kind in ("sensor", "actuator") for name in robot.device_names(kind)
         ],
-        "settings": _settings(robot),
     }  # fmt: skip
 
 
@@ -72,7 +73,13 @@ def _fixed() -> dict[str, Any]:
         "periods": [key(c.name) for c in dict.fromkeys(connectors()) if c.parameter is Parameter.PERIOD],
         "durations": [{"text": "500 ms"}, {"text": "1 s"}, {"text": "3 s"}, {"text": "10 s"}, {"text": "1 min"}],
         "functions": [
-            {"text": f"{f.name}(", "name": f.name, "label": f.usage, "help": f.help.splitlines()[0] if f.help else ""}
+            {
+                "text": f"{f.name}(",
+                "name": f.name,
+                "label": usage(f),
+                "help": first_line(f),
+                "example": next((f"{asked} is {answer}" for asked, answer in examples(f)), ""),
+            }
             for f in functions.values()
         ],
         "things": [{"text": name} for name in thing_names()],
@@ -114,7 +121,15 @@ def _devices(look: Look, robot: Robot, kind: str, wanted: StreamKind) -> list[Wo
     offered = [n for n in robot.device_names(kind) if key(n) not in {key(m) for m in mine}]
     declared = {key(d.stream.text): d.device.text for d in look.workbook.devices}
     return [
-        *({"text": n, "kind": wanted.value, "help": f"of your Devices: {declared[key(n)]}"} for n in mine),
+        *(
+            {
+                "text": n,
+                "kind": wanted.value,
+                "help": f"of your Devices: {declared[key(n)]}",
+                "device": declared[key(n)],
+            }
+            for n in mine
+        ),
         *({"text": n, "kind": wanted.value, "help": _help(robot, n)} for n in offered),
     ]
 
@@ -122,15 +137,3 @@ def _devices(look: Look, robot: Robot, kind: str, wanted: StreamKind) -> list[Wo
 def _help(robot: Robot, name: str) -> str:
     found = robot.find(name)
     return found.type.help if found else ""
-
-
-def _settings(robot: Robot) -> dict[str, list[Word]]:
-    """What the cells of a setting's column may hold, where there is a list."""
-    found: dict[str, dict[str, None]] = {}
-    for device in robot.devices.values():
-        for name, setting in device.settings.items():
-            choices = list(setting.choices)
-            if setting.kind == "joint":
-                choices = [*(j.name for j in robot.joints.values()), *robot.data["groups"]]
-            found.setdefault(name, {}).update(dict.fromkeys(choices))
-    return {name: [{"text": c} for c in choices] for name, choices in found.items() if choices}

@@ -19,6 +19,7 @@ export class Columns {
     this.pen = document.createElement("canvas").getContext("2d");
     this.widths = this.heads.map((head, i) => (i ? this.kept[this.nameOf(i)] ?? this.usual(i) : this.margin()));
     this.show();
+    if (this.table.kind === "own") this.heads.forEach((_, i) => i && !(this.nameOf(i) in this.kept) && this.set(i, this.fitting(i), false));
     const head = this.table.grid.tHead;
     head.addEventListener("pointerdown", (event) => this.drag(event));
     head.addEventListener("dblclick", (event) => {
@@ -32,7 +33,7 @@ export class Columns {
   }
 
   nameOf(i) {
-    return this.heads[i].dataset.name ?? this.heads[i].querySelector(".title").textContent;
+    return (this.heads[i].dataset.name || this.heads[i].dataset.letter) ?? this.heads[i].querySelector(".title").textContent;
   }
 
   /** The width that a column has by its kind; never less than its header's words need. */
@@ -48,7 +49,8 @@ export class Columns {
   }
 
   measure(element, text) {
-    this.pen.font = getComputedStyle(element).font;
+    const { fontStyle, fontWeight, fontSize, fontFamily } = getComputedStyle(element); // .font is blank beside font-variant
+    this.pen.font = `${fontStyle} ${fontWeight} ${fontSize} ${fontFamily}`;
     return this.pen.measureText(text).width;
   }
 
@@ -69,7 +71,12 @@ export class Columns {
 
   /** As wide as the longest of its lines. */
   fit(i) {
-    let wide = this.usual(i) && this.measure(this.heads[i], this.nameOf(i)) + 18;
+    this.set(i, this.fitting(i));
+    this.grid.say(`${this.nameOf(i)} is as wide as its texts.`);
+  }
+
+  fitting(i) {
+    let wide = this.measure(this.heads[i], this.nameOf(i)) + 18;
     const kind = this.heads[i].dataset.kind;
     const extra = { connector: 24, inputs: 14, output: 14 }[kind] ?? 0;
     for (const row of this.table.rows) {
@@ -80,8 +87,7 @@ export class Columns {
       for (const line of text.split("\n")) wide = Math.max(wide, this.measure(element, line) + 20 + extra);
       if (cell.classList.contains("flagged")) wide += 8;
     }
-    this.set(i, Math.ceil(Math.min(wide, 640)));
-    this.grid.say(`${this.nameOf(i)} is as wide as its texts.`);
+    return Math.ceil(Math.min(wide, 640));
   }
 
   /** Alt+Left and Alt+Right in a cell. */

@@ -1,6 +1,6 @@
 // When somebody else was quicker: both texts, and which of them shall stand. Nothing is lost without being shown.
 
-/** Ask about each cell that somebody else has changed meanwhile. */
+/** Ask about each cell that somebody else has changed meanwhile: mine, theirs, or both, with mine as a note. */
 export function conflict(grid, clashes) {
   const choices = new Map(clashes.map((clash) => [clash, null]));
   const list = clashes.map((clash) => {
@@ -10,19 +10,34 @@ export function conflict(grid, clashes) {
     const part = make("section");
     const who = clash.by || "Somebody";
     part.append(make("h3", `${place}: ${who} has changed this cell`), pair("Yours", clash.mine), pair(who === "Somebody" ? "Theirs" : `${who}’s`, clash.theirs));
-    part.append(button("Keep mine", () => settle(clash, true, part)), button("Keep theirs", () => settle(clash, false, part)));
+    const ways = [["Keep mine", "mine"], ["Keep theirs", "theirs"]];
+    if (noteOf(clash)) ways.push([noteOf(clash).same ? "Keep both" : "Keep both: mine as a note", "both"]);
+    part.append(...ways.map(([text, choice]) => button(text, () => settle(clash, choice, part))));
+    part.setAttribute("aria-label", place);
     return part;
   });
   const dialog = open("Somebody else was quicker", list);
-  if (clashes.length > 1) dialog.append(button("Keep all mine", () => all(true)), button("Keep all theirs", () => all(false)));
+  if (clashes.length > 1) dialog.append(button("Keep all mine", () => all("mine")), button("Keep all theirs", () => all("theirs")));
 
-  function all(mine) {
-    for (const [clash, choice] of choices) if (choice === null) choices.set(clash, mine);
+  function all(wanted) {
+    for (const [clash, choice] of choices) if (choice === null) choices.set(clash, wanted);
     finish();
   }
 
-  function settle(clash, mine, part) {
-    choices.set(clash, mine);
+  /** The cell that takes one's own text beside the other's: the row's note, or the cell itself where that is a note. */
+  function noteOf(clash) {
+    const row = grid.table.row(clash.row);
+    const k = grid.table.headers.findIndex((h) => h.dataset.kind === "notes");
+    if (!row || k < 0 || !clash.mine) return null;
+    const column = grid.table.sheetColumn(k);
+    const same = column === clash.column;
+    const was = same ? clash.theirs : grid.table.value(grid.table.cell(row, k));
+    const mine = same ? clash.mine : `${grid.server.name}: ${clash.mine}`;
+    return { row: clash.row, column, text: was ? `${was}\n${mine}` : mine, was, same };
+  }
+
+  function settle(clash, choice, part) {
+    choices.set(clash, choice);
     part.remove();
     if ([...choices.values()].includes(null)) dialog.querySelector("button").focus();
     else finish();
@@ -30,10 +45,15 @@ export function conflict(grid, clashes) {
 
   function finish() {
     dialog.close();
-    const mine = [...choices].filter(([, choice]) => choice).map(([clash]) => clash);
-    const cells = mine.map(({ row, column, mine: text }) => ({ row, column, text, was: null }));
+    const cells = [...choices].flatMap(([clash, choice]) => {
+      const { row, column, mine } = clash;
+      if (choice === "mine") return [{ row, column, text: mine, was: null }];
+      const note = choice === "both" && noteOf(clash);
+      return note ? [{ row: note.row, column: note.column, text: note.text, was: note.was }] : [];
+    });
     if (cells.length) grid.server.send("cells", { cells }, cells.map((c) => c.row));
-    grid.say(cells.length ? "Yours is kept." : "Theirs is kept.");
+    const made = new Set(choices.values());
+    grid.say(made.has("both") ? "Both are kept." : made.has("mine") ? "Yours is kept." : "Theirs is kept.");
   }
 }
 

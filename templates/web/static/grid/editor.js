@@ -43,7 +43,7 @@ export class Editor {
     this.field.rows = 1;
     this.field.spellcheck = false;
     this.field.autocomplete = "off";
-    this.field.className = this.kind(k) === "formula" ? "code" : "";
+    this.field.className = ["formula", "send", "expect"].includes(this.kind(k)) ? "code" : "";
     for (const [name, value] of Object.entries({
       role: "combobox", "aria-expanded": "false", "aria-autocomplete": "list", "aria-controls": id,
       "aria-label": `${this.table.name(k)}, row ${cell.parentElement.cells[0].textContent}`, autocapitalize: "off",

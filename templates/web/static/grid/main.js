@@ -66,6 +66,10 @@ async function fetchWords() {
 window.addEventListener("pagehide", () => grid?.server.part());
 window.addEventListener("pageshow", (event) => event.persisted && location.reload());
 listen.addEventListener("reload", () => location.reload());
+listen.addEventListener("notice", (event) => {
+  const line = document.getElementById("notice");
+  if (line) line.textContent = JSON.parse(event.detail.data).text;
+});
 listen.addEventListener("trouble", (event) => grid?.say(JSON.parse(event.detail.data).message, true));
 
 document.addEventListener("click", (event) => {

@@ -1,5 +1,7 @@
 // What could be meant by what is being typed: names for the cell's kind, and in formulas names, functions and fields.
 
+import { cellHelp, inCell } from "./suggestcells.js";
+
 const WORD = /[\p{L}\p{N}_]*$/u;
 const MOST = 12;
 
@@ -15,17 +17,18 @@ export function suggest(words, where, before, text) {
     const start = from + (before.slice(from).length - before.slice(from).trimStart().length);
     return pick([...streams(words, where), ...words.sensors, ...words.dones], before.slice(start), start, true);
   }
+  const other = inCell(words, where, before, text);
+  if (other) return other;
   const choices = {
     connector: words.connectors, device: words.devices, on: [{ text: "TRUE" }, { text: "FALSE", help: "skips the row" }],
-    output: isSubscribe(where) ? words.actuators : [], stream: words.streams, thing: words.things, verb: words.verbs,
-    field: words.fields, tested: words.streams,
-  }[kind] ?? choicesOf(words, where);
+    output: isSubscribe(where) ? words.actuators : [], field: words.fields, tested: [...words.streams, ...words.dones],
+  }[kind] ?? [];
   return pick(choices, text, 0, kind !== "tested");
 }
 
 /** Help on the function around the caret: its usage with a line of explanation, or null. */
 export function signature(words, where, before) {
-  if (where.kind !== "formula") return null;
+  if (where.kind !== "formula") return shown(cellHelp(words, where));
   let depth = 0;
   for (let i = before.length - 1; i >= 0; i--) {
     if (before[i] === ")") depth++;
@@ -33,16 +36,20 @@ export function signature(words, where, before) {
     const name = WORD.exec(before.slice(0, i))[0];
     const found = [...words.functions, ...words.helpers].find((f) => key(f.name ?? f.text) === key(name));
     if (!found) return null;
-    const usage = document.createElement("code");
-    usage.textContent = found.label;
-    const help = document.createElement("p");
-    help.textContent = found.example ? `${found.help} ${found.example}` : found.help;
-    return [usage, help];
+    return shown([found.label, found.example ? `${found.help} For example ${found.example}` : found.help]);
   }
   return null;
 }
 
-function pick(choices, typed, from, whole) {
+function shown(texts) {
+  return texts && texts.map((text, i) => {
+    const part = document.createElement(i ? "p" : "code");
+    part.textContent = text;
+    return part;
+  });
+}
+
+export function pick(choices, typed, from, whole) {
   const wanted = key(typed);
   const starts = [];
   const holds = [];
@@ -79,7 +86,7 @@ function within(text, quote) {
   return (text.split(quote).length - 1) % 2 === 1;
 }
 
-const named = (where, kind) => {
+export const named = (where, kind) => {
   const k = where.table.headers.findIndex((h) => h.dataset.kind === kind);
   return k < 0 ? "" : where.table.value(where.table.cell(where.row, k));
 };
@@ -89,8 +96,8 @@ const isSubscribe = (where) => connector(where) === "subscribe";
 
 /** The names of a row's input streams; a blank cell means the output of the row above. */
 export function inputs(where) {
-  const own = named(where, "inputs").split(/[,\n]/).map((n) => n.trim()).filter(Boolean);
-  if (own.length) return own;
+  const own = (named(where, "inputs") || named(where, "parameters")).split(/[,\n]/).map((n) => n.trim()).filter(Boolean);
+  if (own.length || where.table.kind === "helpers") return own;
   for (let i = where.table.at(where.row) - 1; i >= 0; i--) {
     const above = { ...where, row: where.table.rows[i] };
     if (!named(above, "connector")) continue;
@@ -118,8 +125,4 @@ function streams(words, where) {
     if (name && row !== where.row && !words.actuators.some((a) => key(a.text) === key(name))) found.set(key(name), name);
   }
   return [...found.values()].map((text) => ({ text, kind: "stream", help: words.names[key(text)]?.help ?? "" }));
-}
-
-function choicesOf(words, where) {
-  return words.settings?.[key(where.name)] ?? [];
 }

@@ -1,0 +1,85 @@
+"""What the cells of the other sheets may hold: settings of devices, what happens in a scene, fields of the Protocol."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+from rrp_sheets.devices import Robot, Setting, robot_names
+from rrp_sheets.devices.scene import BALL_COLOURS, OPERATOR, verbs_of
+from rrp_sheets.model.names import key
+from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.topics.devices import described
+from rrp_sheets.topics.scene import WORDS
+
+Word = dict[str, str]
+_EXPECTS = (
+    ("any", "any value"), ("nothing", "no value since the row before"),
+    ("nothing or blank", "no value but blanks, which stop an actuator"), ("≈0.5", "about this number, as it rounds"),
+    (">0.5", "a condition; also <, <>, AND(value > 1; value < 2)"), ("blank", "a blank"),
+)  # fmt: skip
+
+
+def cell_words(workbook: Workbook, robot: Robot) -> dict[str, Any]:
+    """The words for the cells of one workbook, as the grid's script wants them."""
+    behaviours = [{"text": b.name} for b in workbook.behaviours]
+    return {
+        "takes": _takes(robot, workbook),
+        "acts": _acts(robot, [d.settings["label"].text for d in workbook.devices if "label" in d.settings]),
+        "expects": [{"text": text, "help": line} for text, line in _EXPECTS],
+        "values": {
+            "robot": [{"text": n} for n in robot_names()], "run": behaviours,
+            "engine": [{"text": "frame", "help": "every frame takes all that has come: the same run every time"},
+                       {"text": "event loop", "help": "each value at once, as it comes"}],
+            "framerate": [{"text": n, "help": "frames a second"} for n in ("30", "60", "20", "15")],
+            "seed": [{"text": "0", "help": "a whole number that PICK and the simulator draw by"}],
+            "timelimit": [{"text": t} for t in ("30 s", "90 s", "5 min", "10 min")],
+        },
+    }  # fmt: skip
+
+
+def _takes(robot: Robot, workbook: Workbook) -> dict[str, dict[str, Any]]:
+    """What each device takes, by the keys of the device's and the setting's names."""
+    found = {}
+    for name in robot.device_names("sensor") + robot.device_names("actuator"):
+        device = robot.find(name)
+        if device is not None:
+            settings = {k: s for k, s in device.type.settings.items() if k not in device.preset}
+            found[key(name)] = {
+                k: {"name": s.name, "help": described(s), "choices": _choices(s, robot, workbook)}
+                for k, s in settings.items()
+            }
+    return found
+
+
+def _choices(setting: Setting, robot: Robot, workbook: Workbook) -> list[Word]:
+    listed = {
+        "joint": [*(j.name for j in robot.joints.values()), *robot.groups], "zone": robot.touch_zones,
+        "posture": robot.postures, "gesture": robot.gestures, "colour": setting.choices or BALL_COLOURS,
+        "behaviour": [b.name for b in workbook.behaviours],
+    }.get(setting.kind, setting.choices)  # fmt: skip
+    return [{"text": c} for c in listed]
+
+
+def _acts(robot: Robot, labels: list[str]) -> dict[str, list[Any]]:
+    """What things can do: the verb, and examples of its value with a line of help."""
+    acts = {kind: dict.fromkeys(verbs_of(kind), ()) for kind in ("ball", "person")}
+    found: dict[str, dict[str, list[Word]]] = {kind: {v: [] for v in verbs} for kind, verbs in acts.items()}
+    for kind, verb, text, line in _patterns():
+        if text:
+            found[kind].setdefault(verb, []).append({"text": text, "help": line})
+    found["person"]["touches"] = [{"text": zone} for zone in robot.touch_zones]
+    found[key(OPERATOR)] = {"presses": [{"text": label} for label in labels if label] or [{"text": "Start"}]}
+    return {kind: [[verb, values] for verb, values in verbs.items()] for kind, verbs in found.items()}
+
+
+@lru_cache(maxsize=1)
+def _patterns() -> tuple[tuple[str, str, str, str], ...]:
+    """The examples of the help on scenes: kind of thing, verb, value, help."""
+    found, kind, verb = [], "", ""
+    for thing, does, text, line in WORDS:
+        kind = {"A ball": "ball", "A person": "person"}.get(thing, key(thing)) if thing else kind
+        verb = does or verb
+        if kind in ("ball", "person"):
+            found.append((kind, verb, text, line))
+    return tuple(found)

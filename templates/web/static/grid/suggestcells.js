@@ -1,0 +1,70 @@
+// What cells that hold no formula may hold: by the column, and by what stands beside them in the row.
+
+import { key, named, pick } from "./suggest.js";
+
+/** Suggestions for a cell of the Devices, Scene, test or Protocol sheets; null for another kind of cell. */
+export function inCell(words, where, before, text) {
+  const { kind } = where;
+  if (kind === "setting") return pick(setting(words, where)?.choices ?? [], text, 0, true);
+  if (kind === "thing") return pick(words.things, text, 0, true);
+  if (kind === "verb") return pick(verbs(words, where).map(([verb, values]) => ({ text: verb, help: values[0]?.text ?? "" })), text, 0, true);
+  if (kind === "value") return free(values(words, where), text);
+  if (kind === "fieldvalue") {
+    const field = key(named(where, "field"));
+    return field === "run" ? after(words.values.run, before) : free(words.values?.[field] ?? [], text, ["robot", "engine"].includes(field));
+  }
+  if (kind === "send" || kind === "expect") return sent(words, where, before);
+  return null;
+}
+
+/** Help on what a setting's cell is for. */
+export function cellHelp(words, where) {
+  const found = where.kind === "setting" ? setting(words, where) : null;
+  if (found) return [named(where, "device"), `${found.name}: ${found.help}`];
+  if (where.kind === "value") {
+    const verb = named(where, "verb");
+    const shown = values(words, where).map((v) => v.text).join("   or   ");
+    return verb && shown ? [`${named(where, "thing")} ${verb}`, shown] : null;
+  }
+  return null;
+}
+
+/** Values that may also be anything else: Enter never takes one by itself. */
+function free(choices, text, whole = false) {
+  return pick(choices, text, 0, whole);
+}
+
+function after(choices, before) {
+  const from = before.lastIndexOf(",") + 1;
+  const start = from + (before.slice(from).length - before.slice(from).trimStart().length);
+  return pick(choices, before.slice(start), start, true);
+}
+
+function setting(words, where) {
+  return words.takes?.[key(named(where, "device"))]?.[key(where.name)];
+}
+
+function verbs(words, where) {
+  const thing = named(where, "thing");
+  const acts = words.acts ?? {};
+  if (!thing) return Object.values(acts).flat();
+  if (key(thing) === "operator") return acts.operator;
+  return key(thing).endsWith("ball") ? acts.ball : acts.person;
+}
+
+function values(words, where) {
+  const verb = key(named(where, "verb"));
+  return verbs(words, where).find(([name]) => key(name) === verb || key(name) === `${verb}s`)?.[1] ?? [];
+}
+
+/** What is sent into a stream, or expected of it: its fields, behind each semicolon. */
+function sent(words, where, before) {
+  const from = before.lastIndexOf(";") + 1;
+  const start = from + (before.slice(from).length - before.slice(from).trimStart().length);
+  const typed = before.slice(start);
+  if (/[=<>≈"]/.test(typed)) return { items: [], from: start, sure: false };
+  const stream = key(named(where, "tested").replace(/^.*!/, ""));
+  const fields = (words.records?.[stream]?.fields ?? []).map((f) => ({ text: `${f.text}=`, help: f.help }));
+  const others = where.kind === "expect" && !from ? words.expects : from ? [] : [{ text: "BLANK", help: "a blank" }];
+  return { ...pick([...fields, ...others], typed, start, false), partial: true };
+}
