@@ -118,6 +118,10 @@ class Journal:
             (book, name, author, _now(), digest, content),
         )
 
+    def rename(self, book: str, name: str) -> None:
+        """The workbook's file has another name now; its versions go with it."""
+        self._do("update versions set book = ? where book = ?", (name, book))
+
     def versions(self, book: str) -> list[Version]:
         """The named versions of a workbook, the newest first."""
         rows = self._all("select id, name, author, at, digest from versions where book = ? order by id desc", book)

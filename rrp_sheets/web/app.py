@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-from flask import Flask, Response, abort, send_from_directory
+from flask import Flask, Response, abort, request, send_from_directory
 from jinja2 import StrictUndefined
 from werkzeug.exceptions import HTTPException
 
@@ -83,7 +83,7 @@ def create_app(
 
     @app.get("/")
     def shelf() -> str:
-        return show(shelf_page(library))
+        return show(shelf_page(library, sort=request.args.get("sort", "")))
 
     @app.get("/vendor/<path:name>")
     def vendor(name: str) -> Response:

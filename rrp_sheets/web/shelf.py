@@ -2,33 +2,61 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Mapping
+from functools import cache
 
+from rrp_sheets import api
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.resources import bundled
-from rrp_sheets.web.library import MOST_FILES, Book, Library, addressable, printable
-from rrp_sheets.web.pages import Card, Count, ShelfPage, Unreadable
+from rrp_sheets.runs.records.facts import Facts
+from rrp_sheets.web.library import MOST_FILES, SUFFIXES, Book, Library, addressable, printable
+from rrp_sheets.web.pages import Card, Count, LastRun, ShelfPage, Unreadable
+from rrp_sheets.web.records.shelved import Runs
+from rrp_sheets.web.records.telling import line_of, when
 
-
-def template_names() -> tuple[str, ...]:
-    """What a new workbook may begin with."""
-    return ("guided", "empty", *sorted(path.stem for path in bundled("workbooks").glob("*.xlsx")))
-
-
+SORTS = ("recent", "name", "run")
+ARCHIVE = "archive"
+_MADE = (
+    ("guided", "every sheet with its headers, and notes that say what to type where"),
+    ("empty", "every sheet with its headers, and nothing in them"),
+)
+_MOST_RUNS = 1_000  # that are looked through for the newest of each workbook
+_MOST_WORDS = 4_000  # letters that a search looks through
 _NO_TABLES = "FILE017"
 _UNSHOWABLE = "Its name has letters that cannot be shown here."
 
 
-def shelf_page(library: Library, notice: str = "", *, failed: bool = False) -> ShelfPage:
+@cache
+def templates() -> tuple[tuple[str, str], ...]:
+    """What a new workbook may begin with, with a line about each: what its Protocol says that it is for."""
+    found = []
+    for path in sorted(bundled("workbooks").glob("*.xlsx")):
+        found.append((path.stem, api.read(path).workbook.protocol.text("Purpose").partition(". ")[0].rstrip(".")))
+    return (*_MADE, *found)
+
+
+def archived(library: Library) -> tuple[str, ...]:
+    """The names of the workbooks in the archive."""
+    try:
+        found = [p.name for p in (library.folder / ARCHIVE).iterdir() if p.suffix.casefold() in SUFFIXES]
+    except OSError:
+        return ()
+    return tuple(sorted((n for n in found if addressable(n) and n[0] not in ".~"), key=str.casefold)[:MOST_FILES])
+
+
+def shelf_page(
+    library: Library, notice: str = "", *, failed: bool = False, sort: str = "", made: str = ""
+) -> ShelfPage:
     """What the shelf shows, with what has just been done; raises SheetsError when the folder cannot be read."""
     names = library.names()
-    cards: list[Card] = []
+    runs = _last_runs(library, names)
+    books: list[Book] = []
     unreadable: list[Unreadable] = []
     others: list[str] = []
     for name in names[:MOST_FILES]:
         if not addressable(name):
-            unreadable.append(Unreadable(printable(name), _UNSHOWABLE, "Rename the file."))
+            unreadable.append(Unreadable(printable(name), _UNSHOWABLE, "Rename the file.", addressed=False))
             continue
         try:
             book = library.open(name)
@@ -41,10 +69,31 @@ def shelf_page(library: Library, notice: str = "", *, failed: bool = False) -> S
         if book.reading.format == "markdown" and _is_prose(book):
             others.append(name)
         else:
-            cards.append(_card(book))
-    folder = printable(str(library.folder.resolve()))
-    left_out = max(0, len(names) - MOST_FILES)
-    return ShelfPage(folder, tuple(cards), tuple(unreadable), tuple(others), left_out, template_names(), notice, failed)
+            books.append(book)
+    sort = sort if sort in SORTS else SORTS[0]
+    if sort == "recent":
+        books.sort(key=lambda b: b.changed, reverse=True)
+    elif sort == "run":
+        books.sort(key=lambda b: runs[b.name].began.timestamp() if _ran(runs, b.name) else 0.0, reverse=True)
+    return ShelfPage(
+        folder=printable(str(library.folder.resolve())), cards=tuple(_card(b, runs.get(b.name)) for b in books),
+        unreadable=tuple(unreadable), others=tuple(others), left_out=max(0, len(names) - MOST_FILES),
+        templates=templates(), archived=archived(library), sort=sort, notice=notice, failed=failed, made=made,
+    )  # fmt: skip
+
+
+def _last_runs(library: Library, names: Collection[str]) -> dict[str, Facts]:
+    """The newest run of each workbook."""
+    runs = Runs(library.folder)
+    found: dict[str, Facts] = {}
+    for facts in runs.facts(runs.names()[:_MOST_RUNS]):
+        if facts.workbook in names:
+            found.setdefault(facts.workbook, facts)
+    return found
+
+
+def _ran(runs: Mapping[str, Facts], name: str) -> bool:
+    return name in runs and runs[name].began is not None
 
 
 def counts(findings: Iterable[Diagnostic]) -> tuple[Count, ...]:
@@ -65,7 +114,7 @@ def plural(count: int, word: str) -> str:
 
 def changed(book: Book) -> str:
     """When the file was last written, for people."""
-    return f"{book.changed.day} {book.changed:%B %Y, %H:%M}"
+    return when(book.changed)
 
 
 def _is_prose(book: Book) -> bool:
@@ -75,16 +124,31 @@ def _is_prose(book: Book) -> bool:
     return not (workbook.behaviours or workbook.protocol.fields or workbook.scene or near)
 
 
-def _card(book: Book) -> Card:
+def _card(book: Book, last: Facts | None) -> Card:
     workbook = book.look.workbook
     rows = sum(len(b.rows) for b in workbook.behaviours)
     drawable = book.look.graph.behaviours[:1]
+    about = workbook.protocol.text("Purpose")
     return Card(
         name=book.name,
         title=book.title,
-        about=workbook.protocol.text("Purpose"),
+        about=about,
         size=f"{plural(len(workbook.behaviours), 'behaviour')}, {plural(rows, 'row')}",
         changed=changed(book),
         counts=counts(book.look.findings),
         picture=bool(drawable and drawable[0].steps and book.look.understood),
+        words=" ".join([book.title, book.name, about, *_words(book)])[:_MOST_WORDS].casefold(),
+        last=_last(last) if last else None,
     )
+
+
+def _words(book: Book) -> list[str]:
+    """The streams' names and the notes."""
+    behaviours = book.look.workbook.behaviours
+    streams = dict.fromkeys(s.name for s in book.look.graph.streams.values() if s.name)
+    return [*streams, *(row.notes for b in behaviours for row in b.rows if row.notes)]
+
+
+def _last(facts: Facts) -> LastRun:
+    line = line_of(facts, ())
+    return LastRun(line.run, line.when, line.ended, line.state, line.opens)

@@ -12,30 +12,33 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.library import SUFFIXES, Library
 from rrp_sheets.web.pages import show
-from rrp_sheets.web.shelf import shelf_page
+from rrp_sheets.web.shelf import ARCHIVE, archived, shelf_page
 from rrp_sheets.workbook.atomic import write_atomically
 from rrp_sheets.workbook.limits import FILE_BYTES
 
-ARCHIVE = "archive"
 _FORBIDDEN = frozenset('/\\:*?"<>|\0')
 _LONGEST = 100
+_MOST_UPLOADS = 20  # files at once
 
 
 def make_shelving(library: Library, desk: Desk) -> Blueprint:
     """The routes of the shelf."""
     pages = Blueprint("shelving", __name__)
-    actions = {"new": _new, "copy": _copy, "rename": _rename, "archive": _archive, "upload": _upload}
+    actions = {
+        "new": _new, "copy": _copy, "rename": _rename, "archive": _archive, "unarchive": _unarchive, "upload": _upload,
+    }  # fmt: skip
 
-    @pages.post("/shelf/<any(new, copy, rename, archive, upload):action>")
+    @pages.post("/shelf/<any(new, copy, rename, archive, unarchive, upload):action>")
     def act(action: str) -> Response:
+        sort = request.args.get("sort", "")
         try:
-            notice = actions[action](library, desk)
+            notice, made = actions[action](library, desk)
         except SheetsError as error:
-            return Response(show(shelf_page(library, f"{error.message} {error.remedy}".strip(), failed=True)))
-        answer = Response(show(shelf_page(library, notice)))
+            notice = f"{error.message} {error.remedy}".strip()
+            return Response(show(shelf_page(library, notice, failed=True, sort=sort)))
+        answer = Response(show(shelf_page(library, notice, sort=sort, made=made)))
         if action == "new":  # one wants to write in it now
-            name = _name(request.form.get("name", ""))
-            answer.headers["HX-Redirect"] = url_for("editing.book", name=name)
+            answer.headers["HX-Redirect"] = url_for("editing.book", name=made)
         return answer
 
     @pages.get("/book/<name>/file")
@@ -45,54 +48,88 @@ def make_shelving(library: Library, desk: Desk) -> Blueprint:
     return pages
 
 
-def _new(library: Library, desk: Desk) -> str:
+Done = tuple[str, str]
+"""What was done, in words, and the file that is there now; empty for none."""
+
+
+def _new(library: Library, desk: Desk) -> Done:
     path = _free(library, _name(request.form.get("name", "")))
     api.new(path, template=request.form.get("template", "guided"))
-    return f"Made {path.name}."
+    return f"Made {path.name}.", path.name
 
 
-def _copy(library: Library, desk: Desk) -> str:
+def _copy(library: Library, desk: Desk) -> Done:
     source = library.path(request.form.get("book", ""))
-    count = 2
-    while (target := source.with_name(f"{source.stem} ({count}){source.suffix}")).exists():
-        count += 1
+    target = _numbered(source)
     write_atomically(target, source.read_bytes(), replace=False)
-    return f"Made {target.name}."
+    return f"Made {target.name}.", target.name
 
 
-def _rename(library: Library, desk: Desk) -> str:
+def _rename(library: Library, desk: Desk) -> Done:
     source = library.path(request.form.get("book", ""))
     target = _free(library, _name(request.form.get("name", ""), source.suffix))
     desk.leave(source.name)
     source.rename(target)
-    return f"{source.name} is now {target.name}."
+    desk.renamed(source.name, target.name)
+    return f"{source.name} is now {target.name}.", target.name
 
 
-def _archive(library: Library, desk: Desk) -> str:
+def _archive(library: Library, desk: Desk) -> Done:
     source = library.path(request.form.get("book", ""))
     folder = library.folder / ARCHIVE
     folder.mkdir(exist_ok=True)
-    count, target = 2, folder / source.name
-    while target.exists():
-        target, count = folder / f"{source.stem} ({count}){source.suffix}", count + 1
+    target = folder / source.name
+    if target.exists():
+        target = _numbered(target)
     desk.leave(source.name)
     shutil.move(source, target)
-    return f"{source.name} is in the folder {ARCHIVE} now."
+    return f"{source.name} is in the folder {ARCHIVE} now.", ""
 
 
-def _upload(library: Library, desk: Desk) -> str:
-    file = request.files.get("file")
-    if file is None or not file.filename:
+def _unarchive(library: Library, desk: Desk) -> Done:
+    name = request.form.get("book", "")
+    source = library.folder / ARCHIVE / name
+    if name not in archived(library) or source.is_symlink():
+        raise SheetsError("This workbook is not in the archive any more.", "Look at the list again.")
+    target = library.folder / name
+    if target.exists():
+        target = _numbered(target)
+    source.rename(target)
+    return f"{target.name} is back on the shelf.", target.name
+
+
+def _upload(library: Library, desk: Desk) -> Done:
+    files = [f for f in request.files.getlist("file") if f.filename]
+    if not files:
         raise SheetsError("No file was chosen.", "Choose an .xlsx file.")
-    data = file.stream.read(FILE_BYTES + 1)
-    path = _free(library, _name(Path(file.filename).name))
+    stored: list[str] = []
+    for file in files[:_MOST_UPLOADS]:
+        try:
+            stored.append(_store(library, Path(file.filename or "").name, file.stream.read(FILE_BYTES + 1)))
+        except SheetsError as error:
+            done = f" {' and '.join(stored)} could be stored." if stored else ""
+            raise SheetsError(error.message + done, error.remedy) from error
+    verb = "is" if len(stored) == 1 else "are"
+    return f"{' and '.join(stored)} {verb} on the shelf.", stored[0] if len(stored) == 1 else ""
+
+
+def _store(library: Library, name: str, data: bytes) -> str:
+    path = _free(library, _name(name))
     write_atomically(path, data, replace=False)
     try:
         api.read(path)
     except SheetsError:
         path.unlink()
         raise
-    return f"{path.name} is on the shelf."
+    return path.name
+
+
+def _numbered(path: Path) -> Path:
+    """The same name with a number, that no file has yet."""
+    count = 2
+    while (target := path.with_name(f"{path.stem} ({count}){path.suffix}")).exists():
+        count += 1
+    return target
 
 
 def _name(wanted: str, suffix: str = ".xlsx") -> str:
