@@ -69,6 +69,7 @@ FORMS: dict[str, dict[str, Any]] = {
     "shelving.act copy": {"book": BOOK},
     "shelving.act rename": {"book": BOOK, "name": "other"},
     "shelving.act archive": {"book": BOOK},
+    "shelving.act unarchive": {"book": BOOK},
     "shelving.act upload": {"file": b"no workbook"},
     "records.act keep": {"title": "before"},
     "records.act restore": {"version": "1"},
@@ -123,6 +124,8 @@ def body(way: Way, row: str = "") -> dict[str, Any]:
     """What is sent, as an argument of the test client."""
     if way.key in JSON:
         return {"json": _with_row(JSON[way.key], row)}
+    if way.key not in FORMS:
+        return {}
     form = {n: (io.BytesIO(v), "up.xlsx") if isinstance(v, bytes) else v for n, v in FORMS[way.key].items()}
     return {"data": form, "content_type": "multipart/form-data"}
 
