@@ -16,6 +16,7 @@ from rrp_sheets.runtime.trace import read_trace
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
 
+SENT = "sent by hand"  # the kind of a value that somebody sent into a sensor stream
 _WHAT = {
     "trace.jsonl": "every event of the run",
     "protocol.xlsx": "the workbook that ran",
@@ -122,30 +123,41 @@ def _draw(path: Path, checked: Checked) -> None:
 def tidy(trace: Path) -> tuple[list[str], Iterator[list[Any]], list[float]]:
     """A trace as a tidy table: header, rows (one per event), column widths.
 
-    A record's fields stand in columns of their own, so that a plain value is always in the column Value.
+    A record's fields stand in columns of their own, so that a plain value is always in the column Value. A run in which
+    people did something has a column more, which says who.
     """
     fields: dict[str, None] = {}
+    people = False
     kinds: dict[str, str] = {}
     for line in read_trace(trace):
         if line.get("type") == "header":
             kinds = {s["stream"]: s["kind"] for s in line["streams"]}
-        elif isinstance(line.get("value"), dict):
+        if isinstance(line.get("value"), dict):
             fields.update(dict.fromkeys(line["value"]))
-    header = ["Time (s)", "Kind", "Stream", "Row", "Value", "Message", *fields]
-    return header, _rows(trace, kinds, list(fields)), [10, 11, 24, 16, 18, 40, *[12.0] * len(fields)]
+        people = people or ("by" in line and "type" not in line)
+    by = ["By"] if people else []
+    header = ["Time (s)", "Kind", "Stream", "Row", "Value", "Message", *by, *fields]
+    widths = [10, 11, 24, 16, 18, 40, *[12.0] * (len(by) + len(fields))]
+    return header, _rows(trace, kinds, list(fields), people), widths
 
 
-def _rows(trace: Path, kinds: dict[str, str], fields: list[str]) -> Iterator[list[Any]]:
+def _rows(trace: Path, kinds: dict[str, str], fields: list[str], people: bool) -> Iterator[list[Any]]:
     for line in read_trace(trace):
         if "type" in line:
             continue
         value = line.get("value")
         record = value if isinstance(value, dict) else {}
-        kind = "error" if "error" in line else line.get("happening") or kinds.get(line.get("stream", ""), "stream")
         message = line.get("error") or line.get("text")
         plain = None if record else _plain(value)
-        row = [line["t"], kind, line.get("stream"), line.get("row") or None, plain, message]
-        yield [*row, *(_plain(record.get(f)) for f in fields)]
+        row = [line["t"], _kind(line, kinds), line.get("stream"), line.get("row") or None, plain, message]
+        by = [line.get("by") or None] if people else []
+        yield [*row, *by, *(_plain(record.get(f)) for f in fields)]
+
+
+def _kind(line: dict[str, Any], kinds: dict[str, str]) -> str:
+    if line.get("stimulated"):
+        return SENT
+    return "error" if "error" in line else line.get("happening") or kinds.get(line.get("stream", ""), "stream")
 
 
 def _plain(value: Any) -> Any:

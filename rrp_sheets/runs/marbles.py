@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,8 @@ from rrp_sheets.render.score import Group, Lane, Marble, Score, make_score
 from rrp_sheets.runtime.trace import read_trace, stream_label
 
 _LONGEST_US = 366 * 24 * 3_600_000_000  # a year: longer is no run
+_ACTS = ("mark", "switch", "press", "scene", "edit")  # of what people do: what changes a run, and their marks
+_DRAG_US = 1_000_000  # between two places of one drag
 TRACE, WORKBOOK = "trace.jsonl", "protocol.xlsx"
 
 
@@ -66,11 +69,39 @@ def _with_rows(graph: Graph, lines: list[dict[str, Any]]) -> list[Score]:
     errors = [(e["us"], str(e["row"]), str(e.get("error") or e.get("text"))) for e in lines if _is_error(e)]
     last = max((e["us"] for e in lines), default=0)
     scores = [make_score(graph, b, events, errors, last) for b in graph.behaviours]
-    return [s for s in scores if any(lane.marbles for lane in s.lanes)]
+    people = _people(lines)
+    return [replace(s, groups=(*people, *s.groups)) for s in scores if any(lane.marbles for lane in s.lanes)]
+
+
+def _people(lines: list[dict[str, Any]]) -> tuple[Group, ...]:
+    """A line of what people did meanwhile, when they did something."""
+    marbles: list[Marble] = []
+    dragged: dict[str, int] = {}  # a thing that is dragged is put to many places: where it comes to lie is shown
+    for entry in lines:
+        if entry.get("stimulated"):
+            marbles.append(Marble(entry["us"], f"sent: {entry['stream']}"))
+        elif entry.get("happening") in _ACTS:
+            row = f" {entry['row']}" if entry.get("row") else ""
+            kind = "" if entry["happening"] == "mark" else f"{entry['happening']}{row}: "
+            marble = Marble(entry["us"], f"{kind}{entry.get('text', '')}")
+            thing = _dragged(entry)
+            if thing in dragged and marble.us - marbles[dragged[thing]].us < _DRAG_US:
+                marbles[dragged[thing]] = marble
+                continue
+            if thing:
+                dragged[thing] = len(marbles)
+            marbles.append(marble)
+    return (Group((), Lane("by hand", "By hand", "note", tuple(marbles))),) if marbles else ()
 
 
 def _is_error(entry: Mapping[str, Any]) -> bool:
     return "row" in entry and ("error" in entry or entry.get("happening") == "error")
+
+
+def _dragged(entry: Mapping[str, Any]) -> str:
+    """The thing that was put somewhere by hand; empty when it was something else that was done."""
+    detail = entry.get("detail")
+    return str(detail["thing"]) if isinstance(detail, dict) and "put" in detail else ""
 
 
 def _alone(header: Mapping[str, Any], lines: list[dict[str, Any]]) -> list[Score]:
@@ -86,7 +117,7 @@ def _alone(header: Mapping[str, Any], lines: list[dict[str, Any]]) -> list[Score
     names = sorted(marbles, key=lambda n: order.get(kinds.get(n, ""), 1))
     groups = tuple(Group((), Lane(n, n.rpartition("!")[2], kinds.get(n, "stream"), tuple(marbles[n]))) for n in names)
     last = max((e["us"] for e in lines), default=0)
-    return [Score(str(header.get("name", "Run")), groups, 0, last)] if lines else []
+    return [Score(str(header.get("name", "Run")), (*_people(lines), *groups), 0, last)] if lines else []
 
 
 def _us(entry: Mapping[str, Any]) -> int:

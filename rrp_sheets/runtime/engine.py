@@ -7,13 +7,10 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from typing import Protocol
 
-from reactivex import Observable, never
 from reactivex.disposable import CompositeDisposable
 
-from rrp_sheets.connectors.wiring import Wiring
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.pick import Picker
@@ -21,12 +18,12 @@ from rrp_sheets.graph import Step
 from rrp_sheets.model.exchange import Command, Happening
 from rrp_sheets.model.values import Failure, Value
 from rrp_sheets.runtime.clock import FrameClock
-from rrp_sheets.runtime.own import SOON_US, OwnDevices
+from rrp_sheets.runtime.own import OwnDevices
 from rrp_sheets.runtime.plan import Plan
 from rrp_sheets.runtime.progress import INSTANT, NO_ROW, RANK, SETTLING, Cell
+from rrp_sheets.runtime.row import LiveRow
 from rrp_sheets.runtime.streams import LiveStream
 
-_SILENT: Observable[Value] = never()  # an input whose rows are switched off: it keeps its place, and gives nothing
 _FRAMES_PER_ROW = 8  # Python frames that one row of a chain takes at most, so that 500 rows do not overflow
 _VALUES_PER_ROW = 60  # that many in one instant, if all rows have so many, are not yet called too many
 
@@ -41,24 +38,6 @@ class Observer(Protocol):
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
         """A formula failed; the event was dropped."""
         ...
-
-
-def _through(place: list[Callable[..., Value]]) -> Callable[..., Value]:
-    """A call of what then stands in a place: a connector keeps it, and goes on with a formula that is edited."""
-
-    def evaluate(*values: Value) -> Value:
-        return place[0](*values)
-
-    return evaluate
-
-
-@dataclass(frozen=True, slots=True)
-class _Row:
-    """A row that is wired: what of it may be edited while it runs. `evaluate` has one place, or none."""
-
-    wiring: Wiring
-    evaluate: list[Callable[..., Value]]
-    picker: Picker
 
 
 class Engine:
@@ -90,13 +69,15 @@ class Engine:
         self.ended_by = ""
         self.sent_by: str | None = None
         self._sent: list[tuple[str, Value, str]] = []  # by hand: enter in the next instant
-        self._running: dict[str, _Row] = {}  # by the row's ref, while its behaviour is on
+        self._running: dict[str, LiveRow] = {}  # by the row's ref, while its behaviour is on
         self._edits: dict[str, tuple[Formula | None, int | None]] = {}  # of rows that were edited during the run
         self._observer = observer
         self._interpreter = GuardedInterpreter()
         self._commands: list[Command] = []
         self._happenings: list[Happening] = []
-        self._driven: dict[str, Command] = {}  # the last command of each actuator stream, where behaviours switch
+        self._driven: dict[
+            str, Command
+        ] = {}  # the last command of each actuator stream, to stop it
         self._wired: dict[str, CompositeDisposable] = {}
         self._records = {s.id: s.device.type.payload for s in plan.streams if s.device and s.device.type.payload}
         if len(plan.steps) > 60:  # for the rest of the process: a lower limit would break an engine that still runs
@@ -106,7 +87,6 @@ class Engine:
         uses = [u for u in (*plan.sensors, *plan.actuators) if u.stream in plan.own]
         dones = {actuator: done for done, actuator in plan.dones.items()}
         self._own = OwnDevices(self, uses, dones, self._records)
-        self._switches = any(u.device == "Behaviour" for u in uses)
         for behaviour in plan.behaviours:
             if behaviour in plan.on:
                 self._switch_on(behaviour)
@@ -174,8 +154,6 @@ class Engine:
         own, left = self.plan.own, []
         while commands:
             for command in commands:
-                if self._switches:
-                    self._driven[command.stream] = command
                 if command.stream in own:
                     self._own.take(command)
                     if self.ended_by:
@@ -228,14 +206,8 @@ class Engine:
     def edit(self, ref: str, formula: Formula | None, period_us: int | None) -> None:
         """Let a row go on with another formula or period; what it remembers stays."""
         self._edits[ref] = formula, period_us
-        running = self._running.get(ref)
-        if running is None:
-            return
-        if formula is not None:
-            running.evaluate[0] = formula.prepare(self._interpreter, running.picker)
-        if period_us is not None:
-            running.wiring.period_us = max(period_us, SOON_US)
-            running.wiring.edited()
+        if ref in self._running:
+            self._running[ref].edit(formula, period_us)
 
     def _switch_on(self, behaviour: str) -> None:
         """Wire the rows of a behaviour anew: no total, no latest value and no timer of before is left."""
@@ -275,24 +247,16 @@ class Engine:
         stream.subscribe(lambda value: observer.event(clock.us, stream_id, row, value))
 
     def _connect(self, step: Step, wired: CompositeDisposable) -> None:
-        formula, period = self.plan.checked.formulas.get(step.ref), step.period_us
-        if step.ref in self._edits:
-            formula, period = self._edits[step.ref]
-        picker = Picker(self.seed, step.ref)
-        evaluate = [formula.prepare(self._interpreter, picker)] if formula else []
-        wiring = Wiring(
-            inputs=[self.streams.get(i, _SILENT) for i in step.inputs],
-            clock=self.clock,
-            rank=step.rank,
-            evaluate=_through(evaluate) if evaluate else None,
-            period_us=max(period, SOON_US) if period else 0,
-            fail=self._failer(step),
-            names=tuple(self.plan.checked.graph.streams[i].name for i in step.inputs),
-        )
-        self._running[step.ref] = _Row(wiring, evaluate, picker)
+        checked = self.plan.checked
+        row = self._running[step.ref] = LiveRow(
+            step, self.streams, checked.graph.streams, self.clock, self._interpreter, Picker(self.seed, step.ref),
+            self._failer(step),
+        )  # fmt: skip
+        edited = self._edits.get(step.ref)
+        formula, period_us = edited if edited else (checked.formulas.get(step.ref), step.period_us)
         output = self.streams[step.output]
         sink = self._sender(step, output) if step.connector.drives else output.on_next
-        wired.add(step.connector.build(wiring).subscribe(sink))
+        wired.add(row.wire(formula, period_us).subscribe(sink))
 
     def _sender(self, step: Step, output: LiveStream) -> Callable[[Value], None]:
         sensors = self.plan.descent[step.ref]
@@ -301,7 +265,8 @@ class Engine:
 
         def send(value: Value) -> None:
             output.on_next(value)
-            self._commands.append(Command(stream, value, row, sensors, priority))
+            command = self._driven[stream] = Command(stream, value, row, sensors, priority)
+            self._commands.append(command)
             if observer is not None:
                 observer.event(clock.us, stream, row, value)
 

@@ -25,21 +25,16 @@ _HERE = Address("Send")
 class Sender:
     """Works out what is sent. One per thread: it has an interpreter of its own."""
 
-    def __init__(self, robot: Robot) -> None:
-        self._robot = robot
+    def __init__(self) -> None:
         self._interpreter = GuardedInterpreter()
 
-    def value(
-        self, sending: Sending, stream: Stream | None, name: str, *, count: int, command: tuple[Value, float] | None
-    ) -> Value:
+    def value(self, sending: Sending, base: Value, name: str) -> Value:
         """The value, or a Failure of its formula.
 
         Args:
             sending: what the cell says.
-            stream: where it goes; None when no row reads it.
+            base: the example of which fields may be changed; None where there is none, and the fields are all there is.
             name: of the stream, as it is called.
-            count: of the values of that stream, this one included: presses are counted.
-            command: of a done stream: what its actuator was last told, and how many seconds ago.
         """
         if sending.whole:
             return self._given(sending.value)
@@ -49,19 +44,21 @@ class Sender:
             if type(value) is Failure:
                 return value
             changed[field] = value
-        if stream is None or stream.kind not in OPEN_KINDS:
-            return record_from_mapping(name, changed)
-        if stream.kind is StreamKind.DONE:
-            return with_fields(ended_now(command), changed)
-        base = sensor_fact(stream, self._robot).example
-        if not isinstance(base, Record):
-            return base
-        if key("count") in base.values and not stream.settings.get("rate"):
-            changed = {"count": count, **changed}
-        return with_fields(base, changed)
+        if isinstance(base, Record):
+            kind = base.type
+            return Record(kind, {**base.values, **{kind.keys[key(name)]: value for name, value in changed.items()}})
+        return record_from_mapping(name, changed) if base is None else base
 
     def _given(self, given: Given) -> Value:
         return given.prepare(self._interpreter)() if isinstance(given, Formula) else given
+
+
+def sensed_now(stream: Stream, robot: Robot, count: int) -> Value:
+    """The example of a sensor stream; `count` of its values, this one included: presses are counted."""
+    value = sensor_fact(stream, robot).example
+    if isinstance(value, Record) and key("count") in value.values and not stream.settings.get("rate"):
+        return Record(value.type, {**value.values, key("count"): count})
+    return value
 
 
 def ended_now(command: tuple[Value, float] | None) -> Record:
@@ -73,12 +70,6 @@ def ended_now(command: tuple[Value, float] | None) -> Record:
     return Record(DONE, {**record.values, "value": commanded(value), "seconds": seconds})
 
 
-def with_fields(base: Record, changed: dict[str, Value]) -> Record:
-    """A record with some fields changed, by their names."""
-    kind = base.type
-    return Record(kind, {**base.values, **{kind.keys[key(name)]: value for name, value in changed.items()}})
-
-
 class Stimulus:
     """Reads what somebody wants to send into a stream of a run."""
 
@@ -86,7 +77,7 @@ class Stimulus:
         self._engine = engine
         self._streams = {s.id: s for s in engine.plan.streams}
         self._open = {key(s.name): s for s in engine.plan.streams if s.kind in OPEN_KINDS}
-        self._sender = Sender(engine.plan.checked.robot)
+        self._sender = Sender()
 
     def read(self, name: str, text: str, checked: Checked) -> tuple[Stream, Value]:
         """The stream and the value.
@@ -102,11 +93,11 @@ class Stimulus:
         stream = self._open.get(key(name))
         if stream is None:
             raise self._no_stream(name)
-        live = self._engine.streams[stream.id]
-        value = self._sender.value(
-            self._sending(text, stream, checked), stream, stream.name, count=live.arrived + 1,
-            command=self._commanded(stream),
-        )  # fmt: skip
+        if stream.kind is StreamKind.DONE:
+            base: Value = ended_now(self._commanded(stream))
+        else:
+            base = sensed_now(stream, checked.robot, self._engine.streams[stream.id].arrived + 1)
+        value = self._sender.value(self._sending(text, stream, checked), base, stream.name)
         if type(value) is Failure:
             raise SheetsError(f"“{text}” cannot be worked out: {value.message}", "Change it, and send again.")
         return stream, value

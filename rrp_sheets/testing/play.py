@@ -4,18 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from rrp_sheets.checks.facts import sensor_fact
-from rrp_sheets.checks.sending import Given
 from rrp_sheets.checks.tests import Case, CaseRow
 from rrp_sheets.errors import RunBroken
-from rrp_sheets.formulas import Formula
-from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.graph import StreamKind
-from rrp_sheets.model.exchange import DONE, commanded
-from rrp_sheets.model.names import key
-from rrp_sheets.model.values import Failure, Record, RecordType, Value, record_from_mapping
+from rrp_sheets.model.values import Failure, Value
 from rrp_sheets.runtime.frame import FrameEngine
 from rrp_sheets.runtime.plan import Plan
+from rrp_sheets.runtime.stimulus import Sender, ended_now, sensed_now
 from rrp_sheets.testing.frames import TOLERANCE, Frames
 from rrp_sheets.testing.judge import seconds
 from rrp_sheets.testing.results import Event, Fault, failure_words
@@ -44,7 +39,7 @@ class Player:
         self.ended_us = 0
         self.ended_by = ""
         self._engine = FrameEngine(plan, self, seed)
-        self._interpreter = GuardedInterpreter()
+        self._sender = Sender()
         self._commanded: dict[str, tuple[int, Value]] = {}  # the last command of each actuator stream
 
     # ---- the observer
@@ -112,44 +107,18 @@ class Player:
                     self.events.append(Event(now, row.stream, "", value))
         return arrivals
 
-    # ---- what is sent
     def _value(self, row: CaseRow, now: int) -> Value:
-        sending = row.sending
-        assert sending is not None
-        if sending.whole:
-            return self._given(sending.value)
-        changed = {}
-        for name, given in sending.fields:
-            value = self._given(given)
-            if type(value) is Failure:
-                return value
-            changed[name] = value
-        stream = self.plan.checked.graph.streams.get(row.stream)
-        if row.stream.endswith("done") and (stream is None or stream.kind is StreamKind.DONE):
-            of = stream.done_of if stream else row.stream.removesuffix("done")
-            return _changed(DONE, self._done(of, now), changed)
+        """What a row sends."""
+        assert row.sending is not None
+        return self._sender.value(row.sending, self._base(row.stream, now), row.name)
+
+    def _base(self, stream_id: str, now: int) -> Value:
+        """The example whose fields a row may change; None of a stream that rows make."""
+        stream = self.plan.checked.graph.streams.get(stream_id)
+        if stream_id.endswith("done") and (stream is None or stream.kind is StreamKind.DONE):
+            last = self._commanded.get(stream.done_of if stream else stream_id.removesuffix("done"))
+            return ended_now((last[1], (now - last[0]) / 1e6) if last else None)
         if stream is None or stream.kind is not StreamKind.SENSOR:
-            return record_from_mapping(row.name, changed)
-        value = sensor_fact(stream, self.plan.checked.robot).example
-        if isinstance(value, Record) and key("count") in value.values and not stream.settings.get("rate"):
-            value = _changed(value.type, value, {"count": self._counted(row.stream)})
-        return _changed(value.type, value, changed) if isinstance(value, Record) else value
-
-    def _counted(self, stream: str) -> int:
-        """How often a sensor stream has had a value, this one included: presses are counted."""
-        return self._engine.streams[stream].arrived + 1 if stream in self._engine.streams else 1
-
-    def _done(self, actuator: str, now: int) -> Record:
-        """The example of an ended command, with what the actuator stream was last told and how long ago."""
-        record = DONE.example()
-        if actuator in self._commanded:
-            began, value = self._commanded[actuator]
-            record = Record(DONE, {**record.values, "value": commanded(value), "seconds": (now - began) / 1e6})
-        return record
-
-    def _given(self, given: Given) -> Value:
-        return given.prepare(self._interpreter)() if isinstance(given, Formula) else given
-
-
-def _changed(kind: RecordType, base: Record, changed: dict[str, Value]) -> Record:
-    return Record(kind, {**base.values, **{kind.keys[key(name)]: value for name, value in changed.items()}})
+            return None
+        live = self._engine.streams.get(stream_id)
+        return sensed_now(stream, self.plan.checked.robot, live.arrived + 1 if live else 1)
