@@ -101,7 +101,7 @@ def count(events: list[tuple[str, str, str, str, float, float]]) -> Effort:
             if kind == "up":
                 continue
         new = _value(kind, key, place, name, value)
-        effort.thoughts += bool(new) and new != value and value != "cell"
+        effort.thoughts += bool(new) and value not in (new, "cell")
         effort.thoughts += _taken(kind, key, place, value)
         value = new
     return effort

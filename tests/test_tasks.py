@@ -3,6 +3,7 @@ screen reader knows of the page. Each from the shelf on, and each ends with a fi
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from typing import Any
 import pytest
 from chromium import CHROMIUM, TOKEN, GridPage, browsing, serving
 from effort import Recorder
-from tasks import TASKS, by_keyboard, by_mouse, check_meaning, texts
+from tasks import HEADER, TASKS, WALKTHROUGH, by_keyboard, by_mouse, check_meaning
 
 if not CHROMIUM:
     pytest.skip("there is no Chromium on this machine", allow_module_level=True)
@@ -117,3 +118,59 @@ def test_by_touch(browser: Any, url: str, folder: Path, tmp_path: Path) -> None:
     page.new_by_mouse("by touch", touch=True)
     by_mouse(page, "walkthrough", touch=True)
     ends_well(page, "walkthrough", folder / "by touch.xlsx", tmp_path)
+
+
+def test_by_what_a_screen_reader_knows_alone(browser: Any, url: str, folder: Path, tmp_path: Path) -> None:
+    """Everything is found by its role and name, and after each key the focused thing says where one is."""
+    page = Shelf(browser, url)
+    tree, focused = page.page, page.page.locator(":focus")
+    tree.get_by_role("textbox", name="New workbook").focus()
+    page.type("by ear", "Tab")
+    page.type("empty", "Tab")
+    expect(tree.get_by_role("button", name="Make it")).to_be_focused()
+    page.press("Enter")
+    page.opened()
+    expect(tree.get_by_role("grid", name="Tracking")).to_be_visible()
+    assert focused.aria_snapshot().startswith('- \'gridcell "Input streams, row 2: blank"')
+    for number, row in enumerate(WALKTHROUGH, start=2):
+        for header, text in zip(HEADER, row, strict=True):
+            assert f'gridcell "{header}, row {number}: blank"' in focused.aria_snapshot()
+            if not text:
+                page.press("Tab")
+                continue
+            page.page.keyboard.type(text[:2])
+            field = tree.get_by_role("combobox", name=f"{header}, row {number}")
+            expect(field).to_be_focused()
+            if header == "Connector" or (header == "Input streams" and number == 2) or row[1] == "subscribe":
+                chosen = tree.get_by_role("listbox", name="Suggestions").get_by_role("option", selected=True)
+                while not chosen.count() or text not in chosen.inner_text():
+                    page.press("ArrowDown")  # each is read out, with its help
+            else:
+                page.page.keyboard.type(text[2:])
+            page.press("Enter" if header == HEADER[-1] else "Tab")
+    expect(tree.get_by_role("gridcell", name="Output stream, row 4: Head tracker")).to_be_visible()
+    expect(tree.get_by_role("region", name="Problems").get_by_text("no problems")).to_be_visible(timeout=15_000)
+    ends_well(page, "walkthrough", folder / "by ear.xlsx", tmp_path)
+
+
+def test_a_mistake_is_heard_and_mended_at_its_cell(browser: Any, url: str, folder: Path) -> None:
+    """A wrong name is told with its cell; the link leads there, and the cell says what is wrong with it."""
+    page = Shelf(browser, url)
+    page.new_by_keyboard("mistake")
+    tree, focused = page.page, page.page.locator(":focus")
+    for text in ("Red ball", "map", "redBall.distence"):
+        page.type(text, "Tab")
+    page.type("Distance")
+    problems = tree.get_by_role("region", name="Problems")
+    expect(problems.get_by_role("link", name="Tracking!C2")).to_be_visible(timeout=15_000)
+    problems.get_by_role("link", name="Tracking!C2").focus()
+    page.press("Enter")
+    cell = tree.get_by_role("gridcell", name="Formula, row 2:")
+    expect(cell).to_be_focused()
+    expect(cell).to_have_attribute("aria-invalid", "true")
+    expect(cell).to_have_accessible_description(re.compile("distence.*distance", re.DOTALL))
+    page.type("redBall.distance")
+    expect(problems.get_by_role("link", name="Tracking!C2")).to_have_count(0, timeout=15_000)
+    expect(cell).not_to_have_attribute("aria-invalid", "true")
+    assert 'gridcell "Formula, row 3: blank"' in focused.aria_snapshot()
+    page.close()
