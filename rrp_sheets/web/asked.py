@@ -2,20 +2,35 @@
 
 from __future__ import annotations
 
+import json
+import re
 from typing import Any
 
 from flask import request
 from werkzeug.exceptions import BadRequest
 
 Asked = dict[str, Any]
+_HALF = re.compile(rb"\\u[dD][89a-fA-F]")  # how JSON writes half a letter, which browsers do only for a lone one
 
 
 def asked() -> Asked:
     """What was sent; anything but an object is refused."""
-    sent = request.get_json(silent=True)
-    if not isinstance(sent, dict):
+    try:
+        sent = request.get_json(silent=True)
+    except RecursionError as error:  # nested deeper than anything a page sends
+        raise BadRequest from error
+    if not isinstance(sent, dict) or (_HALF.search(request.get_data()) and not _is_text(sent)):
         raise BadRequest
     return sent
+
+
+def _is_text(sent: Asked) -> bool:
+    """Whether its texts can be written anywhere: halves of letters cannot."""
+    try:
+        json.dumps(sent, ensure_ascii=False).encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def text_of(sent: Asked, name: str, longest: int = 200) -> str:

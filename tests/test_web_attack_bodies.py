@@ -1,0 +1,255 @@
+"""What is sent to the routes that change something: nonsense, monsters, and bodies that never end."""
+
+from __future__ import annotations
+
+import http.client
+import io
+import json
+import re
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from attack import BOOK, FORMS, JSON, OURS, Way, _with_row, contents, enter, make_folder, ways
+from browser import HOME, TOKEN
+from flask import Flask
+from test_hostile_files import REFUSED
+
+from rrp_sheets.web.app import create_app
+from rrp_sheets.web.serving import MOST_OF_ONE, bind, make_server
+
+STRANGE: list[Any] = [
+    None, True, 0, -1, 1.5, 1e308, 10**400, "", "x", "\ud800", "\0", "x" * 100_000, [], [[]], [None], {}, {"a": {}},
+    {"__proto__": 1}, ["x"] * 10_000, float("nan"), float("inf"), 2**63, -(2**63) - 1, {"$ne": 1}, "%s%n{0}{{7*7}}",
+]  # fmt: skip
+NO_OBJECTS = [
+    "", " ", "null", "true", "3", '"x"', "[]", "[{}]", "{", "{]", '{"a":}', "{'a': 1}", "[" * 100_000,
+    '{"a":' * 50_000, "9" * 10_000, '{"client": "c", "client": 1, "sheet": {"a": [' + "[" * 50_000, "<x/>", "a=1&b=2",
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return make_folder(tmp_path_factory.mktemp("bodies"))
+
+
+@pytest.fixture(scope="module")
+def app(folder: Path) -> Flask:
+    return create_app(folder, TOKEN)
+
+
+@pytest.fixture(scope="module")
+def client(app: Flask) -> Any:
+    return enter(app)
+
+
+@pytest.fixture(scope="module")
+def row(client: Any) -> str:
+    return str(re.findall(r'<tr role="row" id="([^"]+)"', client.get(f"/book/{BOOK}", base_url=HOME).text)[0])
+
+
+def json_ways(app: Flask) -> list[Way]:
+    return [way for way in ways(app) if way.post and way.key in JSON]
+
+
+def send(client: Any, way: Way, text: str | bytes) -> Any:
+    headers = {**OURS, "Content-Type": "application/json"}
+    return client.post(way.address(), base_url=HOME, headers=headers, data=text)
+
+
+def test_what_is_no_object_is_refused(app: Flask, client: Any, folder: Path) -> None:
+    before = contents(folder)
+    for way in json_ways(app):
+        for text in (*NO_OBJECTS, b"\xff\xfe{\x00}\x00", b"\x00", b"PK\x03\x04"):
+            answer = send(client, way, text)
+            assert answer.status_code == 400, (way.key, text[:30], answer.status_code)
+            assert "Traceback" not in answer.text
+    assert contents(folder) == before
+
+
+def test_fields_of_the_wrong_kind_are_refused_or_do_no_harm(app: Flask, client: Any, row: str) -> None:
+    for way in json_ways(app):
+        right = _with_row(JSON[way.key], row)
+        for strange in (*_strange(right), {}, {str(n): n for n in range(20_000)}):
+            sent = strange
+            if way.key == "live.start" and all(isinstance(sent.get(n, ""), str) for n in ("mode", "until")):
+                sent = {**sent, "mode": "x"}  # nothing is started here
+            answer = send(client, way, json.dumps(sent))
+            assert answer.status_code < 500, (way.key, str(sent)[:200])
+            assert "Traceback" not in answer.text
+    assert client.get(f"/book/{BOOK}", base_url=HOME).status_code == 200
+    assert client.get("/", base_url=HOME).status_code == 200
+
+
+def _strange(right: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """What is right, with each of its fields in turn of a kind that nobody expects."""
+    for name, value in right.items():
+        for strange in STRANGE:
+            yield {**right, name: strange}
+        if isinstance(value, list) and value and isinstance(value[0], dict):
+            for inner in value[0]:
+                for strange in STRANGE:
+                    yield {**right, name: [{**value[0], inner: strange}]}
+
+
+def test_forms_of_the_wrong_kind_are_refused_or_do_no_harm(client: Any, app: Flask) -> None:
+    for way in ways(app):
+        if way.post and way.key in FORMS:
+            for kind, data in (
+                ("application/json", b"{}"), ("multipart/form-data; boundary=x", b"--x\r\n" * 2_000), ("", b"x"),
+                ("multipart/form-data", b"x"), ("multipart/form-data; boundary=" + "x" * 300, b"--x--"),
+                ("application/x-www-form-urlencoded", b"&".join(b"a=1" for _ in range(200_000))),
+                ("application/x-www-form-urlencoded", b"book=%ff%00&name=%ff%00&title=%ff&version=%ff"),
+                ("multipart/form-data; boundary=x", b"".join(b"--x\r\nContent-Disposition: form-data; name=a\r\n\r\n1\r\n" for _ in range(5_000)) + b"--x--\r\n"),
+            ):  # fmt: skip
+                answer = client.post(way.address(), base_url=HOME, headers=OURS, data=data, content_type=kind)
+                assert answer.status_code in (200, 400, 413, 415, 422), (way.key, kind[:60], answer.status_code)
+
+
+# ---- uploads ----
+
+
+SLOW = {"a million cells", "400,000 texts"}  # to make; tests/test_hostile_files.py has them
+FILES = sorted(case for case, (name, _, _) in REFUSED.items() if name == "x.xlsx" and case not in SLOW)
+
+
+@pytest.mark.parametrize("case", FILES)
+def test_hostile_files_do_not_get_onto_the_shelf(client: Any, folder: Path, case: str) -> None:
+    before = contents(folder)
+    begun = time.monotonic()
+    form = {"file": (io.BytesIO(REFUSED[case][1]()), "bad.xlsx")}
+    answer = client.post("/shelf/upload", base_url=HOME, headers=OURS, data=form, content_type="multipart/form-data")
+    assert answer.status_code in (200, 413) and (answer.status_code == 413 or "is-error" in answer.text)
+    assert time.monotonic() - begun < 10 and "Traceback" not in answer.text
+    assert contents(folder) == before and not list(folder.glob(".*.part"))
+
+
+# ---- bodies and readers that take their time ----
+
+
+@pytest.fixture
+def served(app: Flask) -> Iterator[int]:
+    server = make_server(app, bind(["127.0.0.1"], None))
+    thread = threading.Thread(target=server.run, daemon=True)
+    thread.start()
+    yield server.effective_port
+    server.close()
+    server.task_dispatcher.shutdown(timeout=1)
+
+
+def answered(port: int, **headers: str) -> tuple[int, dict[str, str], float]:
+    begun = time.monotonic()
+    line = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
+    line.request("GET", f"/?token={TOKEN}", headers=headers)
+    answer = line.getresponse()
+    answer.read()
+    line.close()
+    return answer.status, dict(answer.getheaders()), time.monotonic() - begun
+
+
+def test_bodies_that_trickle_do_not_stop_the_others(served: int) -> None:
+    head = b"POST /shelf/upload HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 1000000\r\n\r\n"
+    begun = [
+        head,
+        head + b"x" * 1000,
+        b"GET / HTTP/1.1\r\nHost: 127",
+        b"",
+        b"POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n5\r\n",
+    ]
+    slow = [socket.create_connection(("127.0.0.1", served)) for _ in range(MOST_OF_ONE - 5)]
+    try:
+        for number, one in enumerate(slow):
+            one.sendall(begun[number % len(begun)])
+        status, _, seconds = answered(served)
+        assert status == 302 and seconds < 2
+    finally:
+        for one in slow:
+            one.close()
+
+
+def test_one_address_cannot_take_all_connections(served: int) -> None:
+    lines = [socket.create_connection(("127.0.0.1", served)) for _ in range(MOST_OF_ONE + 20)]
+    try:
+        deadline = time.monotonic() + 10
+        closed: set[int] = set()
+        while len(closed) < 20 and time.monotonic() < deadline:
+            for number, one in enumerate(lines):
+                one.settimeout(0.01)
+                try:
+                    if not one.recv(1):
+                        closed.add(number)
+                except TimeoutError:
+                    continue
+                except OSError:
+                    closed.add(number)
+        assert len(closed) == 20 and min(closed) >= MOST_OF_ONE - 1
+    finally:
+        for one in lines:
+            one.close()
+
+
+def test_a_request_must_arrive_in_time_however_lively_it_trickles(app: Flask) -> None:
+    server = make_server(app, bind(["127.0.0.1"], None))
+    server.adj.channel_timeout, server.adj.cleanup_interval = 1, 1
+    thread = threading.Thread(target=server.run, daemon=True)
+    thread.start()
+    line = socket.create_connection(("127.0.0.1", server.effective_port))
+    line.sendall(b"POST /shelf/upload HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 1000000\r\n\r\n")
+    begun, ended = time.monotonic(), False
+    while not ended and time.monotonic() - begun < 20:
+        line.settimeout(0.2)
+        try:
+            line.sendall(b"x")
+            ended = line.recv(100) == b""
+        except TimeoutError:
+            continue
+        except OSError:
+            ended = True
+    line.close()
+    server.close()
+    server.task_dispatcher.shutdown(timeout=1)
+    assert ended
+
+
+def test_what_the_server_refuses_by_itself_bears_the_headers_too(served: int) -> None:
+    for request, code in (
+        (b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nX: " + b"x" * 40_000 + b"\r\n\r\n", b"431"),
+        (b"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 99999999\r\n\r\n" + b"x" * 90_000, b"413"),
+        (b"\x16\x03\x01\r\n\r\n", b"400"),
+        (b"GET / HTTP/1.1\r\nContent-Length: -1\r\n\r\n", b"400"),
+    ):
+        with socket.create_connection(("127.0.0.1", served), timeout=10) as line:
+            try:
+                line.sendall(request)
+                answer = line.recv(5_000)
+            except ConnectionError:  # it did not wait for the rest
+                continue
+        assert answer.startswith(b"HTTP/1.") and answer.split(b" ")[1] == code, answer[:100]
+        assert (
+            b"Content-Security-Policy: default-src 'none'" in answer and b"waitress" not in answer.split(b"\r\n\r\n")[0]
+        )
+
+
+def test_readers_that_do_not_read_do_not_stop_the_others(served: int, folder: Path) -> None:
+    (folder / "large.md").write_text("## Tracking\n" + "| Input streams | Connector | Formula | Output stream |\n|---|---|---|---|\n"
+                                     + "| Red ball | map | redBall.x | X |\n" * 3_000, encoding="utf-8")  # fmt: skip
+    _, headers, _ = answered(served)
+    cookie = headers["Set-Cookie"].split(";")[0]
+    sleepers = []
+    for _ in range(40):
+        one = socket.create_connection(("127.0.0.1", served))
+        one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+        one.sendall(
+            f"GET /vendor/js/three.core.js HTTP/1.1\r\nHost: 127.0.0.1:{served}\r\nCookie: {cookie}\r\n\r\n".encode()
+        )
+        sleepers.append(one)
+    try:
+        status, _, seconds = answered(served, Cookie=cookie)
+        assert status == 302 and seconds < 3
+    finally:
+        for one in sleepers:
+            one.close()
