@@ -20,14 +20,14 @@ from rrp_sheets.web.pages import Head
 KINDS = {
     "behaviour": {
         "On": "on", "Input streams": "inputs", "Connector": "connector", "Formula": "formula",
-        "Output stream": "output", "Notes": "notes", "Priority": "number",
+        "Output stream": "output", "Notes": "notes", "Priority": "amount",
     },
     "devices": {"Stream": "text", "Device": "device", "Notes": "notes"},
     "helpers": {"Name": "helper", "Inputs": "parameters", "Formula": "formula", "Notes": "notes"},
-    "scene": {"Time (s)": "number", "Thing": "thing", "Does": "verb", "Value": "value", "Notes": "notes"},
-    "test": {"Time (ms)": "number", "Stream": "tested", "Send": "send", "Expect": "expect", "Notes": "notes"},
-    "protocol": {"Field": "field", "Value": "fieldvalue", "Notes": "notes"},
-    "gestures": {"Name": "text", "Time (s)": "number", "Notes": "notes"},
+    "scene": {"Time (s)": "amount", "Thing": "actor", "Does": "verb", "Value": "value", "Notes": "notes"},
+    "test": {"Time (ms)": "amount", "Stream": "tested", "Send": "send", "Expect": "expect", "Notes": "notes"},
+    "protocol": {"Field": "fieldname", "Value": "fieldvalue", "Notes": "notes"},
+    "gestures": {"Name": "text", "Time (s)": "amount", "Notes": "notes"},
 }  # fmt: skip
 _CODE = ("formula", "send", "expect")
 _LONG = 600  # characters of a text that is shown in part until the cursor is there

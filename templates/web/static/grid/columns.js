@@ -2,8 +2,8 @@
 // the browser remembers them for each sheet.
 
 const WIDE = {
-  on: 40, inputs: 136, connector: 144, formula: 232, output: 136, example: 104, notes: 240, number: 88, helper: 120, parameters: 136, device: 152,
-  setting: 112, thing: 120, verb: 104, value: 224, tested: 136, send: 192, expect: 224, field: 160, fieldvalue: 320, text: 152,
+  on: 40, inputs: 136, connector: 144, formula: 232, output: 136, example: 104, notes: 240, amount: 88, helper: 120, parameters: 136, device: 152,
+  setting: 112, actor: 120, verb: 104, value: 224, tested: 136, send: 192, expect: 224, fieldname: 160, fieldvalue: 320, text: 152,
 };
 const LEAST = 36;
 const MOST = 900;

@@ -78,8 +78,8 @@ export function help(grid) {
       connector: () => [text, "connectors"].filter(Boolean).slice(0, text ? 1 : 2),
       formula: () => [...functions(text), ...inputs(where).map(device), "formulas"].slice(0, 3),
       on: () => ["keys"], notes: () => ["keys"], device: () => [text, "devices"], setting: () => [grid.selection.sibling("device"), "devices"],
-      thing: () => ["scene"], verb: () => ["scene"], value: () => ["scene"], tested: () => ["tests"], send: () => ["tests"], expect: () => ["tests"],
-      field: () => ["protocol"], fieldvalue: () => ["protocol"], number: () => [grid.table.name(k) === "Priority" ? "priority" : grid.table.kind === "scene" ? "scene" : "tests"],
+      actor: () => ["scene"], verb: () => ["scene"], value: () => ["scene"], tested: () => ["tests"], send: () => ["tests"], expect: () => ["tests"],
+      fieldname: () => ["protocol"], fieldvalue: () => ["protocol"], amount: () => [grid.table.name(k) === "Priority" ? "priority" : grid.table.kind === "scene" ? "scene" : "tests"],
       helper: () => ["helpers"],
     }[kind]?.() ?? [];
     const all = [...codes, ...about.filter(Boolean)];

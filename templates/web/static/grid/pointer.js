@@ -27,7 +27,10 @@ export function pointer(grid) {
       return;
     }
     event.preventDefault();
-    if (soonAfter(event)) return;
+    if (soonAfter(event) && table.row(pressed.row)) {
+      selection.go(table.row(pressed.row), pressed.k, event.shiftKey);
+      return;
+    }
     pressed = { time: event.timeStamp, x: event.clientX, y: event.clientY, row: cell.parentElement.id, k: table.column(cell) };
     selection.go(cell.parentElement, table.column(cell), event.shiftKey);
     drag(event, (over) => selection.go(over.parentElement, table.column(over), true));

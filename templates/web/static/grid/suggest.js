@@ -21,7 +21,7 @@ export function suggest(words, where, before, text) {
   if (other) return other;
   const choices = {
     connector: words.connectors, device: words.devices, on: [{ text: "TRUE" }, { text: "FALSE", help: "skips the row" }],
-    output: isSubscribe(where) ? words.actuators : [], field: words.fields, tested: [...words.streams, ...words.dones],
+    output: isSubscribe(where) ? words.actuators : [], fieldname: words.fields, tested: [...words.streams, ...words.dones],
   }[kind] ?? [];
   return pick(choices, text, 0, kind !== "tested");
 }

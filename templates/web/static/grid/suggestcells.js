@@ -6,11 +6,11 @@ import { key, named, pick } from "./suggest.js";
 export function inCell(words, where, before, text) {
   const { kind } = where;
   if (kind === "setting") return pick(setting(words, where)?.choices ?? [], text, 0, true);
-  if (kind === "thing") return pick(words.things, text, 0, true);
+  if (kind === "actor") return pick(words.things, text, 0, true);
   if (kind === "verb") return pick(verbs(words, where).map(([verb, values]) => ({ text: verb, help: values[0]?.text ?? "" })), text, 0, true);
   if (kind === "value") return free(values(words, where), text);
   if (kind === "fieldvalue") {
-    const field = key(named(where, "field"));
+    const field = key(named(where, "fieldname"));
     return field === "run" ? after(words.values.run, before) : free(words.values?.[field] ?? [], text, ["robot", "engine"].includes(field));
   }
   if (kind === "send" || kind === "expect") return sent(words, where, before);
@@ -24,7 +24,7 @@ export function cellHelp(words, where) {
   if (where.kind === "value") {
     const verb = named(where, "verb");
     const shown = values(words, where).map((v) => v.text).join("   or   ");
-    return verb && shown ? [`${named(where, "thing")} ${verb}`, shown] : null;
+    return verb && shown ? [`${named(where, "actor")} ${verb}`, shown] : null;
   }
   return null;
 }
@@ -45,7 +45,7 @@ function setting(words, where) {
 }
 
 function verbs(words, where) {
-  const thing = named(where, "thing");
+  const thing = named(where, "actor");
   const acts = words.acts ?? {};
   if (!thing) return Object.values(acts).flat();
   if (key(thing) === "operator") return acts.operator;

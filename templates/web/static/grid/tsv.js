@@ -41,9 +41,10 @@ function closes(source, open) {
   return false;
 }
 
-/** The text of some rows of cells. */
+/** The text of some rows of cells: each ends with a line break, so that a last blank one is there too; one cell has none. */
 export function format(rows) {
-  return rows.map((cells) => cells.map(quote).join("\t")).join("\r\n");
+  const lines = rows.map((cells) => cells.map(quote).join("\t"));
+  return rows.length === 1 && rows[0].length === 1 ? lines[0] : `${lines.join("\n")}\n`;
 }
 
 function quote(text) {

@@ -1,0 +1,117 @@
+"""One server and one browser page for all tests of a file; each test opens a workbook of its own in it."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from chromium import TOKEN, GridPage, browsing, serving
+
+from rrp_sheets.workbook import read
+from rrp_sheets.workbook.maker import make_workbook
+
+HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
+ROWS = [
+    ["", "Red ball", "map", "redBall.distance", "Distance", ""],
+    ["", "Distance", "filter", "distance < 0.5", "Close ball", "near"],
+    ["", "Close ball", "subscribe", "", "Head tracker", ""],
+]
+Sheets = Mapping[str, Sequence[Sequence[str]]]
+TRACKING: Sheets = {"T": [HEADER, *ROWS]}
+EMPTY: Sheets = {"T": [HEADER, [""] * 6]}
+
+
+class Shared(GridPage):
+    """A grid in a page that is used again; `path` is the workbook's file."""
+
+    def __init__(self, page: Any, errors: list[str], path: Path) -> None:
+        self.page, self.context, self.errors, self.path = page, page.context, errors, path
+
+    def rows(self) -> list[tuple[str, str, str, str]]:
+        """The rows of the first behaviour as the file has them."""
+        self.saved()
+        found = read(self.path).workbook.behaviours[0].rows
+        return [(r.inputs_cell.text, r.connector.text, r.formula.text, r.output.text) for r in found]
+
+    def checked(self) -> None:
+        """Wait until the check has ended and the page knows it."""
+        self.page.wait_for_selector("#panels:not([aria-busy=true])")
+
+    @property
+    def spoken(self) -> str:
+        """What a screen reader was told last."""
+        return str(self.page.inner_text("#spoken")).replace("\u00a0", "").strip()
+
+    def wait_spoken(self, text: str) -> None:
+        """Wait until a screen reader is told something."""
+        self.page.wait_for_function("t => document.getElementById('spoken').textContent.includes(t)", arg=text)
+
+    def status(self, text: str) -> None:
+        """Wait until the status line says something."""
+        self.page.wait_for_selector(f"#status:has-text({text!r})")
+
+    def offered(self, address: str, typed: str = "") -> list[str]:
+        """What is suggested in a cell when something is typed, or its editor is opened; the cell stays as it is."""
+        self.go(address)
+        self.page.keyboard.type(typed) if typed else self.press("F2")
+        found = [str(t) for t in self.page.locator("[role=option] .name").all_inner_texts()]
+        while self.page.locator(".editor textarea").count():
+            self.press("Escape")
+        return found
+
+
+class Books:
+    """A server on a folder, and a browser with one page."""
+
+    def __init__(self, folder: Path, url: str, browser: Any) -> None:
+        self.folder, self.url, self.browser = folder, url, browser
+        self.made: dict[str, Path] = {}
+        self.errors: list[str] = []
+        self.page = self._page()
+
+    def _page(self) -> Any:
+        context = self.browser.new_context(viewport={"width": 1280, "height": 800})
+        context.grant_permissions(["clipboard-read", "clipboard-write"])
+        page = context.new_page()
+        page.on("pageerror", lambda error: self.errors.append(str(error)))
+        page.goto(f"{self.url}/?token={TOKEN}")
+        return page
+
+    def file(self, sheets: Sheets = TRACKING) -> Path:
+        """A new file with a workbook; the same workbook is made only once."""
+        kind = repr(sheets)
+        path = self.folder / f"b{len(list(self.folder.iterdir()))}.xlsx"
+        if kind in self.made:
+            shutil.copy(self.made[kind], path)
+        else:
+            pattern = self.folder.parent / f"{self.folder.name}-{len(self.made)}.xlsx"
+            make_workbook(sheets, pattern)
+            self.made[kind] = pattern
+            shutil.copy(pattern, path)
+        return path
+
+    def open(self, sheets: Sheets = TRACKING, *, sheet: str = "", path: Path | None = None) -> Shared:
+        """A workbook of its own in the page."""
+        path = path or self.file(sheets)
+        self.page.goto(f"{self.url}/book/{path.name}" + (f"/sheet/{sheet}" if sheet else ""))
+        self.page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
+        return Shared(self.page, self.errors, path)
+
+    def someone(self, name: str, path: Path) -> GridPage:
+        """Somebody else at the same workbook."""
+        return GridPage(self.browser, self.url, path.name, name=name)
+
+
+@contextmanager
+def books(folder: Path) -> Iterator[Books]:
+    """A server and a browser for the tests of a file."""
+    inside = folder / "books"
+    inside.mkdir()
+    with serving(inside) as url, browsing() as browser:
+        found = Books(inside, url, browser)
+        yield found
+        found.page.context.close()
+        assert not found.errors, found.errors
