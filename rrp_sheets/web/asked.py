@@ -15,9 +15,11 @@ _HALF = re.compile(rb"\\u[dD][89a-fA-F]")  # how JSON writes half a letter, whic
 
 def asked() -> Asked:
     """What was sent; anything but an object is refused."""
+    if not request.is_json:
+        raise BadRequest
     try:
-        sent = request.get_json(silent=True)
-    except RecursionError as error:  # nested deeper than anything a page sends
+        sent = json.loads(request.get_data().decode())
+    except (ValueError, RecursionError) as error:  # the latter: nested deeper than anything a page sends
         raise BadRequest from error
     if not isinstance(sent, dict) or (_HALF.search(request.get_data()) and not _is_text(sent)):
         raise BadRequest
