@@ -18,7 +18,7 @@ export function drives(root) {
   nothing.className = "quiet";
   nothing.textContent = EMPTY;
   root.replaceChildren(nothing, svg);
-  const view = { svg, nothing, lanes: [], bars: new Map(), t: 0, sheet: "", told: 0 };
+  const view = { svg, nothing, lanes: [], bars: new Map(), t: 0 };
   let id;
   document.addEventListener("rrp:run", ({ detail }) => {
     if (detail.id !== id) Object.assign(view, { lanes: [], bars: new Map(), t: 0 });
@@ -77,9 +77,10 @@ function draw(view) {
     parts.push(words);
   }
   svg.replaceChildren(...parts);
-  if (performance.now() - view.told < 1000) return;
-  view.told = performance.now();
-  svg.setAttribute("aria-label", words(lanes, bars));
+  view.telling ??= setTimeout(() => { // not with each drawing, nobody could listen to it
+    view.telling = null;
+    svg.setAttribute("aria-label", words(view.lanes, view.bars));
+  }, 500);
 }
 
 function words(lanes, bars) {

@@ -116,11 +116,13 @@ export class Stage {
   /** Draw soon. */
   ask() {
     if (this.asked || document.hidden || !this.seen) return;
+    this.canvas.dataset.state = "moving";
     this.asked = requestAnimationFrame((time) => {
       this.asked = 0;
       const more = this.step();
       this.measure(time, more);
       if (more) this.ask();
+      else if (!this.asked) this.canvas.dataset.state = "still";
     });
   }
 

@@ -1,0 +1,341 @@
+"""What one sees of a run: robot, eye, speech, plots, drives, and the diagram that lights up; with a real world's data."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from chromium import CHROMIUM, TOKEN, serving
+
+pytest.importorskip("pybullet")
+pytest.importorskip("cv2")
+import cv2
+import numpy as np
+from PIL import Image
+
+from rrp_sheets.devices import load_robot
+from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.world import SimWorld
+from rrp_sheets.web.robotmodel import robot_model
+from rrp_sheets.workbook.maker import make_workbook
+
+if not CHROMIUM:
+    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
+
+HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
+ROWS = [
+    ["", "Red ball", "map", "redBall.distance", "Distance", ""],
+    ["", "Distance", "filter", "distance < 0.8", "Close ball", ""],
+    ["", "Close ball", "subscribe", "", "Head tracker", ""],
+    ["", "Head yaw", "map", '"Hello"', "Greeting", ""],
+    ["", "Greeting", "subscribe", "", "Say", ""],
+    ["", "Say done", "map", '"blue"', "Colour", ""],
+    ["", "Colour", "subscribe", "", "Eye colour", ""],
+]
+_FLAGS = ["--no-sandbox", "--no-first-run", "--disable-background-networking", "--use-gl=angle",
+          "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Real:
+    """A moment of a real world: what the panel is told of the robot, of its camera, and of what that sees."""
+
+    robot: dict[str, Any]
+    turned: dict[str, Any]
+    fields: dict[str, float]
+    jpeg: bytes
+    camera: dict[str, float]
+
+
+@pytest.fixture(scope="module")
+def real() -> Real:
+    ball = SceneAction(0, "Red ball", "appear", {"at": (0.55, 0.1, 0.42), "size": 0.06, "colour": "red"})
+    world = SimWorld(Spec(load_robot(), scene=(ball,)))
+    try:
+        world.start()
+        world.advance(100_000, ())
+        before, picture, spot = _told(world), world.sight.look(), world.sight.detector().ball("red")
+        assert spot is not None
+        fields = {n: getattr(spot, n) for n in ("x", "y", "width", "height", "distance")}
+        world.body.go("HeadYaw", 0.9)
+        world.body.go("LShoulderPitch", -0.5, 4.0)
+        world.advance(1_600_000, ())
+        jpeg = cv2.imencode(".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))[1].tobytes()
+        lens = {"hfov": world.body.hfov, "vfov": world.body.vfov}
+        return Real(before, _told(world), fields, jpeg, lens)
+    finally:
+        world.close()
+
+
+def _told(world: SimWorld) -> dict[str, Any]:
+    state = world.state()
+    things = {name: list(at) for name, at in state.things.items()}
+    return {"joints": dict(state.joints), "base": list(state.base), "eyes": list(state.eyes), "saying": state.saying,
+            "things": things}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def browser() -> Any:
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        found = playwright.chromium.launch(executable_path=CHROMIUM, args=_FLAGS)
+        yield found
+        found.close()
+
+
+@pytest.fixture(scope="module")
+def url(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    folder: Path = tmp_path_factory.mktemp("views")
+    make_workbook({"T": [HEADER, *ROWS]}, folder / "b.xlsx")
+    with serving(folder) as address:
+        yield address
+
+
+class Panel:
+    """The run panel, told what a run would tell it."""
+
+    def __init__(self, browser: Any, url: str, real: Real, script: str = "") -> None:
+        self.context = browser.new_context(viewport={"width": 1280, "height": 900})
+        self.page = self.context.new_page()
+        self.errors: list[str] = []
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        if script:
+            self.page.add_init_script(script)
+        self.page.route("**/run/eye.jpg*", lambda route: route.fulfill(body=real.jpeg, content_type="image/jpeg"))
+        self.page.goto(f"{url}/?token={TOKEN}")
+        self.page.goto(f"{url}/book/b.xlsx/run/T")
+        self.page.wait_for_selector("#diagram svg")
+        self.page.wait_for_selector("body[data-ready]")
+        self.page.wait_for_selector("#drives svg", state="attached")
+        self.ids = self.page.eval_on_selector_all("tbody tr", "rows => rows.map(r => r.id)")
+        self.run(real)
+
+    def tell(self, event: str, **detail: Any) -> None:
+        script = "([event, detail]) => document.dispatchEvent(new CustomEvent(event, { detail }))"
+        self.page.evaluate(script, [event, detail])
+
+    def run(self, real: Real, phase: str = "running") -> None:
+        self.page.evaluate("phase => { document.body.dataset.run = phase; }", phase)
+        self.tell("rrp:run", id="r1", phase=phase, book="b.xlsx", t=0, camera=real.camera, mode="simulated",
+                  behaviours=[], sensors=[], buttons=[], ended=None,
+                  things=[{"name": "Red ball", "kind": "ball", "at": None}],
+                  resources={"Head tracker": ["head"], "Say": ["voice"]}, rows={})  # fmt: skip
+
+    def live(self, **detail: Any) -> None:
+        self.tell("rrp:live", **detail)
+
+    def still(self) -> int:
+        """Wait until the robot is no longer drawn anew; how often it was drawn."""
+        self.page.wait_for_selector("#robot3d canvas[data-state=still]")
+        return int(self.page.locator("#robot3d canvas").get_attribute("data-drawn") or 0)
+
+    def picture(self) -> Any:
+        """The robot's picture as it is on the screen, without the frame that shows the focus."""
+        data = self.page.locator("#robot3d canvas").screenshot()
+        return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"), dtype=int)[8:-8, 8:-8]
+
+
+@pytest.fixture(scope="module")
+def panel(browser: Any, url: str, real: Real) -> Any:
+    made = Panel(browser, url, real)
+    made.page.wait_for_selector("#robot3d[data-ready]")
+    yield made
+    assert not made.errors, made.errors
+    made.context.close()
+
+
+def test_the_model_has_every_joint_of_the_catalogue_and_all_its_meshes() -> None:
+    robot = load_robot()
+    model = robot_model(robot)
+    joints = {j["name"] for j in model["joints"] if not j["fixed"]}
+    assert set(model["rest"]) <= joints
+    assert joints - set(model["rest"]) == set(model["follow"])
+    links = {link["name"] for link in model["links"]}
+    assert len(links) == len(model["joints"]) + 1, "one link is the root, each other hangs on a joint"
+    for mesh in model["meshes"].values():
+        assert len(mesh["points"]) == len(mesh["normals"])
+        assert max(mesh["faces"]) < len(mesh["points"]) // 3
+    assert model["units"]["distance"] == "m"
+
+
+def test_the_robot_is_drawn_when_it_moves_and_only_then(panel: Panel, real: Real) -> None:
+    panel.live(t=0.1, robot={**real.robot, "things": {}})
+    panel.still()
+    first = panel.picture()
+    assert (first.min(axis=2) > 215).mean() > 0.02, "there is no white robot"
+    panel.live(t=1.6, robot={**real.turned, "things": {}})
+    drawn = panel.still()
+    second = panel.picture()
+    changed = (np.abs(first - second).sum(axis=2) > 60).mean()
+    assert changed > 0.005, f"head and arm have moved, but only {changed:.2%} of the picture"
+    panel.page.wait_for_timeout(400)
+    assert panel.still() == drawn, "nothing moves, and it is drawn all the same"
+
+
+def test_balls_stand_in_the_room_and_one_can_look_around(panel: Panel, real: Real) -> None:
+    def red(picture: Any) -> float:
+        return float(((picture[:, :, 0] > 120) & (picture[:, :, 1] < 70) & (picture[:, :, 2] < 70)).mean())
+
+    assert red(panel.picture()) == 0
+    panel.live(t=1.7, robot=real.turned)
+    panel.still()
+    framed = panel.picture()
+    assert red(framed) > 0.0005
+    box = panel.page.locator("#robot3d canvas").bounding_box()
+    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    panel.page.mouse.move(*middle)
+    panel.page.mouse.down()
+    panel.page.mouse.move(middle[0] - 90, middle[1] + 30, steps=4)
+    panel.page.mouse.up()
+    panel.page.keyboard.press("+")
+    panel.still()
+    turned = (np.abs(framed - panel.picture()).sum(axis=2) > 60).mean()
+    assert turned > 0.05
+    panel.page.keyboard.press("0")
+    panel.still()
+    back = (np.abs(framed - panel.picture()).sum(axis=2) > 60).mean()
+    assert back < turned / 3, "0 is the view from the front; only its fineness may have changed"
+
+
+def test_the_box_is_where_the_ball_is_in_the_picture(panel: Panel, real: Real) -> None:
+    panel.live(t=2.0, fields={"Red ball": real.fields}, eye=5, streams={"Red ball": stream("…", 2.0, "sensor")})
+    panel.page.wait_for_selector("#eye svg.shown rect.seen")
+    pixels = np.asarray(Image.open(io.BytesIO(real.jpeg)).convert("RGB"), dtype=int)
+    high, wide = pixels.shape[:2]
+    v, u = np.nonzero((pixels[:, :, 0] > 110) & (pixels[:, :, 1] < 80))
+    seen = panel.page.locator("#eye rect.seen").bounding_box()
+    frame = panel.page.locator("#eye img").bounding_box()
+    scale = wide / frame["width"]
+    left, top = (seen["x"] - frame["x"]) * scale, (seen["y"] - frame["y"]) * scale
+    edges = (left, left + seen["width"] * scale, top, top + seen["height"] * scale)
+    assert edges == pytest.approx((u.min(), u.max() + 1, v.min(), v.max() + 1), abs=4), "pixels of the camera"
+    assert frame["height"] / frame["width"] == pytest.approx(high / wide, abs=0.02)
+    words = f"Red ball {real.fields['distance']:.2f} m"
+    assert panel.page.locator("#eye svg text").text_content() == words
+    assert words in (panel.page.locator("#eye img").get_attribute("alt") or "")
+    panel.live(t=2.6)
+    assert panel.page.locator("#eye rect.seen").count() == 0, "what was seen long ago is not shown"
+
+
+def stream(value: str, at: float, kind: str = "stream") -> dict[str, Any]:
+    return {"v": value, "at": at, "n": 1, "kind": kind}
+
+
+def test_what_is_said_stands_in_a_bubble_with_its_age(panel: Panel, real: Real) -> None:
+    panel.live(t=3.0, robot={**real.robot, "saying": "Hello Kai"})
+    bubble = panel.page.locator("#speech .bubble")
+    assert bubble.inner_text().strip() == "Hello Kai"
+    assert panel.page.locator("#speech [aria-live]").text_content() == "The robot says: Hello Kai"
+    panel.live(t=4.0, robot={**real.robot, "saying": ""})
+    panel.live(t=9.5, robot={**real.robot, "saying": ""})
+    assert "5 s ago" in bubble.inner_text()
+    assert panel.page.locator("#speech [aria-live]").text_content() == "The robot says: Hello Kai"
+
+
+def test_plots_and_drives(panel: Panel) -> None:
+    page = panel.page
+    events = []
+    for n in range(120):
+        t = 10 + n * 0.5
+        points = [["Distance", [[t, n / 100]]], ["Red ball.x", [[t, 0.1]]], ["Red ball.id", [[t, 1]]]]
+        drives = [["head", "T!4", 20.0, None]] if n == 20 else [["voice", "T!6", 62.0, 65.0]] if n == 110 else []
+        events.append(
+            {"t": t, "streams": {"Distance": stream(f"{n / 100:.2f} m", t)}, "plots": points, "drives": drives}
+        )
+    page.evaluate("all => { for (const detail of all) document.dispatchEvent(new CustomEvent('rrp:live', { detail })); }",
+                  events)  # fmt: skip
+    shown = page.locator("#plots li")
+    assert shown.locator(".head span").all_text_contents() == ["Distance", "Red ball.x"], "an id is no curve"
+    assert shown.first.locator("canvas").count() == 1
+    page.wait_for_timeout(300)
+    panel.live(t=70.0)
+    assert shown.first.locator("b").text_content() == "1.19 m"
+    colours = shown.first.locator("canvas").evaluate(
+        "c => { const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let n = 0;"
+        " for (let i = 0; i < d.length; i += 4) if (d[i + 3] > 200 && d[i + 1] > d[i] + 40) n++; return n; }"
+    )
+    assert colours > 100, "the curve is drawn in the streams' green"
+    page.get_by_text("Choose what is plotted").click()
+    page.get_by_role("checkbox", name="Red ball.id").check()
+    assert shown.count() == 3
+    page.get_by_text("As a table").click()
+    page.wait_for_selector("#plots tr:has-text('Distance')")
+    cells = page.locator("#plots tr:has-text('Distance') td").all_text_contents()
+    assert cells[0] == "1.19 m" and float(cells[1]) > 0.5, "of the last 30 seconds only"
+    rows = page.locator("#drives text.row").all_text_contents()
+    assert rows == ["4", "6"]
+    head, voice = (page.locator("#drives rect.busy").nth(n).bounding_box() for n in (0, 1))
+    assert head["x"] < voice["x"] < head["x"] + head["width"]
+    assert voice["width"] / page.locator("#drives path.rule").first.bounding_box()["width"] == pytest.approx(
+        0.1, abs=0.02
+    )
+    page.wait_for_selector("#drives svg[aria-label*='head: row T!4']")
+
+
+def test_rows_and_streams_of_the_last_second_are_lit_in_the_diagram(panel: Panel) -> None:
+    page, ids = panel.page, panel.ids
+    panel.live(
+        t=80.0, rows={ids[0]: row("0.46 m", 79.9), ids[1]: row("0.46 m", 70.0), ids[3]: {**row("", 79.9), "e": "Oh"}},
+        streams={"Red ball": stream("…", 79.9, "sensor"), "Distance": stream("0.46 m", 79.9)},
+    )  # fmt: skip
+    lit = page.eval_on_selector_all("#diagram .lit[data-row]", "found => found.map(b => b.dataset.row)")
+    assert lit == ["2", "5"]
+    assert page.locator("#diagram .failed").get_attribute("data-row") == "5"
+    assert page.locator("#diagram [data-name='Distance'] .now").text_content() == "0.46 m"
+    wires = page.eval_on_selector_all("#diagram .arrow.lit", "found => found.map(w => [w.dataset.from, w.dataset.to])")
+    names = page.evaluate("Object.fromEntries([...document.querySelectorAll('#diagram [role=button]')].map("
+                          "b => [b.id, b.dataset.row ?? b.dataset.name]))")  # fmt: skip
+    assert sorted((names[a], names[b]) for a, b in wires) == [("2", "Distance"), ("Red ball", "2")]
+    panel.live(t=81.5)
+    assert page.locator("#diagram .lit").count() == 0
+    world = page.locator("#diagram .arrow.world")
+    assert (names[world.get_attribute("data-from")], names[world.get_attribute("data-to")]) == ("Say", "Say done")
+
+
+def row(value: str, at: float) -> dict[str, Any]:
+    return {"v": value, "at": at, "n": 1, "e": ""}
+
+
+def test_the_diagram_leads_to_the_rows_and_back_and_keeps_zoom_and_focus(panel: Panel) -> None:
+    page = panel.page
+    box = page.get_by_role("button", name="Row 3, filter: distance < 0.8")
+    box.click()
+    assert page.inner_text("#formula-bar b") == "C3"
+    assert "here" in (box.get_attribute("class") or "")
+    assert page.locator("#diagram .arrow.here").count() == 2
+    page.get_by_role("button", name="Larger").click()
+    zoom = float(page.evaluate("getComputedStyle(document.querySelector('#panels')).getPropertyValue('--zoom')"))
+    wide = page.locator("#diagram svg").bounding_box()["width"]
+    box.focus()
+    page.keyboard.press("ArrowDown")
+    assert page.evaluate("document.activeElement.dataset.name") == "Close ball"
+    page.evaluate(
+        "new Promise((done) => { document.addEventListener('htmx:after:swap', done, { once: true });"
+        " htmx.trigger('#panels', 'recheck'); }).then(() => 0)"
+    )
+    assert page.evaluate("document.activeElement.dataset.name") == "Close ball"
+    assert page.locator("#diagram svg").bounding_box()["width"] == pytest.approx(wide, abs=1)
+    assert zoom > 1.1
+    page.keyboard.press("Enter")
+    assert page.inner_text("#formula-bar b") == "C3", "a stream leads to the row that makes it"
+    page.get_by_role("button", name="Fit").click()
+    sizes = page.eval_on_selector_all(
+        "#diagram text", "found => found.map(t => parseFloat(t.getAttribute('font-size')) * t.getScreenCTM().a)"
+    )
+    assert min(sizes) >= 10.9, "readable without glasses"
+
+
+def test_without_webgl_words_say_so(browser: Any, url: str, real: Real) -> None:
+    none = ("const get = HTMLCanvasElement.prototype.getContext; HTMLCanvasElement.prototype.getContext = function (k, "
+            "...more) { return k.startsWith('webgl') ? null : get.call(this, k, ...more); };")  # fmt: skip
+    panel = Panel(browser, url, real, none)
+    panel.page.wait_for_selector("#robot3d p")
+    panel.live(t=1.0, robot=real.robot)
+    assert "cannot draw the robot in 3D" in panel.page.inner_text("#robot3d")
+    assert not panel.errors
+    panel.context.close()
