@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 import subprocess
 import time
 import xml.etree.ElementTree as ET
@@ -283,3 +284,55 @@ def test_a_missing_japanese_font_is_told(tmp_path, monkeypatch):
     graph = graph_of(*JAPANESE)
     (warning,) = write_diagram(draw_diagram(graph, graph.behaviours[0]), tmp_path / "x.png")
     assert "Japanese font" in warning
+
+
+ASKING = (
+    ("Head yaw", "map", '"How are you?"', "Question"),
+    ("Question", "subscribe", "", "Say"),
+    ("Say done", "map", '"blue"', "Colour"),
+    ("Colour", "subscribe", "", "Eye colour"),
+)
+
+
+def test_the_way_through_the_world_is_dashed_and_moves_nothing(binary):
+    graph = graph_of(*ASKING)
+    (page,) = draw_diagram(graph, graph.behaviours[0], binary=binary)
+    root = ET.fromstring(page.svg)
+    names = {e.get("id"): e.get("data-name") or e.get("data-row") for e in root.iter() if e.get("id")}
+    arrows = {(names[e.get("data-from")], names[e.get("data-to")]): e for e in root.iter() if e.get("data-from")}
+    assert set(arrows) == {
+        ("Head yaw", "2"), ("2", "Question"), ("Question", "3"), ("3", "Say"), ("Say", "Say done"),
+        ("Say done", "4"), ("4", "Colour"), ("Colour", "5"), ("5", "Eye colour"),
+    }  # fmt: skip
+    dashed = {ends for ends, e in arrows.items() if e[0].get("stroke-dasharray")}
+    assert dashed == {("Say", "Say done")}
+    heights = {n: float(e[-1].get("y")) for e in root.iter() if (n := e.get("data-name")) and len(e)}
+    assert heights["Say done"] < heights["Colour"] < heights["Say"]
+
+
+@pytest.mark.parametrize("rows", [SIMPLE, COMPLEX, ASKING], ids=["simple", "complex", "asking"])
+def test_a_panel_gets_a_narrow_drawing_with_room_for_values_and_boxes_that_can_be_chosen(rows):
+    graph = graph_of(*rows)
+    (printed,) = draw_diagram(graph, graph.behaviours[0], whole=True)
+    (alive,) = draw_diagram(graph, graph.behaviours[0], whole=True, room=True)
+    assert alive.width <= printed.width + 30
+    assert "tabindex" not in printed.svg and 'role="img"' in printed.svg
+    root = ET.fromstring(alive.svg)
+    assert root.get("role") == "group"
+    boxes = [e for e in root.iter() if e.get("role") == "button"]
+    assert len({e.get("aria-label") for e in boxes}) == len(boxes) > len(rows)
+    assert f"Row 2, {rows[0][1]}: {rows[0][2]}" in {e.get("aria-label") for e in boxes}
+    for oval in (e for e in root.iter() if e.get("class") == "stream"):
+        ellipse, value = oval[1], oval[-1]
+        assert value.get("class") == "now" and not value.text
+        middle, half = float(ellipse.get("cy")), float(ellipse.get("ry"))
+        assert middle < float(value.get("y")) < middle + half - 2
+
+
+def test_every_colour_of_the_drawing_is_one_of_the_page():
+    css = (bundled("templates", "web") / "static" / "diagram.css").read_text(encoding="utf-8")
+    graph = graph_of(*COMPLEX, *ASKING)
+    (page,) = draw_diagram(graph, graph.behaviours[0], whole=True, room=True, problems={2: 1})
+    used = {(a, c) for a in ("fill", "stroke") for c in re.findall(rf'{a}="(#\w+)"', page.svg)}
+    assert len(used) > 12
+    assert {pair for pair in used if f'[{pair[0]}="{pair[1]}"]' not in css} == set()
