@@ -1,0 +1,227 @@
+"""Hostile texts in every place of a workbook, a run, a version and a person, on every page in a real browser.
+
+Nothing runs, nothing is asked for elsewhere, and every page shows them as text.
+"""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+from xml.etree import ElementTree
+
+import pytest
+from browser import HOME, TOKEN, book, checked, get, visit
+from chromium import CHROMIUM, browsing, serving
+from click.testing import CliRunner
+
+from rrp_sheets.cli.main import group
+from rrp_sheets.workbook.maker import make_workbook
+
+CELL = (
+    "<script>alert(1)</script>\"'><img src=x onerror=alert(1)><svg/onload=alert(1)>javascript:alert(1)"
+    "</title></textarea></script>--> ]]>{{7777*7}}{% raw %}${7777*7}&lt;b&gt;&quot;&#x3c;\u202e\u2066\u200b<b>bold</b>"
+)
+DOT = '"]; x [URL="javascript:alert(1)" label=<<IMG SRC="/etc/passwd"/>> shape=none image="x.png"]; //<TABLE HREF="x">'
+SHEET = "<img src=x onerror=alert(1)>'&\""
+NAME = "\"><img src=x onerror='alert(1)'> {{7777*7}} #&%20;<b>.xlsx"
+PERSON = "<b>Eve</b><img src=x onerror=alert(1)>"
+RUN = "20260101-000000-<img src=x onerror=alert(1)>"
+BEHAVIOUR = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
+
+pytestmark = pytest.mark.skipif(not CHROMIUM, reason="there is no Chromium")
+
+
+def hostile_sheets() -> dict[str, list[list[str]]]:
+    """Every kind of sheet, with hostile texts in every kind of cell."""
+    rows = [
+        ["", "Red ball", "map", f'"{DOT}"', CELL[:60], CELL], ["", CELL[:60], "map", "value", DOT, DOT],
+        ["", DOT, "subscribe", "", "Say", CELL], [CELL, CELL, CELL, CELL, CELL, CELL],
+        ["", "Red ball", CELL, f"redBall.{CELL}", "X", f"{{x}} {CELL}"], [f"# {CELL}", "", "", "", "", ""],
+    ]  # fmt: skip
+    return {
+        SHEET: [BEHAVIOUR, *rows],
+        "Devices": [["Stream", "Device", "Text", CELL], [CELL, "Say", CELL, CELL], [DOT, CELL, DOT, ""]],
+        "Helpers": [["Name", "Formula", "Notes"], [CELL, CELL, CELL], ["helper", f'"{DOT}"', CELL]],
+        "Scene": [["Time (s)", "Thing", "Does", "Value"], ["0", CELL, "appears", CELL], [CELL, "Red ball", CELL, DOT]],
+        "Test <b>": [["Time (s)", "Send", "Expect", "Notes"], ["0", f"Red ball: {CELL}", CELL, CELL]],
+        "Protocol": [["Field", "Value"], ["Title", CELL], ["Purpose", CELL], ["Robot", CELL], [CELL, CELL]],
+        "<b>Mine</b>": [[CELL, DOT], [CELL, DOT]],
+    }
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("texts")
+    make_workbook(hostile_sheets(), folder / NAME)
+    (folder / f"{CELL[:20].replace('/', '')}.md").write_text(f"## {CELL}\n\nno rows\n", encoding="utf-8")
+    (folder / "<b>broken<b>.xlsx").write_bytes(b"no workbook")
+    runs = folder / "runs"
+    good = {"T": [BEHAVIOUR, ["", "Red ball", "map", "redBall.x", "MARKX", ""], ["", "MARKX", "map", '"said"', "MARKY", ""],
+                  ["", "MARKY", "subscribe", "", "Say", ""]]}  # fmt: skip
+    make_workbook(good, folder / "good.xlsx")
+    options = ["--fast", "--for", "1 s", "--participant", CELL, "--condition", CELL, "--operator", PERSON]
+    done = CliRunner().invoke(group, ["run", str(folder / "good.xlsx"), *options, "--out", str(runs / RUN)])
+    assert done.exit_code == 0, done.output
+    trace = runs / RUN / "trace.jsonl"
+    inside = json.dumps(CELL, ensure_ascii=False)[1:-1]
+    trace.write_text(
+        trace.read_text(encoding="utf-8").replace("MARKX", inside).replace("said", inside), encoding="utf-8"
+    )
+    return folder
+
+
+@pytest.fixture(scope="module")
+def client(folder: Path) -> Any:
+    client = visit(folder)
+    for name, title in ((NAME, CELL[:90].replace("\u202e", "")), ("good.xlsx", "<b>before</b>")):
+        sent = {"data": {"title": title}, "headers": {"X-RRP": "grid", "Origin": HOME}}
+        assert client.post(f"{book(name)}/versions/keep", base_url=HOME, **sent).status_code == 200
+    return client
+
+
+def addresses() -> list[str]:
+    """Every page that shows something of a workbook, a run or a person, and every question that comes back."""
+    sheets = [f"{book(NAME)}/sheet/{quote(sheet, safe='')}" for sheet in hostile_sheets()]
+    run = f"/runs/{quote(RUN, safe='')}"
+    asked = quote(CELL, safe="")
+    return [
+        "/", *sheets, book(NAME), f"{book(NAME)}/run", f"{book(NAME)}/versions", f"{book(NAME)}/print", "/runs",
+        f"{book(NAME)}/print/1", run, f"{run}/marbles", f"/runs?book={asked}", f"/runs?words={asked}",
+        f"/compare?first={quote(NAME, safe='')}&second=good.xlsx", f"/compare?first={asked}&second={asked}",
+        f"/compare?book={quote(NAME, safe='')}", f"/help?q={asked}", f"/help?topic={asked}", f"/book/{asked}",
+        f"/book/{asked}/print", f"/runs/{asked}", f"/{asked}", f"{book('<b>broken<b>.xlsx')}", "/compare",
+        f"{book(NAME)}/run/{quote(SHEET, safe='')}", f"/?sort={asked}", f"{book(NAME)}/sheet/{asked}",
+        f"{book('good.xlsx')}/versions", f"/runs/{asked}/marbles",
+    ]  # fmt: skip
+
+
+# ---- the raw answers ----
+
+
+def test_no_answer_has_a_text_as_markup(client: Any) -> None:
+    shown = checked(client, book(NAME))
+    assert html.escape("<script>alert(1)</script>") in shown and "{{7777*7}}" in shown
+    for address in addresses():
+        answer = get(client, address)
+        assert answer.status_code < 500, address
+        for markup in ("<script>alert", "<img src=x", "<svg/onload", "<b>bold", "<b>Eve", "</title></text", "<IMG SRC"):
+            assert markup not in answer.text, (address, markup)
+        assert not re.search(r'\b(?:href|src|action|xlink:href)="\s*(?:javascript|data|vbscript):', answer.text, re.I)
+        assert not re.search(r"<[^>]*\son[a-z]+=(?!alert)", re.sub(r'"[^"]*"', '""', answer.text)), address
+        assert "54439" not in answer.text, address  # nothing is calculated
+
+
+def test_data_for_scripts_is_not_taken_for_a_page(client: Any) -> None:
+    for address in (f"{book(NAME)}/vocabulary", "/run/now", f"/runs/{quote(RUN, safe='')}/series.json"):
+        answer = get(client, address)
+        assert answer.mimetype == "application/json" and answer.headers["X-Content-Type-Options"] == "nosniff"
+
+
+def test_diagrams_have_only_shapes_and_texts(client: Any) -> None:
+    answer = get(client, f"{book(NAME)}/diagram/1.svg")
+    root = ElementTree.fromstring(answer.text)
+    tags = {element.tag.split("}")[1] for element in root.iter()}
+    assert tags <= {
+        "svg",
+        "title",
+        "desc",
+        "g",
+        "path",
+        "text",
+        "tspan",
+        "rect",
+        "circle",
+        "ellipse",
+        "line",
+        "polygon",
+    }
+    for element in root.iter():
+        assert not {k for k in element.attrib if k.startswith("on") or "href" in k or k == "src"}
+
+
+def test_files_are_taken_along_under_harmless_names(client: Any) -> None:
+    run = f"/runs/{quote(RUN, safe='')}"
+    for address in (f"{book(NAME)}/file", f"{run}/trace.csv", f"{run}/everything.zip", f"{run}/file/trace.jsonl",
+                    f"{run}/file/diagram.svg", f"{book('good.xlsx')}/versions/2/file"):  # fmt: skip
+        answer = get(client, address)
+        assert answer.status_code == 200, address
+        disposition = answer.headers["Content-Disposition"]
+        assert disposition.startswith("attachment") and "\n" not in disposition and answer.mimetype != "text/html"
+        assert answer.headers["X-Content-Type-Options"] == "nosniff"
+        answer.close()
+
+
+# ---- the real browser ----
+
+WATCH = """
+window.seen = [];
+document.addEventListener("securitypolicyviolation", (e) => window.seen.push(`${e.violatedDirective} ${e.blockedURI} ${e.sample}`));
+"""
+STRANGERS = """() => [...document.querySelectorAll("img, script, iframe, object, embed, a[href], svg a, foreignObject")]
+  .map((e) => e.getAttribute("src") ?? e.getAttribute("href") ?? e.tagName)
+  .filter((at) => /^(x|javascript:|data:|https?:)/i.test(at) || /^(iframe|object|embed|foreignobject)$/i.test(at))"""
+
+
+def test_nothing_runs_on_any_page(folder: Path, client: Any) -> None:
+    with serving(folder) as url, browsing() as browser:
+        context = browser.new_context()
+        context.add_init_script(WATCH)
+        context.add_init_script(f"localStorage.setItem('name', {json.dumps(PERSON)})")
+        page = context.new_page()
+        troubles: list[str] = []
+        page.on("dialog", lambda d: (troubles.append(f"dialog {page.url}"), d.dismiss()))
+        page.on("pageerror", lambda e: troubles.append(f"{page.url} {e}"))
+        page.on("request", lambda r: r.url.startswith(url) or troubles.append(f"asked for {r.url}"))
+        page.goto(f"{url}/?token={TOKEN}")
+        for address in addresses():
+            page.goto(f"{url}{address}")
+            if page.query_selector("#listen"):
+                page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
+                page.wait_for_selector("#panels:not([aria-busy])")
+            assert page.evaluate(STRANGERS) == [], address
+            assert page.evaluate("window.seen") == [], address
+            assert page.query_selector("img[src=x], b:text-is('bold'), b:text-is('Eve')") is None, address
+            assert not troubles, (address, troubles)
+        context.close()
+
+
+def test_people_cells_and_suggestions_are_shown_as_text(folder: Path, client: Any) -> None:
+    with serving(folder) as url, browsing() as browser:
+        pages = []
+        troubles: list[str] = []
+        for name in ("Anna", PERSON):
+            context = browser.new_context()
+            context.add_init_script(WATCH)
+            context.add_init_script(f"localStorage.setItem('name', {json.dumps(name)})")
+            page = context.new_page()
+            page.on("dialog", lambda d: (troubles.append("dialog"), d.dismiss()))
+            page.goto(f"{url}/?token={TOKEN}")
+            page.goto(f"{url}{book('good.xlsx')}")
+            page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
+            page.wait_for_selector("#panels:not([aria-busy])")
+            pages.append(page)
+        anna, eve = pages
+        anna.wait_for_function("t => document.getElementById('people').textContent.includes(t)", arg=PERSON)
+        for header in ("Input streams", "Connector", "Formula", "Output stream", "Notes"):
+            column = eve.locator("thead th").evaluate_all(
+                "(all, name) => all.findIndex((h) => h.dataset.name === name)", header
+            )
+            eve.locator(f"tbody tr:nth-child(2) > :nth-child({column + 1})").click(position={"x": 3, "y": 3})
+            eve.keyboard.press("F2")
+            eve.keyboard.press("Control+A")
+            eve.keyboard.insert_text(CELL)
+            eve.keyboard.press("Enter")
+            arrived = "n => document.querySelector(`tbody tr:nth-child(2) > :nth-child(${n})`).dataset.v?.includes('<script>')"
+            anna.wait_for_function(arrived, arg=column + 1)
+        eve.wait_for_selector("body:not([data-saving])")
+        eve.keyboard.press("Control+F")
+        eve.keyboard.insert_text(CELL)
+        for page in pages:
+            page.wait_for_timeout(500)
+            assert page.evaluate("window.seen") == [] and page.evaluate(STRANGERS) == []
+            assert page.query_selector("img[src=x], svg[onload], b:text-is('bold')") is None
+        assert not troubles
