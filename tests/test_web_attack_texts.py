@@ -49,7 +49,7 @@ def hostile_sheets() -> dict[str, list[list[str]]]:
         "Scene": [["Time (s)", "Thing", "Does", "Value"], ["0", CELL, "appears", CELL], [CELL, "Red ball", CELL, DOT]],
         "Test <b>": [["Time (s)", "Send", "Expect", "Notes"], ["0", f"Red ball: {CELL}", CELL, CELL]],
         "Protocol": [["Field", "Value"], ["Title", CELL], ["Purpose", CELL], ["Robot", CELL], [CELL, CELL]],
-        "<b>Mine</b>": [[CELL, DOT], [CELL, DOT]],
+        "<b>Mine": [[CELL, DOT], [CELL, DOT]],
     }
 
 
@@ -91,7 +91,7 @@ def addresses() -> list[str]:
     return [
         "/", *sheets, book(NAME), f"{book(NAME)}/run", f"{book(NAME)}/versions", f"{book(NAME)}/print", "/runs",
         f"{book(NAME)}/print/1", run, f"{run}/marbles", f"/runs?book={asked}", f"/runs?words={asked}",
-        f"/compare?first={quote(NAME, safe='')}&second=good.xlsx", f"/compare?first={asked}&second={asked}",
+        f"/compare?first=book/{quote(NAME, safe='')}&second=version/1/{quote(NAME, safe='')}", f"/compare?first={asked}&second={asked}",
         f"/compare?book={quote(NAME, safe='')}", f"/help?q={asked}", f"/help?topic={asked}", f"/book/{asked}",
         f"/book/{asked}/print", f"/runs/{asked}", f"/{asked}", f"{book('<b>broken<b>.xlsx')}", "/compare",
         f"{book(NAME)}/run/{quote(SHEET, safe='')}", f"/?sort={asked}", f"{book(NAME)}/sheet/{asked}",

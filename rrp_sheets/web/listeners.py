@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-_KEEP_ALIVE = 15.0  # seconds of silence after which a comment is sent, so that nobody takes the line for dead
+_KEEP_ALIVE = 5.0  # seconds of silence after which a comment is sent, which shows whether the page is still there
 _WAITING = 200  # messages that a slow browser may lag behind before it must load the page again
 _MOST_LIVE = 20  # those of a run's values: whoever lags behind more gets the newest instead
 

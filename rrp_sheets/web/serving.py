@@ -30,6 +30,7 @@ def make_server(app: Flask, sockets: Sequence[socket.socket]) -> Any:
     server = create_server(
         app, map=everything, sockets=list(sockets), threads=THREADS, ident="", connection_limit=MOST_CONNECTIONS,
         channel_timeout=_SECONDS, max_request_body_size=LARGEST_BODY, max_request_header_size=32_768,
+        channel_request_lookahead=1,  # looks at lines that are busy too, and so sees that a page was closed
         asyncore_use_poll=hasattr(select, "poll"),
     )  # fmt: skip
     for one in everything.values():

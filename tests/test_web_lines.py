@@ -1,0 +1,165 @@
+"""The lines on which pages are told what happens: how many there are, and pages that were away."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import re
+import time
+import urllib.parse
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from browser import TOKEN
+from chromium import CHROMIUM, GridPage, browsing, serving
+
+from rrp_sheets.web.desk import MOST_LISTENERS, MOST_OF_ONE
+from rrp_sheets.web.guard import Lan
+from rrp_sheets.web.password import Password
+from rrp_sheets.workbook.maker import make_workbook
+
+HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
+WORDS = "green otter lamp"
+
+
+@pytest.fixture(scope="module")
+def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    folder = tmp_path_factory.mktemp("lines")
+    make_workbook({"T": [HEADER, *[["", "", "", "", "", "start"]] * 5]}, folder / "b.xlsx")
+    with serving(folder, Lan(Password(WORDS), ())) as url:
+        yield url
+
+
+class Line:
+    """One page's event stream."""
+
+    def __init__(self, url: str, cookie: str, *, had: str = "", client: str = "x") -> None:
+        self.http = http.client.HTTPConnection(url.removeprefix("http://"), timeout=20)
+        headers = {"Cookie": cookie, **({"Last-Event-ID": had} if had else {})}
+        self.http.request("GET", f"/book/b.xlsx/events?client={client}", headers=headers)
+        self.answer = self.http.getresponse()
+
+    def until(self, words: str) -> str:
+        """What is told until some words come."""
+        text = ""
+        while words not in text:
+            line = self.answer.readline()
+            if not line:
+                break
+            text += line.decode()
+        return text
+
+    def close(self) -> None:
+        self.answer.close()
+        self.http.close()
+
+
+def ask(url: str, method: str, address: str, cookie: str = "", data: str = "", **headers: str) -> Any:
+    line = http.client.HTTPConnection(url.removeprefix("http://"), timeout=20)
+    line.request(method, address, data or None, {"Origin": url, "Cookie": cookie, **headers})
+    answer = line.getresponse()
+    answer.body = answer.read().decode()  # type: ignore[attr-defined]
+    line.close()
+    return answer
+
+
+def owner(url: str) -> str:
+    return str(ask(url, "GET", f"/?token={TOKEN}").headers["Set-Cookie"]).split(";")[0]
+
+
+def person(url: str, name: str) -> str:
+    form = urllib.parse.urlencode({"name": name, "password": WORDS})
+    kind = {"Content-Type": "application/x-www-form-urlencoded"}
+    return str(ask(url, "POST", "/login", "", form, **kind).headers["Set-Cookie"]).split(";")[0]
+
+
+def put(url: str, cookie: str, text: str, client: str = "other") -> None:
+    row = re.findall(r'<tr role="row" id="([^"]+)"', ask(url, "GET", "/book/b.xlsx", cookie).body)[0]
+    cells = [{"row": row, "column": 6, "text": text, "was": None}]
+    body = json.dumps({"sheet": "T", "client": client, "name": "n", "tag": "t", "cells": cells})
+    kind = {"X-RRP": "grid", "Content-Type": "application/json"}
+    assert "rows" in json.loads(ask(url, "POST", "/book/b.xlsx/cells", cookie, body, **kind).body)
+
+
+def test_one_who_logged_in_has_only_so_many_pages_and_the_others_theirs(url: str) -> None:
+    anna, bob = person(url, "Anna"), person(url, "Bob")
+    lines = [Line(url, anna, client=f"a{n}") for n in range(MOST_OF_ONE)]
+    try:
+        refused = Line(url, anna)
+        assert refused.answer.status == 503 and refused.answer.headers["Retry-After"] == "5"
+        assert refused.answer.read().decode().startswith(f"You have {MOST_OF_ONE} pages open here. Close one")
+        other = Line(url, bob)
+        assert other.answer.status == 200
+        other.close()
+    finally:
+        for line in lines:
+            line.close()
+
+
+def test_logging_out_ends_ones_lines(url: str) -> None:
+    anna, bob = person(url, "Anna"), person(url, "Bob")
+    line = Line(url, anna)
+    line.until("id: ")
+    assert ask(url, "POST", "/logout", anna).status == 303
+    put(url, bob, "after the logout")
+    assert "after the logout" not in line.until("never comes")
+    line.close()
+
+
+def test_a_page_that_comes_back_gets_what_it_missed_and_only_that(url: str) -> None:
+    cookie = owner(url)
+    line = Line(url, cookie)
+    put(url, cookie, "seen by all")
+    told = line.until("seen by all")
+    had = re.findall(r"id: (\S+)", told)[-1]
+    line.close()
+    put(url, cookie, "missed")
+    put(url, cookie, "by oneself", client="x")
+    back = Line(url, cookie, had=had)
+    told = back.until("event: people")
+    back.close()
+    assert "missed" in told and "seen by all" not in told and "by oneself" not in told and "reload" not in told
+    for strange in ("00000000.1", f"{had}9999", had.split(".")[0] + ".-1", "x", "1.1.1", "%s" * 50):
+        lost = Line(url, cookie, had=strange)
+        assert "event: reload" in lost.until("event: people"), strange
+        lost.close()
+
+
+@pytest.mark.skipif(not CHROMIUM, reason="there is no Chromium")
+def test_pages_in_the_background_and_one_page_too_many(url: str) -> None:
+    cookie = owner(url)
+    with browsing() as browser:
+        page = GridPage(browser, url, "b.xlsx", sheet="T", name="Anna")
+        # in the background: the browser gives the line up, and takes it again when the page is looked at
+        page.page.evaluate(
+            "() => { window.kept = true; Object.defineProperty(document, 'hidden', {get: () => window.away, configurable: true});"
+            "window.away = true; document.dispatchEvent(new Event('visibilitychange')); }"
+        )
+        deadline = time.monotonic() + 10
+        while ask(url, "GET", "/book/b.xlsx", cookie).status and (line := Line(url, cookie)):
+            people = line.until("event: people") + line.until("\n")
+            line.close()
+            if "Anna" not in people or time.monotonic() > deadline:
+                break
+        assert "Anna" not in people
+        put(url, cookie, "while away")
+        page.page.evaluate("() => { window.away = false; document.dispatchEvent(new Event('visibilitychange')); }")
+        page.expect("F2", "while away")
+        assert page.page.evaluate("window.kept"), "it was loaded again, and what one was typing would be lost"
+        page.close()
+
+        lines = [Line(url, cookie, client=f"l{n}") for n in range(MOST_LISTENERS)]
+        late = browser.new_context().new_page()
+        late.goto(f"{url}/?token={TOKEN}")
+        late.goto(f"{url}/book/b.xlsx")
+        late.wait_for_selector("#line-lost:has-text('When one is closed, this page goes on by itself')")
+        assert f"{MOST_LISTENERS} pages are open on this server" in late.inner_text("#line-lost")
+        assert late.get_attribute("#line-lost", "role") == "status"
+        for line in lines:
+            line.close()
+        put(url, cookie, "shows that they are gone")
+        late.wait_for_selector("#line-lost:empty", state="attached", timeout=20_000)
+        put(url, cookie, "told again")
+        late.wait_for_selector("td[data-v='told again']")
+        late.context.close()
