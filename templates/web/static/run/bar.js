@@ -7,7 +7,7 @@ import { clock, now } from "./time.js";
 
 const words = {
   none: "No run", starting: "Starting …", running: "Running", paused: "Paused", stopping: "Stopping …",
-  finishing: "The robot goes to rest …", ended: "Run ended",
+  finishing: "The robot rests, files are written …", ended: "Run ended",
 };
 const SHOWN = 12000; // ms that a refusal is told
 const modes = { simulated: "Simulated", pilot: "Pilot rehearsal", real: "Real robot" };
@@ -58,7 +58,7 @@ export function bar(root) {
     if (line && now() - line.t < 5) refused(line.text);
   });
   setInterval(() => {
-    if (!watch.hidden) put(watch, clock(now()));
+    if (!watch.hidden) put(watch, clock(now(), state.phase === "paused" ? 2 : 1));
   }, 100);
 
   function show() {
@@ -66,7 +66,7 @@ export function bar(root) {
     const acting = ["running", "paused"].includes(state.phase);
     put(phase, words[state.phase]);
     watch.hidden = state.phase === "none";
-    put(watch, clock(now()));
+    put(watch, clock(now(), state.phase === "paused" ? 2 : 1));
     buttons.stop.disabled = !["starting", "running", "paused"].includes(state.phase);
     buttons.pause.disabled = !acting;
     buttons.pause.lastElementChild.textContent = state.phase === "paused" ? "Go on" : "Pause";

@@ -1,20 +1,24 @@
 // Keys that work anywhere on the page: twice Esc stops the run, 1 to 9 press the operator's buttons.
 
-const TWICE = 600; // ms between the two presses of Esc
-const going = ["starting", "running", "paused"];
+const TWICE = 1500; // ms between the two presses of Esc: time for a slow hand, too
 const fields = "input:not([type=range], [type=checkbox], [type=radio]), textarea, select, [role=grid], dialog, .editor";
 
-/** Twice Esc stops the run whose state `state` gives. */
-export function stopKeys(state, stop) {
+/** Whether a run in this phase can be stopped. */
+export function going(phase) {
+  return ["starting", "running", "paused"].includes(phase);
+}
+
+/** Twice Esc stops, wherever the focus is. */
+export function stopKeys(stop) {
   let first = -TWICE;
-  document.addEventListener("keydown", (event) => {
+  window.addEventListener("keydown", (event) => {
     if (event.key !== "Escape") {
       first = -TWICE;
-      return;
+    } else if (!event.repeat) {
+      const twice = event.timeStamp - first < TWICE;
+      first = twice ? -TWICE : event.timeStamp;
+      if (twice) stop();
     }
-    if (event.repeat) return;
-    if (event.timeStamp - first < TWICE && going.includes(state().phase)) stop();
-    first = event.timeStamp;
   }, { capture: true });
 }
 

@@ -2,9 +2,9 @@
 // part of the page listens to: `rrp:run` (phase and settings), `rrp:live` (values), `rrp:log` (new lines),
 // `rrp:elsewhere` (a run of another workbook).
 
-import { act } from "./ask.js";
+import { act, ask } from "./ask.js";
 import { bar } from "./bar.js";
-import { stopKeys } from "./keys.js";
+import { going, stopKeys } from "./keys.js";
 import { log } from "./log.js";
 import { robot } from "./robot.js";
 import { scene } from "./scene.js";
@@ -18,39 +18,51 @@ let state = none;
 let last = 0; // the newest line of the log that is shown
 
 bar(document.getElementById("runbar"));
-stopKeys(() => state, () => act("stop"));
+stopKeys(() => (going(state.phase) ? act("stop") : ask("stop"))); // also what this page has not heard of yet
 const grid = document.querySelector("[role=grid].of-behaviour");
 if (grid) values(grid);
 for (const [id, part] of Object.entries({ session, log, robot, scene })) {
   const root = document.getElementById(id === "robot" ? "robot-facts" : id);
   if (root) part(root);
 }
-const views = ["robot3d", "eye", "speech", "plots", "drives"].map(async (name) => {
-  const root = document.getElementById(name);
-  if (root) (await import(`./${name}.js`))[name](root);
+// Views listen once their modules are there. Values wait for the small ones; the run's phase, and so Stop, waits for none.
+const ready = Promise.allSettled(["eye", "speech", "plots", "drives"].map(view));
+ready.then(() => tell("rrp:run", state));
+let lately = null; // the newest of the robot, for its picture, which takes longest to come
+view("robot3d").then(() => {
+  tell("rrp:run", state);
+  if (lately) tell("rrp:live", lately);
 });
 
-// views are there before they are told anything
-const ready = Promise.all(views);
+async function view(name) {
+  const root = document.getElementById(name);
+  if (root) (await import(`./${name}.js`))[name](root);
+}
 
 function tell(name, detail) {
   document.dispatchEvent(new CustomEvent(name, { detail }));
 }
 
 async function heard(event, data) {
+  if (event === "run") return takeRun(data);
   await ready;
-  if (event === "run") takeRun(data);
-  else if (event === "live" && state.phase !== "none") tell("rrp:live", data);
-  else if (event === "log") {
+  if (event === "live" && state.phase !== "none") {
+    if (data.robot) lately = { t: data.t, robot: data.robot };
+    tell("rrp:live", data);
+  } else if (event === "log") {
     const lines = data.lines.filter((line) => line.i > last);
     last = lines.at(-1)?.i ?? last;
     if (lines.length) tell("rrp:log", { lines });
   }
+  return undefined;
 }
 
 function takeRun(told) {
   const mine = told.book === book && told.phase !== "none" ? told : none;
-  if (mine.id !== state.id) last = 0;
+  if (mine.id !== state.id) {
+    last = 0;
+    lately = null;
+  }
   state = mine;
   document.body.dataset.run = state.phase;
   document.body.dataset.mode = state.mode ?? "simulated";

@@ -42,6 +42,7 @@ export function session(root) {
     const keys = Math.min(buttons.length, 9);
     put(document.getElementById("hand-keys"), keys > 1 ? `keys 1 to ${keys}` : keys ? "key 1" : "");
     document.getElementById("no-buttons").hidden = buttons.length > 0;
+    document.getElementById("hand-head").hidden = press.hidden = !buttons.length;
     switches.replaceChildren(switches.firstElementChild, ...behaviours.map(({ name, on }) => {
       const box = make("input", { type: "checkbox", value: name, checked: on, role: "switch" });
       box.addEventListener("change", () => act("switch", { behaviour: name, on: box.checked }));

@@ -23,7 +23,7 @@ function show(now) {
 }
 
 strip.querySelector(".stop").addEventListener("click", stop);
-stopKeys(() => run, stop);
+stopKeys(() => run.phase !== "none" && stop());
 
 async function stop() {
   const headers = { "Content-Type": "application/json", "X-RRP": "grid" };

@@ -22,11 +22,12 @@ export function now() {
   return told + since * (state.speed || 1);
 }
 
-/** `0:42.3` */
-export function clock(seconds) {
-  const tenths = Math.floor(seconds * 10 + 1e-6);
-  const [minutes, rest] = [Math.floor(tenths / 600), tenths % 600];
-  const text = (rest / 10).toFixed(1).padStart(4, "0");
+/** `0:42.3`, or with two digits after the point, where single frames count. */
+export function clock(seconds, digits = 1) {
+  const parts = 10 ** digits;
+  const all = Math.floor(seconds * parts + 1e-6);
+  const [minutes, rest] = [Math.floor(all / (60 * parts)), all % (60 * parts)];
+  const text = (rest / parts).toFixed(digits).padStart(3 + digits, "0");
   return minutes < 60 ? `${minutes}:${text}` : `${Math.floor(minutes / 60)}:${String(minutes % 60).padStart(2, "0")}:${text}`;
 }
 

@@ -1,0 +1,171 @@
+"""What the run panel's server knows of a run, without a browser: the newest values, the log, refusals."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from rrp_sheets.model.exchange import Act, Happening, State
+from rrp_sheets.model.values import Failure, record_from_mapping
+from rrp_sheets.runs.view import RunStart
+from rrp_sheets.web.app import create_app
+from rrp_sheets.web.listeners import Listener, message
+from rrp_sheets.web.live.hub import Hub
+from rrp_sheets.workbook.maker import make_workbook
+
+START = RunStart(
+    "Ball", 10_000_000, Path("runs/x"),
+    streams={"redball": "Red ball", "a!distance": "A!Distance", "b!distance": "B!Distance", "a!#4": "A!#4",
+             "a!near": "A!Near", "headtracker": "Head tracker", "headtrackerdone": "Head tracker done", "say": "Say",
+             "go": "Go"},
+    actuators={"headtracker": "Head tracker", "say": "Say"}, behaviours=(("A", True), ("B", False)),
+    buttons=(("Go", "Start"),), resources={"headtracker": ("head",), "say": ("voice",)},
+)  # fmt: skip
+ROWS = {"A!2": "w2", "A!3": "w3", "A!5": "w5"}
+BALL = record_from_mapping("Red ball", {"x": 0.1, "y": -0.2, "distance": 0.5, "colour": "red"})
+
+
+@pytest.fixture
+def hub() -> Hub:
+    hub = Hub(ROWS, {"A!2": "m"}, lambda what: None)
+    hub.started(START)
+    return hub
+
+
+def test_only_what_is_new_is_told_and_a_page_that_joins_is_told_all(hub: Hub) -> None:
+    for us in range(0, 1_000_000, 1_000):  # a flood: one row is told once, with its newest value
+        hub.event(us, "redball", "", BALL)
+        hub.event(us, "a!distance", "A!2", us / 2_000_000)
+    hub.frame(1_000_000)
+    told, _ = hub.news()
+    assert told is not None
+    assert told["rows"] == {"w2": {"v": "0.499 m", "at": 0.999, "n": 1000, "e": ""}}
+    assert {n: s["kind"] for n, s in told["streams"].items()} == {"Red ball": "sensor", "A!Distance": "stream"}
+    assert told["fields"]["Red ball"] == {"x": 0.1, "y": -0.2, "distance": 0.5, "colour": "red"}
+    plots = dict(told["plots"])
+    assert plots["A!Distance"][0] == [0.0, 0.0] and plots["A!Distance"][-1] == [0.999, 0.4995]
+    assert all(len(points) <= 4 for points in plots.values()) and "Red ball.distance" in plots
+    assert hub.news() == (None, [])
+    hub.event(1_100_000, "a!near", "A!3", True)
+    hub.frame(1_100_000)
+    assert list(hub.news()[0]["rows"]) == ["w3"]
+    everything, _ = hub.all()
+    assert everything["full"] and set(everything["rows"]) == {"w2", "w3"} and "Near" in everything["streams"]
+    assert dict(everything["plots"])["A!Distance"] == plots["A!Distance"]
+
+
+def test_an_error_stands_until_values_come_for_a_second_and_is_told_once(hub: Hub) -> None:
+    for us in (0, 100_000, 200_000):
+        hub.error(us, "A!2", Failure("FORM020", "This divides by zero."), ())
+    hub.event(300_000, "a!distance", "A!2", 1.0)
+    told, lines = hub.news()
+    assert told["rows"]["w2"]["e"] == "This divides by zero."
+    assert [(n["kind"], n["row"], n["id"]) for n in lines] == [("error", "A!2", "w2")]
+    hub.event(1_300_000, "a!distance", "A!2", 1.0)
+    assert hub.news()[0]["rows"]["w2"]["e"] == ""
+
+
+def test_the_log_tells_commands_once_and_what_is_said_with_its_sound(hub: Hub) -> None:
+    for us in range(0, 3_000_000, 33_000):  # a tracker fed at camera rate
+        hub.event(us, "headtracker", "A!5", 0.5)
+    hub.event(3_000_000, "headtracker", "A!5", None)
+    hub.event(3_100_000, "say", "A!3", "Hello")
+    hub.happening(3_200_000, Happening("say", "Hello", "say", "A!3", "say-001.wav"))
+    hub.acted(3_300_000, Act("mark", "Kai laughs", "Mika"))
+    for us in range(3_400_000, 4_000_000, 100_000):
+        hub.acted(us, Act("scene", "Red ball is put to 1, 0, 0 m.", "Mika", {"thing": "Red ball", "put": [1, 0, 0]}))
+    lines = hub.news()[1]
+    assert [(n["kind"], n["text"], n["by"], n["sound"]) for n in lines] == [
+        ("command", "0.5", "", ""), ("command", "stops", "", ""), ("speech", "Hello", "", "say-001.wav"),
+        ("mark", "Kai laughs", "Mika", ""), ("scene", "Red ball is put to 1, 0, 0 m.", "Mika", ""),
+    ]  # fmt: skip
+    assert hub.news()[1] == [] and hub.all()[1] == lines
+
+
+def test_memory_stays_small_however_long_a_run_is(hub: Hub) -> None:
+    for us in range(0, 4_000_000_000, 1_000_000):
+        hub.event(us, "a!distance", "A!2", us / 1e9)
+        hub.acted(us, Act("mark", "x" * 500, "Mika"))
+        hub.state(us, State({}, (0,) * 6, (0, 0, 0), "", {}, {"head": f"A!{us % 7}"}))
+        hub.frame(us)
+        hub.news()
+    told, lines = hub.all()
+    assert len(lines) == 400 and len(lines[0]["text"]) == 300 and len(told["drives"]) == 400
+    assert len(json.dumps(told)) < 60_000
+
+
+def test_who_drives_what_goes_over_short_pauses(hub: Hub) -> None:
+    def see(us: int, **driving: str) -> list[list[object]]:
+        hub.state(us, State({}, (0,) * 6, (1, 1, 1), "", {}, driving))
+        hub.frame(us)
+        return hub.news()[0].get("drives", [])
+
+    assert see(0, head="A!5") == [["head", "A!5", 0.0, None]]
+    assert see(80_000, head="A!5") == []
+    assert see(160_000) == [["head", "A!5", 0.0, 0.16]]
+    assert see(500_000, head="A!5") == [["head", "A!5", 0.0, None]]
+    assert see(900_000, head="A!3") == [["head", "A!5", 0.0, 0.9], ["head", "A!3", 0.9, None]]
+    assert hub.all()[0]["drives"] == [["head", "A!5", 0.0, 0.9], ["head", "A!3", 0.9, None]]
+
+
+def test_a_page_that_lags_behind_is_told_the_newest_instead_of_everything() -> None:
+    listener = Listener("a", "Mika")
+    for number in range(200):
+        listener.tell_live(message("live", {"t": number}))
+    listener.tell(message("run", {"phase": "stopping"}))
+    text = listener.take(lambda: message("live", {"full": True}))
+    assert text.count("event: live") == 1 and '"full":true' in text and "stopping" in text
+    listener.tell_live(message("live", {"t": 201}))
+    assert '"t":201' in listener.take(str)
+
+
+# ---- what is refused
+HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
+
+
+@pytest.fixture(scope="module")
+def client(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("books")
+    make_workbook({"T": [HEADER, ["", "Red ball", "map", "redBall.distence", "Distance", ""]]}, folder / "bad.xlsx")
+    make_workbook({"T": [HEADER, ["", "Red ball", "subscribe", "", "Head tracker", ""]]}, folder / "b.xlsx")
+    client = create_app(folder, "token").test_client()
+    client.get("/?token=token")
+    return client
+
+
+def post(client, where: str, **sent):
+    return client.post(where, json=sent, headers={"X-RRP": "grid", "Origin": "http://localhost"})
+
+
+@pytest.mark.parametrize(
+    ("action", "sent", "status"),
+    [
+        ("mark", {"note": "x"}, 409), ("stop", {}, 409), ("dance", {}, 404), ("clear", {}, 200),
+        ("start", {"mode": "real"}, 400), ("start", {"speed": 3}, 400), ("start", {"participant": "x" * 61}, 400),
+        ("start", {"name": ["a"]}, 400),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_is_refused(client, action: str, sent: dict, status: int) -> None:
+    assert post(client, f"/book/b.xlsx/run/{action}", **sent).status_code == status
+
+
+def test_a_workbook_with_errors_does_not_run(client) -> None:
+    while "checking" in client.get("/book/bad.xlsx/panels/T").text:
+        pass
+    answer = post(client, "/book/bad.xlsx/run/start")
+    assert answer.status_code == 409 and "no errors" in answer.json["message"]
+    assert client.get("/run/now").json == {"phase": "none", "book": ""}
+
+
+def test_there_is_nothing_to_see_or_hear_without_a_run(client) -> None:
+    assert client.get("/run/eye.jpg").status_code == 204
+    for name in ("say-001.wav", "..%2fb.xlsx", "trace.jsonl"):
+        assert client.get(f"/run/sound/{name}").status_code == 404
+
+
+def test_nobody_else_can_stop_a_run(client) -> None:
+    where = "/book/b.xlsx/run/stop"
+    assert client.post(where, json={}).status_code == 403
+    assert client.post(where, json={}, headers={"X-RRP": "grid", "Origin": "http://evil.test"}).status_code == 403

@@ -1,0 +1,300 @@
+"""A session as a therapist runs it: the run panel in a real browser, with the real server, engine and simulator."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+from pathlib import Path
+from typing import Any
+
+import pytest
+from chromium import CHROMIUM, GridPage, browsing, serving
+from playwright.sync_api import expect
+
+from rrp_sheets.workbook.maker import make_workbook
+
+if not CHROMIUM:
+    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
+
+HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
+TRACKING = [
+    HEADER,
+    ["", "Red ball", "map", "redBall.distance", "Distance", "<b>bold</b>"],
+    ["", "Distance", "filter", "distance < 0.3", "Near", ""],
+    ["", "Near", "subscribe", "", "Head tracker", ""],
+    ["no", "Near", "subscribe", "", "Print", ""],
+    ["", "Distance", "map", "1 / (distance - distance)", "Bad", ""],
+    ["", "Bad", "subscribe", "", "Print", ""],
+]
+CHEER = [
+    HEADER,
+    ["", "Encourage, Well done", "merge", "", "Pressed", ""],
+    ["", "Pressed", "map", 'IF(pressed.label = "Encourage"; "You can do it"; "Well done <i>you</i>")', "Words", ""],
+    ["", "Words", "subscribe", "", "Say", ""],
+]
+DEVICES = [
+    ["Stream", "Device", "Label", "Notes"],
+    ["Encourage", "OperatorButton", "Encourage", ""], ["Well done", "OperatorButton", "Well done", ""],
+]  # fmt: skip
+SCENE = [["Time (s)", "Thing", "Does", "Value"], ["0", "Red ball", "appears", "at 1, 0, 0.4"]]
+LONG = [HEADER, *(["", "Red ball", "map", f"redBall.distance + {n}", f"D{n}", ""] for n in range(60)),
+        ["", "D1", "subscribe", "", "Head tracker", ""]]  # fmt: skip
+LIVE = "td.example .live .value"
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with browsing() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("books")
+    make_workbook({"Tracking": TRACKING, "Cheer": CHEER, "Devices": DEVICES, "Scene": SCENE}, folder / "session.xlsx")
+    make_workbook({"T": LONG}, folder / "long.xlsx")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def url(folder: Path):
+    with serving(folder) as address:
+        yield address
+
+
+def run(page: Any, **settings: str) -> None:
+    """Press Run, answer what is asked, and wait until it runs."""
+    page.wait_for_selector("#panels:not([aria-busy])", state="attached")
+    page.click("[data-run=start]")
+    for name, text in settings.items():
+        page.fill(f"#run-dialog [name={name}]", text)
+    page.click("#run-dialog [type=submit]")
+    running(page)
+
+
+def running(page: Any) -> None:
+    page.wait_for_selector("body[data-run=running]", timeout=60_000)
+
+
+def ended(page: Any) -> str:
+    page.wait_for_selector("body[data-run=ended]", timeout=60_000)
+    return str(page.inner_text("#run-notice"))
+
+
+def trace(folder: Path, book: str) -> list[dict[str, Any]]:
+    """The trace of the newest run of a workbook."""
+    newest = max((folder / "runs").glob(f"*-{book}*"), key=lambda p: p.stat().st_mtime)
+    return [json.loads(line) for line in (newest / "trace.jsonl").read_text(encoding="utf-8").splitlines()]
+
+
+def row(page: Any, number: int) -> Any:
+    return page.locator(f"tbody tr:has(th.number:text-is('{number}'))")
+
+
+def test_a_session_from_run_to_its_recording(browser, url: str, folder: Path) -> None:
+    at = GridPage(browser, url, "session.xlsx", name="Aya")
+    page = at.page
+    expect(page.locator("[data-run=stop]")).to_be_visible()
+    page.select_option("#run-speed", "4")
+    run(page, participant="P-07", condition="<b>ball</b>")
+    assert page.url.endswith("/book/session.xlsx/run/Tracking")
+    # who, for whom, how: on the bar, as it was typed
+    assert page.inner_text("#run-participant b") == "P-07" and page.inner_text("#run-condition b") == "<b>ball</b>"
+    assert page.inner_text("#run-by b") == "Aya" and page.inner_text("#run-mode") == "Simulated"
+    # live values with their age, an error in its row, rows that are off
+    expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^[01]\.\d+ m$"), timeout=15_000)
+    expect(row(page, 2)).to_have_class(re.compile("lit"))
+    expect(row(page, 2).locator(".age")).to_have_text(re.compile(r"^0\.\d s$"))
+    expect(row(page, 5).locator(LIVE)).to_have_text("off")
+    expect(row(page, 6).locator(LIVE)).to_have_text("This divides by zero.")
+    assert page.inner_text("th.of-example .title") == "Live value and age"
+    # the operator's buttons, by key; numbers go to the page and not into the grid
+    page.keyboard.press("2")
+    expect(page.locator("#press button").nth(1).locator("small")).to_have_text("pressed once", timeout=10_000)
+    expect(page.locator("#log li[data-kind=button]")).to_contain_text("Well done by Aya")
+    speech = page.locator("#log li[data-kind=speech]")
+    expect(speech).to_contain_text("“Well done <i>you</i>”", timeout=10_000)
+    assert speech.locator("button").count() == 1
+    sound = page.evaluate("fetch('/run/sound/say-001.wav').then(async r => [r.status, (await r.blob()).size])")
+    assert sound[0] == 200 and sound[1] > 10_000
+    # a mark, a value by hand, a thing that is moved, a behaviour that is switched off
+    page.fill("#mark input", "Kai <laughs>")
+    page.keyboard.press("Enter")
+    expect(page.locator("#log li[data-kind=mark]")).to_contain_text("Mark: Kai <laughs> by Aya")
+    page.select_option("#send select", "Red ball")
+    assert "distance=" in page.input_value("#send input")
+    page.fill("#send input", "distance=0.2")
+    page.keyboard.press("Enter")
+    expect(row(page, 3).locator(LIVE)).to_have_text("0.2 m", timeout=10_000)
+    page.fill("#send input", "distance=")
+    page.keyboard.press("Enter")
+    expect(page.locator("#run-problem")).to_be_visible()
+    page.locator("#things input").first.focus()
+    page.keyboard.press("End")
+    expect(page.locator("#things output").first).to_have_text("2.50 m")
+    expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^2\.\d+ m$"), timeout=10_000)
+    page.uncheck("#switches input[value=Tracking]")
+    expect(row(page, 2).locator(LIVE)).to_have_text("off", timeout=10_000)
+    # the row number in the log leads to the row
+    page.locator("#log a", has_text="Row 6").first.click()
+    assert at.here.endswith("6")
+    # paused, nothing goes on; one frame at a time
+    page.click("[data-run=pause]")
+    page.wait_for_selector("body[data-run=paused]")
+    before = page.inner_text("#run-clock")
+    page.click("[data-run=step]")
+    page.wait_for_function("before => document.getElementById('run-clock').textContent !== before", arg=before)
+    page.click("[data-run=pause]")
+    running(page)
+    # twice Esc, wherever one is; in the end while a cell is edited
+    asked: list[str] = []
+    page.route("**/run/stop", lambda route: (asked.append(route.request.url), route.fulfill(json={})))
+    for place in (
+        "#mark input",
+        "#send select",
+        "#things input >> nth=0",
+        "[data-run=pause]",
+        "tr td.formula >> nth=1",
+    ):
+        page.locator(place).focus()
+        at.press("Escape", "Escape")
+    page.click("[data-do=name]")
+    at.press("Escape", "Escape")
+    page.wait_for_function("() => !document.querySelector('dialog[open]')")
+    assert len(asked) == 6
+    at.press("Escape", "a", "Escape", "ArrowDown")
+    assert len(asked) == 6
+    page.unroute("**/run/stop")
+    row(page, 2).locator("td").nth(3).click()
+    page.keyboard.type("x")
+    at.press("Escape", "Escape")
+    assert ended(page).startswith("Stopped by Aya at ")
+    assert page.inner_text("th.of-example .title") == "Last value, run ended"
+    assert page.locator("#log li").first.inner_text().count("Stopped by Aya") == 1
+    lines = trace(folder, "session")
+    told = {(n.get("happening"), n.get("text")) for n in lines}
+    assert ("mark", "Kai <laughs>") in told and ("press", "Well done") in told
+    assert [n["value"]["distance"] for n in lines if n.get("stimulated")] == [0.2]
+    assert lines[0]["participant"] == "P-07" and lines[0]["mode"] == "simulated"
+    assert lines[-1]["ended"] == "stopped" and lines[-1]["stopped_by"] == "Aya"
+    # the last values stay until somebody clears them away
+    page.click("text=Back to the examples")
+    expect(row(page, 2).locator("td.example")).to_have_text(re.compile(r"\d m$"))
+    assert page.inner_text("th.of-example .title") == "Example" and page.locator(".live").count() == 0
+    at.close()
+
+
+def test_everyone_sees_one_run_and_anyone_stops_it(browser, url: str, folder: Path) -> None:
+    aya = GridPage(browser, url, "session.xlsx", name="Aya")
+    run(aya.page)
+    expect(row(aya.page, 6).locator(LIVE)).to_have_text("This divides by zero.", timeout=15_000)
+    # who comes later, to the page where one edits, has everything at once
+    mika = GridPage(browser, url, "session.xlsx", name="Mika")
+    running(mika.page)
+    expect(mika.page.locator("#people")).to_contain_text("Aya")
+    expect(row(mika.page, 6).locator(LIVE)).to_have_text("This divides by zero.")
+    assert mika.page.inner_text("#run-by b") == "Aya"
+    # nobody else can run anything, and is told why
+    other = mika.context.new_page()
+    other.goto(f"{url}/book/long.xlsx")
+    expect(other.locator("#run-strip")).to_contain_text("Aya is running session.xlsx", timeout=10_000)
+    expect(other.locator("[data-run=start]")).to_have_attribute("aria-disabled", "true")
+    expect(other.locator("#run-why")).to_contain_text("one robot")
+    refused = other.evaluate(
+        "fetch('/book/long.xlsx/run/start', {method: 'POST', body: '{}', headers: {'Content-Type': 'application/json',"
+        " 'X-RRP': 'grid'}}).then(async r => [r.status, await r.json()])"
+    )
+    assert refused[0] == 409 and "Aya is running session.xlsx" in refused[1]["message"]
+    assert refused[1]["where"] == "/book/session.xlsx/run"
+    # from the shelf too
+    other.goto(f"{url}/")
+    expect(other.locator("#run-strip")).to_be_visible()
+    other.click("#run-strip .stop")
+    assert ended(aya.page).startswith("Stopped by Mika at ")
+    assert ended(mika.page).startswith("Stopped by Mika at ")
+    expect(other.locator("#run-strip")).to_be_hidden(timeout=10_000)
+    # who closes the page is gone at once
+    mika.page.close()
+    expect(aya.page.locator("#people")).not_to_contain_text("Mika", timeout=2_000)
+    # the first edit brings the examples back
+    aya.page.locator("#grid-scroll").focus()
+    aya.go("F2")
+    aya.type("a note")
+    aya.page.wait_for_selector("body[data-run=none]")
+    other.close()
+    aya.close()
+
+
+@pytest.mark.alone
+def test_stop_is_quick_in_a_flood_of_events(browser, url: str, folder: Path) -> None:
+    at = GridPage(browser, url, "long.xlsx", name="Aya")
+    run(at.page)
+    expect(row(at.page, 2).locator(LIVE)).to_have_text(re.compile(r"^\d"), timeout=15_000)
+    expect(row(at.page, 6).locator(LIVE)).to_have_text(re.compile(r"^\d"))
+    at.page.evaluate("""() => {
+        window.addEventListener('keydown', () => { window.pressed = performance.now(); }, { capture: true });
+        const told = window.told = {};
+        new MutationObserver(() => { told[document.body.dataset.run] ??= performance.now() - window.pressed; })
+            .observe(document.body, { attributeFilter: ['data-run'] });
+    }""")
+    at.press("Escape", "Escape")
+    ended(at.page)
+    told = at.page.evaluate("window.told")
+    # milliseconds from the key until the page tells it, and until the run's process has stopped all rows
+    assert told["finishing"] < 200, told
+    lines = trace(folder, "long")
+    assert lines[-1]["stopped_by"] == "Aya" and len(lines) > 500
+    # only rows in sight are drawn
+    assert at.page.locator(".live").count() < 80
+    at.close()
+
+
+def test_edited_formulas_are_used_in_the_run_or_it_is_said_why_not(browser, url: str, folder: Path) -> None:
+    at = GridPage(browser, url, "session.xlsx", sheet="Tracking", name="Aya")
+    page = at.page
+    run(page)
+    expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^0\.\d+ m$"), timeout=15_000)
+    at.go("D2")
+    at.type("redBall.distance + 5")
+    expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^5\.\d+ m$"), timeout=15_000)
+    expect(page.locator("#log li[data-kind=edit]")).to_contain_text(re.compile(r"Row 2 used from 0:\d\d\.\d on by Aya"))
+    # rows that are not the ones that run; a row inserted above does not move the values
+    at.go("E3")
+    at.type("Very near")
+    at.go("B4")
+    at.type("Very near")
+    expect(page.locator("#run-notice")).to_contain_text("The run goes on with the rows as they were", timeout=15_000)
+    before = page.evaluate("document.body.dataset.run")
+    assert before == "running"
+    page.click("#run-notice >> text=Restart")
+    page.wait_for_selector("body[data-run=stopping], body[data-run=finishing]")
+    running(page)
+    expect(page.locator("#run-notice")).to_be_hidden()
+    expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^5\.\d+ m$"), timeout=15_000)
+    assert page.locator("#log li").last.inner_text().count("Started by Aya") == 1
+    page.click("[data-run=stop]")
+    ended(page)
+    at.close()
+
+
+def test_a_run_whose_process_dies_says_so_and_can_run_again(browser, url: str, folder: Path) -> None:
+    at = GridPage(browser, url, "session.xlsx", name="Aya")
+    before = _children()
+    run(at.page)
+    expect(row(at.page, 2).locator(LIVE)).to_have_text(re.compile(r"^\d"), timeout=15_000)
+    (process,) = [pid for pid in _children() - before if b"runs.child" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+    os.kill(process, signal.SIGKILL)
+    assert "The run broke off at " in ended(at.page)
+    assert at.page.locator("#run-notice.is-error").count() == 1
+    run(at.page)
+    at.page.click("[data-run=stop]")
+    assert ended(at.page).startswith("Stopped by Aya")
+    at.close()
+
+
+def _children() -> set[int]:
+    """The processes that this one has started."""
+    tasks = Path(f"/proc/{os.getpid()}/task").iterdir()
+    return {int(pid) for task in tasks for pid in (task / "children").read_text().split()}
