@@ -133,4 +133,4 @@ def _letter(page: GridPage, header: str) -> str:
 def texts(page: Any) -> list[list[str]]:
     """What the cells of the grid hold, row by row."""
     script = "() => [...document.querySelectorAll('tbody tr')].map(r => [...r.querySelectorAll('[data-v]')].map(c => c.dataset.v))"
-    return list(page.evaluate(script))
+    return [row for row in page.evaluate(script) if row]

@@ -42,6 +42,7 @@ class Room:
         self.author = ""  # of the newest edit
         self._opened = secrets.token_hex(4)  # tells this room from one of an earlier start
         self._count = 0
+        self._made = 0  # how often rows were made: of two looks of a row, a page keeps the one that was made later
         self._kept: deque[tuple[int, str, str]] = deque(maxlen=_KEPT)  # number, whom not to tell, what
         self.about_run: Callable[[], str] = str  # the run that goes on, as it is sent to a page that joins
         self.after_check: Callable[[], None] = lambda: None
@@ -96,8 +97,11 @@ class Room:
     def _rows(self, changed: Changed) -> dict[str, Any]:
         if changed.sheet not in self.document.grids:
             return {"sheet": changed.sheet}
-        maker = self.maker(changed.sheet)
-        entry: dict[str, Any] = {"sheet": changed.sheet}
+        with self._lock:
+            return self._row_changes(changed, self.maker(changed.sheet))
+
+    def _row_changes(self, changed: Changed, maker: RowMaker) -> dict[str, Any]:
+        entry = self._now(changed.sheet)
         if changed.touched:
             entry["replace"] = [{"id": row, "html": maker.html(row)} for row in changed.touched]
         if changed.cells:
@@ -109,6 +113,11 @@ class Room:
         if changed.moved:
             entry["move"] = [{"id": row, "before": before} for row, before in changed.moved]
         return entry
+
+    def _now(self, sheet: str) -> dict[str, Any]:
+        """What rows of a sheet that are made now are told with; under the lock."""
+        self._made += 1
+        return {"sheet": sheet, "made": self._made}
 
     # ---- the check, behind everybody's back
 
@@ -142,10 +151,11 @@ class Room:
 
     def _tell_check(self) -> None:
         for name in list(self.document.grids):
-            maker = self.maker(name)
-            replaced = maker.changed()
+            with self._lock:
+                replaced = self.maker(name).changed()
+                about = self._now(name)
             if replaced:
-                self.tell("grid", {"sheet": name, "replace": [{"id": r, "html": h} for r, h in replaced]})
+                self.tell("grid", {**about, "replace": [{"id": r, "html": h} for r, h in replaced]})
         self.tell("checked", self._checked())
         self.after_check()
 
@@ -173,7 +183,9 @@ class Room:
         listener = Listener(client, name, person)
         if not knows and self.look().checked:  # the check has ended between the page and its event stream
             for sheet in list(self.document.grids):
-                listener.tell(message("grid", self.maker(sheet).known(sheet)))
+                with self._lock:
+                    about = self._now(sheet) | self.maker(sheet).known(sheet)
+                listener.tell(message("grid", about))
             listener.tell(message("checked", self._checked()))
         with self._lock:
             for text in self._missed(client, had) if had else ():

@@ -11,6 +11,8 @@ export class Server {
     this.name = document.documentElement.dataset.visitor ?? localStorage.getItem("name") ?? "Somebody";
     this.count = 0;
     this.waiting = new Map(); // row id → tag of our newest edit in it that the server has not confirmed
+    this.made = new Map(); // row id → number of its newest look that came; of two looks that cross, the later made one stays
+    this.held = new Map(); // row id → what came for it while an edit of ours was on its way
     this.chain = Promise.resolve();
   }
 
@@ -51,7 +53,7 @@ export class Server {
   async post(action, body) {
     const answer = await this.ask(action, JSON.stringify(body));
     this.confirm(body.tag);
-    for (const change of answer.rows ?? []) this.receive({ ...change, tag: body.tag });
+    for (const change of answer.rows?.length ? answer.rows : [{}]) this.receive({ ...change, tag: body.tag });
     if (answer.message) this.hooks.refused(answer, action, body);
     this.hooks.saving(this.waiting.size > 0);
     return answer;
@@ -80,6 +82,18 @@ export class Server {
     for (const [row, mine] of this.waiting) if (mine === tag) this.waiting.delete(row);
   }
 
+  /** Show the newest look of a row; while an edit of ours is on its way to it, keep it until the answer is here. */
+  show(id, html, made = Infinity) {
+    if (made < (this.made.get(id) ?? 0)) return;
+    if (Number.isFinite(made)) this.made.set(id, made);
+    if (this.waiting.has(id)) {
+      this.held.set(id, html);
+      return;
+    }
+    this.held.delete(id);
+    this.table.row(id)?.replaceWith(...parse(html));
+  }
+
   /** Show what has changed: rows to replace, to insert, to remove. */
   receive(change) {
     if (change.sheet !== undefined && change.sheet !== this.sheet) return;
@@ -91,12 +105,8 @@ export class Server {
       const place = next ? this.table.row(next) : null;
       for (const row of rows) this.table.body.insertBefore(row, place);
     }
-    for (const { id, html } of change.replace ?? []) {
-      const old = this.table.row(id);
-      if (!old || this.waiting.has(id)) continue; // ours is newer: its answer is on the way
-      const [row] = parse(html);
-      old.replaceWith(row);
-    }
+    for (const { id, html } of change.replace ?? []) this.show(id, html, change.made);
+    for (const [id, html] of this.held) if (!this.waiting.has(id)) this.show(id, html);
     for (const { id, before: next } of change.move ?? []) {
       this.table.body.insertBefore(this.table.row(id), next ? this.table.row(next) : null);
     }
