@@ -75,8 +75,20 @@ def violations(page: Any) -> list[str]:
 class GridPage:
     """A page with a grid, and what one does with it."""
 
-    def __init__(self, browser: Any, url: str, book: str, *, sheet: str = "", name: str = "", **context: Any) -> None:
+    def __init__(
+        self,
+        browser: Any,
+        url: str,
+        book: str,
+        *,
+        sheet: str = "",
+        name: str = "",
+        recorder: Any = None,
+        **context: Any,
+    ) -> None:
         self.context = browser.new_context(viewport={"width": 1280, "height": 800}, **context)
+        if recorder:
+            recorder.watch(self.context)
         self.context.grant_permissions(["clipboard-read", "clipboard-write"])
         self.page = self.context.new_page()
         self.errors: list[str] = []
