@@ -16,7 +16,7 @@ from rrp_sheets.errors import MissingPart, RunBroken, SheetsError, UnreadableFil
 from rrp_sheets.model.exchange import Happening
 from rrp_sheets.model.values import Failure, Record, record_from_mapping
 from rrp_sheets.resources import bundled
-from rrp_sheets.runs import RunSettings, RunView, wire
+from rrp_sheets.runs import RunSettings, RunView, telling, wire
 from rrp_sheets.runs.apart import RunProcess
 
 BOOK = bundled("workbooks", "simple-tracking.xlsx")
@@ -72,9 +72,9 @@ def pair():
 def test_a_value_arrives_as_what_it_is(value):
     box, lines, _ = pair()
     view = Taken()
-    wire.Reporter(box).event(5, "s", "T!2", value)
+    telling.Reporter(box).event(5, "s", "T!2", value)
     box.finish()
-    wire.show(lines.receive()[0], view)
+    telling.show(lines.receive()[0], view)
     [(kind, us, stream, row, got)] = view.got
     assert (kind, us, stream, row) == ("event", 5, "s", "T!2") and kinds(got) == kinds(value)
 
@@ -82,7 +82,7 @@ def test_a_value_arrives_as_what_it_is(value):
 def test_everything_that_a_view_is_told_arrives_in_order():
     box, lines, _ = pair()
     here, there = Taken(), Taken()
-    for view in (here, wire.Reporter(box)):
+    for view in (here, telling.Reporter(box)):
         view.event(1, "redball", "", record_from_mapping("Red ball", {"x": 1}))
         view.error(2, "T!3", Failure("FORM101", "This divides by zero.", 3), (1, "a"))
         view.happening(3, Happening("say", "Grüß dich", "say", "T!4"))
@@ -90,13 +90,13 @@ def test_everything_that_a_view_is_told_arrives_in_order():
         view.finishing()
     box.finish()
     for message in lines.receive():
-        wire.show(message, there)
+        telling.show(message, there)
     assert there.got == here.got
 
 
 def test_a_watcher_that_does_not_read_does_not_stop_the_run():
     box, lines, link = pair()
-    reporter = wire.Reporter(box)
+    reporter = telling.Reporter(box)
     for us in range(20_000):  # some 10 MB: far more than a socket holds
         reporter.event(us, "s", "T!2", "x" * 500)
         reporter.frame(us)
@@ -122,7 +122,7 @@ def test_findings_settings_and_errors_arrive_as_they_were():
     [found] = report
     assert wire.unpack_finding(wire.pack_finding(found)) == found
     chosen = RunSettings(seconds=2.5, fast=True, out=Path("/tmp/caf\udce9"), seed=7, participant="P1", film=False)
-    assert wire.unpack_settings(wire.pack_settings(chosen)) == chosen
+    assert telling.unpack_settings(telling.pack_settings(chosen)) == chosen
     for error in (
         SheetsError("a", "b"),
         MissingPart("a", "b"),

@@ -19,9 +19,10 @@ from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.runs.mending import close_trace
 from rrp_sheets.runs.office import Office, readable
+from rrp_sheets.runs.telling import pack_settings, show, unpack_result, unpack_start
 from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView
 from rrp_sheets.runs.watchdog import FINISHED_AFTER, PREPARED_AFTER, SILENT_AFTER, STUCK_AFTER, Watchdog
-from rrp_sheets.runs.wire import pack_settings, show, unpack_error, unpack_finding, unpack_result, unpack_start
+from rrp_sheets.runs.wire import unpack_error, unpack_finding
 from rrp_sheets.runtime.progress import RANK
 from rrp_sheets.sim.process import require
 

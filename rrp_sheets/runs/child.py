@@ -19,15 +19,8 @@ from typing import TYPE_CHECKING, Any
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.values import show
 from rrp_sheets.runs.limits import SharedCell, lift_limit, limit_memory
-from rrp_sheets.runs.wire import (
-    Lines,
-    Outbox,
-    Reporter,
-    pack_error,
-    pack_finding,
-    pack_result,
-    unpack_settings,
-)
+from rrp_sheets.runs.telling import Reporter, pack_result, unpack_settings
+from rrp_sheets.runs.wire import Lines, Outbox, pack_error, pack_finding
 from rrp_sheets.runtime.control import Control, Wish
 
 if TYPE_CHECKING:

@@ -75,9 +75,7 @@ class Engine:
         self._interpreter = GuardedInterpreter()
         self._commands: list[Command] = []
         self._happenings: list[Happening] = []
-        self._driven: dict[
-            str, Command
-        ] = {}  # the last command of each actuator stream, to stop it
+        self._driven: dict[str, Command] = {}  # the last command of each actuator stream, to stop it
         self._wired: dict[str, CompositeDisposable] = {}
         self._records = {s.id: s.device.type.payload for s in plan.streams if s.device and s.device.type.payload}
         if len(plan.steps) > 60:  # for the rest of the process: a lower limit would break an engine that still runs

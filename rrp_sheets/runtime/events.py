@@ -7,7 +7,7 @@ instant's. How time passes is the business of who drives it: the wall clock in `
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from rrp_sheets.model.exchange import Command
 from rrp_sheets.model.values import Value
@@ -15,7 +15,13 @@ from rrp_sheets.runtime.engine import Engine
 
 
 class EventEngine(Engine):
-    """Every event is an instant of its own, and so is every timer."""
+    """Every event is an instant of its own, and so is every timer.
+
+    Attributes:
+        halted: whether the run is to stop: timers that are due are then left where they are.
+    """
+
+    halted: Callable[[], bool] = staticmethod(lambda: False)
 
     def settle(self, now_us: int, arrivals: Iterable[tuple[str, Value]]) -> list[Command]:
         """Let what is due by now act, then each value enter and settle; the commands of all of it, in order."""
@@ -34,5 +40,5 @@ class EventEngine(Engine):
 
     def _catch_up(self, before_us: int, commands: list[Command]) -> None:
         """Let the timers that are due before a time act, each at its own."""
-        while not self.ended_by and (due := self.clock.next_due) is not None and due < before_us:
+        while not self.ended_by and not self.halted() and (due := self.clock.next_due) is not None and due < before_us:
             commands += self._instant(due, ())

@@ -30,6 +30,7 @@ STOP_WITHIN = 2.0  # s, for all sensors
 REST_WITHIN = 5.0  # s, for all actuators
 CLOSE_WITHIN = 45.0  # s, for the world, with what it writes
 TICK_US = 33_333  # how often the trace is written and the display is told
+BEHIND_US = 5_000_000  # a run whose rows cannot keep up with the clock ends so much later at most
 SWITCH_SECONDS = 0.0005  # a tenth of Python's: halves the longest latencies beside a busy thread
 
 
@@ -101,18 +102,23 @@ class LiveCourse:
     def _loop(self, until_us: int, hooks: Hooks) -> tuple[int, str]:
         engine, mail = self.engine, self._mail
         acts = Acts(engine, self, hooks, self._control)
+        engine.halted = lambda: self._control.stopped
+        letter: Letter | None = None
         ticked = 0
         while True:
             if not self._between(acts, hooks):
                 return engine.clock.us, "stopped"
             due = engine.clock.next_due
             tick = ticked + TICK_US
-            letter = mail.take(min(until_us, tick) if due is None else min(until_us, tick, due))
+            if letter is None:
+                letter = mail.take(min(until_us, tick) if due is None else min(until_us, tick, due))
             now = mail.now_us if letter is None else letter.us
-            if now < until_us:
-                self._settle(now, self._open(letter, hooks) if letter is not None else [])
+            if due is not None and due < tick < now:  # timers come first, and no more than a tick of them at a time
+                now = tick
+                self._settle(min(now, until_us), [])
             else:
-                self._settle(until_us, [])
+                self._settle(min(now, until_us), self._open(letter, hooks) if letter and now < until_us else [])
+                letter = None
             for told in engine.take_happenings():
                 hooks.happening(engine.clock.us, told)
             if now >= tick or now >= until_us or engine.ended_by:
@@ -122,8 +128,8 @@ class LiveCourse:
                     return engine.clock.us, "stopped"
             if engine.ended_by:
                 return engine.clock.us, "end run"
-            if now >= until_us:
-                return until_us, "time"
+            if now >= until_us or mail.now_us > until_us + BEHIND_US:
+                return min(now, until_us), "time"
 
     def _between(self, acts: Acts, hooks: Hooks) -> bool:
         """Do what people want, and as long as the clock stands still nothing else; False when the run is to stop."""

@@ -125,6 +125,8 @@ class _FrameLoop:
                 if hooks.stopped():
                     return False
                 hooks.standing(now)
+                if self._showing.wanted:
+                    self._world.show(False)  # whether it is still there: nothing else asks it anything
 
     def _show(self, now: int, hooks: Hooks) -> None:
         picture = self._showing.due()

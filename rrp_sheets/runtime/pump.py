@@ -105,6 +105,8 @@ class PumpedWorld(LiveWorld):
             if self._awake.wait(STANDING if mail.stands else left):
                 self._awake.clear()
                 self._serve(mail)
+            elif self._showing is not None and mail.stands:
+                self._world.show(False)  # whether it is still there: nothing else asks it anything
 
     def _serve(self, mail: Mail) -> None:
         actions, showing = _all(self._actions), self._showing

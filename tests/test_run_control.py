@@ -1,0 +1,358 @@
+"""What people do to a run while it goes on: pause, step, speed, marks, switches, values, the scene (design: 5, 6-web)."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import pytest
+from acting import Run, Script, wish
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from play import check, example, rows
+
+from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.runs.folder import tidy
+from rrp_sheets.runs.marbles import trace_scores
+from rrp_sheets.runs.starting import start_of
+from rrp_sheets.runs.watchdog import Watchdog
+from rrp_sheets.runtime.pace import Pace, Showing
+from rrp_sheets.runtime.plan import make_plan
+from rrp_sheets.runtime.trace import read_trace
+
+BOOK = rows(
+    """
+    | Head yaw | accumulate | total + headYaw | Sum |
+    | Sum | subscribe | | Print |
+    | Head yaw | sample | 200 ms | Sampled |
+    | Sampled | forgetAfter | 100 ms | Kept |
+    | Red ball | map | redBall.distance * factor() | Distance |
+    | Distance | subscribe | | Head tracker |
+    | Start button | map | startButton.count | Presses |
+    | Wait done | map | waitDone.seconds | Waited |
+    | Presses | subscribe | | Wait |
+    """,
+    """
+    ## Other
+    | Input streams | Connector | Formula | Output stream |
+    |---|---|---|---|
+    | Head yaw | accumulate | total + 1 | Count |
+    | Count | subscribe | | Say |
+    """,
+    """
+    ## Devices
+    | Stream | Device | Label | Time |
+    |---|---|---|---|
+    | Start button | OperatorButton | Start | |
+    | Wait | Wait | | 300 ms |
+    """,
+    """
+    ## Helpers
+    | Name | Inputs | Formula |
+    |---|---|---|
+    | factor | | 2 |
+    """,
+)
+EVENTS = [(n * 100, "headyaw", n) for n in range(10)]
+FRAME = 33_333
+
+
+@pytest.fixture(scope="module")
+def untouched(tmp_path_factory):
+    """The same run, when nobody does anything."""
+    return Run(tmp_path_factory.mktemp("plain"), BOOK, Script(), EVENTS)
+
+
+# ---- the clock
+def test_a_pause_changes_nothing_but_is_recorded(tmp_path, untouched):
+    script = Script({3: wish("pause")}, [(), wish("mark", note="he laughs"), wish("resume", "Bo")])
+    made = Run(tmp_path, BOOK, script, EVENTS)
+    assert made.plain == untouched.plain
+    assert script.pauses == [(100_000, True), (100_000, False)] and script.times == untouched.script.times
+    told = [(line["happening"], line["text"], line["by"], line["t"]) for line in made.lines if "wall" in line]
+    assert told == [
+        ("pause", "Paused.", "Anna", 0.1),
+        ("mark", "he laughs", "Anna", 0.1),
+        ("resume", "Goes on.", "Bo", 0.1),
+    ]
+
+
+def test_steps_go_on_one_frame_each(tmp_path, untouched):
+    seen = []
+    script = Script({0: [wish("pause"), wish("step")]})
+    script.waiting = [lambda c: seen.append(script.number), wish("step"), lambda c: seen.append(script.number),
+                      [wish("step"), wish("step")], lambda c: seen.append(script.number), wish("resume")]  # fmt: skip
+    made = Run(tmp_path, BOOK, script, EVENTS)
+    assert seen == [1, 2, 4] and made.plain == untouched.plain
+    assert len(made.happened("step")) == 4
+
+
+def test_time_that_was_paused_is_not_caught_up_with_and_speeds_count_from_now():
+    now = [100.0]
+    pace = Pace(1.0, lambda: now[0])
+    assert pace.left(500_000) == pytest.approx(0.5)
+    now[0] += 0.2
+    pace.pause()
+    assert pace.stands
+    now[0] += 60
+    pace.resume(200_000)
+    assert not pace.stands and pace.left(500_000) == pytest.approx(0.3)
+    pace.speed(0.5, 200_000)
+    assert pace.left(500_000) == pytest.approx(0.6)
+    pace.speed(0, 200_000)
+    assert pace.left(500_000) <= 0
+    pace.speed(4, 300_000)
+    assert pace.left(500_000) == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize("before", ["running", "paused", "slow", "not begun"])
+def test_stop_works_at_once_whatever_it_is_doing(before, tmp_path):
+    asked = []
+
+    def stop(control):
+        asked.append(time.monotonic())
+        control.stop("Bo")
+
+    def later(control):
+        threading.Timer(0.05, stop, [control]).start()
+
+    frames = {
+        "running": {2: stop},
+        "paused": {2: [wish("pause"), later]},
+        "slow": {2: [wish("speed", factor=0.1), later]},
+    }
+    script = Script(frames.get(before))
+    script.waiting = [()] * 20
+    if before == "not begun":
+        stop(script.control)
+    made = Run(tmp_path, BOOK, script, EVENTS, seconds=20, paced=before == "slow")
+    assert script.finished - asked[0] < 0.3 or before == "not begun"  # it is read and checked before
+    summary = made.lines[-1]
+    assert (summary["ended"], summary["stopped_by"]) == ("stopped", "Bo")
+    assert script.number == (0 if before == "not begun" else 2)
+
+
+def test_a_paused_run_is_not_taken_for_a_stuck_one():
+    cell = [5, 0, -1]
+    dog = Watchdog(cell)
+    assert not any(
+        dog.bites(heard=n % 3 == 0, now=100 + n * 0.1) for n in range(6_000)
+    )  # ten minutes, with signs of life
+    assert any(dog.bites(heard=False, now=1_000 + n * 0.1) for n in range(400))  # and none
+
+
+def test_a_speed_that_cannot_be_is_refused(tmp_path):
+    script = Script({1: [wish("speed", factor=1000), wish("speed", factor=-1), wish("speed", factor=0)]})
+    made = Run(tmp_path, BOOK, script, EVENTS, seconds=0.2)
+    assert [kind for kind, _, _ in script.refusals] == ["speed", "speed"] and "100 times" in script.refusals[0][2]
+    assert [line["detail"] for line in made.happened("speed")] == [{"factor": 0.0}]
+
+
+# ---- values
+@pytest.mark.parametrize(("text", "distance"), [
+    ("", 0.5), ("distance=0.25", 0.25), ("distance=1/4; x = 0.3", 0.25), ("x=0; y=0, width=1", 0.5), ("distance = factor()", 2),
+])  # fmt: skip
+def test_a_value_is_sent_as_in_a_test_sheet_and_enters_in_the_next_frame(text, distance, tmp_path):
+    script = Script({4: wish("send", "Bo", stream="red ball", text=text)})
+    made = Run(tmp_path, BOOK, script, [(5 * FRAME / 1000, "redball", example("RedBall", distance=7))], seconds=0.3)
+    sent = [line for line in made.lines if line.get("stimulated")]
+    assert [(line["stream"], line["by"], line["t"], line["value"]["distance"]) for line in sent] == [
+        ("Red ball", "Bo", 0.166666, distance)
+    ]
+    assert script.values("T!Distance") == [14, distance * 2]  # after what the world had: the newest
+    assert [line for line in made.plain if line.get("stream") == "T!Distance"][1]["value"] == distance * 2
+    [(_, act)] = script.acts
+    assert (act.kind, act.by, act.detail["stream"], act.detail["value"]["distance"]) == (
+        "send",
+        "Bo",
+        "Red ball",
+        distance,
+    )
+
+
+def test_presses_are_counted_on_and_dones_know_their_command(tmp_path):
+    script = Script({2: wish("send", stream="Start button", text=""), 4: wish("send", stream="Start button", text="label=\"Start\""),
+                     6: wish("send", stream="Wait done", text="completed=FALSE")})  # fmt: skip
+    made = Run(tmp_path, BOOK, script, seconds=0.25)
+    assert script.values("T!Presses") == [1, 2]
+    [done] = [line["value"] for line in made.lines if line.get("stimulated") and line["stream"] == "Wait done"]
+    assert done["completed"] is False and done["value"] == 2 and done["seconds"] == pytest.approx(0.066666, abs=0.04)
+
+
+@pytest.mark.parametrize(("stream", "text", "words", "remedy"), [
+    ("Red bal", "", "No row of this run reads a sensor stream “Red bal”", "Did you mean Red ball?"),
+    ("Distance", "1", "“Distance” is no sensor stream", "Red ball"),
+    ("Red ball", "distanc=1", "has no field “distanc”", "Did you mean distance?"),
+    ("Red ball", "distance=", "cannot be sent", ""),
+    ("Red ball", "5", "is a single value", "Write fields of it"),
+    ("Head yaw", "Hello", "“Hello” is no number", "between quotes"),
+    ("Head yaw", "1/0", "divides by zero", "send again"),
+    ("Head yaw", "x = 1; x = 2", "", ""),
+])  # fmt: skip
+def test_what_cannot_be_sent_is_refused_with_a_remedy(stream, text, words, remedy, tmp_path, untouched):
+    script = Script({1: wish("send", stream=stream, text=text)})
+    made = Run(tmp_path, BOOK, script, EVENTS)
+    [(kind, message, told)] = script.refusals
+    assert kind == "send" and words in message and remedy in told
+    assert made.plain == untouched.plain and not script.acts
+
+
+# ---- behaviours, buttons, the scene
+def test_a_behaviour_is_switched_by_hand_and_forgets(tmp_path):
+    script = Script({10: wish("switch", "Bo", behaviour="Other", on=False), 11: wish("switch", behaviour="other", on=False),
+                     20: wish("switch", behaviour="Other", on=True), 21: wish("switch", behaviour="Othr", on=True)})  # fmt: skip
+    made = Run(tmp_path, BOOK, script, EVENTS)
+    counts = [(us, value) for us, name, _, value in script.events if script.start.streams[name] == "Other!Count"]
+    assert [value for _, value in counts] == [1, 2, 3, 4, 1, 2, 3]
+    assert not any(10 * FRAME < us < 20 * FRAME for us, _ in counts)
+    said = [(line["t"], line["value"]) for line in made.lines if line.get("stream") == "Say"]
+    assert (0.333333, None) in said  # what it had its actuators do is stopped
+    assert [(line["detail"], line["by"]) for line in made.happened("switch")] == [
+        ({"behaviour": "Other", "on": False}, "Bo"), ({"behaviour": "Other", "on": True}, "Anna"),
+    ]  # fmt: skip
+    assert script.refusals == [("switch", "There is no behaviour “Othr”.", "Did you mean Other?")]
+
+
+def test_buttons_things_and_the_words_of_a_scene(tmp_path):
+    script = Script({
+        1: [wish("press", "Bo", label="start"), wish("press", label="Stop")],
+        2: [wish("scene", thing="Red ball", verb="move", value="to 0.5, 0.1, 0.4 in 0.1 s"),
+            wish("scene", thing="Blue ball", verb="moves", value="to 0.5, 0.1, 0.4"),
+            wish("scene", thing="Red ball", verb="jumps", value=""),
+            wish("scene", thing="Red ball", verb="moves", value="there"),
+            wish("scene", thing="Operator", verb="presses", value="Start")],
+        3: [wish("put", thing="red ball", at=[0.1, 0.2, 0.3]), wish("put", thing="red ball", at=[0.4, 0.2, 0.3]),
+            wish("put", thing="Ball", at=[0, 0, 0]), wish("put", thing="Red ball", at=[0, 0, float("nan")])],
+    })  # fmt: skip
+    made = Run(tmp_path, BOOK, script, seconds=0.3)
+    acted = made.worlds[0].acted
+    assert [(a.thing, a.verb, a.time_us) for a in acted] == [
+        ("Bo", "press", FRAME), ("Red ball", "move", 66_666), ("Anna", "press", 66_666), ("red ball", "move", 100_000)
+    ]  # fmt: skip
+    assert acted[1].values == {"to": (0.5, 0.1, 0.4), "seconds": 0.1} and acted[3].values["to"] == (0.4, 0.2, 0.3)
+    assert [kind for kind, _, _ in script.refusals] == ["press", "scene", "scene", "scene", "put", "put"]
+    messages = [f"{message} {remedy}" for _, message, remedy in script.refusals]
+    for message, words in zip(
+        messages, ["Start", "not in the scene", "appears, moves", "to 0.5", "Red ball", "20 m"], strict=True
+    ):
+        assert words in message
+    assert [line["happening"] for line in made.lines if "wall" in line] == ["press", "scene", "press", "scene"]
+
+
+def test_a_panel_is_told_all_it_needs_when_the_run_begins():
+    plan = make_plan(check(BOOK))
+    scene = (SceneAction(0, "Red ball", "appear", {"at": (1.0, 0.0), "size": 0.06, "colour": "red"}),
+             SceneAction(2_000_000, "Emma", "appear", {"at": (1.0, 0.0, 0.6)}), SceneAction(0, "Operator", "press", {"label": "x"}))  # fmt: skip
+    start = start_of(plan, scene, 1, plan.checked.robot.folder)
+    assert start.behaviours == (("T", True), ("Other", True)) and start.buttons == (("Start button", "Start"),)
+    assert start.things == (("Red ball", "ball", (1.0, 0.0, 0.0)), ("Emma", "person", None))
+    assert 0.9 < start.hfov < 1.1 and start.resources["headtracker"] == ("head",)
+    sensors = {name: (device, text) for name, device, text in start.sensors}
+    assert set(sensors) == {"Head yaw", "Red ball", "Start button", "Wait done"}
+    assert sensors["Start button"] == ("OperatorButton", 'label="Start"; count=1') and sensors["Head yaw"][1] == "0.1"
+
+
+def test_every_example_of_a_panel_can_be_sent_as_it_stands(tmp_path):
+    script = Script()
+    script.frames[1] = [
+        lambda control: [control.ask(wish("send", stream=n, text=t)) for n, _, t in script.start.sensors]
+    ]
+    made = Run(tmp_path, BOOK, script, seconds=0.2)
+    assert not script.refusals and len([line for line in made.lines if line.get("stimulated")]) == len(
+        script.start.sensors
+    )
+
+
+# ---- what is left of it
+def test_the_table_and_the_marbles_of_a_run_tell_what_people_did(tmp_path):
+    script = Script({3: wish("mark", note="he laughs"), 4: wish("send", "Bo", stream="Head yaw", text="5"),
+                     5: [wish("put", thing="Red ball", at=[n / 10, 0, 0.4]) for n in range(3)]})  # fmt: skip
+    made = Run(tmp_path, BOOK, script, EVENTS)
+    header, lines, _ = tidy(made.result.folder / "trace.jsonl")
+    table = [dict(zip(header, line, strict=True)) for line in lines]
+    assert [(line["Kind"], line["Message"], line["By"]) for line in table if line["By"]] == [
+        ("mark", "he laughs", "Anna"), ("sent by hand", None, "Bo"), ("scene", "Red ball is put to 0.20, 0.00, 0.40 m.", "Anna")
+    ]  # fmt: skip
+    assert "run.xlsx" in made.result.files and not made.result.problems
+    [score, _] = trace_scores(made.result.folder)
+    by_hand = score.groups[0].lane
+    assert by_hand.label == "By hand"
+    assert [m.value for m in by_hand.marbles] == [
+        "he laughs", "sent: Head yaw", "scene: Red ball is put to 0.20, 0.00, 0.40 m."
+    ]  # fmt: skip
+
+
+def test_a_run_that_nobody_touched_has_no_column_for_people(untouched):
+    assert "By" not in tidy(untouched.result.folder / "trace.jsonl")[0]
+    assert not any("wall" in line or "stimulated" in line for line in untouched.lines)
+
+
+ACTS = st.one_of(
+    st.just(wish("pause")), st.just(wish("resume")), st.just(wish("step")),
+    st.builds(lambda f: wish("speed", factor=f), st.sampled_from([0, 0.1, 1, 50, 1e9, -1])),
+    st.builds(lambda n: wish("mark", note=n), st.text(max_size=20)),
+    st.builds(lambda b, on: wish("switch", behaviour=b, on=on), st.sampled_from(["T", "Other", "x"]), st.booleans()),
+    st.builds(lambda s, t: wish("send", stream=s, text=t), st.sampled_from(["Head yaw", "Red ball", "Wait done", "Say", ""]),
+              st.sampled_from(["", "1", "x=1", "distance=0", "1/0", "(", "\"a\"", "blank", "completed=TRUE", "=" * 9])),
+    st.builds(lambda label: wish("press", label=label), st.sampled_from(["Start", "", "x"])),
+    st.builds(lambda *words: wish("scene", **dict(zip(("thing", "verb", "value"), words, strict=True))),
+              st.sampled_from(["Red ball", "Emma", ""]), st.sampled_from(["moves", "enters", "says", ""]),
+              st.sampled_from(["to 1, 0, 0", "at 1, 0", "hello", ""])),
+    st.builds(lambda *at: wish("put", thing="Red ball", at=at), *[st.floats(-30, 30)] * 3),
+    st.builds(lambda k, w: wish(k, wanted=w), st.sampled_from(["look", "show"]), st.booleans()),
+)  # fmt: skip
+
+
+@given(st.lists(st.tuples(st.integers(0, 12), ACTS), max_size=12))
+@settings(
+    max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+)
+def test_whatever_people_do_a_run_goes_to_its_end_and_can_be_read(tmp_path_factory, acts):
+    frames: dict[int, list] = {}
+    for number, act in acts:
+        frames.setdefault(number, []).append(act)
+    folder = tmp_path_factory.mktemp("acts")
+    made = Run(folder, BOOK, Script(frames), EVENTS[:4], seconds=0.4)
+    assert (
+        made.result.broken is None and made.lines[-1]["ended"] == "time" and made.lines[-1]["simulated_seconds"] == 0.4
+    )
+    assert list(read_trace(made.result.folder / "trace.jsonl")) == made.lines
+    assert not made.result.problems and [line["t"] for line in made.lines[1:-1]] == sorted(
+        line["t"] for line in made.lines[1:-1]
+    )
+
+
+# ---- the display
+def test_a_display_is_shown_the_world_by_the_wall_clock_and_again_after_a_change():
+    now = [0.0]
+    showing = Showing(lambda: now[0])
+    assert showing.due() is None
+    showing.want(True, None)
+    due = []
+    for n in range(1_000):  # a fast run: 1,000 frames a second
+        now[0] = n / 1_000
+        due.append(showing.due())
+    assert 11 <= len([d for d in due if d is not None]) <= 14 and True not in due
+    showing.want(None, True)
+    due = []
+    for n in range(30):  # 30 frames a second
+        now[0] = 1 + n / 30
+        due.append(showing.due())
+    assert 9 <= len([d for d in due if d is not None]) <= 13 and 6 <= due.count(True) <= 9
+    showing.cost(0.05)  # a slow machine: a display gets its share, and not more
+    assert showing.due() is None
+    showing.again()
+    assert showing.due() is True
+
+
+def test_while_it_is_paused_the_display_sees_what_is_moved(tmp_path):
+    script = Script({0: [wish("show", wanted=True), wish("look", wanted=True)], 3: wish("pause")})
+    counted = []
+
+    def count(control):
+        counted.append((len(script.states), len(script.pictures)))
+
+    script.waiting = [count, count, wish("put", thing="Red ball", at=[1, 0, 0]), count]
+    Run(tmp_path, BOOK, script, EVENTS, seconds=0.3)
+    assert counted[0] == counted[1] and min(counted[0]) >= 1
+    assert counted[2] == (counted[1][0] + 1, counted[1][1] + 1)
