@@ -8,12 +8,15 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.checks import check_workbook
+from rrp_sheets.connectors import connectors
+from rrp_sheets.devices import load_robot, robot_names
+from rrp_sheets.diagnostics import Report
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.graph import Graph
+from rrp_sheets.graph.build import build_graph
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Field, Record, RecordType, Value
-from rrp_sheets.render.score import Group, Lane, Marble, Score, make_score
+from rrp_sheets.render.score import KINDS, Group, Lane, Marble, Score, make_score
 from rrp_sheets.runtime.trace import read_trace, stream_label
 
 _LONGEST_US = 366 * 24 * 3_600_000_000  # a year: longer is no run
@@ -49,14 +52,15 @@ def trace_scores(path: Path) -> list[Score]:
 
 
 def _graph(workbook: Path) -> Graph | None:
-    """The graph of the copy that lies beside a trace, when there is one that can be read."""
+    """The graph of the copy that lies beside a trace, when there is one that can be read; evaluates no formula."""
     from rrp_sheets.workbook import read
 
     try:
         reading = read(workbook)
     except UnreadableFile:
         return None
-    return check_workbook(reading.workbook, reading.report).graph
+    robot = load_robot(reading.workbook.protocol.robot) if reading.workbook.protocol.robot in robot_names() else None
+    return build_graph(reading.workbook, robot or load_robot(), connectors(), Report())
 
 
 def _with_rows(graph: Graph, lines: list[dict[str, Any]]) -> list[Score]:
@@ -106,7 +110,12 @@ def _dragged(entry: Mapping[str, Any]) -> str:
 
 def _alone(header: Mapping[str, Any], lines: list[dict[str, Any]]) -> list[Score]:
     """Streams by what the trace's header says of them."""
-    kinds = {str(s.get("stream")): str(s.get("kind")) for s in header.get("streams", ()) if isinstance(s, dict)}
+    known = KINDS.values()
+    kinds = {
+        str(s.get("stream")): s["kind"] if s.get("kind") in known else "stream"
+        for s in header.get("streams", ())
+        if isinstance(s, dict)
+    }
     marbles: dict[str, list[Marble]] = {name: [] for name in kinds}
     for entry in lines:
         if "value" in entry and "stream" in entry:

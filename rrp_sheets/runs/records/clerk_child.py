@@ -9,15 +9,24 @@ import signal
 import socket
 import sys
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.limits import limit_memory
+from rrp_sheets.runs.records.facts import TRACE
 from rrp_sheets.runs.wire import Lines, line, pack_error
 
 
 def _course(place: str) -> dict[str, Any]:
+    about = (Path(place) / TRACE).stat()
+    return _known_course(place, (about.st_mtime_ns, about.st_size))
+
+
+@lru_cache(maxsize=2)
+def _known_course(place: str, stamp: tuple[int, int]) -> dict[str, Any]:
+    """A page asks twice: for the log and for the curves."""
     from rrp_sheets.runs.records.course import course
 
     return course(Path(place))

@@ -105,7 +105,7 @@ def facts_of(place: Path, going: Collection[str] = ()) -> Facts:
         ended = text_of(summary.get("ended")) or "cut"
     else:
         fresh = 0 <= time.time() - about.st_mtime < STILL_WRITTEN
-        ended = "going" if run in going or (fresh and not going) else "cut"
+        ended = "going" if run in going or fresh else "cut"
     return Facts(
         run=run, began=_when(header.get("began")), workbook=text_of(header.get("name")),
         digest=text_of(header.get("workbook")), participant=text_of(header.get("participant")),
