@@ -356,3 +356,18 @@ def test_while_it_is_paused_the_display_sees_what_is_moved(tmp_path):
     Run(tmp_path, BOOK, script, EVENTS, seconds=0.3)
     assert counted[0] == counted[1] and min(counted[0]) >= 1
     assert counted[2] == (counted[1][0] + 1, counted[1][1] + 1)
+
+
+def test_a_panel_is_told_when_a_row_switches_a_behaviour(tmp_path):
+    book = rows(
+        "| Head yaw | filter | headYaw = 2 | Two |\n| Two | subscribe | | Other off |\n",
+        "## Other\n| Input streams | Connector | Formula | Output stream |\n|---|---|---|---|\n| Head yaw | subscribe | | Print |\n",
+        "## Devices\n| Stream | Device | Name | State |\n|---|---|---|---|\n| Other off | Behaviour | Other | Off |\n",
+    )
+    script = Script({12: wish("switch", behaviour="Other", on=True)})
+    made = Run(tmp_path, book, script, EVENTS)
+    assert [(us, act.by, act.detail["on"]) for us, act in script.acts] == [
+        (200_000, "", False),
+        (400_000, "Anna", True),
+    ]
+    assert len(made.happened("switch")) == 1 and len(made.happened("note")) == 1

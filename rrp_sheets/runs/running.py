@@ -20,6 +20,7 @@ from rrp_sheets.model.values import Failure, Value
 from rrp_sheets.runs.folder import RunFolder
 from rrp_sheets.runs.starting import start_of
 from rrp_sheets.runs.view import RunResult, RunSettings, RunView, Summary
+from rrp_sheets.runtime.acts import switched
 from rrp_sheets.runtime.control import Control
 from rrp_sheets.runtime.engine import Engine
 from rrp_sheets.runtime.events import EventEngine
@@ -52,10 +53,12 @@ class _Recorder(Hooks):
         self.engine: Engine | None = None
         self.unusable: dict[str, int] = {}  # how often an actuator could not use a row's value
         self._began = time.monotonic()
+        self._on: set[str] = set()  # the behaviours that the view knows to be on
 
     def begin(self, trace: TraceWriter, engine: Engine) -> None:
         """The run's clock starts."""
         self.trace, self.engine, self._began = trace, engine, time.monotonic()
+        self._on = set(engine.on)
 
     @property
     def wall(self) -> float:
@@ -84,12 +87,24 @@ class _Recorder(Hooks):
     def frame(self, us: int) -> None:
         if self.trace is not None:
             self.trace.flush()
+        if self.engine is not None and self.engine.on != self._on:
+            self._tell_switched(us, self.engine)
         self.view.frame(us)
+
+    def _tell_switched(self, us: int, engine: Engine) -> None:
+        """A row has switched behaviours; in the trace that is a note of the row's."""
+        for behaviour in engine.plan.checked.graph.behaviours:
+            on = behaviour.key in engine.on
+            if on != (behaviour.key in self._on):
+                self.view.acted(us, switched(behaviour.name, on))
+        self._on = set(engine.on)
 
     def acted(self, us: int, act: Act) -> None:
         if self.trace is not None:
             self.trace.act(us, act, self.wall)
             self.trace.flush()
+        if self.engine is not None:
+            self._on = set(self.engine.on)
         self.view.acted(us, act)
 
     def refused(self, kind: str, message: str, remedy: str) -> None:

@@ -158,8 +158,7 @@ class Acts:
             raise SheetsError(f"There is no behaviour “{name}”.", f"Did you mean {near}?" if near else "")
         if not self._engine.turn(key(name), on):
             return None
-        words = f"The behaviour {shown[key(name)]} is switched {'on' if on else 'off'}."
-        return Act("switch", words, wish.by, {"behaviour": shown[key(name)], "on": on})
+        return switched(shown[key(name)], on, wish.by)
 
     def _send(self, us: int, wish: Wish) -> Act | None:
         name, text = str(wish.what["stream"]), str(wish.what["text"])
@@ -222,6 +221,12 @@ class Acts:
     def _look(self, us: int, wish: Wish) -> Act | None:
         self._ground.watch(**{("look" if wish.kind == "look" else "wanted"): bool(wish.what["wanted"])})
         return None
+
+
+def switched(behaviour: str, on: bool, by: str = "") -> Act:
+    """A behaviour was switched, by somebody or by a row."""
+    words = f"The behaviour {behaviour} is switched {'on' if on else 'off'}."
+    return Act("switch", words, by, {"behaviour": behaviour, "on": on})
 
 
 def buttons(sensors: Collection[DeviceUse]) -> list[DeviceUse]:

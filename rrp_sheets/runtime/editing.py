@@ -67,7 +67,7 @@ class Editor:
     def _work(self, path: Path, by: str) -> None:
         interval = sys.getswitchinterval()
         sys.setswitchinterval(min(interval, SWITCH_SECONDS))
-        made: Edit | SheetsError
+        made: Edit | SheetsError = SheetsError("The edited workbook could not be checked.", REMEDY)
         try:
             made = self._compared(path)
         except SheetsError as error:
@@ -76,7 +76,7 @@ class Editor:
             made = SheetsError("The edited workbook needs more memory than a run may have.", REMEDY)
         finally:
             sys.setswitchinterval(interval)
-        self._control.ask(Wish("edited", by, {"made": made}))
+            self._control.ask(Wish("edited", by, {"made": made}))
 
     def _compared(self, path: Path) -> Edit:
         from rrp_sheets.workbook import read

@@ -82,6 +82,7 @@ class _FrameLoop:
         self._control = control
         self._paced = paced
         self._showing = Showing()
+        self._things: Collection[str] | None = None  # what a display has last seen in the world
         self._pace = Pace(0.0)
 
     def go(self, arrivals: Arrivals, until_us: int, hooks: Hooks) -> tuple[int, str]:
@@ -132,7 +133,9 @@ class _FrameLoop:
         picture = self._showing.due()
         if picture is not None:
             began = time.monotonic()
-            hooks.shown(now, self._world.show(picture))
+            shown = self._world.show(picture)
+            self._things = shown.state.things
+            hooks.shown(now, shown)
             self._showing.cost(time.monotonic() - began)
 
     # ---- the ground of acts
@@ -162,7 +165,9 @@ class _FrameLoop:
             self._showing.again()
 
     def things(self) -> Collection[str] | None:
-        return self._world.show(False).state.things or None
+        if self._things is None or not self._showing.wanted:
+            self._things = self._world.show(False).state.things
+        return self._things
 
     def watch(self, *, wanted: bool | None = None, look: bool | None = None) -> None:
         self._showing.want(wanted, look)
