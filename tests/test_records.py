@@ -132,22 +132,33 @@ ODD = {
 }  # fmt: skip
 
 
+@pytest.fixture(scope="module")
+def odd(tmp_path_factory: pytest.TempPathFactory) -> FlaskClient:
+    """A folder with all the odd runs, and one that is as it should be."""
+    folder = tmp_path_factory.mktemp("odd")
+    for name, (lines, _, _) in ODD.items():
+        place = write_run(folder, name, *(lines or ()))
+        if lines is None:
+            (place / "trace.jsonl").unlink()
+    write_run(folder, "good", HEADER, END)
+    return visit(folder)
+
+
+def test_good_runs_are_listed_beside_odd_ones(odd: FlaskClient) -> None:
+    assert 'href="/runs/good"' in get(odd, "/runs").text
+
+
 @pytest.mark.parametrize("name", ODD)
-def test_whatever_lies_there_is_listed_with_what_is_wrong(tmp_path: Path, name: str) -> None:
-    lines, words, opens = ODD[name]
-    place = write_run(tmp_path, "odd", *(lines or ()))
-    if lines is None:
-        (place / "trace.jsonl").unlink()
-    write_run(tmp_path, "other", HEADER, END)
-    client = visit(tmp_path)
-    listed = get(client, "/runs")
-    assert listed.status_code == 200 and words in listed.text and 'href="/runs/other"' in listed.text
-    assert ('href="/runs/odd"' in listed.text) is opens
+def test_whatever_lies_there_is_listed_with_what_is_wrong(odd: FlaskClient, name: str) -> None:
+    _, words, opens = ODD[name]
+    address = f"/runs/{name.replace(' ', '%20')}"
+    listed = get(odd, f"/runs?words={name.replace(' ', '+')}")
+    assert listed.status_code == 200 and words in listed.text
+    assert (f'href="{address}"' in listed.text) is opens
     for part in ("", "/marbles", "/series.json", "/everything.zip"):
-        assert get(client, f"/runs/odd{part}").status_code == 200, part
-    assert get(client, "/runs/odd/trace.csv").status_code in (
-        (200, 422) if name == "wrong types" else (200,) if opens else (422,)
-    )
+        assert get(odd, f"{address}{part}").status_code == 200, part
+    fine = (200, 422) if name == "wrong types" else (200,) if opens else (422,)
+    assert get(odd, f"{address}/trace.csv").status_code in fine
 
 
 def test_a_run_that_goes_on_is_shown_as_such(tmp_path: Path) -> None:
@@ -203,14 +214,17 @@ def test_errors_marks_and_edits_are_one_log(tmp_path: Path) -> None:
             "by": "Ken",
             "detail": "from 9 s on",
         },
+        {"t": 12.0, "stream": "Red ball", "row": "", "value": {"x": 0.25}, "stimulated": True, "by": "Mia"},
         {"t": 75.25, "happening": "say", "text": "Hello", "row": "Tracking!6"},
     ]
     write_run(tmp_path, "x", HEADER, *lines, END)
-    text = get(visit(tmp_path), "/runs/x").text
+    client = visit(tmp_path)
+    text = get(client, "/runs/x").text
     for expected in ("Kai comes closer", "by Aya", "There is no distance. (200 times, until 0:07.6)", "C5: 20 → 15 from 9 s",
-                     "by Ken", ">1:15.2<"):  # fmt: skip
+                     "by Ken", "Red ball (x 0.25)", "by Mia", ">1:15.2<"):  # fmt: skip
         assert expected in text
     assert text.count("There is no distance.") == 1 and "<audio" not in text
+    assert "Kai comes closer</text>" in get(client, "/runs/x/marbles").text
 
 
 # ---- marbles and curves ----

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable
 from functools import cache
 
 from rrp_sheets import api
@@ -74,7 +74,7 @@ def shelf_page(
     if sort == "recent":
         books.sort(key=lambda b: b.changed, reverse=True)
     elif sort == "run":
-        books.sort(key=lambda b: runs[b.name].began.timestamp() if _ran(runs, b.name) else 0.0, reverse=True)
+        books.sort(key=lambda b: _ran(runs.get(b.name)), reverse=True)
     return ShelfPage(
         folder=printable(str(library.folder.resolve())), cards=tuple(_card(b, runs.get(b.name)) for b in books),
         unreadable=tuple(unreadable), others=tuple(others), left_out=max(0, len(names) - MOST_FILES),
@@ -92,8 +92,9 @@ def _last_runs(library: Library, names: Collection[str]) -> dict[str, Facts]:
     return found
 
 
-def _ran(runs: Mapping[str, Facts], name: str) -> bool:
-    return name in runs and runs[name].began is not None
+def _ran(last: Facts | None) -> float:
+    """When a workbook ran last, in seconds of the system's clock; 0 when it has not run."""
+    return last.began.timestamp() if last is not None and last.began is not None else 0.0
 
 
 def counts(findings: Iterable[Diagnostic]) -> tuple[Count, ...]:

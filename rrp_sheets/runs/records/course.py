@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import UnreadableFile
+from rrp_sheets.model.values import show
+from rrp_sheets.runs.marbles import value_from_json
 from rrp_sheets.runs.records.facts import TRACE, text_of
 from rrp_sheets.runtime.trace import read_trace
 
@@ -17,6 +19,7 @@ MOST_LINES = 2_000  # of the log
 MOST_POINTS = 1_200  # of a curve: two for each pixel of a wide screen's plot
 MOST_CURVES = 24
 _MOST_EVENTS = 2_000_000
+_LONGEST_VALUE = 200  # letters
 _KINDS = {"sensor": 1, "stream": 0, "actuator": 2}  # whose curves come first
 
 
@@ -77,12 +80,21 @@ def _course(place: Path) -> dict[str, Any]:
         last, count = max(last, t), count + 1
         if "value" in entry:
             _note(curves, text_of(entry.get("stream")), kinds, t, entry["value"])
+            if entry.get("stimulated") is True:
+                log.add(t, {"happening": "send", "text": _sent(entry), "by": entry.get("by")})
         else:
             log.add(t, entry)
     return {
         "lines": [asdict(line) for line in log.lines], "left_out": log.left_out, "seconds": last, "count": count,
         "curves": _chosen(curves),
     }  # fmt: skip
+
+
+def _sent(entry: Mapping[str, Any]) -> str:
+    """A value that somebody has sent by hand, and where to; a record says so itself."""
+    stream = text_of(entry.get("stream"))
+    shown = show(value_from_json(stream, entry["value"]), _LONGEST_VALUE)
+    return shown if isinstance(entry["value"], dict) else f"{stream}: {shown}"
 
 
 def _entries(trace: Path) -> Iterator[dict[str, Any]]:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+import json
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.render.marbles import draw_marbles
 from rrp_sheets.render.score import Score
 from rrp_sheets.runs.marbles import trace_scores
-from rrp_sheets.runs.records.facts import TRACE
+from rrp_sheets.runs.records.facts import TRACE, text_of
 
 MOST_PAGES = 12
+_LONGEST_MARK = 60  # letters beside the pointer
 
 
 def marbles(
@@ -32,7 +35,10 @@ def marbles(
         As JSON: the names of all behaviours, the rows of this one with what they do, and the pictures.
     """
     about = (place / TRACE).stat()
-    scores = _scores(place, (about.st_mtime_ns, about.st_size))
+    try:
+        scores = _scores(place, (about.st_mtime_ns, about.st_size))
+    except (KeyError, TypeError, ValueError, OverflowError, RecursionError):
+        raise UnreadableFile("FILE001", f"“{place.name}” is not a record of a run.", "Copy its folder again.") from None
     names = [s.title for s in scores]
     score = next((s for s in scores if s.title == behaviour), scores[0] if scores else None)
     if score is None:
@@ -55,7 +61,18 @@ def marbles(
 
 @lru_cache(maxsize=2)
 def _scores(place: Path, stamp: tuple[int, int]) -> list[Score]:
-    return trace_scores(place)
+    marks = tuple(_marks(place / TRACE))
+    return [replace(score, marks=marks) for score in trace_scores(place)]
+
+
+def _marks(trace: Path) -> Iterator[tuple[int, str]]:
+    """The moments that somebody has marked, each with its note."""
+    with trace.open(encoding="utf-8") as file:
+        for line in file:
+            if '"mark"' in line and line.endswith("\n"):
+                entry = json.loads(line)
+                if isinstance(entry, dict) and entry.get("happening") == "mark":
+                    yield round(float(entry["t"]) * 1e6), text_of(entry.get("text"))[:_LONGEST_MARK]
 
 
 def _lanes(score: Score, rows: Collection[int]) -> set[str]:
