@@ -28,6 +28,7 @@ _KINDS = {
 }
 FROM_OUTSIDE = (StreamKind.SENSOR, StreamKind.ACTUATOR, StreamKind.DONE)  # stand in every part that uses them
 ROW_TEXT_LEFT = 35.0  # from a row's left border: number, icon, then its text
+ROW_TEXT_NARROW = 22.0  # and from there its formula, where it must be narrow
 ROW_TOP = 18.0
 
 
@@ -45,6 +46,7 @@ class Box:
         entry: it comes from another part.
         room: there is room under the name for the newest value.
         beside: where the formula starts when it stands beside the connector's name, else 0.
+        indent: where its lines start when they stand below the name.
         off: drawn grey; `switched_off`: the row itself is, so that it says "off".
     """
 
@@ -64,6 +66,7 @@ class Box:
     formula: str = ""
     icon: str = ""
     beside: float = 0.0
+    indent: float = ROW_TEXT_LEFT
     flag: int | None = None
     mark: str = ""
 
@@ -133,7 +136,7 @@ def make_drawing(
 
     for step in steps:
         inputs = [place(i) for i in dict.fromkeys(step.inputs)]
-        row = _row_box(step, wrapping, marks)
+        row = _row_box(step, wrapping, marks, ROW_TEXT_NARROW if room else ROW_TEXT_LEFT)
         drawing.boxes[row.id] = row
         for box_id in inputs:
             drawing.arrows.append(Arrow(box_id, row.id, row.off or drawing.boxes[box_id].off))
@@ -177,7 +180,7 @@ def _stream_box(box_id: str, stream: Stream, note: str, room: bool) -> Box:
     )  # fmt: skip
 
 
-def _row_box(step: Step, wrapping: Wrapping, marks: Marks) -> Box:
+def _row_box(step: Step, wrapping: Wrapping, marks: Marks, indent: float) -> Box:
     formula = step.row.formula.text
     lines = wrap(formula, wrapping.columns, wrapping.lines) if formula else ()
     name = step.connector.name
@@ -189,11 +192,11 @@ def _row_box(step: Step, wrapping: Wrapping, marks: Marks) -> Box:
     if is_beside:
         text, high = name_width + 6 + formula_width + mark_width, ROW_TOP
     else:
-        text = max(name_width + 4 + mark_width, formula_width)
+        text = max(name_width + 4 + mark_width, formula_width - ROW_TEXT_LEFT + indent)
         high = ROW_TOP + (FORMULA_LINE * len(lines) + 3 if lines else 0)
     return Box(
         f"r{step.number}", "row", name, lines, ROW_TEXT_LEFT + text + 7, high,
         off=not (step.row.on and step.active), switched_off=not step.row.on, row=step.number, formula=formula,
-        icon=step.connector.icon, beside=name_width + 6 if is_beside else 0.0,
+        icon=step.connector.icon, beside=name_width + 6 if is_beside else 0.0, indent=indent,
         flag=marks.flags.get(step.number), mark=mark,
     )  # fmt: skip

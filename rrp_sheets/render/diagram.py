@@ -168,7 +168,7 @@ class _Job:
                 room=self.room,
             )
             for pinned in (True, False) if entries else (True,):
-                dot = dot_text(drawing, self.behaviour.name, pin_entries=pinned)
+                dot = dot_text(drawing, self.behaviour.name, pin_entries=pinned, narrow=self.room)
                 layout = self.lay_out(dot)
                 wide, high = layout.width + 2 * PADDING, layout.height + 2 * PADDING
                 for landscape, (most_wide, most_high) in ((False, PAGE), (True, LANDSCAPE)):

@@ -11,6 +11,7 @@ from rrp_sheets.render.style import (
     MONO_PT,
     NAME_PT,
     NODE_GAP,
+    NODE_GAP_NARROW,
     OFF_FILL,
     OFF_LINE,
     RANK_GAP,
@@ -37,13 +38,14 @@ def quoted(text: str) -> str:
     return '"' + clean(text).replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
-def dot_text(drawing: Drawing, title: str, *, pin_entries: bool = True) -> str:
+def dot_text(drawing: Drawing, title: str, *, pin_entries: bool = True, narrow: bool = False) -> str:
     """The drawing in the DOT language; `pin_entries`: streams from other parts stand at the top, beside the sensors."""
     rows = sum(box.kind == "row" for box in drawing.boxes.values())
+    gap = NODE_GAP_NARROW if narrow else NODE_GAP
     lines = [
         "digraph behaviour {",
         f"  graph [rankdir=TB, {_QUICK if rows > MANY_ROWS else _THOROUGH}, ranksep={_inches(RANK_GAP)}, "
-        f'nodesep={_inches(NODE_GAP)}, margin=0, pad=0, charset="UTF-8", label="", tooltip={quoted(title)}];',
+        f'nodesep={_inches(gap)}, margin=0, pad=0, charset="UTF-8", label="", tooltip={quoted(title)}];',
         f'  node [fixedsize=true, margin=0, fontname="Helvetica", fontsize={NAME_PT:g}, style=filled, penwidth=1.2];',
         f'  edge [arrowsize=0.55, penwidth=0.9, color="{EDGE}"];',
         *(_node(box) for box in drawing.boxes.values()),

@@ -37,6 +37,7 @@ VALUE_ROOM = 52.0  # and at least so wide
 NAME_COLUMNS = 16  # a name longer than this is broken into two lines
 RANK_GAP = 14.0
 NODE_GAP = 10.0
+NODE_GAP_NARROW = 6.0
 PADDING = 9.0  # around a whole drawing
 
 MOST_ROWS = 18  # per page, before a behaviour is split into parts
@@ -55,5 +56,5 @@ class Wrapping:
     beside: int = 8
 
 
-BESIDE_A_TABLE = Wrapping(17, 4, beside=5)  # narrow: the diagram stands in a panel, where height costs less
+BESIDE_A_TABLE = Wrapping(14, 4, beside=4)  # narrow: the diagram stands in a panel, where height costs less
 WRAPPINGS = (Wrapping(), Wrapping(beside=16), Wrapping(20, 4), Wrapping(17, 4))

@@ -116,12 +116,9 @@ def draw_box(box: Box, centre: Point, prefix: str, *, chosen: bool = False) -> s
     if box.kind != "row":
         about += f' data-name="{escape(box.name)}"'
     if chosen and box.kind != "anonymous":
-        told = f"{_SPOKEN[box.kind]} {box.name}" if not box.row else f"Row {box.row}, {box.name}"
-        told += f": {clean(box.formula)}" if box.formula else ""
-        told += ", off" if box.switched_off else f", problem {box.flag}" if box.flag is not None else ""
-        about += f' role="button" tabindex="-1" aria-label="{escape(told)}"'
-    hint = f"{box.row} {box.name}" + (f": {clean(box.formula)}" if box.formula else "") if box.row else box.name
-    title = f"<title>{escape(hint)}</title>" if hint else ""
+        about += ' role="button" tabindex="-1"'
+    told = _told(box)
+    title = f"<title>{escape(told)}</title>" if told else ""
     kinds = {
         "anonymous": _anonymous,
         "row": _row,
@@ -134,6 +131,14 @@ def draw_box(box: Box, centre: Point, prefix: str, *, chosen: bool = False) -> s
     if box.flag is not None:
         inside += draw_flag(box.flag, centre[0] + box.width / 2 - 7, centre[1] - box.height / 2 - 8.5)
     return f'<g id="{prefix}-{box.id}" class="{box.kind}{" off" if box.off else ""}"{about}>{title}{inside}</g>'
+
+
+def _told(box: Box) -> str:
+    """What a box is, in words: for who points at it, and for screen readers."""
+    if not box.row:
+        return f"{_SPOKEN[box.kind]} {box.name}" if box.kind in _SPOKEN and box.name else ""
+    told = f"Row {box.row}, {box.name}" + (f": {clean(box.formula)}" if box.formula else "")
+    return told + (", off" if box.switched_off else f", problem {box.flag}" if box.flag is not None else "")
 
 
 def draw_flag(number: int, x: float, y: float) -> str:
@@ -199,7 +204,8 @@ def _row(box: Box, centre: Point) -> str:
     ]
     for number, words in enumerate(box.lines):
         line_y = 12.3 if box.beside else 23.6 + FORMULA_LINE * number
-        parts.append(text(x + ROW_TEXT_LEFT + box.beside, y + line_y, words, MONO_PT, fill=ink, mono=True))
+        left = ROW_TEXT_LEFT + box.beside if box.beside else box.indent
+        parts.append(text(x + left, y + line_y, words, MONO_PT, fill=ink, mono=True))
     if box.switched_off:
         parts.append(_rect((x + w - 18, y - 6.5, 17, 10), "#fff", OFF_LINE, 0.7, radius=2))
         parts.append(text(x + w - 9.5, y + 1.4, "off", 8, fill="#555", middle=True))

@@ -3,9 +3,10 @@
 
 import { lights } from "./lights.js";
 
-const LEAST_TEXT = 11; // px: "fit" does not make the smallest words smaller, it scrolls instead
+const LEAST_TEXT = 9.5; // px: at first the smallest words are not made smaller to fit the width, it scrolls instead
 const SMALLEST = 8; // of the words in the picture, in its own units
 const UNIT = 96 / 72; // px of one of the picture's units at zoom 1
+const LEAST = 0.2;
 const LARGEST = 3;
 const STEP = 1.2;
 const TOO_LARGE = 1.5; // a small diagram is not blown up beyond this to fill the panel
@@ -29,7 +30,8 @@ export function diagram(panels) {
 class View {
   constructor(panels) {
     this.panels = panels;
-    this.zoom = 0; // 0: fitted to the width
+    this.zoom = 0; // chosen by hand, or 0
+    this.whole = false; // fitted to the width by hand, however small its words become
     this.here = "";
     panels.addEventListener("click", (event) => this.click(event));
     panels.addEventListener("keydown", (event) => this.key(event));
@@ -65,13 +67,13 @@ class View {
     if (!this.svg) return;
     const wide = this.svg.viewBox.baseVal.width * UNIT;
     const room = this.root.clientWidth;
-    const least = LEAST_TEXT / (SMALLEST * UNIT);
+    const least = this.whole ? LEAST : LEAST_TEXT / (SMALLEST * UNIT);
     const fitted = Math.min(Math.max((room - 2) / wide, least), TOO_LARGE);
     this.shown = this.zoom || fitted;
     // on an element that no morph touches
     this.panels.style.setProperty("--zoom", this.shown);
     const label = this.panels.querySelector("[data-zoom=fit]");
-    label?.setAttribute("aria-pressed", String(!this.zoom));
+    label?.setAttribute("aria-pressed", String(this.whole && !this.zoom));
   }
 
   /** Zoom by a factor about a point of the window, or the middle. */
@@ -79,13 +81,14 @@ class View {
     const box = this.root.getBoundingClientRect();
     const [x, y] = at ? [at.clientX - box.left, at.clientY - box.top] : [box.width / 2, box.height / 2];
     const [left, top] = [(this.root.scrollLeft + x) / this.shown, (this.root.scrollTop + y) / this.shown];
-    this.zoom = Math.min(Math.max(this.shown * factor, 0.3), LARGEST);
+    this.zoom = Math.min(Math.max(this.shown * factor, LEAST), LARGEST);
     this.scale();
     this.root.scrollTo(left * this.shown - x, top * this.shown - y);
   }
 
   fit() {
     this.zoom = 0;
+    this.whole = true;
     this.scale();
     this.root.scrollTo(0, 0);
   }

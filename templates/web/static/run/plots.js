@@ -127,7 +127,7 @@ class Live {
     this.list.replaceChildren(...items);
     for (const key of shown) {
       const entry = this.series.get(key);
-      entry.plot = new Plot(entry.place, { kind: shape(entry.kind), limits: this.limits[key] ?? [], range: () => [this.t - SPAN, this.t] });
+      entry.plot = new Plot(entry.place, { kind: shape(entry.kind), limits: this.limits[key] ?? [], unit: this.unit(key), range: () => [this.t - SPAN, this.t] });
     }
     const boxes = [...this.series.keys()].sort().map((key) => {
       const label = make("label", "", "");
@@ -150,11 +150,17 @@ class Live {
     this.tell();
   }
 
+  /** Of a sensor's field as the catalogue says, of a stream as its newest value has it. */
+  unit(key) {
+    if (key.includes(".")) return this.units[key.split(".").at(-1).toLowerCase().replace(/\W|_/g, "")] ?? "";
+    return /^-?[\d.]+(?:e[-+]?\d+)? (\S+)$/.exec(this.series.get(key).text)?.[1] ?? "";
+  }
+
   value(key) {
     const { text, points } = this.series.get(key);
     if (text && !key.includes(".")) return text;
-    const unit = this.units[key.split(".").at(-1).toLowerCase().replace(/\W|_/g, "")];
-    return points.length ? round(points.at(-1)[1]) + (unit ? ` ${unit}` : "") : "";
+    const unit = this.unit(key);
+    return points.length ? round(points.at(-1)[1]) + (unit && ` ${unit}`) : "";
   }
 
   /** The numbers in words, once a second: beside each plot always, in the table when it is open. */
@@ -212,7 +218,7 @@ export function plotRecord(root, series) {
     place.setAttribute("aria-label", `${name} during the run: ${words}`);
     item.append(head, place);
     list.append(item);
-    const plot = new Plot(place, { kind: shape(kind), limits, range, times: n === series.length - 1, cursor: true, sync: "record" });
+    const plot = new Plot(place, { kind: shape(kind), limits, unit, range, times: n === series.length - 1, cursor: true, sync: "record" });
     plot.draw(points);
     return plot;
   });

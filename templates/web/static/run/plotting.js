@@ -5,7 +5,8 @@ import uPlot from "/vendor/js/uPlot.esm.js";
 const HIGH = 72; // px
 const SIDE = 46; // px, for the numbers at the right
 const GAP = 1.5; // s without a value: the line has a gap
-const FLAT = 0.08; // of the value: a plot never shows less than that, so that noise looks like noise
+const FLAT = 0.08; // of the value: a plot never shows less than that, so that noise looks like noise,
+const LEAST = { m: 0.05, rad: 0.1, "°": 5, s: 0.5, "": 0.1 }; // nor less than that
 
 /** The page's colours, for things that are drawn. */
 export function colours() {
@@ -23,8 +24,9 @@ export function colours() {
 
 /** A plot in `root`. `range()` gives the first and the last time that it shows, `limits` are drawn as dashed lines. */
 export class Plot {
-  constructor(root, { kind = "stream", limits = [], range, times = false, cursor = false, high = HIGH, sync = "" }) {
+  constructor(root, { kind = "stream", limits = [], unit = "", range, times = false, cursor = false, high = HIGH, sync = "" }) {
     this.limits = limits;
+    this.least = LEAST[unit] ?? LEAST[""];
     this.points = [];
     this.lines = times;
     const paint = colours();
@@ -56,7 +58,7 @@ export class Plot {
     if (low === null || low === undefined || !Number.isFinite(low)) return [0, 1];
     const near = this.limits.filter((l) => l > low - (top - low) * 1.5 - 0.1 && l < top + (top - low) * 1.5 + 0.1);
     const [a, b] = [Math.min(low, ...near), Math.max(top, ...near)];
-    const least = Math.max(Math.abs(a + b) / 2 * FLAT, 0.01);
+    const least = Math.max(Math.abs(a + b) / 2 * FLAT, this.least);
     const extra = Math.max((b - a) * 0.08, (least - (b - a)) / 2);
     return [a - extra, b + extra];
   }
