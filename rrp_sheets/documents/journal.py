@@ -5,6 +5,7 @@ So a killed server loses nothing that it had accepted.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import sqlite3
 import threading
@@ -65,6 +66,7 @@ class Journal:
 
     def __init__(self, folder: Path) -> None:
         self._lock = threading.Lock()
+        self._dropped: list[int] = []
         place = folder / FOLDER
         try:
             place.mkdir(exist_ok=True)
@@ -88,7 +90,12 @@ class Journal:
             self._db.close()
 
     def add(self, book: str, author: str, edits: Sequence[Edit], before: str) -> int:
-        """Put an edit on disk; its number."""
+        """Put an edit on disk; its number.
+
+        Raises:
+            SheetsError: there is no room for it; nothing was changed.
+        """
+        self._drop_all()
         text = json.dumps([[type(e).__name__, asdict(e)] for e in edits], ensure_ascii=False)
         cursor = self._do(
             "insert into edits (book, author, at, edits, before) values (?, ?, ?, ?, ?)",
@@ -99,12 +106,19 @@ class Journal:
 
     def stored(self, seq: int) -> None:
         """The edit is in the workbook's file."""
-        with self._lock:
+        with self._lock, contextlib.suppress(sqlite3.Error):  # no room: it shows in the file's digest
             self._marks.execute("update edits set stored = 1 where seq = ?", (seq,))
 
     def drop(self, seq: int) -> None:
-        """The edit could not be stored, and its author was told."""
-        self._do("delete from edits where seq = ?", (seq,))
+        """The edit could not be stored, and its author was told; when there is no room for that, it is done later."""
+        self._dropped.append(seq)
+        self._drop_all()
+
+    def _drop_all(self) -> None:
+        with contextlib.suppress(SheetsError):
+            while self._dropped:
+                self._do("delete from edits where seq = ?", (self._dropped[-1],))
+                self._dropped.pop()
 
     def waiting(self, book: str) -> list[Entry]:
         """What a killed server left: edits that may not be in the file, in their order."""
@@ -133,8 +147,18 @@ class Journal:
         return bytes(found[0][0]) if found else None
 
     def _do(self, statement: str, values: tuple[Any, ...]) -> sqlite3.Cursor:
-        with self._lock:
-            return self._db.execute(statement, values)
+        try:
+            with self._lock:
+                try:
+                    return self._db.execute(statement, values)
+                except sqlite3.OperationalError:  # perhaps no room; what was written ahead can be written over
+                    self._db.execute("pragma wal_checkpoint(restart)").close()
+                    return self._db.execute(statement, values)
+        except sqlite3.Error as error:
+            raise SheetsError(
+                f"This was not stored: nothing can be kept beside the workbook now ({error}).",
+                "Free some space on the disk, and make the change again.",
+            ) from error
 
     def _all(self, statement: str, *values: Any) -> list[Any]:
         with self._lock, closing(self._db.execute(statement, values)) as cursor:

@@ -1,0 +1,84 @@
+"""A disk that is full and a folder that may not be written: an edit that cannot be stored is told, and nothing is lost."""
+
+from __future__ import annotations
+
+import random
+import sys
+from pathlib import Path
+
+import pytest
+from chromium import CHROMIUM, browsing
+from test_killed_server import HEADER, NOTES, Served
+
+from rrp_sheets.workbook.editing import read_sheets
+from rrp_sheets.workbook.maker import make_workbook
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="limits of Unix")
+LIMIT = 120_000  # bytes of a file; the workbook has more, the journal at first less
+FULL = (
+    "import resource, signal\n"
+    "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+    f"resource.setrlimit(resource.RLIMIT_FSIZE, ({LIMIT}, {LIMIT}))\n"
+    "from rrp_sheets.cli.main import main\nmain()\n"
+)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with a workbook whose journal is there already."""
+    letters = random.Random(1)
+    notes = ["".join(letters.choices("abcdefghijklmnopqrstuvwxyz", k=300)) for _ in range(1000)]
+    path = make_workbook({"T": [HEADER, *[["", "", "", "", "", note] for note in notes]]}, tmp_path / "b.xlsx")
+    assert path.stat().st_size > 1.3 * LIMIT
+    with Served(tmp_path) as server:
+        assert server.put(0, "stored")
+    return tmp_path
+
+
+def test_with_a_full_disk_nothing_is_lost_and_everyone_is_told(folder: Path) -> None:
+    before = (folder / "b.xlsx").read_bytes()
+    with Served(folder, FULL) as server:
+        told = {server.answer(row % 20, f"edit {row}").get("message", "stored") for row in range(40)}
+        assert told and all("cannot be written" in str(words) for words in told), told
+        assert "was not stored" in str(server.answer(0, "x" * 30_000, cells=6)["message"])  # no room in the journal
+        assert "stored" in server.get("book/b.xlsx") and "T" in server.get("")
+        notice = server.form("book/b.xlsx/versions/keep", {"title": "full"})
+        assert "is-error" in notice and "Traceback" not in notice
+        assert "is-error" in server.form("shelf/copy", {"book": "b.xlsx"})
+        assert "is-error" in server.form("shelf/upload", {}, before)
+    assert (folder / "b.xlsx").read_bytes() == before
+    assert sorted(p.name for p in folder.iterdir()) == [".rrp-sheets", "b.xlsx"]
+    with Served(folder) as server:  # there is room again
+        assert server.put(1, "goes on")
+    cells = read_sheets(folder / "b.xlsx")[0].cells
+    assert (cells[2, NOTES].typed, cells[3, NOTES].typed) == ("stored", "goes on")
+    assert not any("edit" in cells[row, NOTES].typed[:4] for row in range(2, 30)), (
+        "what was told as not stored came back"
+    )
+
+
+@pytest.mark.skipif(not CHROMIUM, reason="there is no Chromium")
+def test_the_page_tells_that_an_edit_was_not_stored_and_stays_usable(folder: Path) -> None:
+    with Served(folder, FULL) as server, browsing() as browser:
+        page = browser.new_page()
+        page.goto(server.address)
+        page.goto(f"{server.home}/book/b.xlsx")
+        page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
+        cell = page.locator("tbody tr:nth-child(3) td").last
+        was = cell.get_attribute("data-v")
+        cell.click(position={"x": 3, "y": 3})
+        page.keyboard.type("not stored")
+        page.keyboard.press("Enter")
+        page.wait_for_selector("text=cannot be written")
+        page.screenshot(path=str(folder.parent / "full.png"))
+        page.reload()
+        page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
+        assert page.locator("tbody tr:nth-child(3) td").last.get_attribute("data-v") == was
+
+
+def test_a_folder_on_a_medium_that_is_read_only_can_be_looked_at(tmp_path: Path) -> None:
+    make_workbook({"T": [HEADER, ["", "", "", "", "", "start"]]}, tmp_path / "b.xlsx")
+    (tmp_path / ".rrp-sheets").write_text("in the way, also of root", encoding="utf-8")
+    with Served(tmp_path) as server:
+        assert "can only be looked at" in server.get("book/b.xlsx")
+        assert "can only be looked at" in str(server.answer(0, "x")["message"])
