@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from chromium import TOKEN, GridPage, browsing, serving
+from chromium import TOKEN, GridPage, browsing, serving, violations
 
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.maker import make_workbook
@@ -49,6 +49,10 @@ class Shared(GridPage):
         """Wait until a screen reader is told something."""
         self.page.wait_for_function("t => document.getElementById('spoken').textContent.includes(t)", arg=text)
 
+    def faults(self) -> list[str]:
+        """What axe-core finds wrong with the page; the diagram has tests of its own."""
+        return [fault for fault in violations(self.page) if '<g id="b' not in fault]
+
     def status(self, text: str) -> None:
         """Wait until the status line says something."""
         self.page.wait_for_selector(f"#status:has-text({text!r})")
@@ -71,6 +75,7 @@ class Books:
         self.made: dict[str, Path] = {}
         self.errors: list[str] = []
         self.page = self._page()
+        self._pages = {"": self.page}
 
     def _page(self) -> Any:
         context = self.browser.new_context(viewport={"width": 1280, "height": 800})
@@ -93,16 +98,27 @@ class Books:
             shutil.copy(pattern, path)
         return path
 
-    def open(self, sheets: Sheets = TRACKING, *, sheet: str = "", path: Path | None = None) -> Shared:
-        """A workbook of its own in the page."""
+    def open(self, sheets: Sheets = TRACKING, *, sheet: str = "", path: Path | None = None, name: str = "") -> Shared:
+        """A workbook of its own in the page; or the page of somebody of that name."""
         path = path or self.file(sheets)
-        self.page.goto(f"{self.url}/book/{path.name}" + (f"/sheet/{sheet}" if sheet else ""))
-        self.page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
-        return Shared(self.page, self.errors, path)
+        page = self._pages.get(name)
+        if page is None:
+            page = self._pages[name] = self._page()
+            page.evaluate("name => localStorage.setItem('name', name)", name)
+        page.goto(f"{self.url}/book/{path.name}" + (f"/sheet/{sheet}" if sheet else ""))
+        page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
+        return Shared(page, self.errors, path)
 
-    def someone(self, name: str, path: Path) -> GridPage:
-        """Somebody else at the same workbook."""
-        return GridPage(self.browser, self.url, path.name, name=name)
+    def two(self) -> tuple[Shared, Shared]:
+        """Aya and Mika at the same workbook."""
+        path = self.file()
+        return self.open(path=path, name="Aya"), self.open(path=path, name="Mika")
+
+    def close(self) -> None:
+        """Close the pages; they have had no fault."""
+        for page in self._pages.values():
+            page.context.close()
+        assert not self.errors, self.errors
 
 
 @contextmanager
@@ -113,5 +129,4 @@ def books(folder: Path) -> Iterator[Books]:
     with serving(inside) as url, browsing() as browser:
         found = Books(inside, url, browser)
         yield found
-        found.page.context.close()
-        assert not found.errors, found.errors
+        found.close()

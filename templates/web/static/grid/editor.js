@@ -20,7 +20,11 @@ export class Editor {
 
   /** Begin to edit a cell: with what it holds, or (as when typing starts) with a first text. */
   open(cell, first) {
-    if (this.isOpen || !cell || cell.getAttribute("aria-readonly") === "true" || this.table.grid.ariaReadOnly === "true") return;
+    if (this.isOpen || !cell || this.context.refuses()) return;
+    if (cell.getAttribute("aria-readonly") === "true") {
+      this.context.say("The device of this row does not take that, so the cell stays blank.");
+      return;
+    }
     const k = this.table.column(cell);
     this.rowId = cell.parentElement.id;
     this.k = k;

@@ -39,6 +39,7 @@ export class Grid {
     this.editor = new Editor(this.table, scroll, {
       vocabulary: () => this.words,
       say: (text) => this.say(text, true),
+      refuses: () => this.refuses(),
       editing: (row, k, on) => this.taking(row, k, on),
     }, (cell, text, was, move) => this.edited(cell, text, was, move));
     this.spoken = new Spoken(this);
@@ -78,7 +79,29 @@ export class Grid {
   refused(answer, action, body) {
     this.say(answer.message, true);
     if (answer.clashes?.length) conflict(this, answer.clashes);
-    else if (action === "cells" && !answer.taken) lost(this, answer.message, body.cells);
+    else if (action === "cells" && !answer.taken) {
+      this.takeBack(body.cells);
+      lost(this, answer.message, body.cells);
+    }
+  }
+
+  /** Show again what stands in the file, where a text was not stored. */
+  takeBack(cells) {
+    for (const { row, column, text, was } of cells) {
+      const k = this.table.headers.findIndex((header) => Number(header.dataset.c) === column);
+      const cell = this.table.cell(this.table.row(row), k);
+      if (!cell || was === null || this.table.value(cell) !== text) continue;
+      this.table.put(cell, was);
+      this.spoken.nameCell(cell);
+    }
+    this.look();
+  }
+
+  /** Whether the sheet can only be read here; that is told. */
+  refuses() {
+    const fixed = this.table.grid.ariaReadOnly === "true";
+    if (fixed) this.say("This sheet can only be read here, not be changed.", true);
+    return fixed;
   }
 
   look() {
@@ -100,10 +123,11 @@ export class Grid {
 
   /** Change cells: `[cell, text]` pairs; those that stay as they are are left out. */
   change(pairs) {
+    if (this.refuses()) return;
     const changes = [];
     for (const [cell, text] of pairs) {
       const was = this.table.value(cell);
-      if (was === text || cell.getAttribute("aria-readonly") === "true" || this.table.grid.ariaReadOnly === "true") continue;
+      if (was === text || cell.getAttribute("aria-readonly") === "true") continue;
       changes.push({ row: cell.parentElement.id, k: this.table.column(cell), text, was });
       this.table.put(cell, text);
     }
@@ -125,6 +149,7 @@ export class Grid {
     if (move === null) {
       if (document.activeElement === document.body) this.selection.go(row, k);
     } else this.move(move, row, k);
+    this.spoken.moved(text !== was ? "Kept" : move === null ? "Taken back" : "Unchanged");
     this.look();
   }
 

@@ -53,6 +53,7 @@ export function help(grid) {
     const response = await fetch(`${panel.dataset.url}?${query}`);
     if (!response.ok) return;
     panel.innerHTML = await response.text(); // made by our own server, all texts escaped
+    panel.style.top = `${Math.max(0, document.querySelector(".runbar")?.getBoundingClientRect().bottom ?? 56)}px`; // Stop stays in sight
     panel.hidden = false;
     panel.scrollTop = 0;
     button?.setAttribute("aria-expanded", "true");

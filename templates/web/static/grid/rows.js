@@ -13,7 +13,7 @@ export class Rows {
   /** Insert as many rows as are selected; the selection then stands on the new ones, as in Excel. */
   async insert(below = false) {
     const rows = this.selected();
-    if (!rows.length) return;
+    if (!rows.length || this.grid.refuses()) return;
     const box = this.grid.selection.box();
     const before = below ? rows.at(-1).nextElementSibling : rows[0];
     const place = below ? box.bottom + 1 : box.top;
@@ -24,7 +24,7 @@ export class Rows {
 
   async remove() {
     const rows = this.selected().map((row) => row.id);
-    if (!rows.length) return;
+    if (!rows.length || this.grid.refuses()) return;
     const answer = await this.grid.server.send("delete", { rows });
     if (answer.rows) this.grid.say(`${rows.length === 1 ? "The row is" : `${rows.length} rows are`} deleted.`);
   }
@@ -32,7 +32,7 @@ export class Rows {
   move(by) {
     const rows = this.selected();
     const before = by < 0 ? rows[0]?.previousElementSibling : rows.at(-1)?.nextElementSibling?.nextElementSibling;
-    if (!rows.length || (by < 0 && !before) || (by > 0 && !rows.at(-1).nextElementSibling)) return null;
+    if (!rows.length || this.grid.refuses() || (by < 0 && !before) || (by > 0 && !rows.at(-1).nextElementSibling)) return null;
     return this.grid.server.send("move", { rows: rows.map((row) => row.id), before: before?.id ?? null });
   }
 

@@ -19,10 +19,15 @@ export class Spoken {
     if (this.line) this.line.textContent = this.line.textContent === text ? `${text}\u00a0` : text;
   }
 
-  /** The cursor stands on another cell. */
-  moved() {
+  /** The cursor stands on another cell; `first` is what is to be told before that. */
+  moved(first = "") {
     clearTimeout(this.soon);
-    this.soon = setTimeout(() => this.say(this.told()), PAUSE);
+    this.first = first || this.first;
+    this.soon = setTimeout(() => {
+      const before = this.first ? `${this.first}. ` : "";
+      this.first = "";
+      this.say(before + this.told());
+    }, PAUSE);
   }
 
   /** A cell's address, column, text, problems, and who is editing it. */
@@ -66,7 +71,19 @@ export class Spoken {
   nameCell(cell) {
     const { table } = this.grid;
     const k = table.column(cell);
-    if (k >= 0) cell.setAttribute("aria-label", `${table.name(k)}, row ${cell.parentElement.cells[0].textContent}: ${content(cell)}`);
+    if (k < 0) return;
+    const name = `${table.name(k)}, row ${cell.parentElement.cells[0].textContent}: `;
+    const old = cell.querySelector(":scope > .cell-name");
+    if (!cell.querySelector(":scope > .mends")) {
+      old?.remove();
+      cell.setAttribute("aria-label", name + content(cell));
+      return;
+    }
+    cell.removeAttribute("aria-label"); // its name is what is to be seen, with the message while that is shown
+    const mark = old ?? document.createElement("span");
+    mark.className = "cell-name only-spoken";
+    mark.textContent = name;
+    if (!old) cell.prepend(mark);
   }
 
   /** Rows have other numbers now. */
@@ -85,5 +102,5 @@ function content(cell) {
 function words(mend) {
   const fix = mend.querySelector("[data-fix]");
   const texts = [...mend.children].filter((part) => !part.matches("button")).map((part) => part.textContent.trim());
-  return texts.join(" ").replace("→", "") + (fix ? ` ${fix.dataset.title}: Control point.` : "");
+  return texts.join(" ").replace("→ ", "") + (fix ? ` ${fix.dataset.title}: Control point.` : "");
 }

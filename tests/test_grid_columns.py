@@ -1,0 +1,114 @@
+"""How the grid looks: letters, headers, widths, icons; and the panel beside it."""
+
+from __future__ import annotations
+
+import pytest
+from chromium import CHROMIUM
+from grid_books import HEADER, Books, Shared, books
+
+from rrp_sheets.connectors import connectors
+from rrp_sheets.resources import bundled
+
+if not CHROMIUM:
+    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
+
+
+@pytest.fixture(scope="module")
+def shelf(tmp_path_factory):
+    with books(tmp_path_factory.mktemp("grid")) as found:
+        yield found
+
+
+SHEETS = {
+    "T": [
+        HEADER,
+        ["", "Red ball", "map", "redBall.distance", "Distance", "a note that is longer than its column is wide"],
+    ],
+    "Scene": [["Time (s)", "Thing", "Does", "Value", "Notes"], ["1", "Red ball", "appears", "at 1, 0.2, 0.4", ""]],
+    "Try": [["Time (ms)", "Stream", "Send", "Expect", "Notes"], ["0", "Red ball", "distance=1", "", ""]],
+    "Devices": [["Stream", "Device", "Fixed minimum", "Notes"], ["Gaze", "Head yaw", "", ""]],
+}
+HEADS = """() => [...document.querySelectorAll("thead th")].map(h => {
+    const title = h.querySelector(".title");
+    return [h.querySelector(".letter").textContent, title.textContent, title.scrollWidth <= title.clientWidth + 1];
+})"""
+
+
+def width(grid: Shared, letter: str) -> int:
+    """A column's width."""
+    return int(grid.page.evaluate("l => document.querySelector(`th[data-letter='${l}']`).offsetWidth", letter))
+
+
+def test_letters_stand_over_the_headers_and_no_header_is_cut(shelf: Books) -> None:
+    for sheet in SHEETS:
+        grid = shelf.open(SHEETS, sheet=sheet)
+        heads = grid.page.evaluate(HEADS)
+        letters = [letter for letter, title, _ in heads if title != "Example"]
+        assert letters == ["", *"ABCDEFGH"[: len(letters) - 1]]
+        assert [title for _, title, whole in heads if not whole] == []
+        for letter in letters[1:]:
+            grid.go(f"{letter}2")
+            assert grid.here == f"{letter}2"
+
+
+def test_a_column_is_made_wider_by_mouse_and_keys_and_stays_so(shelf: Books) -> None:
+    grid = shelf.open(SHEETS, sheet="T")
+    before = width(grid, "F"), width(grid, "B")
+    box = grid.page.locator("th[data-letter=F] .widen").bounding_box()
+    grid.page.locator("th[data-letter=F] .widen").scroll_into_view_if_needed()
+    box = grid.page.locator("th[data-letter=F] .widen").bounding_box()
+    grid.page.mouse.move(box["x"] + 4, box["y"] + 9)
+    grid.page.mouse.down()
+    grid.page.mouse.move(box["x"] - 56, box["y"] + 9, steps=4)
+    grid.page.mouse.up()
+    assert width(grid, "F") == before[0] - 60
+    grid.go("B2")
+    grid.press("Alt+ArrowRight", "Alt+ArrowRight", "Alt+ArrowLeft")
+    assert width(grid, "B") == before[1] + 8
+    grid.wait_spoken(f"Input streams is {before[1] + 8} wide")
+    edge = grid.page.locator("th[data-letter=B] .widen")
+    edge.focus()
+    grid.press("ArrowRight")
+    assert width(grid, "B") == before[1] + 16 == int(edge.get_attribute("aria-valuenow"))
+    grid.page.locator("th[data-letter=F] .widen").dblclick()
+    fits = "c => { const r = document.createRange(); r.selectNodeContents(c); return r.getBoundingClientRect().height < 20; }"
+    assert grid.page.evaluate(fits, grid.cell("F2").element_handle()) and width(grid, "F") > before[0]
+    widths = [width(grid, letter) for letter in "ABCDEF"]
+    again = shelf.open(path=grid.path, sheet="T")
+    assert [width(again, letter) for letter in "ABCDEF"] == widths
+    assert width(shelf.open(SHEETS, sheet="T"), "F") == before[0]  # of another workbook
+
+
+def test_the_panel_beside_the_grid_is_dragged_and_moved_by_keys(shelf: Books) -> None:
+    grid = shelf.open(SHEETS, sheet="T")
+    bar, wide = grid.page.locator(".splitter"), "document.getElementById('panels').offsetWidth"
+    before = grid.page.evaluate(wide)
+    box = bar.bounding_box()
+    grid.page.mouse.move(box["x"] + 4, 400)
+    grid.page.mouse.down()
+    grid.page.mouse.move(box["x"] - 96, 400, steps=4)
+    grid.page.mouse.up()
+    assert abs(grid.page.evaluate(wide) - before - 100) <= 8
+    dragged = grid.page.evaluate(wide)
+    bar.focus()
+    grid.press("ArrowRight", "ArrowRight")
+    assert grid.page.evaluate(wide) == dragged - 32
+    grid = shelf.open(path=grid.path, sheet="T")
+    assert grid.page.evaluate(wide) == dragged - 32
+    grid.page.locator(".splitter").dblclick()
+    assert grid.page.evaluate(wide) == before
+
+
+def test_every_connector_has_its_icon() -> None:
+    icons = (bundled("templates", "web") / "static" / "icons.svg").read_text(encoding="utf-8")
+    assert [c.name for c in connectors() if f'id="i-{c.name}"' not in icons] == []
+
+
+def test_a_flagged_connector_of_the_longest_name_stands_on_one_line(shelf: Books) -> None:
+    rows = [["", "Red ball", "map", "redBall.x", "A", ""], ["", "Red ball", "map", "redBall.y", "B", ""],
+            ["", "A, B", "combineLatest", "a + c", "C", ""], ["", "C", "subscribe", "", "Say", ""]]  # fmt: skip
+    grid = shelf.open({"T": [HEADER, *rows]})
+    grid.page.wait_for_selector("td.flagged")
+    grid.go("C4")
+    high = "c => c.querySelector('.word').getBoundingClientRect().height"
+    assert grid.page.evaluate(high, grid.cell("C4").element_handle()) < 20

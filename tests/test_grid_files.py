@@ -1,0 +1,159 @@
+"""Files of all kinds under the grid: Markdown, write-protected, open in Excel, deleted; Japanese; many columns; long texts."""
+
+from __future__ import annotations
+
+import pytest
+from chromium import CHROMIUM
+from grid_books import HEADER, ROWS, Books, books
+
+from rrp_sheets.workbook import read
+from rrp_sheets.workbook.editing import read_sheets
+
+if not CHROMIUM:
+    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
+
+
+@pytest.fixture(scope="module")
+def shelf(tmp_path_factory):
+    with books(tmp_path_factory.mktemp("grid")) as found:
+        yield found
+
+
+MARKDOWN = """# A workbook
+
+Some words of mine.
+
+## Tracking
+
+| Input streams | Connector | Formula | Output stream |
+|---|---|---|---|
+| Red ball | map | redBall.distance | Distance |
+| Distance | subscribe | | Print |
+
+More words.
+"""
+
+
+def test_a_markdown_workbook_is_edited_and_its_words_stay(shelf: Books) -> None:
+    path = shelf.folder / "plan.md"
+    path.write_text(MARKDOWN, encoding="utf-8")
+    grid = shelf.open(path=path)
+    grid.go("C2")
+    grid.type("redBall.x")
+    grid.go("A3")
+    grid.press("Control++")
+    grid.expect("B4", "subscribe")
+    grid.go("A3")
+    grid.type("Distance", "Tab")
+    grid.type("filter", "Tab")
+    grid.saved()
+    assert [r[1:3] for r in grid.rows()] == [("map", "redBall.x"), ("filter", ""), ("subscribe", "")]
+    text = path.read_text(encoding="utf-8")
+    assert text.startswith("# A workbook\n\nSome words of mine.\n") and text.endswith("\nMore words.\n")
+    grid.press("Control+z", "Control+z", "Control+z", "Control+z")
+    grid.expect("C2", "redBall.distance")
+    grid.saved()
+    assert path.read_text(encoding="utf-8") == MARKDOWN
+
+
+def test_a_file_that_is_open_in_excel_is_looked_at_and_told_of(shelf: Books) -> None:
+    grid = shelf.open()
+    notice = grid.page.locator("#notice")
+    assert notice.inner_text() == ""
+    lock = grid.path.with_name(f"~${grid.path.name}")
+    lock.write_bytes(b"x")
+    grid.page.wait_for_selector("#notice:has-text('is open in Excel')")
+    assert "not changed, so that nothing is lost" in notice.inner_text() and "Close it there" in notice.inner_text()
+    before = grid.path.read_bytes()
+    grid.go("F2")
+    grid.type("mine")
+    dialog = grid.page.wait_for_selector("dialog.ask[open]")
+    assert "is open in Excel" in dialog.inner_text()
+    assert grid.page.locator("dialog.ask[open] textarea").input_value() == "mine"  # nothing typed is lost
+    grid.page.click("dialog.ask[open] button")
+    assert grid.path.read_bytes() == before and grid.text("F2") == ""
+    lock.unlink()
+    grid.page.wait_for_selector("#notice:has-text('Excel')", state="detached")
+    grid.go("F2")
+    grid.type("mine")
+    grid.saved()
+    assert grid.path.read_bytes() != before
+
+
+def test_a_file_that_is_deleted_protected_or_replaced_under_an_open_page(shelf: Books) -> None:
+    grid = shelf.open()
+    content = grid.path.read_bytes()
+    grid.path.unlink()
+    grid.page.wait_for_selector("#notice:has-text('is not there any more')")
+    grid.path.write_bytes(content)
+    grid.page.wait_for_selector("#notice:has-text('not there')", state="detached")
+    grid.path.chmod(0o444)
+    grid.page.wait_for_selector("#notice:has-text('write-protected')")
+    grid.path.chmod(0o644)
+    grid.page.wait_for_selector("#notice:has-text('protected')", state="detached")
+    other = shelf.file({"T": [HEADER, ["", "Face", "filter", "face.new", "New face", ""]]})
+    grid.path.write_bytes(other.read_bytes())
+    grid.expect("B2", "Face")
+
+
+def test_japanese_names_and_what_an_input_method_composes(shelf: Books) -> None:
+    book = {
+        "追跡": [
+            HEADER,
+            ["", "Red ball", "map", "redBall.distance", "距離", "近い"],
+            ["", "距離", "filter", "距離 < 0.5", "", ""],
+        ]
+    }
+    grid = shelf.open(book, sheet="追跡")
+    grid.go("B4")
+    assert "距離" in grid.offered("B4")
+    grid.go("F3")
+    grid.press("F2")
+    session = grid.page.context.new_cdp_session(grid.page)
+    session.send("Input.imeSetComposition", {"text": "こど", "selectionStart": 2, "selectionEnd": 2})
+    compose = "key => document.activeElement.dispatchEvent(new KeyboardEvent('keydown', {key, keyCode: 229, bubbles: true, cancelable: true}))"
+    for key in ("Enter", "Tab", "Escape", "ArrowDown"):  # they choose among what the input method proposes
+        assert grid.page.evaluate(compose, key)
+        assert grid.page.locator(".editor textarea").count() == 1
+    session.send("Input.insertText", {"text": "子供"})
+    grid.press("Enter")
+    assert grid.text("F3") == "子供" and grid.here == "F4"
+    assert grid.page.evaluate(compose, "a") and grid.page.locator(".editor textarea").count() == 0
+    grid.saved()
+    assert read(grid.path).workbook.behaviours[0].rows[1].output.text == ""
+    assert read_sheets(grid.path)[0].cells[3, 6].text == "子供"
+
+
+def test_sixty_columns_and_very_long_texts(shelf: Books) -> None:
+    header = [*HEADER, *(f"Mine {n}" for n in range(54))]
+    long = "word " * 4000
+    rows = [[*ROWS[0], *[""] * 54], ["", "Distance", "subscribe", "", "Print", long.strip(), *[""] * 54]]
+    grid = shelf.open({"T": [header, *rows]})
+    heads = grid.page.locator("thead .letter").all_inner_texts()
+    assert heads[-1] == "BH" and len([h for h in heads if h]) == 60
+    grid.go("B2")
+    grid.press("End")
+    assert grid.here == "BH2"
+    grid.type("last")
+    assert grid.page.locator("tbody tr").nth(1).bounding_box()["height"] < 360
+    grid.saved()
+    assert read_sheets(grid.path)[0].cells[2, 60].text == "last"
+    grid.go("F3")
+    grid.press("F2")
+    grid.page.keyboard.type(" end")
+    field = grid.page.locator(".editor textarea").bounding_box()
+    assert field["height"] <= 500
+    grid.press("Enter")
+    grid.saved()
+    assert read_sheets(grid.path)[0].cells[3, 6].text == f"{long.strip()} end"
+
+
+def test_rows_go_into_a_sheet_that_is_longer_than_its_drop_downs(shelf: Books) -> None:
+    rows = [["", "Red ball", "map", f"redBall.x + {n}", f"S{n}", ""] for n in range(300)]
+    grid = shelf.open({"T": [HEADER, *rows]})
+    grid.go("C5")
+    grid.press("Control++")
+    grid.expect("E6", "S3")
+    grid.press("Control+z")
+    grid.expect("E5", "S3")
+    assert len(grid.rows()) == 300

@@ -1,0 +1,99 @@
+"""Help beside the grid: on the cell at hand, by search, by links; and sheets of one's own."""
+
+from __future__ import annotations
+
+import pytest
+from chromium import CHROMIUM
+from grid_books import HEADER, Books, books
+
+from rrp_sheets.topics.finding import text_on
+
+if not CHROMIUM:
+    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
+
+
+@pytest.fixture(scope="module")
+def shelf(tmp_path_factory):
+    with books(tmp_path_factory.mktemp("grid")) as found:
+        yield found
+
+
+SHEETS = {
+    "T": [
+        HEADER,
+        ["", "Red ball", "map", "CLAMP(redBall.distance; 0; 1)", "Distance", ""],
+        ["", "Gaze", "sample", "500 ms", "Slow", ""],
+        ["", "Slow", "filter", "slwo > 1", "Big", ""],
+        ["", "Big", "subscribe", "", "Say", ""],
+    ],
+    "Devices": [["Stream", "Device", "Notes"], ["Gaze", "Head yaw", ""]],
+    "Scene": [["Time (s)", "Thing", "Does", "Value", "Notes"], ["1", "Red ball", "appears", "at 1, 0.2, 0.4", ""]],
+    "Read me": [["A title of mine"], [""], ["This sheet is for people only, and its texts are rather long at times."]],
+}
+HELP = {"C3": "sample (connector)", "D2": "CLAMP(value; low; high)", "B2": "Red ball (sensor)", "E5": "Say (actuator)",
+        "B3": "Head yaw (sensor)", "A2": "Keys of the grid", "D4": "FORM"}  # fmt: skip
+
+
+def test_f1_explains_what_stands_in_the_cell_and_gives_the_focus_back(shelf: Books) -> None:
+    grid = shelf.open(SHEETS, sheet="T")
+    grid.page.wait_for_selector("td[aria-invalid=true]")
+    grid.page.wait_for_function("() => document.getElementById('panels').ariaBusy !== 'true'")
+    panel = grid.page.locator("#help")
+    for address, head in HELP.items():
+        grid.go(address)
+        grid.press("F1")
+        panel.locator(".help-topic h3").first.wait_for()
+        assert panel.locator(".help-topic h3").first.inner_text().startswith(head), address
+        grid.press("Escape")
+        assert panel.is_hidden() and grid.here == address
+        assert grid.page.evaluate("document.activeElement.getAttribute('role')") == "gridcell"
+
+
+def test_help_has_what_the_command_line_says_and_a_picture(shelf: Books) -> None:
+    grid = shelf.open(SHEETS, sheet="T")
+    grid.go("C3")
+    grid.press("F1")
+    panel = grid.page.locator("#help .help-topic")
+    panel.locator("svg.marble-picture").wait_for()
+    words = " ".join(panel.inner_text().split())
+    for block in list(text_on("sample"))[1:3]:
+        for word in block.split():
+            assert word in words, word
+    assert grid.page.locator("#help svg .is-out .marble").count() >= 2
+    assert grid.faults() == []
+    grid.page.click("#help .help-ways a:text-is('functions')")
+    grid.page.click("#help a:text-is('CLAMP(value; low; high)')")
+    grid.page.wait_for_selector("#help h3:has-text('CLAMP')")
+    assert grid.page.url.endswith("/sheet/T")  # no other page
+    grid.page.fill("#help input", "touch")
+    grid.press("Enter")
+    grid.page.wait_for_selector("#help .help-found a:text-is('Touch')")
+    grid.page.fill("#help input", "nosuchthing")
+    grid.press("Enter")
+    grid.page.wait_for_selector("#help:has-text('Nothing on “nosuchthing”')")
+    grid.page.click("#help [data-help-close]")
+    assert grid.page.locator("#help").is_hidden()
+    grid.page.click("[data-do=help]")
+    grid.page.wait_for_selector("#help h3:has-text('sample')")
+    grid.press("Escape")
+
+
+def test_hostile_searches_are_texts(shelf: Books) -> None:
+    page = shelf.page
+    answer = page.request.get(f"{shelf.url}/help?q=<script>alert(1)</script>&topic=<img src=x>")
+    assert answer.status == 200 and "<script" not in answer.text() and "<img" not in answer.text()
+
+
+def test_a_sheet_of_ones_own_is_read_and_not_changed(shelf: Books) -> None:
+    grid = shelf.open(SHEETS, sheet="T")
+    grid.page.click(".tabs a:text-is('Read me')")
+    grid.page.wait_for_selector("table.of-own")
+    assert grid.text("A1") == "A title of mine" and grid.text("A3").startswith("This sheet is for people")
+    before = grid.path.read_bytes()
+    grid.go("A3")
+    grid.page.keyboard.type("x")
+    assert grid.page.locator(".editor").count() == 0
+    grid.press("Delete", "Control++", "Control+-")
+    grid.status("be changed")
+    assert grid.path.read_bytes() == before and grid.here == "A3"
+    assert grid.faults() == []

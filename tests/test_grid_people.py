@@ -1,0 +1,129 @@
+"""Several people in one workbook: what they see of each other, and what happens when they change the same."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from chromium import CHROMIUM
+from grid_books import Books, Shared, books
+
+from rrp_sheets.workbook.editing import read_sheets
+
+if not CHROMIUM:
+    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
+
+
+@pytest.fixture(scope="module")
+def shelf(tmp_path_factory):
+    with books(tmp_path_factory.mktemp("grid")) as found:
+        yield found
+
+
+def test_what_one_types_the_other_sees(shelf: Books) -> None:
+    aya, mika = shelf.two()
+    aya.go("F4")
+    aya.type("from Aya")
+    mika.expect("F4", "from Aya")
+
+
+def test_a_cell_under_edit_survives_rows_inserted_above(shelf: Books) -> None:
+    aya, mika = shelf.two()
+    aya.go("F4")
+    aya.page.keyboard.type("half a")
+    mika.go("B2")
+    mika.press("Control++")
+    aya.page.wait_for_selector("tbody tr:nth-child(5)[aria-rowindex='6']")
+    aya.page.keyboard.type(" note")
+    aya.press("Enter")
+    mika.expect("F5", "half a note")
+
+
+def test_a_cell_that_someone_edits_is_shown_as_taken(shelf: Books) -> None:
+    aya, mika = shelf.two()
+    aya.go("F4")
+    aya.page.keyboard.type("I am")
+    mika.page.wait_for_selector("td.taken:has-text('Aya is editing')")
+    mika.wait_spoken("Aya is editing: F4")
+    aya.press("Escape")
+    mika.page.wait_for_selector("td.taken", state="detached")
+
+
+def quicker(aya: Shared, mika: Shared, cell: str, mine: str, theirs: str) -> Any:
+    """Mika changes a cell while Aya's line is down, and Aya too; gives the dialog that asks Aya."""
+    aya.page.route("**/cells", lambda route: route.abort())
+    aya.go(cell)
+    aya.type(mine)
+    aya.status("kept here")
+    mika.go(cell)
+    mika.type(theirs)
+    mika.saved()
+    aya.page.unroute("**/cells")
+    return aya.page.wait_for_selector("dialog.ask[open]")
+
+
+def test_when_somebody_was_quicker_both_texts_are_shown_and_one_is_chosen(shelf: Books) -> None:
+    """By mouse and by keyboard; or both are kept, one's own as a note of the row, or in the note itself."""
+    aya, mika = shelf.two()
+    for keep, left in ("Keep theirs", "of Mika"), ("Keep mine", "of Aya"), ("Keep both", "of Mika\nof Aya"):
+        dialog = quicker(aya, mika, "F4", "of Aya", "of Mika")
+        text = dialog.inner_text()
+        assert "of Aya" in text and "of Mika" in text and "F4: Mika has changed this cell" in text
+        if keep == "Keep theirs":
+            assert aya.faults() == []
+            aya.page.click(f"dialog button:text-is('{keep}')")
+        else:  # the focus is on the first button
+            aya.press(*["Tab"] * ["Keep mine", "Keep theirs", "Keep both"].index(keep), "Enter")
+        for page in (aya, mika):
+            page.expect("F4", left)
+        if keep != "Keep both":
+            mika.go("F4")
+            mika.type("x")
+            aya.expect("F4", "x")
+    aya.expect("F4", "of Mika\nof Aya")
+    quicker(aya, mika, "D3", "distance < 0.1", "distance < 0.2")
+    aya.page.click("dialog button:has-text('mine as a note')")
+    for page in (aya, mika):
+        page.expect("D3", "distance < 0.2")
+        page.expect("F3", "near\nAya: distance < 0.1")
+    aya.status("Both are kept.")
+
+
+def test_one_gives_oneself_a_name_and_others_see_where_one_is(shelf: Books) -> None:
+    path = shelf.file()
+    aya, mika = shelf.open(path=path), shelf.open(path=path, name="Mika")
+    aya.page.click("[data-do=name]")
+    aya.page.keyboard.type("<b>Aya")
+    aya.page.keyboard.press("Enter")
+    aya.go("D3")
+    mika.page.wait_for_selector("#people:has-text('<b>Aya (D3) is here too')")
+    mika.page.wait_for_selector("td.formula[data-who='<b>Aya']")
+    aya.page.evaluate("localStorage.removeItem('name')")
+
+
+def test_two_browsers_fill_200_cells_at_once_and_nothing_is_lost(shelf: Books) -> None:
+    aya, mika = shelf.two()
+    fill = """([letter, who]) => {
+        const at = document.querySelector(`thead th[data-letter='${letter}']`).cellIndex;
+        const rows = [...document.querySelectorAll("tbody tr")].slice(3, 23);
+        const transfer = (cell, text) => {
+            const clientY = 10 * cell.parentElement.sectionRowIndex;
+            cell.dispatchEvent(new PointerEvent("pointerdown", { bubbles: true, button: 0, clientY }));
+            const data = new DataTransfer();
+            data.setData("text/plain", text);
+            document.dispatchEvent(new ClipboardEvent("paste", { clipboardData: data, bubbles: true }));
+        };
+        for (let round = 0; round < 5; round++) rows.forEach((row, i) => transfer(row.cells[at], `${who} ${round} ${i}`));
+    }"""
+    aya.page.evaluate(fill, ["D", "aya"])
+    mika.page.evaluate(fill, ["F", "mika"])
+    for page in (aya, mika):
+        page.saved()
+    screens = []
+    for page in (aya, mika):
+        page.expect("D24", "aya 4 19")
+        page.expect("F24", "mika 4 19")
+        screens.append([(page.text(f"D{n}"), page.text(f"F{n}")) for n in range(5, 25)])
+    assert screens[0] == screens[1] == [(f"aya 4 {i}", f"mika 4 {i}") for i in range(20)]
+    sheet = read_sheets(aya.path)[0]
+    assert [(sheet.cells[n, 4].typed, sheet.cells[n, 6].typed) for n in range(5, 25)] == screens[0]

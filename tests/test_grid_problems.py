@@ -1,0 +1,110 @@
+"""Problems in the grid: told at their cell, quiet while a row is being typed, mended by a key or a button."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+from chromium import CHROMIUM
+from grid_books import EMPTY, TRACKING, Books, books
+
+from rrp_sheets import api
+from rrp_sheets.resources import bundled
+
+if not CHROMIUM:
+    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
+
+
+@pytest.fixture(scope="module")
+def shelf(tmp_path_factory):
+    with books(tmp_path_factory.mktemp("grid")) as found:
+        yield found
+
+
+def test_a_problem_is_told_at_its_cell_leads_there_and_is_mended(shelf: Books) -> None:
+    grid = shelf.open()
+    grid.go("D3")
+    grid.type("distence < 0.5")
+    grid.page.wait_for_selector("td[aria-invalid=true]:has-text('distence')")
+    described = grid.cell("D3").get_attribute("aria-describedby")
+    assert "Did you mean distance" in grid.page.locator(f"#{described.split()[0]}").text_content()
+    grid.go("B2")
+    grid.page.click(".problem-list a")
+    assert grid.here == "D3"
+    box = grid.page.locator(".mends:visible")
+    assert "Apply fix: Write distance" in box.inner_text() and "Ctrl ." in box.inner_text()
+    grid.press("Control+.")
+    grid.expect("D3", "distance < 0.5")
+    grid.status("Done: Write distance. Ctrl+Z takes it back.")
+    assert grid.here == "D3"
+    grid.page.wait_for_selector("td[aria-invalid=true]", state="detached")
+    grid.press("Control+z")
+    grid.expect("D3", "distence < 0.5")
+    for where in (".problem-list", ".mends:visible"):  # the same by the buttons
+        grid.go("D3")
+        grid.page.click(f"{where} [data-fix]")
+        grid.expect("D3", "distance < 0.5")
+        grid.go("D3")
+        grid.press("Control+z")
+        grid.expect("D3", "distence < 0.5")
+        grid.page.wait_for_selector("td[aria-invalid=true]:has-text('distence')")
+
+
+def test_a_row_that_is_being_typed_does_not_scold_until_it_is_left(shelf: Books) -> None:
+    grid = shelf.open(EMPTY)
+    grid.go("B2")
+    grid.type("Red ball", "Tab")
+    row = grid.page.locator("tbody tr").first
+    grid.page.wait_for_selector("tr.unfinished td.flagged")  # the check has told what is missing
+    height = row.bounding_box()["height"]
+    assert grid.page.locator(".mends:visible, td[aria-invalid=true]").count() == 0
+    dot = "getComputedStyle(document.querySelector('td.flagged'), '::after').content"
+    assert "•" in grid.page.evaluate(dot)
+    assert grid.page.locator(".problem-list li:not(.unfinished)").count() == 0
+    grid.press("ArrowDown")  # the row is left
+    grid.page.wait_for_selector("td[aria-invalid=true]")
+    assert "!" in grid.page.evaluate(dot) and row.bounding_box()["height"] == height
+    grid.go("C2")
+    grid.type("sampel", "Tab")
+    grid.page.wait_for_selector("tr.unfinished td.flagged:has-text('sampel')")
+    assert grid.page.locator("td[aria-invalid=true]").count() == 0
+    grid.page.wait_for_selector("td[aria-invalid=true]:has-text('sampel')", timeout=12_000)  # nothing typed for a while
+
+
+def passes(path: Path) -> bool:
+    """Whether all tests of a workbook pass."""
+    _, report = api.test(path)
+    assert report is not None
+    return report.passed
+
+
+def test_both_remedies_of_a_stale_combination_silence_it_and_its_test_then_passes(shelf: Books) -> None:
+    pattern = bundled("workbooks") / "complex-tracking.xlsx"
+    assert not passes(pattern)
+    for number in range(2):
+        path = shelf.folder / f"stale{number}.xlsx"
+        shutil.copy(pattern, path)
+        grid = shelf.open(path=path, sheet="Tracking")
+        grid.page.wait_for_selector("td.is-warning:has-text('combineLatest')")
+        rows = grid.page.locator("tbody tr").count()
+        grid.go("B10")
+        grid.press("Control+.")  # there are two: the key leads to them
+        assert grid.page.evaluate("document.activeElement.dataset.fix") == "0"
+        grid.press(*["ArrowDown"] * number, "Enter")
+        grid.page.wait_for_selector("td.flagged:not(.is-info)", state="detached")
+        grid.page.wait_for_selector(".problems:has-text('no problems')")
+        grid.saved()
+        assert passes(path) and grid.page.locator("tbody tr").count() > rows
+        grid.press("Control+z")
+        grid.page.wait_for_selector("td.is-warning:has-text('combineLatest')")
+        assert grid.page.locator("tbody tr").count() == rows and not passes(path)
+
+
+def test_on_is_not_ticked_in_rows_where_nothing_stands(shelf: Books) -> None:
+    grid = shelf.open(TRACKING)
+    assert grid.page.locator("tbody tr:nth-child(-n+3) td.on input:checked").count() == 3
+    assert grid.page.locator("tbody td.on input").count() == 3
+    grid.go("F9")
+    grid.type("a note")
+    grid.page.wait_for_selector("tbody tr:nth-child(8) td.on input:checked")

@@ -1,0 +1,117 @@
+"""What is suggested, in every kind of cell of every sheet."""
+
+from __future__ import annotations
+
+import pytest
+from chromium import CHROMIUM
+from grid_books import HEADER, Books, Shared, books
+
+if not CHROMIUM:
+    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
+
+
+@pytest.fixture(scope="module")
+def shelf(tmp_path_factory):
+    with books(tmp_path_factory.mktemp("grid")) as found:
+        yield found
+
+
+SHEETS = {
+    "T": [
+        HEADER,
+        ["", "Red ball", "map", "redBall.distance", "Distance", ""],
+        ["", "Distance, Gaze", "combineLatest", "distance + gaze", "Sum", ""],
+        ["", "Sum", "subscribe", "", "Say", ""],
+        ["", "Say done", "sample", "1 s", "", ""],
+    ],
+    "Devices": [
+        ["Stream", "Device", "Joint", "Label", "Rate", "Notes"], ["Gaze", "Joint position", "", "", "", ""], ["Go", "Operator button", "", "", "", ""],
+    ],
+    "Helpers": [["Name", "Inputs", "Formula", "Notes"], ["near", "how far", "", ""], ["limit", "", "0.5", ""]],
+    "Scene": [["Time (s)", "Thing", "Does", "Value", "Notes"], ["1", "Red ball", "appears", "", ""], ["2", "Child", "enters", "", ""], ["3", "Operator", "presses", "", ""]],
+    "Try": [["Time (ms)", "Stream", "Send", "Expect", "Notes"], ["0", "Red ball", "", "", ""], ["1", "", "", "", ""]],
+    "Protocol": [["Field", "Value"], ["Engine", ""], ["Run", ""], ["", ""]],
+    "Colours": [["Word", "Colour"], ["yes", "green"], ["no", "red"]],
+    "Uses": [HEADER, ["", "Red ball", "map", 'LOOKUP("yes"; colours; "Colour")', "C", ""]],
+}  # fmt: skip
+
+
+@pytest.fixture
+def at(shelf: Books):
+    found: dict[str, Shared] = {}
+
+    def offered(sheet: str, address: str, typed: str = "") -> list[str]:
+        if sheet not in found:
+            path = next(iter(found.values())).path if found else None
+            found.clear()
+            found[sheet] = shelf.open(SHEETS, sheet=sheet, path=path)
+            found[sheet].page.wait_for_function("() => document.getElementById('panels').ariaBusy !== 'true'")
+
+        return found[sheet].offered(address, typed)
+
+    return offered
+
+
+def test_behaviours(at) -> None:
+    assert {"Gaze", "Red ball", "Say done", "Distance", "Sum"} <= {
+        *at("T", "B6", " "),
+        *at("T", "B6", "g"),
+        *at("T", "B6", "sa"),
+        *at("T", "B6", "red"),
+        *at("T", "B6", "su"),
+        *at("T", "B6", "dis"),
+    }
+    assert at("T", "B6", "Distance, ga")[0] == "Gaze"
+    assert at("T", "C6", "co")[0] == "combineLatest" and "once" in at("T", "C6", "on")
+    assert {"distance", "gaze", "near(how far)", "limit"} <= {
+        *at("T", "D3", "dis"),
+        *at("T", "D3", "gaz"),
+        *at("T", "D3", "nea"),
+        *at("T", "D3", "lim"),
+    }
+    assert "distance" in at("T", "D2", "redBall.") and "x" in at("T", "D2", "redBall.")
+    assert at("T", "D2", "cla")[0] == "CLAMP(value; low; high)"
+    assert "500 ms" in at("T", "D5", " ")
+    assert at("T", "E4", "head t")[0] == "Head tracker" and "Say" in at("T", "E4", "sa")
+    assert at("T", "E2", "new name") == []
+    assert at("T", "A2", "f") == ["FALSE"]
+    assert at("T", "D2", '"redBall.') == []  # within a text
+
+
+def test_devices_offer_what_the_device_takes(at, shelf: Books) -> None:
+    assert at("Devices", "B4", "oper")[0] == "Operator button"
+    assert "HeadYaw" in at("Devices", "C2", "heady")
+    readonly = "[...document.querySelectorAll('tbody tr:nth-child(2) td[aria-readonly]')].map(c => c.getAttribute('aria-label').split(',')[0])"
+    assert shelf.page.evaluate(readonly) == ["Joint", "Rate"]  # a button has only a label
+    assert shelf.page.evaluate(readonly.replace("nth-child(2)", "nth-child(1)")) == ["Label"]
+
+
+def test_helpers(at) -> None:
+    assert "how far" in at("Helpers", "C2", "how") or "howFar" in at("Helpers", "C2", "how")
+    assert at("Helpers", "C2", "roun")[0].startswith("ROUND")
+    assert at("Helpers", "C2", "lim")[0] == "limit"
+
+
+def test_scenes(at) -> None:
+    assert "Red ball" in at("Scene", "B5", "red")
+    assert at("Scene", "C2", "m")[0] == "moves" and "enters" not in at("Scene", "C2", "e")
+    assert "enters" in at("Scene", "C3", "e")
+    assert "at 1, 0.2, 0.4" in at("Scene", "D2", "a")
+    assert "at 1, 0" in at("Scene", "D3", "a")
+    assert at("Scene", "D4", "g") == ["Go"] or at("Scene", "D4", "s") == ["Start"]
+
+
+def test_tests(at) -> None:
+    assert "Red ball" in at("Try", "B3", "red") and "Distance" in at("Try", "B3", "dis")
+    assert "distance=" in at("Try", "C2", "d") and "x=" in at("Try", "C2", "distance=1; x")
+    assert {"any", "nothing", "nothing or blank"} <= {*at("Try", "D2", "a"), *at("Try", "D2", "no")}
+
+
+def test_protocols(at, shelf: Books) -> None:
+    assert "Seed" in at("Protocol", "A4", "se")
+    assert at("Protocol", "B2", "ev") == ["event loop"]
+    assert at("Protocol", "B3", "T, u") == ["Uses"]
+
+
+def test_tables_of_ones_own(at) -> None:
+    assert "colours" in at("Uses", "D2", "col")
