@@ -70,7 +70,6 @@ def test_the_page_tells_that_an_edit_was_not_stored_and_stays_usable(folder: Pat
         page.keyboard.type("not stored")
         page.keyboard.press("Enter")
         page.wait_for_selector("text=cannot be written")
-        page.screenshot(path=str(folder.parent / "full.png"))
         page.reload()
         page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
         assert page.locator("tbody tr:nth-child(3) td").last.get_attribute("data-v") == was

@@ -38,6 +38,7 @@ class Served:
         line = next(line for line in self.process.stdout if "http://" in line).strip()
         self.address, self.home = line, line.split("/?")[0]
         jar = urllib.request.HTTPCookieProcessor()
+        self.jar = jar.cookiejar
         self._opener = urllib.request.build_opener(jar)
         self._opener.open(line, timeout=30).read()
         page = self._opener.open(f"{self.home}/book/b.xlsx", timeout=30).read().decode()
@@ -90,6 +91,10 @@ class Served:
         headers = {"X-RRP": "grid", "Origin": self.home, **headers}
         request = urllib.request.Request(f"{self.home}/{address}", body, headers)
         return str(self._opener.open(request, timeout=30).read().decode())
+
+    def cookie(self) -> str:
+        """What lets a client in."""
+        return "; ".join(f"{c.name}={c.value}" for c in self.jar)
 
     def get(self, address: str) -> str:
         """A page."""
