@@ -62,8 +62,9 @@ def test_a_run_is_looked_into(page: Any, folder: Path) -> None:
     page.get_by_text("All rows", exact=True).click()
     page.get_by_label("4 map").check()
     page.locator("#marbles").get_by_role("button", name="Show").click()
-    expect(page.locator("#marbles .lane")).to_have_count(2)
-    assert page.locator("#marbles .lane").last.get_attribute("data-stream") == "ことば"
+    lanes = page.locator("#marbles .lane")
+    expect(lanes).to_have_count(3)
+    assert [lane.get_attribute("data-stream") for lane in lanes.all()] == ["By hand", "今のボール", "ことば"]
     assert page.problems == []
 
 

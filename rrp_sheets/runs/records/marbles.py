@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -13,10 +12,9 @@ from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.render.marbles import draw_marbles
 from rrp_sheets.render.score import Score
 from rrp_sheets.runs.marbles import trace_scores
-from rrp_sheets.runs.records.facts import TRACE, text_of
+from rrp_sheets.runs.records.facts import TRACE
 
 MOST_PAGES = 12
-_LONGEST_MARK = 60  # letters beside the pointer
 
 
 def marbles(
@@ -61,23 +59,12 @@ def marbles(
 
 @lru_cache(maxsize=2)
 def _scores(place: Path, stamp: tuple[int, int]) -> list[Score]:
-    marks = tuple(_marks(place / TRACE))
-    return [replace(score, marks=marks) for score in trace_scores(place)]
-
-
-def _marks(trace: Path) -> Iterator[tuple[int, str]]:
-    """The moments that somebody has marked, each with its note."""
-    with trace.open(encoding="utf-8") as file:
-        for line in file:
-            if '"mark"' in line and line.endswith("\n"):
-                entry = json.loads(line)
-                if isinstance(entry, dict) and entry.get("happening") == "mark":
-                    yield round(float(entry["t"]) * 1e6), text_of(entry.get("text"))[:_LONGEST_MARK]
+    return trace_scores(place)
 
 
 def _lanes(score: Score, rows: Collection[int]) -> set[str]:
-    """The streams that some rows give, and those that they take in."""
-    found: set[str] = set()
+    """The streams that some rows give, those that they take in, and what was done by hand meanwhile."""
+    found = {"by hand"}
     inputs: set[str] = set()
     for group in score.groups:
         for bar in group.bars:

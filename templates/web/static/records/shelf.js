@@ -34,6 +34,13 @@ function drop(event) {
   form.requestSubmit();
 }
 
+/** Of a very tall diagram the beginning is shown: all of it would be a hairline. */
+function fit(image) {
+  image.classList.toggle("tall", image.naturalHeight > 2.5 * image.naturalWidth);
+}
+
+document.addEventListener("load", ({ target }) => target.matches?.("img.mini") && fit(target), true);
+for (const image of document.querySelectorAll("img.mini")) if (image.complete) fit(image);
 document.addEventListener("change", ({ target }) => target.name === "template" && tell(target));
 document.addEventListener("input", ({ target }) => target.matches?.("[data-search]") && search(target));
 document.addEventListener("dragover", over);
