@@ -225,3 +225,42 @@ def test_people_cells_and_suggestions_are_shown_as_text(folder: Path, client: An
             assert page.evaluate("window.seen") == [] and page.evaluate(STRANGERS) == []
             assert page.query_selector("img[src=x], svg[onload], b:text-is('bold')") is None
         assert not troubles
+
+
+def test_a_run_shows_what_is_said_and_sent_as_text(folder: Path, client: Any) -> None:
+    said = "<img src=x onerror=alert(1)><b>Eve</b>"
+    rows = [["", "Red ball", "map", f'"{said}"', "<b>X</b>", ""], ["", "<b>X</b>", "subscribe", "", "Say", ""]]
+    devices = [["Stream", "Device", "Button"], ["<b>Go</b>", "Operator button", said]]
+    make_workbook({"<b>T": [BEHAVIOUR, *rows], "Devices": devices}, folder / "run.xlsx")
+    with serving(folder) as url, browsing() as browser:
+        context = browser.new_context()
+        context.add_init_script(WATCH)
+        page = context.new_page()
+        troubles: list[str] = []
+        page.on("dialog", lambda d: (troubles.append("dialog"), d.dismiss()))
+        page.goto(f"{url}/?token={TOKEN}")
+        page.goto(f"{url}/book/run.xlsx/run")
+        page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
+        page.wait_for_selector("#panels:not([aria-busy])")
+        act = """async ([action, body]) => { const r = await fetch(`/book/run.xlsx/run/${action}`, {method: "POST",
+          headers: {"Content-Type": "application/json", "X-RRP": "grid"}, body: JSON.stringify(body)}); return [r.status, await r.text()]; }"""
+        who = {"client": "c", "name": PERSON}
+        wish = {**who, "participant": said, "condition": said, "operator": said, "until": "stop", "mode": "simulated"}
+        begun = page.evaluate(act, ["start", wish])
+        assert begun[0] == 200, begun
+        page.wait_for_selector("body[data-run=running]", timeout=60_000)
+        for action, more in (
+            ("mark", {"note": CELL}), ("send", {"stream": "Red ball", "text": CELL}), ("press", {"label": said}),
+            ("scene", {"thing": CELL[:90], "verb": said, "value": CELL[:190]}), ("put", {"thing": said, "x": 1, "y": 0, "z": 0}),
+            ("switch", {"behaviour": said, "on": False}),
+        ):  # fmt: skip
+            assert page.evaluate(act, [action, {**who, **more}])[0] in (200, 400), action
+        page.wait_for_function(
+            "t => document.getElementById('log').textContent.includes(t)", arg="<script>alert(1)</script>"
+        )
+        page.wait_for_function("t => document.getElementById('log').textContent.includes(t)", arg=said, timeout=60_000)
+        assert page.evaluate(act, ["stop", who])[0] == 200
+        page.wait_for_selector("body[data-run=ended]", timeout=60_000)
+        assert page.evaluate("window.seen") == [] and page.evaluate(STRANGERS) == [] and not troubles
+        assert page.query_selector("img[src=x], b:text-is('bold'), b:text-is('Eve'), b:text-is('X')") is None
+        context.close()
