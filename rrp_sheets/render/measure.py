@@ -29,6 +29,8 @@ _FORBIDDEN = re.compile(
 )
 _BREAKABLE = re.compile(r"[^\s,;(&+*/<>=]*(?:\s*[-,;(&+*/<>=%]+(?=[\s\w(\"]))*[^\w\s(\"']*\s*")
 
+_WITHIN = re.compile(r"[._]|(?<=[a-z])(?=[A-Z])")  # where a word that is too long may be cut
+
 
 def clean(text: str) -> str:
     r"""The text on one line and without characters that no drawing can hold.
@@ -111,7 +113,7 @@ def _pieces(text: str, most_columns: int) -> list[str]:
             cut = 1
             while columns(rest[: cut + 1]) <= most_columns:
                 cut += 1
-            cut = max((m.end() for m in re.finditer(r"[._]", rest[:cut]) if m.end() > cut // 2), default=cut)
+            cut = max((m.end() for m in _WITHIN.finditer(rest[:cut]) if m.end() > cut // 2), default=cut)
             pieces.append(rest[:cut])
             rest = rest[cut:]
         if rest:

@@ -47,9 +47,9 @@ export class Orbit {
   }
 
   /** From where these points just fill the picture: the middle to look at, and the distance. */
-  fit(points) {
+  fit(points, azimuth = this.azimuth) {
     const middle = new THREE.Box3().setFromPoints(points).getCenter(new THREE.Vector3());
-    const [right, up, back] = this.axes();
+    const [right, up, back] = this.axes(azimuth);
     const high = Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2)) * 0.92;
     const wide = high * this.camera.aspect;
     let distance = NEAREST;
@@ -67,7 +67,8 @@ export class Orbit {
     this.settled = now;
     if (this.byHand || !this.framed) return false;
     part ??= 1 - Math.exp(-since / EASE);
-    const turn = (this.aside ? ASIDE : FRONT.azimuth) - this.azimuth;
+    const beside = this.aside && this.fit(this.framed.flat(), ASIDE).distance <= WIDEST;
+    const turn = (beside ? ASIDE : FRONT.azimuth) - this.azimuth;
     this.azimuth += turn * part;
     let [points, ...more] = this.framed;
     let best = this.fit(points);
@@ -85,8 +86,8 @@ export class Orbit {
     return true;
   }
 
-  axes() {
-    const [ca, sa, ce, se] = [Math.cos(this.azimuth), Math.sin(this.azimuth), Math.cos(this.elevation), Math.sin(this.elevation)];
+  axes(azimuth = this.azimuth) {
+    const [ca, sa, ce, se] = [Math.cos(azimuth), Math.sin(azimuth), Math.cos(this.elevation), Math.sin(this.elevation)];
     return [new THREE.Vector3(-sa, ca, 0), new THREE.Vector3(-ca * se, -sa * se, ce), new THREE.Vector3(ca * ce, sa * ce, se)];
   }
 
