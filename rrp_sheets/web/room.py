@@ -192,9 +192,9 @@ class Room:
                 listener.tell(text)
             listener.welcome = f"id: {self.told()}\n\n"
             self.listeners.append(listener)
-        about = self.about_run()
-        if about:
-            listener.tell(about)
+        run = self.about_run()
+        if run:
+            listener.tell(run)
         self.tell_people()
         return listener
 
@@ -205,6 +205,11 @@ class Room:
         if opened != self._opened or not oldest - 1 <= last <= self._count:
             return [message("reload", {})]
         return [text for count, but, text in self._kept if count > last and but != client]
+
+    def is_of(self, client: str, person: str) -> bool:
+        """Whether a page is of this session, or of nobody."""
+        with self._lock:
+            return all(one.person == person for one in self.listeners if one.client == client)
 
     def part(self, client: str) -> None:
         """A page says that it is being closed."""

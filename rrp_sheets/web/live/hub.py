@@ -164,7 +164,7 @@ class Hub(RunView):
         with self._lock:
             if kind == "apply":
                 self.refusal = text
-            self.log.add(self.us, "refused", text)
+            self.log.add(self.us, "error" if kind == "apply" else "refused", text)
         self._changed("refused")
 
     def finishing(self) -> None:

@@ -102,6 +102,9 @@ export function bar(root) {
     const { ended, restart } = state;
     const over = state.phase === "ended" && ended;
     const unused = restart && ["running", "paused"].includes(state.phase);
+    const told = JSON.stringify([over, unused && restart, state.folder, errors > 0]);
+    if (told === notice.dataset.told) return; // a button is not taken away from under a finger
+    notice.dataset.told = told;
     notice.hidden = !over && !unused;
     notice.className = `run-notice notice ${over?.broken ? "is-error" : unused ? "is-warning" : ""}`;
     if (over) {
