@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from rrp_sheets import api
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError, UnreadableFile
-from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.exchange import Act, Happening, State
 from rrp_sheets.model.values import Failure, Record, record_from_mapping
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs import RunSettings, RunView, telling, wire
@@ -61,6 +61,24 @@ class Taken(RunView):
     def finishing(self):
         self.got.append(("finishing",))
 
+    def acted(self, *what):
+        self.got.append(("acted", *what))
+
+    def refused(self, *what):
+        self.got.append(("refused", *what))
+
+    def paused(self, *what):
+        self.got.append(("paused", *what))
+
+    def standing(self, *what):
+        self.got.append(("standing", *what))
+
+    def state(self, *what):
+        self.got.append(("state", *what))
+
+    def picture(self, *what):
+        self.got.append(("picture", *what))
+
 
 def pair():
     here, there = socket.socketpair()
@@ -85,8 +103,16 @@ def test_everything_that_a_view_is_told_arrives_in_order():
     for view in (here, telling.Reporter(box)):
         view.event(1, "redball", "", record_from_mapping("Red ball", {"x": 1}))
         view.error(2, "T!3", Failure("FORM101", "This divides by zero.", 3), (1, "a"))
-        view.happening(3, Happening("say", "Grüß dich", "say", "T!4"))
+        view.happening(3, Happening("say", "Grüß dich", "say", "T!4", "say-001.wav"))
         view.frame(4)
+        view.acted(5, Act("scene", "Red ball is put …", "Anna", {"thing": "Red ball", "put": [1.0, 0.0, 0.4]}))
+        view.refused("send", "No such stream.", "Did you mean …?")
+        view.paused(5, True)
+        view.standing(5)
+        view.state(
+            6, State({"HeadYaw": 0.1}, (0.0, 0.5), (1.0, 0.0, 0.0), "Hi", {"Ball": (1.0, 0.0, 0.4)}, {"head": "T!4"})
+        )
+        view.picture(6, bytes(range(256)))
         view.finishing()
     box.finish()
     for message in lines.receive():
@@ -100,7 +126,11 @@ def test_a_watcher_that_does_not_read_does_not_stop_the_run():
     for us in range(20_000):  # some 10 MB: far more than a socket holds
         reporter.event(us, "s", "T!2", "x" * 500)
         reporter.frame(us)
-    reporter.finishing()  # is never left out
+    waiting = len(box._waiting)
+    reporter.picture(20_000, bytes(20_000))  # would be old when it is seen
+    reporter.acted(20_000, Act("mark", "he laughs"))  # is never left out
+    assert 0 < len(box._waiting) - waiting < 200
+    reporter.finishing()  # nor is this
     assert box.missed > 1_000
     sending = threading.Thread(target=box.finish)
     sending.start()

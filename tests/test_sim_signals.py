@@ -10,10 +10,12 @@ pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
 
 from play import findings, rows
-from test_sim_run import ROBOT, play, scene_of
+from test_sim_run import RATE, RED, ROBOT, play, scene_of
 
 from rrp_sheets.devices.default_scene import default_scene
+from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.model.exchange import DeviceUse
+from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Record
 
 
@@ -105,3 +107,35 @@ def test_a_press_of_a_button_that_is_not_there(label, expected):
         f"\n## Scene\n| Time (s) | Thing | Does | Value |\n|---|---|---|---|\n| 1 | Operator | presses | {label} |\n",
     )
     assert findings(book) == expected
+
+
+def test_what_people_do_by_hand_is_noticed_like_the_scene():
+    sensors = (
+        DeviceUse("go", "Go", "OperatorButton", {"label": "Go"}), DeviceUse("t", "T", "Touch", {}),
+        DeviceUse("w", "W", "WordRecognized", {"words": ("yes",)}), RED,
+    )  # fmt: skip
+    world = SimulatedWorld(ROBOT, sensors, (), scene_of("| 0 | Red ball | appears | at 1, 0, 0.4 |"), frame_rate=RATE)
+    acts = {
+        3: [SceneAction(0, "Anna", "press", {"label": "go"}), SceneAction(0, "Anna", "press", {"label": "Stop"})],
+        4: [SceneAction(4_000_000 // 30, "Anna", "touch", {"zone": "Head"})],
+        5: [SceneAction(0, "Mia", "say", {"words": "Yes!"})],
+    }
+    try:
+        world.start()
+        events, notes = [], []
+        for frame in range(1, 25):
+            world.act(acts.get(frame, ()))
+            arrivals = world.advance(frame * 1_000_000 // RATE, ())
+            events += [(frame, s, *v.as_dict().values()) for s, v in arrivals.events if s != "redball"]
+            notes += [h for h in arrivals.happenings if h.kind == "note"]
+        assert events == [
+            (3, "go", "Go", 1), (4, "t", True, "Head"), (5, "w", "yes", 0.9), (19, "t", False, "Head")
+        ]  # fmt: skip
+        assert [(n.text, n.row) for n in notes] == [("Anna presses Stop: no sensor of this workbook notices it.", "")]
+        before = world.show(True)
+        world.act([SceneAction(0, "Red ball", "move", {"to": (1.0, 0.3, 0.4), "seconds": 0.0})])
+        after = world.show(True)  # at once, though no time has passed
+        assert after.state.things["Red ball"] == (1.0, 0.3, 0.4) and after.picture != before.picture
+        assert before.picture.startswith(b"\xff\xd8") and world.show(False).picture == b""
+    finally:
+        world.stop()
