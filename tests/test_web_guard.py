@@ -50,6 +50,14 @@ def test_nothing_is_shown_without_the_token(folder: Path, address: str) -> None:
     assert "Set-Cookie" not in answer.headers
 
 
+def test_the_token_of_the_browser_that_is_opened_is_good_once(folder: Path) -> None:
+    app = create_app(folder, TOKEN, once="for-once")
+    first, second = app.test_client(), app.test_client()
+    assert first.get("/?token=for-once", base_url=HOME).status_code == 302 and get(first, "/").status_code == 200
+    assert second.get("/?token=for-once", base_url=HOME).status_code == 403
+    assert second.get("/?token=", base_url=HOME).status_code == 403
+
+
 def test_a_cookie_of_another_start_is_not_enough(folder: Path) -> None:
     old = create_app(folder, "an-old-token").test_client().get("/?token=an-old-token", base_url=HOME)
     client = create_app(folder, TOKEN).test_client()

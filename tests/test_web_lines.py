@@ -97,6 +97,23 @@ def test_one_who_logged_in_has_only_so_many_pages_and_the_others_theirs(url: str
             line.close()
 
 
+def test_nobody_acts_for_anothers_page_and_asking_for_heads_takes_no_line(url: str) -> None:
+    anna, bob = person(url, "Anna"), person(url, "Bob")
+    line = Line(url, anna, client="annas")
+    line.until("id: ")
+    kind = {"X-RRP": "grid", "Content-Type": "application/json"}
+    for action in ("part", "unlock", "stand", "lock", "cells"):
+        body = json.dumps({"client": "annas", "sheet": "T", "row": "x", "column": 6, "cells": []})
+        assert ask(url, "POST", f"/book/b.xlsx/{action}", bob, body, **kind).status == 403
+    assert Line(url, bob, client="annas").answer.status == 403
+    for _ in range(MOST_LISTENERS + 1):
+        assert ask(url, "HEAD", "/book/b.xlsx/events", bob).status == 405
+    line.close()
+    other = Line(url, bob, client="bobs")
+    assert other.answer.status == 200
+    other.close()
+
+
 def test_logging_out_ends_ones_lines(url: str) -> None:
     anna, bob = person(url, "Anna"), person(url, "Bob")
     line = Line(url, anna)

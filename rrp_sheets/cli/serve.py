@@ -47,22 +47,24 @@ def command(folder: Path, port: int | None, lan: bool, no_browser: bool) -> None
 
     folder, page = _place(folder)
     door = _ask_password() if lan else None
-    token = secrets.token_urlsafe(32)
+    token, once = secrets.token_urlsafe(32), secrets.token_urlsafe(32)
     logging.getLogger("waitress.queue").setLevel(logging.ERROR)  # a short wait is no news
     sockets = bind(_EVERYWHERE if door else (_HOST,), port)
     used = int(sockets[0].getsockname()[1])
     url = f"http://{_HOST}:{used}{page}?token={token}"
     if door is None:
-        server = make_server(create_app(folder, token), sockets)
+        server = make_server(create_app(folder, token, once=once), sockets)
         click.echo(f"The workbooks of {folder.resolve()} are shown at\n\n  {url}\n\nCtrl-C ends it.")
     else:
         password, made = door
         reached = _reached(password, both=len(sockets) > 1)
-        server = make_server(create_app(folder, token, reached, tell=_tell), sockets)
+        server = make_server(create_app(folder, token, reached, once=once, tell=_tell), sockets)
         _print_lan(folder, url, used, page, reached, made)
     sys.stdout.flush()
     if not no_browser and _has_screen():
-        threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
+        # with a token that opens once: whoever is on this computer can see which address a program was started with
+        first = f"http://{_HOST}:{used}{page}?token={once}"
+        threading.Thread(target=webbrowser.open, args=(first,), daemon=True).start()
     server.run()  # until Ctrl-C, which it takes quietly
     click.echo()
 

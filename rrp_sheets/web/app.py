@@ -47,7 +47,7 @@ _MESSAGES = {
 
 
 def create_app(
-    folder: Path, token: str, lan: Lan | None = None, *, tell: Callable[[str], None] = lambda _: None
+    folder: Path, token: str, lan: Lan | None = None, *, once: str = "", tell: Callable[[str], None] = lambda _: None
 ) -> Flask:
     """Make the application that shows the workbooks of a folder.
 
@@ -55,6 +55,7 @@ def create_app(
         folder: whose workbooks are shown.
         token: whoever has it may look.
         lan: lets others in too, with a password.
+        once: a token for the browser that is opened, good for one time.
         tell: is told, in a line, who comes with the password.
     """
     templates = bundled("templates", "web")
@@ -69,7 +70,7 @@ def create_app(
     library = Library(folder, worker)
     icons = _icons(templates / "static" / "icons.svg")
     sessions = Sessions()
-    protect(app, token, lan, sessions)
+    protect(app, token, lan, sessions, once)
     if lan is not None:
         app.register_blueprint(make_login(lan, sessions, cookie_name(token), tell))
     _answer_errors(app)

@@ -66,12 +66,15 @@ def make_editing(library: Library, desk: Desk, icons: frozenset[str]) -> Bluepri
     def events(name: str) -> Response:
         room = room_of(name)
         person = visitor()
+        client = request.args.get("client", "")[:40]
+        if request.method == "HEAD" or not room.is_of(client, person.key):  # HEAD: nobody would listen, nor leave
+            abort(405 if request.method == "HEAD" else 403)
         crowded = desk.crowded(person.key)
         if crowded:
             return Response(crowded, 503, {"Retry-After": "5"}, mimetype="text/plain")
         back = request.headers.get("Last-Event-ID", "")  # it had a stream already
         listener = room.join(
-            request.args.get("client", "")[:40],
+            client,
             person.name or clean_name(request.args.get("name", "")) or "Somebody",
             knows=bool(back) or request.args.get("knows") != "no",
             had=back or request.args.get("had", ""),
@@ -88,6 +91,8 @@ def make_editing(library: Library, desk: Desk, icons: frozenset[str]) -> Bluepri
         room, given = room_of(name), asked()
         client, tag = text_of(given, "client"), text_of(given, "tag")
         author = visitor().name or clean_name(text_of(given, "name")) or client
+        if not room.is_of(client, visitor().key):  # nobody moves another's cursor, nor opens what another is editing
+            abort(403)
         if action == "stand":
             room.stand(client, author, _place(given))
             return jsonify({})

@@ -6,6 +6,7 @@ import hashlib
 import ipaddress
 import re
 import secrets
+import threading
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
@@ -37,8 +38,25 @@ class Lan:
     hosts: tuple[str, ...]
 
 
-def protect(app: Flask, token: str, lan: Lan | None, sessions: Sessions) -> None:
-    """Let the app answer only whom it should, and never with more than it must."""
+class Opening:
+    """A token that opens once: the browser's, which others on this computer may see among the programs that run."""
+
+    def __init__(self, token: str) -> None:
+        self._lock = threading.Lock()
+        self._token = token
+
+    def fits(self, given: str) -> bool:
+        """Whether it is this one, the first time."""
+        with self._lock:
+            if not self._token or not _same(given, self._token):
+                return False
+            self._token = ""
+            return True
+
+
+def protect(app: Flask, token: str, lan: Lan | None, sessions: Sessions, once: str = "") -> None:
+    """Let the app answer only whom it should, and never with more than it must; `once`: a token that opens once."""
+    opening = Opening(once)
     cookie = cookie_name(token)
     hosts = frozenset(host.casefold() for host in (*HOSTS, *(lan.hosts if lan else ())))
 
@@ -50,7 +68,7 @@ def protect(app: Flask, token: str, lan: Lan | None, sessions: Sessions) -> None
             abort(403)
         here = lan is None or (_host() in HOSTS and _is_near(request.remote_addr))
         given = request.args.get("token")
-        if here and given is not None and _same(given, token):
+        if here and given is not None and (_same(given, token) or opening.fits(given)):
             place = url_for(request.endpoint, **(request.view_args or {})) if request.endpoint else url_for("shelf")
             response = redirect(place)
             response.set_cookie(cookie, token, httponly=True, samesite="Strict")

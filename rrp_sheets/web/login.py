@@ -60,11 +60,14 @@ def make_login(
         if not name:
             return _shown(LoginPage("Type your name: the others see it beside what you do.", place)), 400
         address = request.remote_addr or ""
-        wait = counted.begin(address)
+        with lan.password.place() as free:
+            wait = counted.begin(address) if free else 2
+            fits = not wait and len(given) <= LONGEST and lan.password.fits(given)
         if wait:
-            words = f"Too many wrong passwords came from here. Wait {_told(wait)}, then try again."
+            why = "Too many wrong passwords came from here." if free else "Many log in at this moment."
+            words = f"{why} Wait {_told(wait)}, then try again."
             return _shown(LoginPage(words, place, name)), 429, {"Retry-After": str(wait)}
-        if len(given) > LONGEST or not lan.password.fits(given):
+        if not fits:
             tell(f"A wrong password came from {address}.")
             words = "This is not the password. Whoever started the server knows it."
             return _shown(LoginPage(words, place, name)), 403

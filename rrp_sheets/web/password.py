@@ -7,6 +7,8 @@ import hmac
 import secrets
 import threading
 import unicodedata
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.web.easywords import easy_words
@@ -14,6 +16,7 @@ from rrp_sheets.web.easywords import easy_words
 SHORTEST = 8
 LONGEST = 200
 _WORDS = 4
+_AT_ONCE = 8  # tries that are looked at or wait for it
 _COST = 2**14  # about 50 ms and 16 MB for each try
 
 
@@ -35,11 +38,22 @@ class Password:
             )
         self._salt = secrets.token_bytes(16)
         self._hash = self._hashed(text)
-        self._one = threading.Semaphore(2)
+        self._computing = threading.Semaphore(2)
+        self._waiting = threading.Semaphore(_AT_ONCE)
+
+    @contextmanager
+    def place(self) -> Iterator[bool]:
+        """Gives whether there is a place for a try now: a flood of them must leave the server its threads."""
+        free = self._waiting.acquire(blocking=False)
+        try:
+            yield free
+        finally:
+            if free:
+                self._waiting.release()
 
     def fits(self, given: str) -> bool:
         """Whether this is the password; only two are computed at a time, so that a flood leaves the others room."""
-        with self._one:
+        with self._computing:
             return hmac.compare_digest(self._hashed(given[: LONGEST + 1]), self._hash)
 
     def _hashed(self, text: str) -> bytes:
