@@ -18,8 +18,11 @@ from rrp_sheets.graph import BehaviourGraph, Graph, StreamKind
 from rrp_sheets.graph.build import build_graph
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.render.diagram import draw_diagram
 from rrp_sheets.runs.worker import CheckWorker
 from rrp_sheets.workbook import Reading
+
+_SECONDS = 5.0  # for a diagram's layout
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,22 @@ class Look:
         """The examples of streams, by their ids: those of the rows that give them."""
         steps = (s for b in self.graph.behaviours for s in b.steps if not s.connector.drives)
         return {s.output: self.examples[s.ref] for s in steps if s.ref in self.examples}
+
+    def drawing(self, behaviour: BehaviourGraph) -> str:
+        """The behaviour's diagram for a panel, as SVG of our own making; drawn once for all who look at it.
+
+        Raises:
+            SheetsError: it cannot be laid out, or takes too long.
+        """
+        if behaviour.key not in self._drawings:
+            flags = self.flags(behaviour)
+            drawn = draw_diagram(self.graph, behaviour, problems=flags, whole=True, room=True, timeout=_SECONDS)
+            self._drawings[behaviour.key] = drawn[0].svg if drawn else ""
+        return self._drawings[behaviour.key]
+
+    @cached_property
+    def _drawings(self) -> dict[str, str]:
+        return {}
 
     def kinds(self, sheet: str) -> dict[str, str]:
         """What the names of a sheet are (sensor, stream, actuator, done), by key."""
