@@ -54,7 +54,9 @@ def test_a_run_is_looked_into(page: Any, folder: Path) -> None:
     expect(page.locator("#curves canvas").first).to_be_visible(timeout=20_000)
     assert page.locator(".strip img").evaluate("e => e.naturalWidth") > 500
     assert page.locator(".diagram img").evaluate("e => e.naturalWidth") > 100
-    loaded = "e => new Promise((done) => { e.onloadedmetadata = () => done(e.duration); e.preload = 'metadata'; e.load(); })"
+    loaded = (
+        "e => new Promise((done) => { e.onloadedmetadata = () => done(e.duration); e.preload = 'metadata'; e.load(); })"
+    )
     assert page.locator("audio").first.evaluate(loaded) > 0.3
     assert violations(page) == []
     page.locator(".log li", has_text="Kai laughs").get_by_role("button").click()

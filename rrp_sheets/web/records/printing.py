@@ -127,7 +127,7 @@ def paper_style(name: str, digest: str, when: str) -> str:
     r"""What stands in the foot of every sheet of paper: a style of its own, since a page may hold none.
 
     >>> print(paper_style("a.xlsx", "0123456789abcdef" * 4, "1 May 2026, 10:00").splitlines()[2].strip())
-    @bottom-left { content: "a\\2e xlsx   SHA-256 0123 4567 89ab cdef …   1 May 2026\\2c  10\\3a 00"; }
+    @bottom-left { content: "a\2e xlsx   SHA-256 0123 4567 89ab cdef …   1 May 2026\2c  10\3a 00"; }
     """
     digits = " ".join(_pieces(digest[:16]))
     foot = f"{_css(name)}   SHA-256 {_css(digits)} …   {_css(when)}"
