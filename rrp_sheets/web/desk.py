@@ -94,9 +94,10 @@ class Desk:
         if person and mine >= MOST_OF_ONE:
             return f"You have {mine} pages open here. Close one; this page then goes on by itself."
         if len(listeners) >= MOST_LISTENERS:
+            yours = f", {mine} of them yours" if mine else ""
             return (
-                f"{len(listeners)} pages are open on this server, {mine} of them yours, and it cannot tell more of "
-                "them what happens. When one is closed, this page goes on by itself."
+                f"{len(listeners)} pages are open on this server{yours}, and it cannot tell more of them what happens. "
+                "When one is closed, this page goes on by itself."
             )
         return ""
 
