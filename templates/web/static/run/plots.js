@@ -121,6 +121,7 @@ class Live {
       head.append(make("span", shape(entry.kind), key), entry.now);
       entry.place = make("div", "plot", "");
       entry.place.setAttribute("role", "img");
+      entry.place.setAttribute("aria-label", `${key}, last ${SPAN} seconds`);
       item.append(head, entry.place);
       return item;
     });
