@@ -25,7 +25,25 @@ export async function robot3d(root) {
   foot.className = "foot";
   foot.append(caption, front);
   root.append(room, foot);
-  let stage;
+  const heard = { run: {}, live: null, fresh: true }; // also what comes before there is anything to draw it on
+  let stage = null;
+  const show = () => {
+    if (!stage || !heard.live) return;
+    stage.take(heard.live, heard.fresh);
+    heard.fresh = false;
+    describe(canvas, heard.live, stage.model);
+  };
+  document.addEventListener("rrp:run", ({ detail }) => {
+    if (detail.id !== heard.run.id) heard.fresh = true;
+    heard.run = detail;
+    stage?.know(detail.things ?? []);
+  });
+  document.addEventListener("rrp:live", ({ detail }) => {
+    if (!detail.robot) return;
+    heard.live = detail.robot;
+    heard.fresh ||= Boolean(detail.full);
+    show();
+  });
   try {
     stage = await open(canvas);
   } catch (error) {
@@ -37,21 +55,9 @@ export async function robot3d(root) {
     return;
   }
   front.addEventListener("click", () => stage.orbit.front());
-  let fresh = true;
-  describe(canvas, {}, {});
-  document.addEventListener("rrp:run", ({ detail }) => {
-    stage.know(detail.things ?? []);
-    if (detail.id !== undefined && String(detail.id) !== canvas.dataset.run) {
-      canvas.dataset.run = detail.id;
-      fresh = true;
-    }
-  });
-  document.addEventListener("rrp:live", ({ detail }) => {
-    if (!detail.robot) return;
-    stage.take(detail.robot, fresh || detail.full);
-    fresh = false;
-    describe(canvas, detail.robot, stage.body.model);
-  });
+  describe(canvas, {}, stage.model);
+  stage.know(heard.run.things ?? []);
+  show();
   root.dataset.ready = "";
 }
 
