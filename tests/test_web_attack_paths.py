@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import io
+import re
 import sys
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlencode
 
 import pytest
 from attack import BOOK, FORMS, JSON, OURS, RUN, SECRET, SHEET, body, contents, enter, make_folder, ways
@@ -127,3 +129,26 @@ def test_sheets_are_only_those_of_the_workbook(client: Any, app: Flask) -> None:
                 sent = {**JSON[key], "sheet": sheet}
                 answer = client.post(f"/book/{BOOK}/{key.split()[1]}", base_url=HOME, headers=OURS, json=sent)
                 assert answer.status_code in (200, 400, 404), (key, sheet)
+
+
+QUESTIONS = [
+    *PLAIN, "book/../secret.md", "book/link.md", "version/1/../secret.md", "version/x/good.xlsx", "run/../..",
+    "run/20260102-000000-link", "version/99999999999999999999/good.xlsx", "/", "//", "%", "-1", "1e9", "9" * 400, "[]",
+]  # fmt: skip
+
+
+def test_no_question_leads_out_of_the_folder(app: Flask, client: Any, place: Path) -> None:
+    source = Path(app.root_path).joinpath("web") if Path(app.root_path).name != "web" else Path(app.root_path)
+    words = re.compile(r"args\.(?:get|getlist)\(\s*\"(\w+)\"|\"(\w+)\" in request\.args")
+    found = {a or b for f in source.rglob("*.py") for a, b in words.findall(f.read_text(encoding="utf-8"))}
+    asked = (found | {"book", "words", "first", "second"}) - {"token"}
+    assert len(asked) > 10, "where questions are read from has changed"
+    before = contents(place)
+    for way in ways(app):
+        for trick in [] if way.post or way.key == "editing.events" else QUESTIONS:
+            text = trick.encode("utf-8", "surrogatepass")
+            answer = client.get(f"{way.address()}?{urlencode(dict.fromkeys(sorted(asked), text))}", base_url=HOME)
+            assert answer.status_code < 500, (way.key, trick[:40])
+            assert SECRET.encode() not in answer.data, (way.key, trick[:40])
+            answer.close()
+    assert contents(place) == before

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from flask import Blueprint, Response, abort, jsonify, request, send_file, url_for
 from werkzeug.exceptions import BadRequest
 
+from rrp_sheets.devices import robot_names
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.web.asked import Asked, asked, number_of, text_of, truth_of
 from rrp_sheets.web.desk import Desk
@@ -93,7 +94,7 @@ def make_live(library: Library, desk: Desk, floor: Floor, icons: frozenset[str])
     @pages.get("/robot/model.json")
     def model() -> Response:
         name = request.args.get("robot", "nao")
-        text = robot_json(name if name.isidentifier() else "nao")
+        text = robot_json(name if name in robot_names() else "nao")
         return Response(text, mimetype="application/json", headers={"Cache-Control": "max-age=3600"})
 
     return pages
