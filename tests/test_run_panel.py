@@ -2,46 +2,16 @@
 
 from __future__ import annotations
 
-import json
-import os
 import re
-import signal
 from pathlib import Path
-from typing import Any
 
 import pytest
 from chromium import CHROMIUM, GridPage, browsing, serving
+from panel import LIVE, ended, make_books, row, run, running, trace
 from playwright.sync_api import expect
-
-from rrp_sheets.workbook.maker import make_workbook
 
 if not CHROMIUM:
     pytest.skip("there is no Chromium on this machine", allow_module_level=True)
-
-HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
-TRACKING = [
-    HEADER,
-    ["", "Red ball", "map", "redBall.distance", "Distance", "<b>bold</b>"],
-    ["", "Distance", "filter", "distance < 0.3", "Near", ""],
-    ["", "Near", "subscribe", "", "Head tracker", ""],
-    ["no", "Near", "subscribe", "", "Print", ""],
-    ["", "Distance", "map", "1 / (distance - distance)", "Bad", ""],
-    ["", "Bad", "subscribe", "", "Print", ""],
-]
-CHEER = [
-    HEADER,
-    ["", "Encourage, Well done", "merge", "", "Pressed", ""],
-    ["", "Pressed", "map", 'IF(pressed.label = "Encourage"; "You can do it"; "Well done <i>you</i>")', "Words", ""],
-    ["", "Words", "subscribe", "", "Say", ""],
-]
-DEVICES = [
-    ["Stream", "Device", "Label", "Notes"],
-    ["Encourage", "OperatorButton", "Encourage", ""], ["Well done", "OperatorButton", "Well done", ""],
-]  # fmt: skip
-SCENE = [["Time (s)", "Thing", "Does", "Value"], ["0", "Red ball", "appears", "at 1, 0, 0.4"]]
-LONG = [HEADER, *(["", "Red ball", "map", f"redBall.distance + {n}", f"D{n}", ""] for n in range(60)),
-        ["", "D1", "subscribe", "", "Head tracker", ""]]  # fmt: skip
-LIVE = "td.example .live .value"
 
 
 @pytest.fixture(scope="module")
@@ -53,8 +23,7 @@ def browser():
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("books")
-    make_workbook({"Tracking": TRACKING, "Cheer": CHEER, "Devices": DEVICES, "Scene": SCENE}, folder / "session.xlsx")
-    make_workbook({"T": LONG}, folder / "long.xlsx")
+    make_books(folder)
     return folder
 
 
@@ -62,35 +31,6 @@ def folder(tmp_path_factory) -> Path:
 def url(folder: Path):
     with serving(folder) as address:
         yield address
-
-
-def run(page: Any, **settings: str) -> None:
-    """Press Run, answer what is asked, and wait until it runs."""
-    page.wait_for_selector("#panels:not([aria-busy])", state="attached")
-    page.click("[data-run=start]")
-    for name, text in settings.items():
-        page.fill(f"#run-dialog [name={name}]", text)
-    page.click("#run-dialog [type=submit]")
-    running(page)
-
-
-def running(page: Any) -> None:
-    page.wait_for_selector("body[data-run=running]", timeout=60_000)
-
-
-def ended(page: Any) -> str:
-    page.wait_for_selector("body[data-run=ended]", timeout=60_000)
-    return str(page.inner_text("#run-notice"))
-
-
-def trace(folder: Path, book: str) -> list[dict[str, Any]]:
-    """The trace of the newest run of a workbook."""
-    newest = max((folder / "runs").glob(f"*-{book}*"), key=lambda p: p.stat().st_mtime)
-    return [json.loads(line) for line in (newest / "trace.jsonl").read_text(encoding="utf-8").splitlines()]
-
-
-def row(page: Any, number: int) -> Any:
-    return page.locator(f"tbody tr:has(th.number:text-is('{number}'))")
 
 
 def test_a_session_from_run_to_its_recording(browser, url: str, folder: Path) -> None:
@@ -251,50 +191,17 @@ def test_stop_is_quick_in_a_flood_of_events(browser, url: str, folder: Path) -> 
     at.close()
 
 
-def test_edited_formulas_are_used_in_the_run_or_it_is_said_why_not(browser, url: str, folder: Path) -> None:
-    at = GridPage(browser, url, "session.xlsx", sheet="Tracking", name="Aya")
+def test_run_waits_until_no_error_is_left_and_stop_is_in_sight(browser, url: str) -> None:
+    at = GridPage(browser, url, "wrong.xlsx/run")
     page = at.page
-    run(page)
-    expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^0\.\d+ m$"), timeout=15_000)
-    at.go("D2")
-    at.type("redBall.distance + 5")
-    expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^5\.\d+ m$"), timeout=15_000)
-    expect(page.locator("#log li[data-kind=edit]")).to_contain_text(re.compile(r"Row 2 used from 0:\d\d\.\d on by Aya"))
-    # rows that are not the ones that run; a row inserted above does not move the values
-    at.go("E3")
-    at.type("Very near")
-    at.go("B4")
-    at.type("Very near")
-    expect(page.locator("#run-notice")).to_contain_text("The run goes on with the rows as they were", timeout=15_000)
-    before = page.evaluate("document.body.dataset.run")
-    assert before == "running"
-    page.click("#run-notice button")
-    expect(page.locator("#log li[data-kind=edit]")).to_have_count(0, timeout=60_000)  # a new run has a new log
-    running(page)
-    expect(page.locator("#run-notice")).to_be_hidden()
-    expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^5\.\d+ m$"), timeout=15_000)
-    assert page.locator("#log li").last.inner_text().count("Started by Aya") == 1
-    page.click("[data-run=stop]")
-    ended(page)
+    expect(page.locator("#run-why")).to_contain_text("1 error is left", timeout=15_000)
+    page.locator("[data-run=start]").press("Enter")
+    expect(page.locator("#formula-bar b")).to_have_text("D3")
+    assert page.locator("dialog[open]").count() == 0
+    at.type("distance < 0.3")
+    expect(page.locator("#run-why")).to_be_hidden(timeout=15_000)
+    page.set_viewport_size({"width": 400, "height": 700})
+    page.evaluate("window.scrollTo(0, document.documentElement.scrollHeight)")
+    expect(page.locator("[data-run=stop]")).to_be_in_viewport(ratio=1)
+    assert page.evaluate("document.documentElement.scrollWidth") == 400
     at.close()
-
-
-def test_a_run_whose_process_dies_says_so_and_can_run_again(browser, url: str, folder: Path) -> None:
-    at = GridPage(browser, url, "session.xlsx", name="Aya")
-    before = _children()
-    run(at.page)
-    expect(row(at.page, 2).locator(LIVE)).to_have_text(re.compile(r"^\d"), timeout=15_000)
-    (process,) = [pid for pid in _children() - before if b"runs.child" in Path(f"/proc/{pid}/cmdline").read_bytes()]
-    os.kill(process, signal.SIGKILL)
-    assert "The run broke off at " in ended(at.page)
-    assert at.page.locator("#run-notice.is-error").count() == 1
-    run(at.page)
-    at.page.click("[data-run=stop]")
-    assert ended(at.page).startswith("Stopped by Aya")
-    at.close()
-
-
-def _children() -> set[int]:
-    """The processes that this one has started."""
-    tasks = Path(f"/proc/{os.getpid()}/task").iterdir()
-    return {int(pid) for task in tasks for pid in (task / "children").read_text().split()}

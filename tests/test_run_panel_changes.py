@@ -1,0 +1,92 @@
+"""A run whose workbook is edited meanwhile, or whose process dies, as the run panel tells it."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+from pathlib import Path
+
+import pytest
+from chromium import CHROMIUM, GridPage, browsing, serving
+from panel import LIVE, ended, make_books, row, run, running
+from playwright.sync_api import expect
+
+if not CHROMIUM:
+    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with browsing() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("books")
+    make_books(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def url(folder: Path):
+    with serving(folder) as address:
+        yield address
+
+
+def test_edited_formulas_are_used_in_the_run_or_it_is_said_why_not(browser, url: str, folder: Path) -> None:
+    at = GridPage(browser, url, "session.xlsx", sheet="Tracking", name="Aya")
+    page = at.page
+    run(page)
+    expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^0\.\d+ m$"), timeout=15_000)
+    at.go("D2")
+    at.type("redBall.distance + 5")
+    expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^5\.\d+ m$"), timeout=15_000)
+    expect(page.locator("#log li[data-kind=edit]")).to_contain_text(re.compile(r"Row 2 used from 0:\d\d\.\d on by Aya"))
+    # a row that is inserted above moves no value to another row
+    at.go("B2")
+    at.press("Control++")
+    expect(row(page, 3).locator(LIVE)).to_have_text(re.compile(r"^5\.\d+ m$"), timeout=15_000)
+    expect(row(page, 3)).to_have_class(re.compile("lit"), timeout=15_000)
+    expect(row(page, 2).locator(LIVE)).to_have_text("")
+    at.press("Control+-")
+    expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^5\.\d+ m$"))
+    # rows that are not the ones that run
+    at.go("E3")
+    at.type("Very near")
+    at.go("B4")
+    at.type("Very near")
+    expect(page.locator("#run-notice")).to_contain_text("The run goes on with the rows as they were", timeout=15_000)
+    before = page.evaluate("document.body.dataset.run")
+    assert before == "running"
+    page.click("#run-notice button")
+    expect(page.locator("#log li[data-kind=edit]")).to_have_count(0, timeout=60_000)  # a new run has a new log
+    running(page)
+    expect(page.locator("#run-notice")).to_be_hidden()
+    expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^5\.\d+ m$"), timeout=15_000)
+    assert page.locator("#log li").last.inner_text().count("Started by Aya") == 1
+    page.click("[data-run=stop]")
+    ended(page)
+    at.close()
+
+
+def test_a_run_whose_process_dies_says_so_and_can_run_again(browser, url: str, folder: Path) -> None:
+    at = GridPage(browser, url, "session.xlsx", name="Aya")
+    before = _children()
+    run(at.page)
+    expect(row(at.page, 2).locator(LIVE)).to_have_text(re.compile(r"^\d"), timeout=15_000)
+    (process,) = [pid for pid in _children() - before if b"runs.child" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+    os.kill(process, signal.SIGKILL)
+    assert "The run broke off at " in ended(at.page)
+    assert at.page.locator("#run-notice.is-error").count() == 1
+    run(at.page)
+    at.page.click("[data-run=stop]")
+    assert ended(at.page).startswith("Stopped by Aya")
+    at.close()
+
+
+def _children() -> set[int]:
+    """The processes that this one has started."""
+    tasks = Path(f"/proc/{os.getpid()}/task").iterdir()
+    return {int(pid) for task in tasks for pid in (task / "children").read_text().split()}
