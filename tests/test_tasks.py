@@ -18,6 +18,8 @@ if not CHROMIUM:
 
 from playwright.sync_api import expect
 
+from rrp_sheets import api
+
 MOST_SECONDS = {"walkthrough": 35, "tracking": 75}  # the original software: 60 to 75, and 132 to 152
 
 
@@ -173,4 +175,26 @@ def test_a_mistake_is_heard_and_mended_at_its_cell(browser: Any, url: str, folde
     expect(problems.get_by_role("link", name="Tracking!C2")).to_have_count(0, timeout=15_000)
     expect(cell).not_to_have_attribute("aria-invalid", "true")
     assert 'gridcell "Formula, row 3: blank"' in focused.aria_snapshot()
+    page.close()
+
+
+def test_a_run_by_keyboard_alone(browser: Any, url: str, folder: Path) -> None:
+    """Run, look at the values that live in the rows, write a mark, stop."""
+    api.new(folder / "run by keys.xlsx", template="guided")
+    page = GridPage(browser, url, "run by keys.xlsx", name="Aya")
+    tree = page.page
+    tree.wait_for_selector("#panels:not([aria-busy=true])", state="attached", timeout=30_000)
+    tree.get_by_role("button", name="Run", exact=True).focus()
+    page.press("Enter")
+    expect(tree.get_by_role("dialog")).to_be_visible()
+    for _ in range(10):
+        if tree.evaluate("document.activeElement.type") == "submit":
+            break
+        page.press("Tab")
+    page.press("Enter")
+    tree.wait_for_selector("body[data-run=running]", timeout=60_000)
+    value = tree.locator("tbody tr").first.locator(".live .value")
+    expect(value).to_have_text(re.compile(r"\d m"), timeout=30_000)
+    page.press("Escape", "Escape")
+    tree.wait_for_selector("body[data-run=ended]", timeout=60_000)
     page.close()
