@@ -277,6 +277,28 @@ def test_plots_and_drives(panel: Panel) -> None:
     page.wait_for_selector("#drives svg[aria-label*='head: row T!4']")
 
 
+def test_a_whole_record_is_plotted_with_the_value_under_the_pointer(panel: Panel) -> None:
+    page = panel.page
+    page.evaluate("""async () => {
+        const { plotRecord } = await import("/static/run/plots.js");
+        const root = document.createElement("div");
+        root.id = "record";
+        document.querySelector("#plots").before(root);
+        const points = [...Array(100).keys()].map((n) => [n / 10, n]);
+        window.away = plotRecord(root, [{ name: "A", unit: "m", points }, { name: "B", kind: "sensor", points: [] }]);
+    }""")
+    heads = page.locator("#record .head")
+    assert heads.all_inner_texts() == ["A\n0 to 99 m", "B\nno value"]
+    over = page.locator("#record .u-over").first
+    over.hover()
+    told = heads.first.inner_text()
+    assert told.startswith("A\n") and " s: " in told and told.endswith(" m")
+    assert float(told.split("\n")[1].split(" s")[0]) == pytest.approx(5, abs=1), "the middle of ten seconds"
+    page.evaluate("away()")
+    assert page.locator("#record canvas").count() == 0
+    page.evaluate("document.querySelector('#record').remove()")
+
+
 def test_rows_and_streams_of_the_last_second_are_lit_in_the_diagram(panel: Panel) -> None:
     page, ids = panel.page, panel.ids
     panel.live(

@@ -213,13 +213,17 @@ export function plotRecord(root, series) {
     const low = values.reduce((a, b) => Math.min(a, b), Infinity);
     const top = values.reduce((a, b) => Math.max(a, b), -Infinity);
     const words = values.length ? `${round(low)} to ${round(top)}${unit && ` ${unit}`}` : "no value";
-    head.append(make("span", shape(kind), name), make("small", "", words));
+    const told = make("small", "", words);
+    const pointed = (t, value) => { // the pointer tells the value under it, of all plots at once
+      told.textContent = t === null || value === null ? words : `${t.toFixed(1)} s: ${round(value)}${unit && ` ${unit}`}`;
+    };
+    head.append(make("span", shape(kind), name), told);
     const place = make("div", "plot", "");
     place.setAttribute("role", "img");
     place.setAttribute("aria-label", `${name} during the run: ${words}`);
     item.append(head, place);
     list.append(item);
-    const plot = new Plot(place, { kind: shape(kind), limits, unit, range, times: n === series.length - 1, cursor: true, sync: "record" });
+    const plot = new Plot(place, { kind: shape(kind), limits, unit, range, times: n === series.length - 1, cursor: true, sync: "record", pointed });
     plot.draw(points);
     return plot;
   });

@@ -22,9 +22,10 @@ export function colours() {
   return found;
 }
 
-/** A plot in `root`. `range()` gives the first and the last time that it shows, `limits` are drawn as dashed lines. */
+/** A plot in `root`. `range()` gives the first and the last time that it shows, `limits` are drawn as dashed lines,
+    `pointed(t, value)` is told what is under the pointer (nothing when it has left). */
 export class Plot {
-  constructor(root, { kind = "stream", limits = [], unit = "", range, times = false, cursor = false, high = HIGH, sync = "" }) {
+  constructor(root, { kind = "stream", limits = [], unit = "", range, times = false, cursor = false, high = HIGH, sync = "", pointed = null }) {
     this.limits = limits;
     this.least = LEAST[unit] ?? LEAST[""];
     this.points = [];
@@ -37,7 +38,7 @@ export class Plot {
       height: high + (times ? 24 : 0),
       legend: { show: false },
       cursor: cursor ? { y: false, points: { size: 7 }, drag: { x: false, y: false }, sync: sync ? { key: sync } : undefined } : { show: false },
-      padding: [6, 0, times ? 0 : 6, 0],
+      padding: [6, 0, times ? 0 : 6, cursor ? 14 : 0],
       scales: { x: { time: false, range }, y: { range: (_, low, top) => this.span(low, top) } },
       axes: [
         { ...axis, show: times, size: 24, grid: { show: false }, space: 60, values: (_, at) => at.map((v) => `${round(v)} s`) },
@@ -47,7 +48,10 @@ export class Plot {
         {},
         { stroke: colour, width: 1.5, spanGaps: false, points: { size: 4, width: 0, fill: colour } },
       ],
-      hooks: { drawClear: [(plot) => this.rules(plot, paint)] },
+      hooks: {
+        drawClear: [(plot) => this.rules(plot, paint)],
+        setCursor: pointed ? [({ cursor: { idx }, data: [times, values] }) => pointed(times[idx] ?? null, values[idx] ?? null)] : [],
+      },
     };
     this.plot = new uPlot(options, [[], []], root);
     this.watch = new ResizeObserver(() => this.plot.setSize({ width: Math.max(root.clientWidth, 80), height: options.height }));
