@@ -87,6 +87,19 @@ def test_a_version_is_compared_with_now_and_brought_back(folder: Path, client: F
     assert "Head tracker" in get(client, "/book/good.md").text
     restore(client, versions(client)["Before first came back"])
     assert (folder / "good.md").read_bytes() == after
+    assert list(versions(client)) == ["Before first came back", "first"]  # nothing is kept twice
+
+
+def test_nothing_is_brought_back_into_a_file_that_excel_has_open(folder: Path, client: FlaskClient) -> None:
+    keep(client, "first")
+    change(folder)
+    now = (folder / "good.md").read_bytes()
+    lock = folder / "~$good.md"
+    lock.write_text("")
+    assert "is open in Excel" in restore(client, versions(client)["first"])
+    assert (folder / "good.md").read_bytes() == now and list(versions(client)) == ["first"]
+    lock.unlink()
+    assert "“first” is back." in restore(client, versions(client)["first"])
 
 
 def test_bringing_back_waits_for_who_edits_a_cell(folder: Path, client: FlaskClient) -> None:

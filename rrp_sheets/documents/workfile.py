@@ -10,7 +10,8 @@ from rrp_sheets.documents.journal import Journal, Version
 from rrp_sheets.documents.opening import raw_sheets, stamp_of
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import Reading, read
-from rrp_sheets.workbook.atomic import write_atomically
+from rrp_sheets.workbook.atomic import refuse_open_file, write_atomically
+from rrp_sheets.workbook.atomic import stamp_of as file_stamp
 from rrp_sheets.workbook.editing import clean_up, edit
 from rrp_sheets.workbook.edits import Edit
 from rrp_sheets.workbook.raw import RawSheet
@@ -98,17 +99,23 @@ class WorkFile:
         return self._kept.content(self.path.name, version) if self._kept else None
 
     def restore(self, author: str, version: int) -> None:
-        """Make the file what it was in a version; what it is now is kept as a version too.
+        """Make the file what it was in a version; what it is now is kept as a version too, unless it is one already.
 
         Raises:
             Refused: when there is no such version, or the file does not allow it.
         """
         content = self.version_content(version)
+        name = next((v.name for v in self.versions() if v.id == version), "")
         if content is None:
             raise Refused("There is no such version any more.", "Look at the list again.")
-        self.keep_version(author, f"Before {next(v.name for v in self.versions() if v.id == version)} came back")
         try:
-            write_atomically(self.path, content)
+            refuse_open_file(self.path)
+            stamp = file_stamp(self.path)
+            if all(v.digest != self._digest for v in self.versions()):
+                self.keep_version(
+                    author, f"Before {next(v.name for v in self.versions() if v.id == version)} came back"
+                )
+            write_atomically(self.path, content, unchanged=stamp)
         except SheetsError as error:
             raise Refused(error.message, error.remedy) from error
 

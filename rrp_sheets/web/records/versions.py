@@ -69,7 +69,7 @@ def restore(room: Room, name: str) -> VersionsPage:
         return versions_page(room, name, f"{error.message} {error.remedy}".strip(), failed=True)
     room.tell("reload", {"why": f"{author} has brought back the version “{found.name}”."})
     room.check_soon()
-    notice = f"“{found.name}” is back. What the workbook was before is kept as a version too: the first of the list."
+    notice = f"“{found.name}” is back. What the workbook was before is kept as a version too."
     return versions_page(room, name, notice)
 
 
