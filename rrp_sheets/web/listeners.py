@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import secrets
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -10,6 +11,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 _KEEP_ALIVE = 5.0  # seconds of silence after which a comment is sent, which shows whether the page is still there
+_LASTING = frozenset({"grid", "checked", "reload", "trouble"})
+_KEPT = 300  # of them: who was away for more must load the page again
 _WAITING = 200  # messages that a slow browser may lag behind before it must load the page again
 _MOST_LIVE = 20  # those of a run's values: whoever lags behind more gets the newest instead
 
@@ -77,6 +80,38 @@ def message(event: str, data: dict[str, Any], number: str = "") -> str:
     """An event with its data, as it is sent; a browser that comes back says which `number` it had last."""
     begin = f"id: {number}\n" if number else ""
     return f"{begin}event: {event}\ndata: {json.dumps(data, ensure_ascii=False, separators=(',', ':'))}\n\n"
+
+
+class Told:
+    """What a room's pages were told and must not miss while they are in the background; their room locks it."""
+
+    def __init__(self) -> None:
+        self._opened = secrets.token_hex(4)  # tells this room from one of an earlier start
+        self._count = 0
+        self._kept: deque[tuple[int, str, str]] = deque(maxlen=_KEPT)  # number, whom not to tell, what
+
+    @property
+    def number(self) -> str:
+        """Of the newest."""
+        return f"{self._opened}.{self._count}"
+
+    def add(self, event: str, data: dict[str, Any], but: str) -> str:
+        """An event as it is sent; kept if it is one that lasts."""
+        if event not in _LASTING:
+            return message(event, data)
+        self._count += 1
+        text = message(event, data, self.number)
+        self._kept.append((self._count, but, text))
+        return text
+
+    def missed(self, client: str, had: str) -> list[str]:
+        """What came after the number that a page has had; it must load again when that is too long ago."""
+        opened, _, number = had.partition(".")
+        last = int(number) if number.isascii() and number.isdigit() and len(number) < 12 else -1
+        oldest = self._kept[0][0] if self._kept else self._count + 1
+        if opened != self._opened or not oldest - 1 <= last <= self._count:
+            return [message("reload", {})]
+        return [text for count, but, text in self._kept if count > last and but != client]
 
 
 def stream(listener: Listener, anew: Callable[[], str], leave: Callable[[Listener], None]) -> Iterator[str]:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import secrets
 import threading
 import time
-from collections import deque
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from typing import Any
@@ -14,14 +12,11 @@ from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.hindrance import hindrance
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.worker import CheckWorker
-from rrp_sheets.web.listeners import Listener, message
+from rrp_sheets.web.listeners import Listener, Told, message
 from rrp_sheets.web.looks import Look, look, no_look
 from rrp_sheets.web.rowviews import RowMaker
 
 LOCK_SECONDS = 120.0  # a cell is given free when its editor was silent for so long
-# What a page must not miss while it is in the background.
-_LASTING = frozenset({"grid", "checked", "reload", "trouble"})
-_KEPT = 300
 
 
 class Room:
@@ -40,10 +35,8 @@ class Room:
         self._trouble = ""
         self._hindered = ""
         self.author = ""  # of the newest edit
-        self._opened = secrets.token_hex(4)  # tells this room from one of an earlier start
-        self._count = 0
+        self._told = Told()
         self._made = 0  # how often rows were made: of two looks of a row, a page keeps the one that was made later
-        self._kept: deque[tuple[int, str, str]] = deque(maxlen=_KEPT)  # number, whom not to tell, what
         self.about_run: Callable[[], str] = str  # the run that goes on, as it is sent to a page that joins
         self.after_check: Callable[[], None] = lambda: None
         self.after_edit: Callable[[], None] = lambda: None
@@ -168,7 +161,7 @@ class Room:
     def told(self) -> str:
         """The number of the newest thing that everyone was told."""
         with self._lock:
-            return f"{self._opened}.{self._count}"
+            return self._told.number
 
     def join(self, client: str, name: str, *, knows: bool = True, had: str = "", person: str = "") -> Listener:
         """Somebody opens the page, or comes back to it.
@@ -188,7 +181,7 @@ class Room:
                 listener.tell(message("grid", about))
             listener.tell(message("checked", self._checked()))
         with self._lock:
-            for text in self._missed(client, had) if had else ():
+            for text in self._told.missed(client, had) if had else ():
                 listener.tell(text)
             listener.welcome = f"id: {self.told()}\n\n"
             self.listeners.append(listener)
@@ -197,14 +190,6 @@ class Room:
             listener.tell(run)
         self.tell_people()
         return listener
-
-    def _missed(self, client: str, had: str) -> list[str]:
-        opened, _, number = had.partition(".")
-        last = int(number) if number.isascii() and number.isdigit() and len(number) < 12 else -1
-        oldest = self._kept[0][0] if self._kept else self._count + 1
-        if opened != self._opened or not oldest - 1 <= last <= self._count:
-            return [message("reload", {})]
-        return [text for count, but, text in self._kept if count > last and but != client]
 
     def is_of(self, client: str, person: str) -> bool:
         """Whether a page is of this session, or of nobody."""
@@ -274,12 +259,7 @@ class Room:
     def tell(self, event: str, data: dict[str, Any], but: str = "") -> None:
         """Tell every page, but perhaps one, that something happened."""
         with self._lock:
-            if event in _LASTING:
-                self._count += 1
-                text = message(event, data, self.told())
-                self._kept.append((self._count, but, text))
-            else:
-                text = message(event, data)
+            text = self._told.add(event, data, but)
             listeners = [li for li in self.listeners if li.client != but]
         for listener in listeners:
             listener.tell(text)
