@@ -69,8 +69,8 @@ def verbs_of(kind: str) -> dict[str, str]:
     >>> verbs_of("ball")["moves"], "says" in verbs_of("person")
     ('to 0.5, 0, 0.4 in 2 s', True)
     """
-    verbs = {meaning: verb for verb, meaning in reversed(_VERBS[kind].items())}
-    return {v: _EXAMPLES.get(f"{kind} {m}") or _EXAMPLES.get(m, "") for m, v in reversed(verbs.items())}
+    verbs = {meaning: verb for verb, meaning in reversed(list(_VERBS[kind].items()))}
+    return {v: _EXAMPLES.get(f"{kind} {m}") or _EXAMPLES.get(m, "") for m, v in reversed(list(verbs.items()))}
 
 
 def parse_scene(rows: Sequence[SceneRow], report: Report, robot: Robot) -> tuple[SceneAction, ...]:
