@@ -112,9 +112,7 @@ class WorkFile:
             refuse_open_file(self.path)
             stamp = file_stamp(self.path)
             if all(v.digest != self._digest for v in self.versions()):
-                self.keep_version(
-                    author, f"Before {next(v.name for v in self.versions() if v.id == version)} came back"
-                )
+                self.keep_version(author, f"Before {name} came back")
             write_atomically(self.path, content, unchanged=stamp)
         except SheetsError as error:
             raise Refused(error.message, error.remedy) from error
