@@ -181,6 +181,8 @@ def test_balls_stand_in_the_room_and_one_can_look_around(panel: Panel, real: Rea
     def red(picture: Any) -> float:
         return float(((picture[:, :, 0] > 120) & (picture[:, :, 1] < 70) & (picture[:, :, 2] < 70)).mean())
 
+    panel.live(t=1.6, robot={**real.turned, "things": {}})
+    panel.still()
     assert red(panel.picture()) == 0
     panel.live(t=1.7, robot=real.turned)
     panel.still()
@@ -220,6 +222,12 @@ def test_the_box_is_where_the_ball_is_in_the_picture(panel: Panel, real: Real) -
     assert words in (panel.page.locator("#eye img").get_attribute("alt") or "")
     panel.live(t=2.6)
     assert panel.page.locator("#eye rect.seen").count() == 0, "what was seen long ago is not shown"
+    asked: list[str] = []
+    panel.page.on("request", lambda request: asked.append(request.url) if "/run/eye.jpg" in request.url else None)
+    burst = "() => { for (let eye = 10; eye < 60; eye++) document.dispatchEvent(new CustomEvent('rrp:live', { detail: { eye } })); }"
+    panel.page.evaluate(burst)
+    panel.page.wait_for_selector("#eye img[src$='?n=59']")
+    assert len(asked) < 6, "pictures that nobody could have seen are not fetched"
 
 
 def stream(value: str, at: float, kind: str = "stream") -> dict[str, Any]:
