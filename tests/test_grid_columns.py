@@ -104,6 +104,13 @@ def test_every_connector_has_its_icon() -> None:
     assert [c.name for c in connectors() if f'id="i-{c.name}"' not in icons] == []
 
 
+def test_a_comment_in_the_first_column_is_seen(shelf: Books) -> None:
+    grid = shelf.open({"T": [HEADER, ["# what follows is only for visitors", *[""] * 5]]})
+    seen = "c => { const w = c.querySelector('.word').getBoundingClientRect(); return [w.height < 20, w.width > 150]; }"
+    assert grid.page.evaluate(seen, grid.cell("A2").element_handle()) == [True, True]
+    assert grid.page.locator("tbody input").count() == 0
+
+
 def test_a_flagged_connector_of_the_longest_name_stands_on_one_line(shelf: Books) -> None:
     rows = [["", "Red ball", "map", "redBall.x", "A", ""], ["", "Red ball", "map", "redBall.y", "B", ""],
             ["", "A, B", "combineLatest", "a + c", "C", ""], ["", "C", "subscribe", "", "Say", ""]]  # fmt: skip

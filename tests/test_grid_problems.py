@@ -32,6 +32,10 @@ def test_a_problem_is_told_at_its_cell_leads_there_and_is_mended(shelf: Books) -
     grid.go("B2")
     grid.page.click(".problem-list a")
     assert grid.here == "D3"
+    grid.press("F6")
+    assert grid.page.evaluate("document.activeElement.closest('#panels') !== null")
+    grid.press("F6")
+    assert grid.page.evaluate("document.activeElement.getAttribute('role')") == "gridcell"
     box = grid.page.locator(".mends:visible")
     assert "Apply fix: Write distance" in box.inner_text() and "Ctrl ." in box.inner_text()
     grid.press("Control+.")

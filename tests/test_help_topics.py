@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 from play import check, example, play, rows
 
-from rrp_sheets import api, cli
+from rrp_sheets import api, topics
 from rrp_sheets.cli.help import command
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import load_robot
@@ -32,7 +32,7 @@ from rrp_sheets.topics.words import WORDS as OTHER_WORDS
 from rrp_sheets.topics.workbooks import checked
 
 WIDEST = 100
-FILES = Path(cli.__file__).parent / "topics"
+FILES = Path(topics.__file__).parent
 FUNCTIONS = {function.name: function for function in library()}
 CONNECTORS = {connector.name: connector for connector in connectors()}
 DEVICES = sorted({found.name for found in load_robot().names.values()})

@@ -10,7 +10,6 @@ from markupsafe import Markup
 from rrp_sheets.devices.scene import verbs_of
 from rrp_sheets.documents.hindrance import hindrance
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.render.diagram import draw_diagram
 from rrp_sheets.render.sentences import explain
 from rrp_sheets.web.looks import no_look
 from rrp_sheets.web.ownsheets import own_page
@@ -23,7 +22,6 @@ from rrp_sheets.web.words import words_of
 
 MOST_PROBLEMS = 300
 FIRST_ROWS = 200  # in the page itself; the others follow
-_SECONDS = 5.0  # for the diagram's layout
 
 
 def grid_page(room: Room, name: str, sheet: str, icons: frozenset[str]) -> GridPage:
@@ -32,7 +30,8 @@ def grid_page(room: Room, name: str, sheet: str, icons: frozenset[str]) -> GridP
     grids = room.document.grids
     first = next((n for n, g in grids.items() if g.kind == "behaviour"), next(iter(grids), ""))
     if sheet in room.document.own:
-        return own_page(grid_page(room, name, first, icons), room.document, sheet)
+        other = grid_page(room, name, first, icons)
+        return own_page(other, panels(room, name, sheet, icons), room.document, sheet)
     sheet = sheet or first
     look = room.look()
     maker = room.maker(sheet) if sheet else None
@@ -94,10 +93,7 @@ def panels(room: Room, name: str, sheet: str, icons: frozenset[str]) -> Panels:
             why = f"This is too long to be drawn here: more than {MOST_ROWS} rows. Divide the sheet."
         else:
             try:
-                drawn = draw_diagram(
-                    look.graph, behaviour, problems=look.flags(behaviour), whole=True, room=True, timeout=_SECONDS
-                )
-                drawing = Markup(drawn[0].svg) if drawn else Markup("")
+                drawing = Markup(look.drawing(behaviour))
             except SheetsError as error:
                 why = f"{error.message} {error.remedy}"
             words = words_of(explain(look.graph, look.workbook, look.robot, [behaviour])[0])

@@ -6,19 +6,20 @@ from dataclasses import replace
 
 from rrp_sheets.documents import Document
 from rrp_sheets.documents.grid import Column, Grid
-from rrp_sheets.web.pages import GridPage, Tab
+from rrp_sheets.web.pages import GridPage, Panels, Tab
 from rrp_sheets.web.rowviews import RowMaker
 
 MOST_ROWS, MOST_COLUMNS = 2_000, 60
 
 
-def own_page(page: GridPage, document: Document, name: str) -> GridPage:
+def own_page(page: GridPage, panels: Panels, document: Document, name: str) -> GridPage:
     """The page of a sheet of the user's own; `page` is that of another sheet of the workbook."""
     grid = own_grid(document, name)
     maker = RowMaker(grid)
     return replace(
-        page, sheet=name, kind="own", first=1, heads=tuple(maker.heads()), examples=False, count=len(grid.rows),
-        rows=maker.rows(0, MOST_ROWS), tabs=tuple(Tab(t.name, t.kind, here=False) for t in page.tabs),
+        page, panels=panels, sheet=name, kind="own", first=1, heads=tuple(maker.heads()), examples=False,
+        count=len(grid.rows), rows=maker.rows(0, MOST_ROWS),
+        tabs=tuple(Tab(t.name, t.kind, here=False) for t in page.tabs),
     )  # fmt: skip
 
 

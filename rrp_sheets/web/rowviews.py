@@ -172,6 +172,8 @@ class RowMaker:
         if kind == "on":
             if not self.grid.texts[row]:
                 return ""  # a blank row is neither on nor off
+            if text.lstrip().startswith("#"):
+                return f'<span class="word">{escape(text)}</span>'
             checked = "" if text.strip().casefold() in _OFF else " checked"
             return f'<input type="checkbox" tabindex="-1" aria-label="Row {number} is on"{checked}>'
         if not text:

@@ -72,6 +72,15 @@ listen.addEventListener("notice", (event) => {
 });
 listen.addEventListener("trouble", (event) => grid?.say(JSON.parse(event.detail.data).message, true));
 
+// F6: from the sheet to what stands beside it, and back
+document.addEventListener("keydown", (event) => {
+  if (event.key !== "F6" || !grid) return;
+  event.preventDefault();
+  const beside = [...document.querySelectorAll("#panels a[href], #panels button, #panels [tabindex='0']")].find((part) => part.checkVisibility());
+  if (!beside || document.activeElement.closest("#panels")) grid.selection.cell?.focus({ preventScroll: true });
+  else beside.focus();
+});
+
 document.addEventListener("click", (event) => {
   const action = event.target.closest("[data-do]")?.dataset.do;
   if (action === "undo") grid.undo();

@@ -4,6 +4,10 @@ export class Mending {
   constructor(grid) {
     this.grid = grid;
     grid.scroll.addEventListener("keydown", (event) => this.key(event), true);
+    grid.scroll.addEventListener("focusin", () => grid.scroll.classList.remove("left"));
+    grid.scroll.addEventListener("focusout", (event) => {
+      grid.scroll.classList.toggle("left", Boolean(event.relatedTarget) && !grid.scroll.contains(event.relatedTarget));
+    });
   }
 
   buttons() {

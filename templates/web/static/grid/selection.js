@@ -57,15 +57,34 @@ export class Selection {
   /** Select a cell; `extend` keeps the anchor, so that a range grows. */
   go(row, k, extend = false, focus = true) {
     if (!row) return;
-    this.cell?.setAttribute("tabindex", "-1");
+    this.leave();
     this.head = { row: row.id, k };
     if (!extend || !this.anchor) this.anchor = this.head;
     const cell = this.cell;
-    cell.setAttribute("tabindex", "0");
+    this.enter();
     if (focus) cell.focus({ preventScroll: true });
     this.reveal(cell);
     this.paint();
     this.onChange(this);
+  }
+
+  /** Mark the cell with the cursor; by classes, as :focus-within would cost time with every key in a long sheet. */
+  enter() {
+    const { cell } = this;
+    if (this.marked !== cell) this.leave();
+    this.marked = cell;
+    cell.setAttribute("tabindex", "0");
+    cell.classList.add("at");
+    cell.parentElement.classList.add("at");
+    if (cell.querySelector(".mends")) cell.parentElement.classList.add("told");
+  }
+
+  leave() {
+    const old = this.marked;
+    old?.setAttribute("tabindex", "-1");
+    old?.classList.remove("at");
+    old?.parentElement?.classList.remove("at", "told");
+    this.marked = null;
   }
 
   /** Select whole rows or everything, without leaving the head's column in view. */
@@ -112,7 +131,7 @@ export class Selection {
       }
     }
     if (!this.head) return;
-    this.cell.setAttribute("tabindex", "0");
+    this.enter();
     if (document.activeElement === document.body) this.cell.focus({ preventScroll: true });
     this.paint();
   }

@@ -1,0 +1,88 @@
+"""A fix that changes several sheets is one edit: made together, told for each sheet, taken back as one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.diagnostics.catalogue import CODES
+from rrp_sheets.diagnostics.fix import Fix, Insert, Put, Replace
+from rrp_sheets.documents import Document, Refused
+from rrp_sheets.documents.journal import Journal
+from rrp_sheets.model.cells import Address
+from rrp_sheets.web.fixing import make_fix
+from rrp_sheets.web.looks import Look, no_look
+from rrp_sheets.workbook import read
+from rrp_sheets.workbook.maker import make_workbook
+
+HEADER = ["Input streams", "Connector", "Formula", "Output stream"]
+
+
+@pytest.fixture
+def document(tmp_path: Path) -> Document:
+    rows = [["Gaze", "map", "gaze * far", "A"], ["A", "subscribe", "", "Print"]]
+    sheets = {"T": [HEADER, *rows], "Devices": [["Stream", "Device"], ["Ball", "Red ball"]]}
+    make_workbook(sheets, tmp_path / "b.xlsx")
+    return Document(tmp_path / "b.xlsx", Journal(tmp_path))
+
+
+def look_with(fix: Fix) -> Look:
+    """What a check says that offers one fix."""
+    code = CODES["GRAPH001"]
+    found = Diagnostic(code.id, code.severity, Address("T", 2, 1), "m", "r", fixes=(fix,))
+    return replace(no_look(), findings=(found,))
+
+
+def texts(document: Document) -> dict[str, list[list[str]]]:
+    """The filled rows of the sheets."""
+    return {
+        name: [list(grid.texts[row].values()) for row in grid.rows if grid.texts[row]]
+        for name, grid in document.grids.items()
+    }
+
+
+FIX = Fix(
+    "Declare Gaze",
+    (
+        Insert("Devices", 2, ((1, "Gaze"), (2, "Head yaw"))), Replace(Address("T", 2, 3), "far", "0.5"),
+        Insert("T", 3, ((1, "A"), (2, "sample"), (3, "1 s"), (4, "B"))), Put(Address("T", 4, 1), "B"),
+    ),
+)  # fmt: skip
+ASKED = {"code": "GRAPH001", "place": "T!A2", "title": FIX.title}
+
+
+def test_a_fix_of_two_sheets_is_made_and_taken_back_as_one(document: Document) -> None:
+    before = texts(document)
+    changed = make_fix(document, look_with(FIX), "Aya", ASKED)
+    assert [c.sheet for c in (changed, *changed.then)] == ["Devices", "T", "T", "T"]
+    assert texts(document) == {
+        "T": [["Gaze", "map", "gaze * 0.5", "A"], ["A", "sample", "1 s", "B"], ["B", "subscribe", "Print"]],
+        "Devices": [["Gaze", "Head yaw"], ["Ball", "Red ball"]],
+    }
+    behaviour = read(document.path).workbook.behaviours[0]
+    assert [r.connector.text for r in behaviour.rows] == ["map", "sample", "subscribe"]
+    back = document.undo("Aya")
+    assert back is not None and {c.sheet for c in (back, *back.then)} == {"T", "Devices"}
+    assert texts(document) == before and document.undo("Aya") is None
+    document.undo("Aya", again=True)
+    assert texts(document)["Devices"][0] == ["Gaze", "Head yaw"]
+
+
+def test_a_fix_of_a_sheet_that_is_not_there_changes_nothing(document: Document) -> None:
+    before = document.path.read_bytes()
+    fix = replace(FIX, edits=(*FIX.edits, Insert("Helpers", 2, ((1, "far"),))))
+    with pytest.raises(Refused, match="There is no sheet “Helpers”"):
+        make_fix(document, look_with(fix), "Aya", ASKED)
+    fix = replace(FIX, edits=(*FIX.edits, Put(Address("T", 900, 1), "x")))
+    with pytest.raises(Refused, match="no longer what the check says"):
+        make_fix(document, look_with(fix), "Aya", ASKED)
+    assert document.path.read_bytes() == before
+
+
+def test_undo_tells_which_cells_it_has_changed(document: Document) -> None:
+    make_fix(document, look_with(replace(FIX, edits=FIX.edits[1:2])), "Aya", ASKED)
+    back = document.undo("Aya")
+    assert back is not None and back.cells == ((document.grids["T"].rows[0], 3),)
