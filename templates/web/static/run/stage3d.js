@@ -61,12 +61,13 @@ export class Stage {
     this.kinds = Object.fromEntries(things.map(({ name, kind }) => [name, kind]));
   }
 
-  /** A newer state of the world; it is reached smoothly. `at once` for the first of a run. */
+  /** A newer state of the world; it is reached smoothly, `atOnce` when it is the first of a run. */
   take({ joints, base, eyes, things }, atOnce = false) {
     const now = performance.now();
     const gap = Math.min(Math.max(now - (this.newest ?? 0), 16), LONGEST);
     this.newest = now;
-    this.way = atOnce ? 1 : gap; // ms until it is reached: as long as the last one took to come
+    const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.way = atOnce || calm ? 1 : gap; // ms until it is reached: as long as the last one took to come
     this.began = now;
     this.from = { joints: { ...this.shown.joints }, position: this.body.base.position.clone(), turned: this.body.base.quaternion.clone() };
     this.to = { joints: joints ?? this.shown.joints, position: this.from.position.clone(), turned: this.from.turned.clone() };
