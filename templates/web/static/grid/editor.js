@@ -49,7 +49,7 @@ export class Editor {
     this.field.autocomplete = "off";
     this.field.className = ["formula", "send", "expect"].includes(this.kind(k)) ? "code" : "";
     for (const [name, value] of Object.entries({
-      role: "combobox", "aria-expanded": "false", "aria-autocomplete": "list", "aria-controls": id,
+      "aria-haspopup": "listbox", "aria-autocomplete": "list", "aria-controls": id, // of several lines, so no combobox
       "aria-label": `${this.table.name(k)}, row ${cell.parentElement.cells[0].textContent}`, autocapitalize: "off",
     })) this.field.setAttribute(name, value);
     this.list = document.createElement("div");
@@ -57,6 +57,7 @@ export class Editor {
     this.list.id = id;
     this.list.hidden = true;
     this.list.setAttribute("role", "listbox");
+    this.list.tabIndex = 0; // as it scrolls; Tab never leads there
     this.list.setAttribute("aria-label", "Suggestions");
     this.hint = document.createElement("div");
     this.hint.className = "signature";
@@ -114,7 +115,6 @@ export class Editor {
   show() {
     const items = this.found.items;
     this.list.hidden = items.length === 0;
-    this.field.setAttribute("aria-expanded", String(items.length > 0));
     this.list.replaceChildren(...items.map((item, i) => {
       const option = document.createElement("div");
       option.id = `${this.list.id}-${i}`;

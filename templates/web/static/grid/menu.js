@@ -30,7 +30,7 @@ export function menu(grid) {
     });
     box.append(item);
   }
-  document.body.append(box);
+  document.querySelector("main").append(box);
   const button = document.querySelector("[data-do=rows]");
 
   document.addEventListener("rrp:menu", (event) => {

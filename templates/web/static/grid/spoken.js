@@ -74,9 +74,9 @@ export class Spoken {
     if (k < 0) return;
     const name = `${table.name(k)}, row ${cell.parentElement.cells[0].textContent}: `;
     const old = cell.querySelector(":scope > .cell-name");
-    if (!cell.querySelector(":scope > .mends")) {
+    if (!cell.querySelector(":scope > .mends, :scope > .name-tag")) {
       old?.remove();
-      cell.setAttribute("aria-label", name + content(cell));
+      cell.setAttribute("aria-label", [name + content(cell), cell.querySelector(".name-tag")?.textContent ?? ""].join(" ").trim());
       return;
     }
     cell.removeAttribute("aria-label"); // its name is what is to be seen, with the message while that is shown
