@@ -136,12 +136,12 @@ def test_by_what_a_screen_reader_knows_alone(browser: Any, url: str, folder: Pat
     assert focused.aria_snapshot().startswith('- \'gridcell "Input streams, row 2: blank"')
     for number, row in enumerate(WALKTHROUGH, start=2):
         for header, text in zip(HEADER, row, strict=True):
-            assert f'gridcell "{header}, row {number}: blank"' in focused.aria_snapshot()
+            assert f'gridcell "{header}, row {number}: ' in focused.aria_snapshot()
             if not text:
                 page.press("Tab")
                 continue
             page.page.keyboard.type(text[:2])
-            field = tree.get_by_role("combobox", name=f"{header}, row {number}")
+            field = tree.get_by_role("textbox", name=f"{header}, row {number}")
             expect(field).to_be_focused()
             if header == "Connector" or (header == "Input streams" and number == 2) or row[1] == "subscribe":
                 chosen = tree.get_by_role("listbox", name="Suggestions").get_by_role("option", selected=True)

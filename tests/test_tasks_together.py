@@ -61,7 +61,7 @@ def two(browser: Any, url: str, folder: Path, name: str, rows: int) -> tuple[Gri
 
 def cells(path: Path, column: int, sheet: str = "T") -> dict[int, str]:
     """The texts of a column in the file, by row."""
-    (found,) = (s.cells for s in read_sheets(path) if s.title == sheet)
+    (found,) = (s.cells for s in read_sheets(path) if s.name == sheet)
     return {row: cell.typed for (row, at), cell in found.items() if at == column and row > 1}
 
 
