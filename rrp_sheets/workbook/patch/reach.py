@@ -20,7 +20,8 @@ _FORMULAS = ("formula", "formula1", "formula2", "f")
 
 def note(package: PackageEdit, index: int) -> None:
     """Remember how far a sheet's table reaches, before it is changed."""
-    package.reached.setdefault(index, _last(package, index))
+    if index not in package.reached:
+        package.reached[index] = _last(package, index)
 
 
 def grow(package: PackageEdit, index: int) -> None:
