@@ -3,7 +3,7 @@
 
 import { lights } from "./lights.js";
 
-const LEAST_TEXT = 9.5; // px: at first the smallest words are not made smaller to fit the width, it scrolls instead
+const LEAST_TEXT = 8; // px: at first the smallest words are not made smaller to fit the width, it scrolls instead
 const SMALLEST = 8; // of the words in the picture, in its own units
 const UNIT = 96 / 72; // px of one of the picture's units at zoom 1
 const LEAST = 0.2;
