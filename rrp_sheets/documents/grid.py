@@ -25,7 +25,7 @@ class Column:
 
 @dataclass
 class Grid:
-    """A sheet under edit.
+    """A sheet under edit. Who edits locks the document; who only looks need not, and sees each row as it is or was.
 
     Attributes:
         kind: `behaviour`, `devices`, …, or `table` for one of the user's own that formulas name.
@@ -67,8 +67,8 @@ class Grid:
         return self.first + self.rows.index(row)
 
     def numbers(self) -> dict[str, int]:
-        """All rows' numbers by id."""
-        return {row: self.first + i for i, row in enumerate(self.rows)}
+        """All rows' numbers by id, in order."""
+        return {row: self.first + i for i, row in enumerate(self.rows.copy())}
 
     def has(self, row: str) -> bool:
         """Whether there is such a row."""
@@ -94,15 +94,15 @@ class Grid:
             self.texts.update((row, {}) for row in new)
             return new
         place = edit.first - self.first
-        block = self.rows[place : place + edit.count]
-        del self.rows[place : place + edit.count]
+        block, others = self.rows[place : place + edit.count], self.rows[:place] + self.rows[place + edit.count :]
         if isinstance(edit, DeleteRows):
+            self.rows = others
             for row in block:
                 del self.texts[row]
             return block
         to = edit.before - self.first
         to -= edit.count if to > place else 0
-        self.rows[to:to] = block
+        self.rows = others[:to] + block + others[to:]
         return block
 
     def load(self, sheet: RawSheet) -> bool:

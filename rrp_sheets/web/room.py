@@ -96,11 +96,12 @@ class Room:
     def _row_changes(self, changed: Changed, maker: RowMaker) -> dict[str, Any]:
         entry = self._now(changed.sheet)
         if changed.touched:
-            entry["replace"] = [{"id": row, "html": maker.html(row)} for row in changed.touched]
+            entry["replace"] = [{"id": row, "html": html} for row, html in maker.html(changed.touched).items()]
         if changed.cells:
             entry["cells"] = [list(place) for place in changed.cells[:1000]]
         if changed.inserted:
-            entry["insert"] = [{"before": before, "html": maker.html(row)} for row, before in changed.inserted]
+            made = maker.html(row for row, _ in changed.inserted)
+            entry["insert"] = [{"before": before, "html": made[row]} for row, before in changed.inserted if row in made]
         if changed.removed:
             entry["remove"] = list(changed.removed)
         if changed.moved:
@@ -258,11 +259,11 @@ class Room:
 
     def tell(self, event: str, data: dict[str, Any], but: str = "") -> None:
         """Tell every page, but perhaps one, that something happened."""
-        with self._lock:
+        with self._lock:  # also while it is handed over: what is numbered comes in its order
             text = self._told.add(event, data, but)
-            listeners = [li for li in self.listeners if li.client != but]
-        for listener in listeners:
-            listener.tell(text)
+            for listener in self.listeners:
+                if listener.client != but:
+                    listener.tell(text)
 
     def tell_all(self, text: str) -> None:
         """Tell every page something of the moment; `text` as it is sent."""

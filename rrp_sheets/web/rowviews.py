@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from itertools import islice
 from typing import Any
 
 from markupsafe import Markup, escape
@@ -67,10 +68,11 @@ class RowMaker:
         """What the newest check says about this sheet, and which cells are being edited by whom."""
         self._robot = look.robot
         self._taken = {(row, column): who for (_, row, column), who in taken.items()}
-        self._problems = {}
+        problems: dict[int, list[tuple[int, Diagnostic]]] = {}
         for number, d in enumerate(look.findings, 1):
             if d.address and d.address.sheet == self.grid.name:
-                self._problems.setdefault(d.address.row, []).append((number, d))
+                problems.setdefault(d.address.row, []).append((number, d))
+        self._problems = problems
         behaviour = look.behaviour(self.grid.name)
         if self.grid.kind != "behaviour" or behaviour is None:
             return
@@ -83,33 +85,33 @@ class RowMaker:
 
     def rows(self, first: int, count: int) -> Markup:
         """Some rows from a place on; a long sheet comes in pieces, so that its beginning is there at once."""
-        numbers = self.grid.numbers()
-        return Markup("".join(self._made(row, numbers[row]) for row in self.grid.rows[first : first + count]))
+        piece = islice(self.grid.numbers().items(), first, first + count)
+        return Markup("".join(self._made(row, number) for row, number in piece))
 
     def changed(self) -> list[tuple[str, str]]:
         """The rows that look different from how they were last made; those never made are on nobody's page."""
-        numbers = self.grid.numbers()
         return [
-            (row, self._made(row, numbers[row])) for row in self.grid.rows
-            if row in self._signatures and self._signatures[row] != self._signature(row, numbers[row])
+            (row, self._made(row, number)) for row, number in self.grid.numbers().items()
+            if row in self._signatures and self._signatures[row] != self._signature(row, number)
         ]  # fmt: skip
 
     def known(self, sheet: str) -> dict[str, Any]:
         """All rows about which the check has anything to say, as an event for a page that was made before it."""
         bare, numbers = RowMaker(self.grid), self.grid.numbers()
-        told = [r for r in self.grid.rows if self._signature(r, numbers[r]) != bare._signature(r, numbers[r])]
+        told = [r for r, n in numbers.items() if self._signature(r, n) != bare._signature(r, n)]
         return {"sheet": sheet, "replace": [{"id": r, "html": self._made(r, numbers[r])} for r in told]}
 
-    def html(self, row: str) -> str:
-        """A row."""
-        return self._made(row, self.grid.number(row))
+    def html(self, rows: Iterable[str]) -> dict[str, str]:
+        """Rows by their ids, but those that somebody has deleted meanwhile."""
+        numbers = self.grid.numbers()
+        return {row: self._made(row, numbers[row]) for row in rows if row in numbers}
 
     def _made(self, row: str, number: int) -> str:
         self._signatures[row] = self._signature(row, number)
         return self._row(row, number)
 
     def _signature(self, row: str, number: int) -> Signature:
-        texts = self.grid.texts[row]
+        texts = self.grid.texts.get(row, {})
         names = tuple(self._streams.get(key(n), "") for c, k in self._pairs() if k in ("inputs", "output")
                       for n in _names(texts.get(c.number, "")))  # fmt: skip
         problems = tuple((n, d.code, d.message, d.remedy, len(d.fixes)) for n, d in self._problems.get(number, ()))
@@ -120,7 +122,7 @@ class RowMaker:
         return list(zip(self.grid.columns, self.kinds, strict=True))
 
     def _row(self, row: str, number: int) -> str:
-        texts = self.grid.texts[row]
+        texts = self.grid.texts.get(row, {})
         problems = self._problems.get(number, [])
         known = {c.number for c in self.grid.columns}
         cells = []
@@ -170,7 +172,7 @@ class RowMaker:
 
     def _inside(self, row: str, number: int, kind: str, text: str) -> str:
         if kind == "on":
-            if not self.grid.texts[row]:
+            if not self.grid.texts.get(row):
                 return ""  # a blank row is neither on nor off
             if text.lstrip().startswith("#"):
                 return f'<span class="word">{escape(text)}</span>'

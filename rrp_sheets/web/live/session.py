@@ -14,6 +14,7 @@ from rrp_sheets.runs.apart import Ended, RunProcess
 from rrp_sheets.runs.view import RunSettings
 from rrp_sheets.web.listeners import message
 from rrp_sheets.web.live.hub import Hub
+from rrp_sheets.web.live.log import Line
 from rrp_sheets.web.live.told import clock, unit_of
 from rrp_sheets.web.room import Room
 
@@ -153,9 +154,8 @@ class Session:
             began = time.monotonic()
             self._look()
             live, lines = self.hub.news()
-            text = (message("live", live) if live else "") + (message("log", {"lines": lines}) if lines else "")
-            if text:
-                self.room.tell_live(text)
+            if live or lines:
+                self.room.tell_live(self._values(live, lines))
             self._rest = max(TELL_EVERY, (time.monotonic() - began) * _WORK_SHARE)
 
     def _look(self) -> None:
@@ -172,8 +172,12 @@ class Session:
     def about(self) -> str:
         """Everything so far, as it is sent to a page that joins."""
         self._looked = time.monotonic()  # it asks for pictures when there are any
-        live, lines = self.hub.all()
-        return message("run", self.state()) + message("live", live) + message("log", {"lines": lines})
+        return message("run", self.state()) + self._values(*self.hub.all())
+
+    def _values(self, live: Told | None, lines: list[Line]) -> str:
+        """Values and lines of the log as they are sent, with the run that they are of: another may have begun."""
+        text = message("live", {"run": self.id, **live}) if live else ""
+        return text + (message("log", {"run": self.id, "lines": lines}) if lines else "")
 
     def state(self) -> Told:
         """The run besides its values."""
@@ -235,9 +239,8 @@ class Session:
         document = self.room.document
         if self.phase not in ("running", "paused") or document.version == self._version:
             return
-        self._version = document.version
-        errors = self.room.look().errors
-        if errors:
+        if self.room.look().errors:  # perhaps of an older version: what was mended meanwhile is checked next
             self.hub.unused("What was edited since then is not used while there are errors.")
-        else:
-            self.process.apply(document.path, self.room.author)
+            return
+        self._version = document.version
+        self.process.apply(document.path, self.room.author)

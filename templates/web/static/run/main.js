@@ -46,7 +46,8 @@ function tell(name, detail) {
 async function heard(event, data) {
   if (event === "run") return takeRun(data);
   await ready;
-  if (event === "live" && state.phase !== "none") {
+  if (data.run !== state.id) return undefined; // of a run before this one
+  if (event === "live") {
     if (data.robot) lately = { t: data.t, robot: data.robot };
     tell("rrp:live", data);
   } else if (event === "log") {

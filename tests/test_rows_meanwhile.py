@@ -1,0 +1,53 @@
+"""Rows that are made for one page while others insert, delete and move rows of the same sheet."""
+
+from __future__ import annotations
+
+import re
+import sys
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from rrp_sheets.documents.grid import Column, Grid
+from rrp_sheets.web.rowviews import RowMaker
+from rrp_sheets.workbook.edits import DeleteRows, InsertRows, MoveRows
+
+ROUNDS = 40
+
+
+@pytest.fixture
+def hurried() -> Iterator[None]:
+    """Threads that take turns very often."""
+    usual = sys.getswitchinterval()
+    sys.setswitchinterval(1e-5)
+    yield
+    sys.setswitchinterval(usual)
+
+
+@pytest.mark.usefixtures("hurried")
+def test_rows_can_be_made_at_any_moment_and_those_that_stay_are_never_missing() -> None:
+    grid = Grid("T", "behaviour", 2, (Column(1, "Connector", "Connector"),))
+    stay = grid.add_blank(20)
+    maker, over = RowMaker(grid), threading.Event()
+
+    def edit() -> None:
+        while not over.is_set():
+            grid.carry_out(InsertRows("T", 4, 5))
+            grid.carry_out(MoveRows("T", 15, 5, 2))
+            grid.carry_out(MoveRows("T", 2, 5, 20))
+            grid.carry_out(DeleteRows("T", 4, 5))
+
+    editor = threading.Thread(target=edit)
+    editor.start()
+    try:
+        for _ in range(ROUNDS):
+            ids = re.findall(r'<tr [^>]*id="([^"]+)"', maker.rows(0, 100))
+            assert set(stay) <= set(ids) and len(set(ids)) == len(ids)
+            maker.changed()
+            maker.known("T")
+            assert set(maker.html([*stay, "gone"])) == set(stay)
+    finally:
+        over.set()
+        editor.join()
+    assert grid.rows == stay
