@@ -9,7 +9,7 @@ const UNIT = 96 / 72; // px of one of the picture's units at zoom 1
 const LEAST = 0.2;
 const LARGEST = 3;
 const STEP = 1.2;
-const TOO_LARGE = 1.5; // a small diagram is not blown up beyond this to fill the panel
+const TOO_LARGE = 1.15; // a small diagram is not blown up beyond this to fill the panel
 const DRAG = 4; // px
 
 /** Bring the diagram in `panels` to life. */
