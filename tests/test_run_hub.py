@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import json
+import threading
+import time
 from pathlib import Path
 
 import pytest
 
+from rrp_sheets.documents import CellText
 from rrp_sheets.model.exchange import Act, Happening, State
 from rrp_sheets.model.values import Failure, record_from_mapping
 from rrp_sheets.runs.view import RunStart
+from rrp_sheets.runs.worker import CheckWorker, Findings
 from rrp_sheets.web.app import create_app
+from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.listeners import Listener, message
+from rrp_sheets.web.live.floor import Floor
 from rrp_sheets.web.live.hub import Hub
+from rrp_sheets.web.live.session import Wish
+from rrp_sheets.web.room import Room
 from rrp_sheets.workbook.maker import make_workbook
 
 START = RunStart(
@@ -169,3 +177,56 @@ def test_nobody_else_can_stop_a_run(client) -> None:
     where = "/book/b.xlsx/run/stop"
     assert client.post(where, json={}).status_code == 403
     assert client.post(where, json={}, headers={"X-RRP": "grid", "Origin": "http://evil.test"}).status_code == 403
+
+
+# ---- edits while it runs
+class Held(CheckWorker):
+    """A check whose answer comes when it is let go."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.answer, self.begun = threading.Event(), threading.Event()
+        self.answer.set()
+
+    def check(self, path: Path) -> Findings:
+        found = super().check(path)
+        self.begun.set()
+        assert self.answer.wait(60)
+        return found
+
+
+def test_a_mistake_that_is_mended_before_its_check_has_ended_does_not_stay_unused(tmp_path: Path) -> None:
+    rows = [["", "Red ball", "map", "redBall.distance", "Distance", ""], ["", "Distance", "subscribe", "", "Print", ""]]
+    make_workbook({"T": [HEADER, *rows]}, tmp_path / "b.xlsx")
+    worker = Held()
+    desk = Desk(tmp_path, worker)
+    floor, room = Floor(desk), desk.room(tmp_path / "b.xlsx")
+    page = room.join("a", "Aya")
+    room.look()  # begins the first check
+    hear(page, "checked")
+    session = floor.start(room, "b.xlsx", Wish("Aya", speed=0))
+    hear(page, '"phase":"running"')
+    worker.answer.clear()
+    worker.begun.clear()
+    put(room, "redBall.distence")
+    assert worker.begun.wait(60)
+    put(room, "redBall.distance + 7")
+    worker.answer.set()
+    assert "not used while there are errors" in hear(page, '"kind":"edit"')
+    session.stop("Aya")
+    assert '"restart":""' in hear(page, '"phase":"ended"')
+
+
+def put(room: Room, text: str) -> None:
+    grid = room.document.grids["T"]
+    cell = CellText(grid.rows[0], 4, text)
+    assert not room.change("b", "Aya", "", lambda document: document.set_cells("Aya", "T", [cell])).get("message")
+
+
+def hear(page: Listener, words: str) -> str:
+    """What a page is told, until some words come."""
+    heard, until = "", time.monotonic() + 90
+    while words not in heard:
+        assert time.monotonic() < until, heard[-2000:]
+        heard += page.take(str)
+    return heard
