@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from busy import crowded
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -228,7 +229,7 @@ def test_a_hundred_rows_are_quick():
     graph = graph_of(*chains(100))
     start = time.perf_counter()
     draw_diagram(graph, graph.behaviours[0])
-    assert time.perf_counter() - start < 2
+    assert time.perf_counter() - start < 2 * crowded()
 
 
 @pytest.mark.parametrize("whole", [False, True])
@@ -236,7 +237,7 @@ def test_a_thousand_rows_are_drawn_in_time(whole):
     graph = graph_of(*chains(1000))
     start = time.perf_counter()
     pages = draw_diagram(graph, graph.behaviours[0], whole=whole)
-    assert time.perf_counter() - start < 20
+    assert time.perf_counter() - start < 20 * crowded()
     assert (len(pages) == 1) is whole
 
 

@@ -10,6 +10,7 @@ import threading
 import time
 
 import pytest
+from busy import crowded
 from play import Played, check, rows
 
 from rrp_sheets.errors import RunBroken
@@ -197,7 +198,7 @@ def test_a_hanging_actuator_stops_neither_the_run_nor_stop(monkeypatch):
     assert [how for _, how in ended] == ["stopped"]
     before = time.monotonic()
     told = made.stop()
-    assert time.monotonic() - before < 3
+    assert time.monotonic() - before < 3 * crowded()
     assert [h.text for h in told] == ["Say did not stop in time and was left behind."]
     assert ("rest", "print") in world.log and world.log[-1] == ("close",)
 
@@ -259,7 +260,7 @@ def test_a_wait_ends_and_the_run_ends_itself_without_any_event():
     before = time.monotonic()
     at, how = made.go(30_000_000, hooks)
     assert how == "end run" and made.engine.ended_by == "T!3"
-    assert at >= 50_000 and time.monotonic() - before < 5
+    assert at >= 50_000 and time.monotonic() - before < 5 * crowded()
     made.stop()
 
 
@@ -288,7 +289,7 @@ def test_a_world_in_lockstep_goes_with_the_wall_clock():
     hooks = Until()
     before = time.monotonic()
     assert made.go(500_000, hooks) == (500_000, "time")
-    assert 0.5 <= time.monotonic() - before < 3
+    assert 0.5 <= time.monotonic() - before < 3 * crowded()
     made.stop()
     assert world.stopped and hooks.told == [Happening("note", "ready")]
     assert world.steps == [n * 1_000_000 // 30 for n in range(1, len(world.steps) + 1)]

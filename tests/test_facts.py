@@ -173,21 +173,21 @@ def test_examples_leave_no_trace_in_a_run():
 )
 def test_endless_work_is_bounded_for_one_row_and_for_all(formula):
     one = "\n".join(f"| Red ball | map | {formula} | X{i} |" for i in range(300))
-    began = time.perf_counter()
+    began = time.process_time()
     check(rows(one))
-    assert time.perf_counter() - began < 20
+    assert time.process_time() - began < 20
 
 
 def test_helpers_that_call_each_other_are_followed_only_so_far():
     lines = "\n".join(f"| H{i} | x | h{i + 1}(x) + h{i + 1}(x) |" for i in range(40))
-    began = time.perf_counter()
+    began = time.process_time()
     check(
         rows(
             "| Head yaw | filter | h0(headYaw) > 1 | X |" + PRINT,
             f"## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n{lines}\n| H40 | x | x |",
         )
     )
-    assert time.perf_counter() - began < 10
+    assert time.process_time() - began < 10
 
 
 def test_what_goes_round_through_a_done_stream():

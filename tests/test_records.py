@@ -171,11 +171,12 @@ def test_a_hundred_thousand_events_open_in_a_bounded_time(tmp_path: Path) -> Non
     assert "100,000 values and events" in get(client, "/runs/long").text
     [curve] = get(client, "/runs/long/series.json").json  # type: ignore[misc]
     shown = get(client, "/runs/long/marbles").data
-    assert time.monotonic() - began < 40  # 5 s on a machine that does nothing else
+    whole = time.monotonic() - began
+    assert whole < 40  # 5 s on a machine that does nothing else
     assert len(curve["points"]) <= 1_200 and max(v for _, v in curve["points"]) == 99.0
     assert len(shown) < 300_000
     began = time.monotonic()
-    assert facts_of(place).seconds == 8.0 and time.monotonic() - began < 0.1
+    assert facts_of(place).seconds == 8.0 and time.monotonic() - began < whole / 10  # its beginning and its end
 
 
 # ---- files ----

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from acting import wish
+from busy import crowded
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from play import check, rows
@@ -176,7 +177,7 @@ def test_while_an_event_loop_stands_still_things_can_be_moved_and_seen(live):
     before = time.monotonic()
     live.control.stop("Bo")
     live.thread.join(5)
-    assert time.monotonic() - before < 0.3 and live.ended[0][1] == "stopped"
+    assert time.monotonic() - before < 0.3 * crowded() and live.ended[0][1] == "stopped"
 
 
 def test_a_world_that_breaks_while_it_stands_still_ends_the_run(live):
@@ -276,7 +277,7 @@ def test_a_panel_in_another_process_does_it_all(tmp_path):
     before = time.monotonic()
     run.stop("Bo")
     panel.until(lambda: panel.of("finishing"))
-    assert panel.of("finishing")[0][1] - before < 0.5  # 0.2 s, on a machine that is not busy
+    assert panel.of("finishing")[0][1] - before < 0.5 * crowded()
     thread.join(30)
     lines = [json.loads(line) for line in (tmp_path / "o" / "trace.jsonl").read_text().splitlines()]
     assert [line["by"] for line in lines if line.get("stimulated")] == ["Bo"]
@@ -317,7 +318,7 @@ def test_stop_is_heard_while_events_flood_the_wire(tmp_path):
     before = time.monotonic()
     run.stop()
     panel.until(lambda: panel.of("finishing"))
-    assert panel.of("finishing")[0][1] - before < 1.0
+    assert panel.of("finishing")[0][1] - before < 1.0 * crowded()
     thread.join(60)
     assert ended[0].result.summary.ended == "stopped" and ended[0].result.summary.events["Print"] > 300
 

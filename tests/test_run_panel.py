@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import re
 from pathlib import Path
 
 import pytest
+from busy import crowded
 from chromium import CHROMIUM, GridPage, browsing, serving
 from panel import LIVE, ended, make_books, row, run, running, trace
 from playwright.sync_api import expect
@@ -184,8 +184,7 @@ def test_stop_is_quick_in_a_flood_of_events(browser, url: str, folder: Path) -> 
     ended(at.page)
     told = at.page.evaluate("window.told")
     # milliseconds from the key until the page tells it, and until the run's process has stopped all rows
-    crowded = max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))  # others at work on this machine
-    assert told["finishing"] < 200 * crowded, (told, crowded)
+    assert told["finishing"] < 200 * crowded(), (told, crowded())
     lines = trace(folder, "long")
     assert lines[-1]["stopped_by"] == "Aya" and len(lines) > 500
     # only rows in sight are drawn

@@ -109,10 +109,6 @@ class Document:
             (self._steps.redone if again else self._steps.undone)(author, inverse)
             return changed
 
-    def can_undo(self, author: str) -> tuple[bool, bool]:
-        """Whether somebody has something to undo, and to redo."""
-        return self._steps.can(author)
-
     # ---- the file
 
     def poll(self) -> list[Changed]:

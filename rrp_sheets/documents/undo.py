@@ -79,10 +79,6 @@ class Steps:
         pile = (self._again if again else self._back).get(author)
         return pile.pop() if pile else None
 
-    def can(self, author: str) -> tuple[bool, bool]:
-        """Whether there is something to undo, and to redo."""
-        return bool(self._back.get(author)), bool(self._again.get(author))
-
     @staticmethod
     def _push(piles: dict[str, list[Step]], author: str, step: Step) -> None:
         pile = piles.setdefault(author, [])

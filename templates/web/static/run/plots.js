@@ -234,7 +234,7 @@ export function plotRecord(root, series) {
 }
 
 /** The numbers that the formulas of the sheet compare a stream with: `distance < 0.5` → {Distance: [0.5]}. */
-export function thresholds(grid = document.querySelector("table[role=grid]")) {
+function thresholds(grid = document.querySelector("table[role=grid]")) {
   const found = {};
   const heads = [...(grid?.tHead?.rows[0]?.cells ?? [])];
   const [inputs, formula] = ["inputs", "formula"].map((kind) => heads.findIndex((head) => head.dataset.kind === kind));
