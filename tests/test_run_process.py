@@ -18,6 +18,7 @@ from rrp_sheets.model.values import Failure, Record, record_from_mapping
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs import RunSettings, RunView, telling, wire
 from rrp_sheets.runs.apart import RunProcess
+from rrp_sheets.runs.view import Summary
 
 BOOK = bundled("workbooks", "simple-tracking.xlsx")
 
@@ -60,6 +61,9 @@ class Taken(RunView):
 
     def finishing(self):
         self.got.append(("finishing",))
+
+    def rested(self, summary, broken):
+        self.got.append(("rested", summary, broken and (broken.message, broken.remedy)))
 
     def acted(self, *what):
         self.got.append(("acted", *what))
@@ -114,6 +118,8 @@ def test_everything_that_a_view_is_told_arrives_in_order():
         )
         view.picture(6, bytes(range(256)))
         view.finishing()
+        view.rested(Summary({"Red ball": 3}, simulated=2.5, ended="stopped", stopped_by="Aya"), None)
+        view.rested(Summary(), RunBroken("The simulator has ended.", "Run it again."))
     box.finish()
     for message in lines.receive():
         telling.show(message, there)

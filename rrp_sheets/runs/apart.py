@@ -232,6 +232,7 @@ class RunProcess:
         self._await_rest()
         summary = close_trace(start, row, error)
         summary.wall = wall
+        view.rested(summary, error)
         files, problems = _finish(start.folder)
         return Ended(result=RunResult(start.folder, files, summary, error, problems))
 

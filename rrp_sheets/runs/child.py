@@ -16,10 +16,11 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
 
-from rrp_sheets.errors import SheetsError
+from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.values import show
 from rrp_sheets.runs.limits import SharedCell, lift_limit, limit_memory
 from rrp_sheets.runs.telling import Reporter, pack_result, unpack_settings
+from rrp_sheets.runs.view import Summary
 from rrp_sheets.runs.wire import Lines, Outbox, pack_error, pack_finding
 from rrp_sheets.runtime.control import Control, Wish
 
@@ -35,6 +36,12 @@ class _RunReporter(Reporter):
         """The robot is brought to rest: formulas are over, and drawing may take what memory it needs."""
         lift_limit()
         super().finishing()
+
+    def rested(self, summary: Summary, broken: RunBroken | None) -> None:
+        """What is left to do are files: whoever runs something now comes first."""
+        super().rested(summary, broken)
+        if hasattr(os, "nice"):
+            os.nice(10)
 
 
 class _Process:

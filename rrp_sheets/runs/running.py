@@ -186,6 +186,7 @@ def run(
             course.stop()
         raise
     summary, broken = _go(course, until, trace, recorder)
+    view.rested(summary, broken)
     files, problems = folder.finish(checked)
     return RunResult(folder.path, files, summary, broken, problems)
 

@@ -36,11 +36,16 @@ def pack_result(result: RunResult) -> dict[str, Any]:
 
 def unpack_result(packed: dict[str, Any]) -> RunResult:
     """The result that was packed."""
-    broken = unpack_error(packed["broken"]) if packed["broken"] else None
-    assert broken is None or isinstance(broken, RunBroken)
+    broken = _broken(packed["broken"])
     return RunResult(
         Path(packed["folder"]), packed["files"], Summary(**packed["summary"]), broken, tuple(packed["problems"])
     )
+
+
+def _broken(packed: Any) -> RunBroken | None:
+    broken = unpack_error(packed) if packed else None
+    assert broken is None or isinstance(broken, RunBroken)
+    return broken
 
 
 class Reporter(RunView):
@@ -110,6 +115,11 @@ class Reporter(RunView):
         self._box.post(["finishing"])
         self._box.flush()
 
+    def rested(self, summary: Summary, broken: RunBroken | None) -> None:
+        """The robot is at rest."""
+        self._box.post(["rested", vars(summary), pack_error(broken) if broken else None])
+        self._box.flush()
+
 
 def show(message: list[Any], view: RunView) -> None:
     """Tell a view what a message tells."""
@@ -139,6 +149,7 @@ def _show_state(view: RunView, us: int, joints: Any, base: Any, eyes: Any, sayin
 _SHOWN: dict[str, Callable[..., None]] = {
     "acted": lambda view, us, *act: view.acted(us, Act(*act)),
     "refused": lambda view, *words: view.refused(*words),
+    "rested": lambda view, summary, broken: view.rested(Summary(**summary), _broken(broken)),
     "paused": lambda view, us, is_paused: view.paused(us, is_paused),
     "standing": lambda view, us: view.standing(us),
     "state": _show_state,

@@ -113,7 +113,10 @@ class RunView:
         """What the robot sees, about 8 times a second, when that is wanted."""
 
     def finishing(self) -> None:
-        """The robot is brought to rest and the files are written."""
+        """The robot is brought to rest."""
+
+    def rested(self, summary: Summary, broken: RunBroken | None) -> None:
+        """The robot is at rest and all that happened is recorded; what takes time now are table and diagram."""
 
     def stopped(self) -> bool:
         """Whether the run should stop now."""

@@ -89,6 +89,8 @@ class Floor:
     # ---- telling
 
     def _tell(self, session: Session) -> None:
+        if session is not self.session:  # its files were still being written when another run began
+            return
         own, others = message("run", session.state()), message("run", session.short())
         for room in self._desk.rooms():
             room.tell_all(own if room is session.room else others)

@@ -10,9 +10,10 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.exchange import Act, Happening, State
 from rrp_sheets.model.values import Failure, Record, Value
-from rrp_sheets.runs.view import RunStart, RunView
+from rrp_sheets.runs.view import RunStart, RunView, Summary
 from rrp_sheets.web.live.drives import Drives
 from rrp_sheets.web.live.log import Line, Log
 from rrp_sheets.web.live.newest import Newest
@@ -52,6 +53,7 @@ class Hub(RunView):
         self.is_paused = False
         self.behaviours: dict[str, bool] = {}
         self.speed = 1.0
+        self.rest: tuple[Summary, RunBroken | None] | None = None  # how it ended
         self.refusal = ""  # why edited rows are not used
         self.picture_number = 0
         self.jpeg = b""
@@ -164,12 +166,19 @@ class Hub(RunView):
         with self._lock:
             if kind == "apply":
                 self.refusal = text
+            elif kind == "speed":  # an event loop goes by the wall clock
+                self.speed = 1.0
             self.log.add(self.us, "error" if kind == "apply" else "refused", text)
         self._changed("refused")
 
     def finishing(self) -> None:
-        """The robot is brought to rest and the files are written."""
+        """The robot is brought to rest."""
         self._changed("finishing")
+
+    def rested(self, summary: Summary, broken: RunBroken | None) -> None:
+        """The robot is at rest: another run may begin while this one's files are written."""
+        self.rest = summary, broken
+        self._changed("rested")
 
     def ended(self, words: str) -> None:
         """It is over."""

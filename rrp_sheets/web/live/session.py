@@ -10,12 +10,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.apart import Ended, RunProcess
+from rrp_sheets.runs.apart import RunProcess
 from rrp_sheets.runs.view import RunSettings
 from rrp_sheets.web.listeners import message
+from rrp_sheets.web.live.ending import at_rest, failed, in_words, lost
 from rrp_sheets.web.live.hub import Hub
 from rrp_sheets.web.live.log import Line
-from rrp_sheets.web.live.told import clock, unit_of
+from rrp_sheets.web.live.told import unit_of
 from rrp_sheets.web.room import Room
 
 TELL_EVERY = 0.1  # seconds: as often as pages are told at most
@@ -69,6 +70,7 @@ class Session:
         self._tell = tell
         self._wall = time.time()
         self._over = threading.Event()
+        self._when_over: Callable[[Session], None] = tell
         self._looked = 0.0
         self._rest = TELL_EVERY
         self._looking = False
@@ -79,7 +81,7 @@ class Session:
         self.hub = Hub(self.rows, {ref: unit_of(text) for ref, text in look.examples.items()}, self._changed)
         self.hub.speed = wish.speed
         self.process = RunProcess(room.document.path, RunSettings(
-            seconds=wish.seconds, fast=wish.speed == 0, mode=wish.mode, participant=wish.participant,
+            seconds=wish.seconds, mode=wish.mode, participant=wish.participant,
             condition=wish.condition, operator=wish.operator,
         ))  # fmt: skip
 
@@ -93,42 +95,31 @@ class Session:
     # ---- the run's thread
 
     def _listen(self, over: Callable[[Session], None]) -> None:
-        words: Told = {"how": "broken", "words": "The run was lost by a fault of this program.", "broken": True,
-                 "remedy": "The terminal where the server runs tells more."}  # fmt: skip
+        self._when_over = over
+        words = lost()
         try:
-            words = self._words(self.process.listen(self.hub))
+            words = in_words(self.process.listen(self.hub), self.stopped_by)
         except SheetsError as error:
-            words = {"how": "broken", "words": error.message, "broken": True, "remedy": error.remedy}
+            words = failed(error)
         finally:
-            with self._lock:
-                self.ended, self.phase = words, "ended"
+            self._end(words)
+
+    def _end(self, words: Told) -> None:
+        """It is over: told when the robot is at rest, and once more when a file could not be made then."""
+        with self._lock:
+            was, self.ended, self.phase = self.ended, words, "ended"
+        if was is None:
             self.hub.ended(words["words"])
             self._over.set()
-            over(self)
-
-    def _words(self, ended: Ended) -> Told:
-        """How it ended, in words."""
-        result = ended.result
-        if ended.findings:
-            count = sum(d.severity.value == "error" for d in ended.findings)
-            text = f"It did not start: the workbook has {count} error{'' if count == 1 else 's'}."
-            return {"how": "errors", "words": text, "broken": False, "remedy": "Mend them, and press Run again."}
-        by = f" by {self.stopped_by}" if self.stopped_by else ""
-        if result is None:
-            return {"how": "stopped", "words": f"Stopped{by} before it began.", "broken": False, "remedy": ""}
-        summary, broken = result.summary, result.broken
-        at = clock(round(summary.simulated * 1e6))
-        told = {
-            "time": f"The time was over at {at}.", "stopped": f"Stopped{by} at {at}.",
-            "end run": f"Row {summary.ended_by} ended the run at {at}.",
-        }  # fmt: skip
-        text = f"The run broke off at {at}: {broken.message}" if broken else told.get(summary.ended, f"Ended at {at}.")
-        problems = " ".join(result.problems)
-        return {"how": "broken" if broken else summary.ended, "words": text, "broken": broken is not None,
-                "remedy": broken.remedy if broken else problems}  # fmt: skip
+            self._when_over(self)
+        elif was != words:
+            self._tell(self)
 
     def _changed(self, what: str) -> None:
         """The hub has heard something that changes more than values."""
+        if what == "rested" and self.hub.rest is not None:
+            self._end(at_rest(*self.hub.rest, self.stopped_by))
+            return
         with self._lock:
             if what == "started" and self.hub.start is not None:
                 self.folder = self.hub.start.folder.name
@@ -139,7 +130,7 @@ class Session:
             elif what == "finishing":
                 self.phase = "finishing"
         if what == "started":
-            if self.wish.speed not in (0.0, 1.0):
+            if self.wish.speed != 1:
                 self.process.speed(self.wish.speed)
             self.follow_edits()  # somebody may have been quicker than the start
         self._tell(self)

@@ -7,7 +7,7 @@ import { clock, now } from "./time.js";
 
 const words = {
   none: "No run", starting: "Starting …", running: "Running", paused: "Paused", stopping: "Stopping …",
-  finishing: "The robot rests, files are written …", ended: "Run ended",
+  finishing: "The robot comes to rest …", ended: "Run ended",
 };
 const SHOWN = 12000; // ms that a refusal is told
 const modes = { simulated: "Simulated", pilot: "Pilot rehearsal", real: "Real robot" };
@@ -37,7 +37,7 @@ export function bar(root) {
   buttons.step.addEventListener("click", () => act("step"));
   speed.addEventListener("change", () => {
     localStorage.setItem("run-speed", speed.value);
-    if (["running", "paused"].includes(state.phase)) act("speed", { speed: Number(speed.value) });
+    if (acting()) act("speed", { speed: Number(speed.value) });
   });
 
   document.addEventListener("rrp:run", ({ detail }) => {
@@ -55,26 +55,31 @@ export function bar(root) {
   document.addEventListener("rrp:refused", ({ detail }) => refused(detail.message));
   document.addEventListener("rrp:log", ({ detail }) => {
     const line = detail.lines.findLast((l) => l.kind === "refused");
-    if (line && now() - line.t < 5) refused(line.text);
+    if (!line || now() - line.t >= 5) return;
+    refused(line.text);
+    if (acting()) speed.value = String(state.speed); // perhaps it was the speed that cannot be had
   });
   setInterval(() => {
     if (!watch.hidden) put(watch, clock(now(), state.phase === "paused" ? 2 : 1));
   }, 100);
 
+  function acting() {
+    return ["running", "paused"].includes(state.phase);
+  }
+
   function show() {
     const going = !["none", "ended"].includes(state.phase);
-    const acting = ["running", "paused"].includes(state.phase);
     put(phase, words[state.phase]);
     watch.hidden = state.phase === "none";
     put(watch, clock(now(), state.phase === "paused" ? 2 : 1));
     buttons.stop.disabled = !["starting", "running", "paused"].includes(state.phase);
-    buttons.pause.disabled = !acting;
+    buttons.pause.disabled = !acting();
     buttons.pause.lastElementChild.textContent = state.phase === "paused" ? "Go on" : "Pause";
     buttons.pause.querySelector("use").setAttribute("href", `${icons()}#i-${state.phase === "paused" ? "run" : "pause"}`);
     buttons.step.disabled = state.phase !== "paused";
     mode.hidden = state.phase === "none";
     put(mode, modes[state.mode] ?? "");
-    if (acting && document.activeElement !== speed) speed.value = String(state.speed);
+    if (acting() && document.activeElement !== speed) speed.value = String(state.speed);
     for (const name of ["participant", "condition", "by"]) {
       const place = document.getElementById(`run-${name}`);
       place.hidden = state.phase === "none" || !state[name];

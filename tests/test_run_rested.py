@@ -1,0 +1,92 @@
+"""When the robot is at rest the next run may begin; table and diagram of the one before are written meanwhile."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+from panel import HEADER
+
+from rrp_sheets.checks import check_workbook
+from rrp_sheets.errors import RunBroken
+from rrp_sheets.runs.running import run
+from rrp_sheets.runs.view import RunSettings, RunView, Summary
+from rrp_sheets.runs.worker import CheckWorker
+from rrp_sheets.web.desk import Desk
+from rrp_sheets.web.listeners import Listener
+from rrp_sheets.web.live.floor import Floor
+from rrp_sheets.web.live.session import Wish
+from rrp_sheets.workbook import read
+from rrp_sheets.workbook.maker import make_workbook
+
+ROWS = [
+    HEADER,
+    ["", "Red ball", "map", "redBall.distance", "Distance", ""],
+    ["", "Distance", "subscribe", "", "Print", ""],
+]
+
+
+class Watching(RunView):
+    """What there was when the robot was at rest."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.files: set[str] = set()
+        self.end = ""
+        self.summary = Summary()
+
+    def rested(self, summary: Summary, broken: RunBroken | None) -> None:
+        """It is."""
+        assert broken is None
+        self.summary = summary
+        self.files = {path.name for path in self.folder.iterdir()}
+        self.end = (self.folder / "trace.jsonl").read_text(encoding="utf-8").splitlines()[-1]
+
+
+def test_at_rest_everything_is_recorded_and_the_files_come_after(tmp_path: Path) -> None:
+    make_workbook({"T": ROWS}, tmp_path / "b.xlsx")
+    reading = read(tmp_path / "b.xlsx")
+    checked = check_workbook(reading.workbook, reading.report)
+    view = Watching(tmp_path / "run")
+    result = run(reading, checked, RunSettings(seconds=0.3, fast=True, out=view.folder), view)
+    assert '"ended":"time"' in view.end.replace(" ", "") and view.summary == result.summary
+    assert not {"run.xlsx", "diagram.svg"} & view.files and {"run.xlsx", "diagram.svg"} <= result.files.keys()
+
+
+def test_the_next_run_is_not_disturbed_by_the_end_of_the_one_before(tmp_path: Path) -> None:
+    make_workbook({"T": ROWS}, tmp_path / "b.xlsx")
+    desk = Desk(tmp_path, CheckWorker())
+    floor, room = Floor(desk), desk.room(tmp_path / "b.xlsx")
+    page = Ear(room.join("a", "Aya"))
+    first = floor.start(room, "b.xlsx", Wish("Aya", speed=0))
+    page.until('"phase":"running"')
+    first.restart("Ben")
+    heard = page.until('"phase":"ended"') + page.until('"phase":"running"')
+    assert '"words":"Stopped by Ben at ' in heard and f'"folder":"{first.folder}"' in heard
+    second = floor.session
+    assert second is not None and second is not first and second.is_going and second.hub.speed == 0
+    until = time.monotonic() + 60
+    while not (tmp_path / "runs" / first.folder / "diagram.svg").is_file():
+        assert time.monotonic() < until
+        page.until("event: live")
+    assert floor.now()["id"] == second.id
+    second.stop("Aya")
+    heard = page.until('"phase":"ended"')
+    assert first.id not in heard and second.id in heard
+
+
+class Ear:
+    """Takes what a page is told, until some words come; what came after them is for the next time."""
+
+    def __init__(self, page: Listener) -> None:
+        self.page = page
+        self.told = ""
+
+    def until(self, words: str) -> str:
+        until = time.monotonic() + 90
+        while words not in self.told:
+            assert time.monotonic() < until, self.told[-2000:]
+            self.told += self.page.take(str)
+        end = self.told.index(words) + len(words)
+        heard, self.told = self.told[:end], self.told[end:]
+        return heard
