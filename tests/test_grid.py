@@ -163,6 +163,31 @@ def test_rows_are_inserted_moved_duplicated_and_deleted(grid) -> None:
     assert grid.here == "C3"
 
 
+def test_keys_that_select_fill_and_break_lines(grid) -> None:
+    grid.go("F3")
+    grid.press("Shift+ArrowDown", "Shift+ArrowDown", "Control+d")
+    assert [grid.text(f"F{n}") for n in (3, 4, 5)] == ["near"] * 3
+    grid.go("D3")
+    grid.press("Shift+ ", "Delete")
+    assert [grid.text(f"{c}3") for c in "BCDEF"] == [""] * 5
+    grid.press("Control+z")
+    grid.expect("C3", "filter")
+    grid.go("B2")
+    grid.press("PageDown")
+    assert int(grid.here[1:]) > 10
+    grid.press("PageUp")
+    assert grid.here == "B2"
+    grid.go("F2")
+    grid.page.keyboard.type("one")
+    grid.press("Alt+Enter")
+    grid.type("two")
+    assert grid.text("F2") == "one\ntwo"
+    grid.press("Control+a", "Delete")
+    assert not any(any(row) for row in grid.rows())
+    grid.press("Control+z")
+    grid.expect("C2", "map")
+
+
 def test_the_fill_handle_repeats_the_selection(grid) -> None:
     grid.go("F3")
     handle = grid.page.locator(".fill-handle").bounding_box()
