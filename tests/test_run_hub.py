@@ -230,3 +230,11 @@ def hear(page: Listener, words: str) -> str:
         assert time.monotonic() < until, heard[-2000:]
         heard += page.take(str)
     return heard
+
+
+def test_a_refusal_speaks_of_the_help_of_the_page_and_of_the_speed_there_is(hub: Hub) -> None:
+    hub.speed = 4.0
+    hub.refused("send", "There is no function “RANDOM”.", "See `rrp-sheets help functions`.")
+    assert hub.news()[1][-1]["text"] == "There is no function “RANDOM”. Help: functions." and hub.speed == 4
+    hub.refused("speed", "An event loop has no speed.", "")
+    assert hub.speed == 1

@@ -6,6 +6,7 @@ events costs a display no more than a trickle.
 
 from __future__ import annotations
 
+import re
 import threading
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -22,6 +23,7 @@ from rrp_sheets.web.live.streams import Known, known_streams
 from rrp_sheets.web.live.told import clock
 
 Told = dict[str, Any]
+_COMMAND = re.compile(r"See `rrp-sheets help ([^`]+)`")  # of the terminal; here there is a Help to open
 
 
 class Hub(RunView):
@@ -162,7 +164,7 @@ class Hub(RunView):
 
     def refused(self, kind: str, message: str, remedy: str) -> None:
         """Something could not be done."""
-        text = f"{message} {remedy}".strip()
+        text = _COMMAND.sub(r"Help: \1", f"{message} {remedy}".strip())
         with self._lock:
             if kind == "apply":
                 self.refusal = text

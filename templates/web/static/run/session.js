@@ -4,6 +4,8 @@ import { act } from "./ask.js";
 import { numberKeys } from "./keys.js";
 import { icon, make, put } from "./make.js";
 
+const WAITS = "comes when it goes on";
+
 export function session(root) {
   const press = document.getElementById("press");
   const switches = document.getElementById("switches");
@@ -13,7 +15,7 @@ export function session(root) {
   let shape = "";
 
   document.addEventListener("rrp:run", ({ detail }) => {
-    const fresh = JSON.stringify([detail.id, detail.buttons, detail.sensors, detail.behaviours?.map((b) => b.name)]);
+    const fresh = JSON.stringify([detail.id, detail.phase === "starting", detail.buttons, detail.sensors, detail.behaviours?.map((b) => b.name)]);
     state = detail;
     if (fresh !== shape) build(detail);
     shape = fresh;
@@ -23,6 +25,9 @@ export function session(root) {
     }
     enable(["running", "paused"].includes(detail.phase));
   });
+  document.addEventListener("rrp:log", ({ detail }) => {
+    for (const line of detail.lines) if (line.kind === "button" && now() - line.t < 0.1) wait(line.text); // also elsewhere
+  });
   document.addEventListener("rrp:live", ({ detail }) => {
     for (const button of press.children) {
       const n = detail.streams?.[button.dataset.stream]?.n;
@@ -30,18 +35,21 @@ export function session(root) {
     }
   });
 
-  function build({ buttons = [], behaviours = [], sensors = [] }) {
+  function build({ phase, buttons = [], behaviours = [], sensors = [] }) {
     press.replaceChildren(...buttons.map(({ stream, label, count: n }) => {
       const button = make("button", { type: "button", className: "button" }, icon("button"),
         make("span", {}, make("b", { textContent: label }), make("small")));
       button.dataset.stream = stream;
       count(button, n);
-      button.addEventListener("click", () => act("press", { label }));
+      button.addEventListener("click", () => {
+        wait(label);
+        act("press", { label });
+      });
       return button;
     }));
     const keys = Math.min(buttons.length, 9);
     put(document.getElementById("hand-keys"), keys > 1 ? `keys 1 to ${keys}` : keys ? "key 1" : "");
-    document.getElementById("no-buttons").hidden = buttons.length > 0;
+    document.getElementById("no-buttons").hidden = buttons.length > 0 || phase === "starting"; // they are not known yet
     document.getElementById("hand-head").hidden = press.hidden = !buttons.length;
     switches.replaceChildren(switches.firstElementChild, ...behaviours.map(({ name, on }) => {
       const box = make("input", { type: "checkbox", value: name, checked: on, role: "switch" });
@@ -57,6 +65,14 @@ export function session(root) {
 
   function count(button, n) {
     put(button.querySelector("small"), n === 0 ? "not yet" : n === 1 ? "pressed once" : `pressed ${n} times`);
+  }
+
+  /** What is pressed while the run stands still is counted with its next frame. */
+  function wait(label) {
+    if (state.phase !== "paused") return;
+    for (const button of press.children) {
+      if (button.querySelector("b").textContent === label) put(button.querySelector("small"), WAITS);
+    }
   }
 
   function example() {
