@@ -105,7 +105,7 @@ def test_the_example_of_the_design(tmp_path):
     )
     assert said.paragraph == (
         "Whenever the robot sees a red ball, take its distance. "
-        "When it is under 0.5 m, follow the red ball with the head."
+        "When it is under 0.5 m, start to follow the red ball with the head."
     )
     assert said.sensors == ("Red ball",) and said.actuators == ("Head tracker",)
 
@@ -139,7 +139,7 @@ def test_pointing_names_the_arm(tmp_path):
         "| Red ball | subscribe | | Pointer | |\n",
         "\n## Devices\n| Stream | Device | Mode | Effector |\n|---|---|---|---|\n| Pointer | Tracker | Move | Left arm |\n",
     )
-    assert said.rows[0].text == "Whenever the robot sees a red ball, point at the red ball with the left arm."
+    assert said.rows[0].text == "Whenever the robot sees a red ball, start to point at the red ball with the left arm."
 
 
 def test_every_connector_has_words(tmp_path):

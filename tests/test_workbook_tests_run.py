@@ -47,9 +47,16 @@ GOOD = "| 0 | Red ball | distance=0.2 | |\n| 0 | Say | | any |"
 BAD = '| 0 | Red ball | distance=0.2 | |\n| 0 | Say | | a <b>&"no"]]> 赤 |'
 
 
-@pytest.mark.parametrize(("test", "code"), [(GOOD, 0), (BAD, 1), ("| x | Red ball | | |", 2), ("", 5)])
+@pytest.mark.parametrize(
+    ("test", "code"), [(GOOD, 0), (BAD, 1), ("| x | Red ball | | |", 2), ("", 5), ("| 0 | Red ball | | |", 5)]
+)
 def test_exit_codes(book, test, code):
     assert CliRunner().invoke(command, [str(book(test))]).exit_code == code
+
+
+def test_what_expects_nothing_does_not_hold(book):
+    result = CliRunner().invoke(command, [str(book("| 0 | Red ball | | |"))])
+    assert "– Test: nothing is expected" in result.output and "hold" not in result.output
 
 
 def test_the_output_names_cell_value_and_draws_the_streams(book):

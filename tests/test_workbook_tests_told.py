@@ -70,6 +70,12 @@ def test_a_test_without_expectations_and_rows_without_effect_are_warned_of():
     assert run_tests(checked).passed
 
 
+def test_a_warning_elsewhere_hides_no_error_of_a_test():
+    """A row that leads nowhere is only a warning: the misspelt stream is still told, and the test does not hold without it."""
+    unused = TRACKING + "    | Distance | map | distance * 2 | Double |\n"
+    assert wrong("| 0 | Red bull | | |\n| 0 | Say | | any |", unused) == [("TEST002", "B2")]
+
+
 def test_every_message_has_a_remedy_that_says_what_to_do():
     checked = play.check(play.rows(TRACKING) + sheet("| 0 | Distance | hello | |\n| 0 | Say | hi | |"))
     remedies = [d.remedy for d in checked.report.errors]

@@ -32,8 +32,8 @@ def command(file: Path, as_json: bool, junit: Path | None, marbles: Path | None)
     Every sheet with the headers Time (ms), Stream, Send and Expect is a test. It runs without robot and simulator, as
     fast as the machine can. What does not hold is shown with its cell, what came instead, and the marble diagram.
 
-    Exit code: 0 all tests hold, 1 some do not, 2 the file cannot be read or has errors, 5 it has no tests, 130 stopped
-    with Ctrl-C.
+    Exit code: 0 all tests hold, 1 some do not, 2 the file cannot be read or has errors, 5 it has no tests or they
+    expect nothing, 130 stopped with Ctrl-C.
     """
     from rrp_sheets import api
     from rrp_sheets.cli.check import print_findings
@@ -69,7 +69,7 @@ def command(file: Path, as_json: bool, junit: Path | None, marbles: Path | None)
 def _code(report: TestReport) -> int:
     if report.stopped:
         return INTERRUPTED
-    if not report.checked.tests:
+    if all(c.idle for c in report.cases):
         return NO_TESTS
     return 0 if report.passed else 1
 
@@ -82,13 +82,13 @@ def _show(report: TestReport) -> None:
     for result in report.cases:
         _show_case(report, result)
     failed = sum(not c.passed for c in report.cases)
-    count = len(report.cases)
+    count = sum(not c.idle for c in report.cases)
     took = f"{sum(c.seconds for c in report.cases):.2f} s"
     if report.stopped:
-        click.echo(f"Stopped: {count} of {len(report.checked.tests)} tests were run.", err=True)
+        click.echo(f"Stopped: {len(report.cases)} of {len(report.checked.tests)} tests were run.", err=True)
     elif failed:
         click.echo(f"{failed} of {count} {'tests fail' if count > 1 else 'test fails'} ({took}).")
-    else:
+    elif count:
         click.echo(f"{count} {'tests hold' if count > 1 else 'test holds'} ({took}).")
 
 
@@ -97,8 +97,8 @@ def _show_case(report: TestReport, result: CaseResult) -> None:
     from rrp_sheets.testing.marbles import around_failures
     from rrp_sheets.testing.words import counted, failure_lines, fault_lines
 
-    sign = click.style("✓", fg="green", bold=True) if result.passed else click.style("✗", fg="red", bold=True)
-    click.echo(f"{sign} {result.case.name}: {counted(result)}")
+    sign, colour = ("–", "yellow") if result.idle else ("✓", "green") if result.passed else ("✗", "red")
+    click.echo(f"{click.style(sign, fg=colour, bold=True)} {result.case.name}: {counted(result)}")
     faults = fault_lines(result)
     if not result.passed:
         for line in failure_lines(result):

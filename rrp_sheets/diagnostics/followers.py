@@ -34,6 +34,8 @@ _WRONG_ROWS = ("CONN", "GRAPH", "FORM", "DEV", "SHEET", "PROT")
 _AS_WRONG = ("CONN010", "DEV007", "GRAPH011", "GRAPH014", "FORM012")  # warnings, but what is meant is another row
 _OF_WRONG_ROWS = ("TEST002", "TEST011", "SCENE006", "DEV009", "LINT")
 """As long as rows are wrong, streams that tests name may be missing, and how rows act together is not known."""
+_OF_AS_WRONG = ("TEST011", "SCENE006", "DEV009", "LINT")
+"""No error is among these: a warning must not let a workbook with an error pass for one without."""
 
 
 def without_followers(found: Collection[Diagnostic]) -> list[Diagnostic]:
@@ -54,8 +56,10 @@ class _Causes:
         self.formulas: set[str] = set()  # sheets with formulas that lack a name
         self.anywhere: set[str] = set()
         for d in found:
-            if (d.severity is Severity.ERROR and d.code.startswith(_WRONG_ROWS)) or d.code in _AS_WRONG:
+            if d.severity is Severity.ERROR and d.code.startswith(_WRONG_ROWS):
                 self.anywhere.update(_OF_WRONG_ROWS)
+            elif d.code in _AS_WRONG:
+                self.anywhere.update(_OF_AS_WRONG)
             if d.address is not None:
                 self._add(d.code, d.address)
                 if d.code == "GRAPH001":

@@ -74,6 +74,11 @@ class CaseResult:
         return not self.broken and all(r.passed for r in self.rows)
 
     @property
+    def idle(self) -> bool:
+        """Whether nothing was expected, so that nothing can hold or fail."""
+        return not self.rows and not self.broken
+
+    @property
     def failed_rows(self) -> list[RowResult]:
         """The rows that do not hold."""
         return [r for r in self.rows if not r.passed]

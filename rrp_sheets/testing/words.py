@@ -52,7 +52,9 @@ def _more(count: int) -> str:
 
 
 def counted(result: CaseResult) -> str:
-    """`12 rows hold`, `2 of 14 rows do not hold`, `1 of 10 rows does not hold`."""
+    """`12 rows hold`, `2 of 14 rows do not hold`, `1 of 10 rows does not hold`, `nothing is expected`."""
+    if result.idle:
+        return "nothing is expected, so nothing is tested"
     failed, every = len(result.failed_rows) + len(result.broken), len(result.rows) + len(result.broken)
     if failed:
         return f"{failed} of {every} {'row' if every == 1 else 'rows'} {'does' if failed == 1 else 'do'} not hold"

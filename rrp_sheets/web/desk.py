@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sqlite3
 import threading
 import time
 from collections.abc import Callable
@@ -106,4 +107,5 @@ class Desk:
             time.sleep(1.0)
             for room in self.rooms():
                 if room.listeners:
-                    room.poll()
+                    with suppress(OSError, sqlite3.Error):  # told when somebody edits; and the next second is another
+                        room.poll()

@@ -74,7 +74,7 @@ _PROTOCOL = (
     ("Participants", ""),
     ("Ethics reference", ""),
     ("Contact", ""),
-    ("Data kept", "Distances of the ball with their times; no pictures"),
+    ("Data kept", "Every value with its time, and a film of the simulated robot"),
     ("Retention", ""),
     ("Robot", "nao"),
     ("Engine", "frame"),
@@ -97,7 +97,7 @@ def template_sheets(robot: str = "nao") -> dict[str, list[list[str]]]:
 
 
 def empty_sheets(robot: str = "nao") -> dict[str, list[list[str]]]:
-    """The same sheets with their columns only, for somebody who begins anew; the scene keeps its ball.
+    """The same sheets with their columns only, for somebody who begins anew; the scene has a ball that comes and stays.
 
     No test: one without rows could not fail, and the check would say so.
     """
@@ -105,7 +105,7 @@ def empty_sheets(robot: str = "nao") -> dict[str, list[list[str]]]:
     mine = {"Title", "Purpose", "Data kept"}
     return {
         **{name: rows[:1] for name, rows in guided.items() if name not in ("Read me", "Check")},
-        "Scene": guided["Scene"],
+        "Scene": guided["Scene"][:-1],
         "Protocol": [[field, "" if field in mine else value] for field, value in guided["Protocol"]],
     }
 
