@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -226,8 +227,52 @@ def test_the_box_is_where_the_ball_is_in_the_picture(panel: Panel, real: Real) -
     panel.page.on("request", lambda request: asked.append(request.url) if "/run/eye.jpg" in request.url else None)
     burst = "() => { for (let eye = 10; eye < 60; eye++) document.dispatchEvent(new CustomEvent('rrp:live', { detail: { eye } })); }"
     panel.page.evaluate(burst)
-    panel.page.wait_for_selector("#eye img[src$='?n=59']")
+    panel.page.wait_for_selector("#eye img[src$='&n=59']")
     assert len(asked) < 6, "pictures that nobody could have seen are not fetched"
+
+
+def test_the_eye_goes_on_asking_whatever_comes(panel: Panel, real: Real) -> None:
+    """Pictures are made only while somebody asks, so a page that waits for news of one waits forever."""
+    page = panel.page
+    asked: list[str] = []
+    answers: list[Any] = []
+
+    def answer(route: Any) -> None:
+        asked.append(route.request.url)
+        kind = answers.pop(0) if answers else "picture"
+        if kind == "lost":
+            route.abort()
+        elif kind == "none":
+            route.fulfill(status=204)
+        else:
+            route.fulfill(body=real.jpeg, content_type="image/jpeg", headers={"Cache-Control": "no-store"})
+
+    def asks(more: int) -> None:
+        until = len(asked) + more
+        for _ in range(60):
+            if len(asked) >= until:
+                return
+            page.wait_for_timeout(100)
+        pytest.fail(f"asked {len(asked) - until + more} times instead of {more}")
+
+    page.route("**/run/eye.jpg*", answer)
+    panel.live(t=2.7, eye=70)
+    asks(3)  # the same number: nothing newer is told of
+    assert len(set(asked)) == len(asked), "a browser shows a picture of the same address again without asking"
+    answers += ["lost", "none"]
+    asks(3)
+    assert page.locator("#eye img").is_visible(), "what was seen last stays"
+    assert re.fullmatch(r"Robot’s eye\s*old by \d+ s", page.locator("#eye figcaption").inner_text())
+    panel.live(t=2.8, eye=71)
+    page.wait_for_selector("#eye img[src$='&n=71']")
+    page.wait_for_function("!document.querySelector('#eye figcaption').innerText.includes('old')")
+    panel.run(real, "ended")
+    page.wait_for_timeout(200)
+    before = len(asked)
+    page.wait_for_timeout(1_500)
+    assert len(asked) == before, "nobody asks when nothing runs"
+    panel.run(real)
+    page.unroute("**/run/eye.jpg*", answer)
 
 
 def stream(value: str, at: float, kind: str = "stream") -> dict[str, Any]:
@@ -241,7 +286,19 @@ def test_what_is_said_stands_in_a_bubble_with_its_age(panel: Panel, real: Real) 
     assert panel.page.locator("#speech [aria-live]").text_content() == "The robot says: Hello Kai"
     panel.live(t=4.0, robot={**real.robot, "saying": ""})
     panel.live(t=9.5, robot={**real.robot, "saying": ""})
-    assert "5 s ago" in bubble.inner_text()
+    assert "5 s ago" in bubble.inner_text() and "last said" not in bubble.inner_text()
+    below = panel.page.locator("#robot3d").bounding_box()
+    bubbles = [bubble.bounding_box()]
+    panel.live(t=14.0, robot={**real.robot, "saying": ""})
+    assert bubble.inner_text().split("\n") == ["last said: Hello Kai", "10 s ago"]
+    panel.live(t=15.0, robot={**real.robot, "saying": "Now I tell you something long. " * 9})
+    bubbles.append(bubble.bounding_box())
+    assert all(b["y"] + b["height"] < below["y"] for b in bubbles), "it covers nothing of the robot"
+    assert panel.page.locator("#robot3d").bounding_box() == below, "nothing jumps"
+    panel.tell("rrp:run", id="r2", phase="starting", book="b.xlsx", t=0)
+    assert bubble.inner_text().strip() == "Nothing was said yet"
+    panel.run(real)
+    panel.live(t=9.0, robot={**real.robot, "saying": "Hello Kai"})
     assert panel.page.locator("#speech [aria-live]").text_content() == "The robot says: Hello Kai"
 
 

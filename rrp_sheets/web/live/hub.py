@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import threading
+import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -59,6 +60,7 @@ class Hub(RunView):
         self.refusal = ""  # why edited rows are not used
         self.picture_number = 0
         self.jpeg = b""
+        self._pictured = 0.0  # when the picture came, by this computer's clock
 
     # ---- what the run tells
 
@@ -125,7 +127,7 @@ class Hub(RunView):
 
     def picture(self, us: int, jpeg: bytes) -> None:
         """What the robot sees."""
-        self.jpeg = jpeg
+        self.jpeg, self._pictured = jpeg, time.monotonic()
         self.picture_number += 1
 
     def acted(self, us: int, act: Act) -> None:
@@ -214,6 +216,7 @@ class Hub(RunView):
             "drives": self._drives.all() if full else self._drives.news(),
             "robot": self._robot_told() if full or self._new_robot else None,
             "eye": self.picture_number,
+            "eye_age": round(time.monotonic() - self._pictured, 1) if full and self.jpeg else 0,
         }  # fmt: skip
         told.update((name, part) for name, part in parts.items() if part)
         if not full:

@@ -74,6 +74,7 @@ class Session:
         self._looked = 0.0
         self._rest = TELL_EVERY
         self._looking = False
+        self._eyelid = threading.Lock()
         self._lock = threading.Lock()
         look = room.look()
         grids = room.document.grids.values()
@@ -124,7 +125,7 @@ class Session:
             if what == "started" and self.hub.start is not None:
                 self.folder = self.hub.start.folder.name
                 self.phase = "stopping" if self.phase == "stopping" else "running"
-                self._looked = time.monotonic()
+                self._looked, self._looking = time.monotonic(), False  # what was wished before it ran may be lost
             elif what == "paused" and self.phase in ("running", "paused"):
                 self.phase = "paused" if self.hub.is_paused else "running"
             elif what == "finishing":
@@ -150,14 +151,17 @@ class Session:
             self._rest = max(TELL_EVERY, (time.monotonic() - began) * _WORK_SHARE)
 
     def _look(self) -> None:
-        wanted = time.monotonic() - self._looked < LOOKED_FOR
-        if wanted != self._looking:
-            self._looking = wanted
-            self.process.look(wanted)
+        with self._eyelid:  # two who decide at once must not be heard the wrong way round
+            wanted = time.monotonic() - self._looked < LOOKED_FOR
+            if wanted != self._looking:
+                self._looking = wanted
+                self.process.look(wanted)
 
     def eye(self) -> bytes:
-        """The newest picture of the camera; asking for it makes the run take pictures."""
+        """The newest picture of the camera; asking for it makes the run take pictures, at once."""
         self._looked = time.monotonic()
+        if self.hub.start is not None:
+            self._look()
         return self.hub.jpeg
 
     def about(self) -> str:

@@ -3,7 +3,10 @@
 import { element } from "./svg.js";
 
 const FRESH = 0.5; // s: an older detection is not shown
-const AGAIN = 1000; // ms
+const AGAIN = 1000; // ms: asked at least so often, as the robot's eye is open only while somebody asks
+const GIVEN_UP = 4000; // ms: what has not come by then is asked for anew
+const LOOK = 250; // ms
+const OLD = 2000; // ms: a picture that is older says so
 const WIDE = 640; // of the overlay, in its own units
 const LABEL = 28;
 const EMPTY = "The robot’s eye opens when it runs";
@@ -14,7 +17,7 @@ export function eye(root) {
   figure.className = "eye";
   const frame = document.createElement("div");
   frame.className = "frame";
-  const picture = document.createElement("img");
+  let [picture, coming] = ["img", "img"].map((name) => document.createElement(name)); // one is shown while one loads
   picture.alt = EMPTY;
   picture.hidden = true;
   const overlay = element("svg", { viewBox: `0 0 ${WIDE} 480`, "aria-hidden": "true" });
@@ -22,7 +25,8 @@ export function eye(root) {
   nothing.className = "quiet nothing";
   nothing.textContent = EMPTY;
   const caption = document.createElement("figcaption");
-  caption.textContent = "Robot’s eye";
+  const age = document.createElement("span");
+  caption.append("Robot’s eye", age);
   frame.append(nothing, picture, overlay);
   figure.append(frame, caption);
   root.replaceChildren(figure);
@@ -30,48 +34,68 @@ export function eye(root) {
   const lens = { hfov: 0.98262, vfov: 0.76271 };
   const seen = new Map(); // sensor → { t, fields }
   let id;
-  let newest = 0; // number of the newest picture told of
-  let asked = 0; // and of the one that is being loaded
+  let phase = "none";
+  let newest = { number: 0, at: 0 }; // picture told of, and when it was made (ms)
+  let asked = newest; // the one that is being loaded
+  let shown = newest;
+  let asks = 0;
   let loading = false;
   let last = -Infinity; // ms: when a picture was asked for
-  let going = false;
   let t = 0;
 
+  const going = () => ["running", "paused", "stopping", "finishing"].includes(phase);
   const forget = () => {
     seen.clear();
-    newest = asked = 0;
+    newest = asked = shown = { number: 0, at: 0 };
     overlay.replaceChildren();
+    reveal(false);
+  };
+  const reveal = (on) => {
+    picture.hidden = !on;
+    overlay.classList.toggle("shown", on);
+    nothing.hidden = on;
   };
 
-  // one picture after the other: a slow browser gets fewer, not later ones
-  // The robot's eye is open only while somebody asks, so it is asked now and then even when nothing newer was told of.
+  // One picture after the other: a slow browser gets fewer, not later ones. Every one has an address of its own, as a
+  // browser shows one that it has without asking for it, and then nobody asks and no newer picture is made.
   const load = () => {
-    const stale = going && performance.now() - last > AGAIN;
-    if (loading || document.hidden || !(newest !== asked || stale)) return;
+    const waited = performance.now() - last;
+    if (document.hidden || !going() || (loading ? waited < GIVEN_UP : newest === asked && waited < AGAIN)) return;
     loading = true;
     last = performance.now();
     asked = newest;
-    picture.src = `/run/eye.jpg?n=${asked}`;
+    asks += 1;
+    coming.src = `/run/eye.jpg?ask=${asks}&n=${asked.number}`;
   };
-  picture.addEventListener("load", () => {
+  const came = () => {
     loading = false;
-    picture.hidden = false;
-    overlay.classList.add("shown");
-    nothing.hidden = true;
+    shown = asked;
+    coming.alt = picture.alt;
+    picture.replaceWith(coming);
+    [picture, coming] = [coming, picture];
+    reveal(true);
+    tick();
+  };
+  for (const one of [picture, coming]) {
+    one.addEventListener("load", came);
+    one.addEventListener("error", () => { // none yet, or the network is away: what is seen stays, and it is asked again
+      loading = false;
+    });
+  }
+  const tick = () => {
+    const old = performance.now() - shown.at;
+    const told = phase === "running" && shown.number && old > OLD ? `old by ${Math.floor(old / 1000)} s` : "";
+    if (age.textContent !== told) age.textContent = told;
     load();
-  });
-  picture.addEventListener("error", () => {
-    loading = false;
-    picture.hidden = true;
-    overlay.classList.remove("shown");
-    nothing.hidden = false;
-  });
-  document.addEventListener("visibilitychange", load);
+  };
+  setInterval(tick, LOOK);
+  document.addEventListener("visibilitychange", tick);
 
   document.addEventListener("rrp:run", ({ detail }) => {
     if (detail.id !== id) forget();
     id = detail.id;
-    going = ["running", "paused"].includes(detail.phase);
+    if (phase === "paused" && detail.phase === "running") shown = { ...shown, at: performance.now() }; // nothing moved
+    phase = detail.phase;
     if (detail.camera?.hfov) Object.assign(lens, detail.camera);
     const high = Math.round((WIDE * Math.tan(lens.vfov / 2)) / Math.tan(lens.hfov / 2));
     overlay.setAttribute("viewBox", `0 0 ${WIDE} ${high}`);
@@ -89,8 +113,10 @@ export function eye(root) {
     mark(overlay, seen, lens);
     const words = [...seen].map(([sensor, { fields }]) => label(sensor, fields)).join(", ");
     picture.alt = `What the robot’s camera sees: ${words || "nothing that its sensors look for"}`;
-    newest = detail.eye || newest;
-    load();
+    if (detail.eye && detail.eye !== newest.number) {
+      newest = { number: detail.eye, at: performance.now() - (detail.eye_age ?? 0) * 1000 };
+    }
+    tick();
   });
 }
 

@@ -1,4 +1,4 @@
-// Facts about the robot beside its picture: which way it looks, what it says, what is around it.
+// Facts about the robot beside its picture: which way it looks, what is around it.
 
 import { make, put } from "./make.js";
 
@@ -32,7 +32,6 @@ export function robot(root) {
     const { HeadYaw: yaw, HeadPitch: pitch } = seen.joints;
     if (yaw !== undefined) fact("Head yaw", degrees(yaw));
     if (pitch !== undefined) fact("Head pitch", degrees(pitch));
-    fact("Says", seen.saying ? `“${seen.saying}”` : "nothing");
     fact("Eyes", colour(seen.eyes));
     dot(facts.get("Eyes"), seen.eyes);
     const names = Object.keys(seen.things);

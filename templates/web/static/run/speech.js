@@ -1,13 +1,19 @@
-// What the robot says: a bubble while it speaks, then the last sentence with its age. (log.js plays the sound.)
+// What the robot says, in a line of its own: a bubble while it speaks and a moment longer, then the last sentence with
+// its age, quietly. (log.js plays the sound.)
+
+import { put } from "./make.js";
+
+const FADES = 8; // s after it was said
+const NOTHING = "Nothing was said yet";
 
 /** Fill `#speech`. */
 export function speech(root) {
   root.classList.add("speech");
   const bubble = document.createElement("p");
-  bubble.className = "bubble";
-  bubble.hidden = true;
+  bubble.className = "bubble past";
   bubble.setAttribute("aria-hidden", "true"); // read to the end, its age would be told again and again
   const words = document.createElement("span");
+  words.textContent = NOTHING;
   const age = document.createElement("small");
   bubble.append(words, age);
   const spoken = document.createElement("p");
@@ -18,12 +24,13 @@ export function speech(root) {
   let id;
   let last = null; // { text, t, now }
   const show = (t) => {
-    bubble.hidden = !last;
-    if (!last) return;
-    if (words.textContent !== last.text) words.textContent = last.text;
-    bubble.classList.toggle("now", last.now);
-    const shown = last.now ? "" : ago(Math.max(0, t - last.t));
-    if (age.textContent !== shown) age.textContent = shown;
+    const since = last && !last.now ? Math.max(0, t - last.t) : 0;
+    const past = !last || since > FADES;
+    put(words, last ? (past ? `last said: ${last.text}` : last.text) : NOTHING);
+    put(age, last && !last.now ? ago(since) : "");
+    words.title = last?.text ?? ""; // only its beginning may have room
+    bubble.classList.toggle("now", Boolean(last?.now));
+    bubble.classList.toggle("past", past);
   };
   const say = (text, t, now) => {
     if (last?.text === text && t - last.t < 1) Object.assign(last, { now: last.now || now });
