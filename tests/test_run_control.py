@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 import threading
 import time
 
@@ -237,6 +238,32 @@ def test_buttons_things_and_the_words_of_a_scene(tmp_path):
     ):
         assert words in message
     assert [line["happening"] for line in made.lines if "wall" in line] == ["press", "scene", "press", "scene"]
+
+
+def test_a_thing_that_is_away_comes_back_as_it_was_where_it_is_put(tmp_path):
+    scene = """
+    ## Scene
+    | Time (s) | Thing | Does | Value |
+    |---|---|---|---|
+    | 0 | Blue ball | appears | at 1, 0.2, 0.4 size 10 cm |
+    | 0 | Child | enters | at 1, 0, 0.7 id 3 name Emma |
+    """
+    script = Script({1: [wish("put", thing="blue ball", at=[0.4, 0.1, 0.3]), wish("put", thing="Child", at=[2, 1, 0.5]),
+                         wish("put", thing="Green ball", at=[1, 0, 0])]})  # fmt: skip
+    made = Run(tmp_path, BOOK + textwrap.dedent(scene), script, seconds=0.1)
+    acted = [(a.verb, dict(a.values)) for a in made.worlds[0].acted]
+    assert acted == [
+        ("appear", {"at": (1.0, 0.2, 0.4), "size": 0.1, "colour": "blue"}),
+        ("move", {"to": (0.4, 0.1, 0.3), "seconds": 0.0}),
+        ("appear", {"at": (1.0, 0.0, 0.7), "id": 3, "name": "Emma"}),
+        ("move", {"to": (2.0, 1.0, 0.5), "seconds": 0.0}),
+    ]
+    assert [n["text"] for n in made.happened("scene")] == [
+        "Blue ball appears at 0.40, 0.10, 0.30 m.", "Child appears at 2.00, 1.00, 0.50 m.",
+    ]  # fmt: skip
+    assert [(kind, message) for kind, message, _ in script.refusals] == [
+        ("put", "“Green ball” is not in the scene now.")
+    ]
 
 
 def test_a_panel_is_told_all_it_needs_when_the_run_begins():

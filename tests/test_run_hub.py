@@ -84,10 +84,12 @@ def test_the_log_tells_commands_once_and_what_is_said_with_its_sound(hub: Hub) -
     hub.acted(3_300_000, Act("mark", "Kai laughs", "Mika"))
     for us in range(3_400_000, 4_000_000, 100_000):
         hub.acted(us, Act("scene", "Red ball is put to 1, 0, 0 m.", "Mika", {"thing": "Red ball", "put": [1, 0, 0]}))
+        hub.refused("put", "Blue ball cannot be put there.", "")
     lines = hub.news()[1]
     assert [(n["kind"], n["text"], n["by"], n["sound"]) for n in lines] == [
         ("command", "0.5", "", ""), ("command", "stops", "", ""), ("speech", "Hello", "", "say-001.wav"),
         ("mark", "Kai laughs", "Mika", ""), ("scene", "Red ball is put to 1, 0, 0 m.", "Mika", ""),
+        ("refused", "Blue ball cannot be put there.", "", ""),
     ]  # fmt: skip
     assert hub.news()[1] == [] and hub.all()[1] == lines
 

@@ -72,10 +72,15 @@ def test_a_session_from_run_to_its_recording(browser, url: str, folder: Path) ->
     page.fill("#send input", "distance=")
     page.keyboard.press("Enter")
     expect(page.locator("#run-problem")).to_be_visible()
+    # also one that has left: it comes back where the slider puts it
+    page.click("#things button:text-is('disappears')")
+    expect(page.locator("#things .quiet")).to_contain_text("Not in the scene now", timeout=10_000)
     page.locator("#things input").first.focus()
     page.keyboard.press("End")
     expect(page.locator("#things output").first).to_have_text("2.50 m")
     expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^2\.\d+ m$"), timeout=10_000)
+    expect(page.locator("#things .quiet")).to_be_hidden()
+    assert page.locator("#log li", has_text="appears at 2.50").count() == 1
     page.uncheck("#switches input[value=Tracking]")
     expect(row(page, 2).locator(LIVE)).to_have_text("off", timeout=10_000)
     # the row number in the log leads to the row
@@ -85,10 +90,13 @@ def test_a_session_from_run_to_its_recording(browser, url: str, folder: Path) ->
     page.click("[data-run=pause]")
     page.wait_for_selector("body[data-run=paused]")
     before = page.inner_text("#run-clock")
+    page.locator("body").press("1")
+    expect(page.locator("#press small").first).to_have_text("comes when it goes on", timeout=300)
     page.click("[data-run=step]")
     page.wait_for_function("before => document.getElementById('run-clock').textContent !== before", arg=before)
     page.click("[data-run=pause]")
     running(page)
+    expect(page.locator("#press small").first).to_have_text("pressed once")
     # twice Esc, wherever one is; in the end while a cell is edited
     asked: list[str] = []
     page.route("**/run/stop", lambda route: (asked.append(route.request.url), route.fulfill(json={})))
@@ -124,6 +132,10 @@ def test_a_session_from_run_to_its_recording(browser, url: str, folder: Path) ->
     page.click("text=Back to the examples")
     expect(row(page, 2).locator("td.example")).to_have_text(re.compile(r"\d m$"))
     assert page.inner_text("th.of-example .title") == "Example" and page.locator(".live").count() == 0
+    # the next run is not the former participant's
+    page.click("[data-run=start]")
+    assert page.input_value("#run-dialog [name=participant]") == ""
+    assert page.input_value("#run-dialog [name=condition]") == "<b>ball</b>"
     at.close()
 
 

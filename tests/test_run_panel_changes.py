@@ -72,9 +72,11 @@ def test_edited_formulas_are_used_in_the_run_or_it_is_said_why_not(browser, url:
 
 
 def test_a_run_whose_process_dies_says_so_and_can_run_again(browser, url: str, folder: Path) -> None:
-    at = GridPage(browser, url, "session.xlsx", name="Aya")
+    at = GridPage(browser, url, "session.xlsx")
     before = _children()
-    run(at.page)
+    run(at.page, operator="OP-1")
+    # who has no name of their own is the operator
+    assert at.page.inner_text("#run-operator b") == "OP-1" and at.page.locator("#run-by").is_hidden()
     expect(row(at.page, 2).locator(LIVE)).to_have_text(re.compile(r"^\d"), timeout=15_000)
     (process,) = [pid for pid in _children() - before if b"runs.child" in Path(f"/proc/{pid}/cmdline").read_bytes()]
     os.kill(process, signal.SIGKILL)
@@ -82,7 +84,15 @@ def test_a_run_whose_process_dies_says_so_and_can_run_again(browser, url: str, f
     assert at.page.locator("#run-notice.is-error").count() == 1
     run(at.page)
     at.page.click("[data-run=stop]")
-    assert ended(at.page).startswith("Stopped by Aya")
+    assert ended(at.page).startswith("Stopped by OP-1")
+    # Stop that comes after the end is no mistake
+    assert (
+        at.page.evaluate(
+            "fetch('/book/session.xlsx/run/stop', {method: 'POST', body: '{}', headers: {'Content-Type':"
+            " 'application/json', 'X-RRP': 'grid'}}).then(r => r.status)"
+        )
+        == 200
+    )
     at.close()
 
 

@@ -20,6 +20,7 @@ from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import show, to_json
 from rrp_sheets.model.workbook import SceneRow
+from rrp_sheets.runtime.cast import Cast
 from rrp_sheets.runtime.control import Control, Wish
 from rrp_sheets.runtime.editing import Editor
 from rrp_sheets.runtime.engine import Engine
@@ -80,6 +81,7 @@ class Acts:
         self._robot = engine.plan.checked.robot
         self._editor = Editor(engine, control)
         self._stimulus = Stimulus(engine)
+        self._cast = Cast(engine.plan)
         self._buttons = {key(label_of(use)): label_of(use) for use in buttons(engine.plan.sensors)}
         self._do: dict[str, Callable[[int, Wish], Act | None]] = {
             "pause": self._pause, "resume": self._resume, "step": self._step, "speed": self._speed,
@@ -200,6 +202,7 @@ class Acts:
             if action.verb == "press":
                 return self._press(us, Wish("press", wish.by, action.values))
         self._ground.act([replace(action, time_us=us, row=0) for action in actions])
+        self._cast.add(actions)
         detail = dict(zip(("thing", "does", "value"), parts, strict=True))
         return Act("scene", " ".join(p for p in parts if p), wish.by, detail)
 
@@ -207,20 +210,33 @@ class Acts:
         thing, at = str(wish.what["thing"]), tuple(float(c) for c in wish.what["at"])
         if len(at) != 3 or not all(math.isfinite(c) and abs(c) <= FARTHEST for c in at):
             raise SheetsError(f"{thing} cannot be put there.", f"Put it within {FARTHEST:g} m of the robot.")
-        self._require(thing)
-        self._ground.act((SceneAction(us, thing, "move", {"to": at, "seconds": 0.0}),))
-        words = f"{thing} is put to {', '.join(f'{c:.2f}' for c in at)} m."
-        return Act("scene", words, wish.by, {"thing": thing, "put": [round(c, 4) for c in at]})
+        detail = {"thing": thing, "put": [round(c, 4) for c in at]}
+        move = SceneAction(us, thing, "move", {"to": at, "seconds": 0.0})
+        entry = None if self._is_there(thing) else self._cast.entry(thing)
+        if entry is None:
+            self._require(thing)
+            self._ground.act((move,))
+            return Act("scene", f"{thing} is put to {_spot(at)}.", wish.by, detail)
+        self._ground.act((replace(entry, time_us=us, row=0), move))  # it comes as it is, and stands there at once
+        return Act("scene", f"{entry.thing} appears at {_spot(at)}.", wish.by, {**detail, "appears": True})
+
+    def _is_there(self, thing: str) -> bool:
+        present = self._ground.things()
+        return present is None or key(thing) in {key(t) for t in present}
 
     def _require(self, thing: str) -> None:
-        present = self._ground.things()
-        if present is not None and key(thing) not in {key(t) for t in present}:
+        if not self._is_there(thing):
+            present = self._ground.things()
             there = f"There are: {', '.join(present)}." if present else "Nothing is there."
             raise SheetsError(f"“{thing}” is not in the scene now.", f"Let it appear first. {there}")
 
     def _look(self, us: int, wish: Wish) -> Act | None:
         self._ground.watch(**{("look" if wish.kind == "look" else "wanted"): bool(wish.what["wanted"])})
         return None
+
+
+def _spot(at: Sequence[float]) -> str:
+    return f"{', '.join(f'{c:.2f}' for c in at)} m"
 
 
 def switched(behaviour: str, on: bool, by: str = "") -> Act:

@@ -172,7 +172,10 @@ class Hub(RunView):
                 self.refusal = text
             elif kind == "speed":  # an event loop goes by the wall clock
                 self.speed = 1.0
-            self.log.add(self.us, "error" if kind == "apply" else "refused", text)
+            if kind == "put":  # dragged: many times, one line
+                self.log.again(self.us, text, "refused", text, by="")
+            else:
+                self.log.add(self.us, "error" if kind == "apply" else "refused", text)
         self._changed("refused")
 
     def finishing(self) -> None:

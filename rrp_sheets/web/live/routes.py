@@ -26,6 +26,7 @@ SPEEDS = (0.0, 0.5, 1.0, 2.0, 4.0)
 NOTE = 500  # letters of a note
 TEXT = 2_000  # letters of a value to send
 REACH = 10.0  # m: how far a thing may be put from the robot
+SOMEBODY = "Somebody"  # who has no name on the page
 MODES = ("simulated", "pilot")
 _SOUND = re.compile(r"say-\d{3,6}\.wav")
 
@@ -69,6 +70,8 @@ def make_live(library: Library, desk: Desk, floor: Floor, icons: frozenset[str])
             floor.clear(room)
             return jsonify({}), 200
         session = floor.session
+        if action == "stop" and session is not None and not session.is_going:
+            return jsonify({}), 200  # it has ended while Stop was pressed: nothing is wrong
         if session is None or (session.room is not room and action != "stop") or not session.is_going:
             return jsonify({"message": "No run of this workbook is going."}), 409
         _ACTIONS[action](session, _by(sent), sent)
@@ -102,7 +105,7 @@ def make_live(library: Library, desk: Desk, floor: Floor, icons: frozenset[str])
 
 def _by(sent: Asked) -> str:
     """Who it is: with a password the name given then, else the one on the page."""
-    return visitor().name or clean_name(text_of(sent, "name")) or "Somebody"
+    return visitor().name or clean_name(text_of(sent, "name")) or SOMEBODY
 
 
 def _wish(sent: Asked) -> Wish:
@@ -112,7 +115,8 @@ def _wish(sent: Asked) -> Wish:
     seconds = None if text_of(sent, "until") == "scene" else FOREVER
     participant, condition, operator = (text_of(sent, n, 60).strip() for n in ("participant", "condition", "operator"))
     speed = _speed(sent) if "speed" in sent else 1.0
-    return Wish(_by(sent), mode, participant, condition, operator, seconds, speed)
+    by = _by(sent)
+    return Wish(operator or by if by == SOMEBODY else by, mode, participant, condition, operator, seconds, speed)
 
 
 def _speed(sent: Asked) -> float:

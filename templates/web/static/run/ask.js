@@ -4,9 +4,16 @@ const bar = document.getElementById("runbar");
 
 export const panel = bar?.dataset.url ?? "";
 
-/** One's own name as the others see it. */
+/** What was answered in the dialog of this workbook's last run, on this machine. */
+export const settings = {
+  key: `run-settings ${bar?.dataset.book}`,
+  kept: () => JSON.parse(localStorage.getItem(settings.key) ?? "{}"),
+  keep: (wish) => localStorage.setItem(settings.key, JSON.stringify(wish)),
+};
+
+/** One's own name as the others see it; of a run who has none is the operator that was named in its dialog here. */
 export function ownName() {
-  return document.documentElement.dataset.visitor || localStorage.getItem("name") || "Somebody";
+  return document.documentElement.dataset.visitor || localStorage.getItem("name") || settings.kept().operator || "Somebody";
 }
 
 /** Do an action; answers what the server says, with a `message` when it was refused or could not be reached. */

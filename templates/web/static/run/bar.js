@@ -80,9 +80,9 @@ export function bar(root) {
     mode.hidden = state.phase === "none";
     put(mode, modes[state.mode] ?? "");
     if (acting() && document.activeElement !== speed) speed.value = String(state.speed);
-    for (const name of ["participant", "condition", "by"]) {
+    for (const name of ["participant", "condition", "operator", "by"]) {
       const place = document.getElementById(`run-${name}`);
-      place.hidden = state.phase === "none" || !state[name];
+      place.hidden = state.phase === "none" || !state[name] || (name === "by" && state.by === state.operator);
       put(place.querySelector("b"), state[name] ?? "");
     }
     document.getElementById("run-see")?.toggleAttribute("hidden", state.phase === "none");

@@ -1,24 +1,24 @@
-// What is asked before a run: for whom, under which condition, by whom, and whether it counts. The last answers stay.
+// What is asked before a run: for whom, under which condition, by whom, and whether it counts. The last answers stay,
+// but never for whom it was: the next child's session must not be recorded as the former one's.
 
-import { ask, ownName, panel } from "./ask.js";
+import { ask, ownName, panel, settings } from "./ask.js";
 import { make } from "./make.js";
 
-const kept = ["participant", "condition", "operator", "mode", "until"];
+const kept = ["condition", "operator", "mode", "until"];
 
 export function dialog(root) {
   const box = document.getElementById("run-dialog");
   const form = box.querySelector("form");
   const refused = form.querySelector(".run-refused");
-  const key = `run-settings ${root.dataset.book}`;
   let speed = "1";
 
   form.querySelector("[value=cancel]").addEventListener("click", () => box.close());
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
     const wish = Object.fromEntries(kept.map((name) => [name, form.elements[name].value.trim()]));
-    localStorage.setItem(key, JSON.stringify(wish));
+    settings.keep(wish);
     form.querySelector("[type=submit]").disabled = true;
-    const answer = await ask("start", { ...wish, speed: Number(speed) });
+    const answer = await ask("start", { ...wish, participant: form.elements.participant.value.trim(), speed: Number(speed) });
     form.querySelector("[type=submit]").disabled = false;
     if (answer.message) return refuse(answer);
     box.close();
@@ -35,10 +35,11 @@ export function dialog(root) {
   return (wanted) => {
     speed = wanted;
     refused.hidden = true;
-    const before = JSON.parse(localStorage.getItem(key) ?? "{}");
+    const before = settings.kept();
+    form.elements.participant.value = "";
     for (const name of kept) if (before[name]) form.elements[name].value = before[name];
     if (!form.elements.operator.value && ownName() !== "Somebody") form.elements.operator.value = ownName();
     box.showModal();
-    form.elements.participant.select();
+    form.elements.participant.focus();
   };
 }

@@ -2,10 +2,9 @@
 
 import { act } from "./ask.js";
 import { make, put } from "./make.js";
+import { move, ways } from "./moving.js";
 
-const axes = [["Forward", 0.2, 2.5], ["Left", -1.5, 1.5], ["Up", 0, 1.5]]; // m
 const quick = { ball: ["appears", "circles", "disappears"], person: ["enters", "looks away", "looks back", "leaves", "says", "touches"] };
-const EVERY = 100; // ms between two tellings of a slider that is moved
 
 export function scene(root) {
   const holder = document.getElementById("things");
@@ -29,33 +28,29 @@ export function scene(root) {
     for (const [name, part] of things) part.at(detail.robot.things[name]);
   });
 
+  document.addEventListener("rrp:moved", ({ detail }) => things.get(detail.thing)?.moved(detail.at));
+
   function thing({ name, kind, at }) {
-    const rows = axes.map(([word, min, max]) => slider(name, word, min, max));
+    const rows = ways.map(([word, min, max]) => slider(name, word, min, max));
     let held = 0; // until when the sliders are the user's
-    let timer = 0;
-    const move = () => {
-      held = performance.now() + 1200;
-      if (timer) return;
-      timer = setTimeout(() => {
-        timer = 0;
-        const [x, y, z] = rows.map((r) => Number(r.input.value));
-        act("put", { thing: name, x, y, z });
-      }, EVERY);
-    };
     for (const row of rows) {
       row.input.addEventListener("input", () => {
         row.show();
-        move();
+        move(name, rows.map((r) => Number(r.input.value)));
       });
     }
     const sliders = make("div", { className: "sliders" }, ...rows.flatMap((r) => [r.label, r.input, r.output]));
-    const away = make("p", { className: "quiet", textContent: "not there", hidden: true });
+    const away = make("p", { className: "quiet", textContent: "Not in the scene now. Move a slider, and it appears there.", hidden: true });
     const element = make("section", { className: "thing" }, make("h3", { textContent: name }), sliders, away, acts(name, kind));
     const part = {
       name, element,
       at(place) {
         away.hidden = Boolean(place);
         if (place && performance.now() > held) rows.forEach((r, i) => r.set(place[i]));
+      },
+      moved(place) { // by hand, here or in the picture
+        held = performance.now() + 1200;
+        rows.forEach((r, i) => r.set(place[i]));
       },
     };
     part.at(at);

@@ -3,6 +3,7 @@
 import { act } from "./ask.js";
 import { numberKeys } from "./keys.js";
 import { icon, make, put } from "./make.js";
+import { now } from "./time.js";
 
 const WAITS = "comes when it goes on";
 
@@ -23,10 +24,11 @@ export function session(root) {
       const box = [...switches.querySelectorAll("input")].find((i) => i.value === name);
       if (box) box.checked = on;
     }
+    if (detail.phase !== "paused") for (const button of press.children) count(button, Number(button.dataset.n));
     enable(["running", "paused"].includes(detail.phase));
   });
   document.addEventListener("rrp:log", ({ detail }) => {
-    for (const line of detail.lines) if (line.kind === "button" && now() - line.t < 0.1) wait(line.text); // also elsewhere
+    for (const line of detail.lines) if (line.kind === "button" && now() - line.t < 0.05) wait(line.text); // on another page
   });
   document.addEventListener("rrp:live", ({ detail }) => {
     for (const button of press.children) {
@@ -48,7 +50,7 @@ export function session(root) {
       return button;
     }));
     const keys = Math.min(buttons.length, 9);
-    put(document.getElementById("hand-keys"), keys > 1 ? `keys 1 to ${keys}` : keys ? "key 1" : "");
+    put(document.getElementById("hand-keys"), matchMedia("(pointer: coarse)").matches ? "" : keys > 1 ? `keys 1 to ${keys}` : keys ? "key 1" : "");
     document.getElementById("no-buttons").hidden = buttons.length > 0 || phase === "starting"; // they are not known yet
     document.getElementById("hand-head").hidden = press.hidden = !buttons.length;
     switches.replaceChildren(switches.firstElementChild, ...behaviours.map(({ name, on }) => {
@@ -64,6 +66,7 @@ export function session(root) {
   }
 
   function count(button, n) {
+    button.dataset.n = n;
     put(button.querySelector("small"), n === 0 ? "not yet" : n === 1 ? "pressed once" : `pressed ${n} times`);
   }
 
