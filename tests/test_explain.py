@@ -148,3 +148,18 @@ def test_every_connector_has_words(tmp_path):
     for connector in connectors():
         assert texts().has(f"row.{connector.name}") or connector.sentence, connector.name
         assert texts().has(f"legend.connector.{connector.name}"), connector.name
+
+
+def test_an_operators_button_and_what_it_lets_say_are_told_once(tmp_path):
+    button = "\n## Devices\n| Stream | Device | Label |\n|---|---|---|\n| Praise | Operator button | Praise |\n"
+    praise = explained(tmp_path, '| Praise | subscribe | "It is time." | Say | |\n', button)
+    assert praise.paragraph == "Whenever the operator presses “Praise”, say the words “It is time.”"
+    assert praise.rows[0].text == praise.paragraph and praise.sensors == ("Praise (pressed by the operator)",)
+    chain = '| Praise | map | praise.count | N | |\n| N | filter | n > 3 | E | |\n| E | map | "End." | Words | |\n'
+    chained = explained(tmp_path, f"{chain}| Words | subscribe | | Say | |\n", button)
+    for text in (chained.paragraph, *(row.text for row in chained.rows)):
+        assert ".”." not in text and "“Praise” (“Praise”)" not in text
+    other = explained(
+        tmp_path, "| Praise | subscribe | | Print | |\n", button.replace("| Praise |\n", "| Well done |\n")
+    )
+    assert other.paragraph.startswith("Whenever the operator presses “Well done” (“Praise”)")

@@ -143,7 +143,7 @@ def check_presses(
         near = nearest(label, buttons)
         remedy = f"Did you mean “{near}”?" if near else f"The buttons are: {', '.join(buttons)}."
         if not buttons:
-            remedy = f"Declare it in the sheet Devices: Device OperatorButton, Label “{label}”."
+            remedy = f"Declare it in the sheet Devices: Device Operator button, Label “{label}”."
         report.add("SCENE006", cells[action.row].address, label=label, remedy=remedy)
 
 

@@ -25,7 +25,7 @@ class Rows:
 
     def sentence(self, step: Step) -> str:
         """A row in words, also of a row that is switched off."""
-        said = self.bare_sentence(step)
+        said = one_stop(self.bare_sentence(step))
         if not step.row.on:
             return self.texts.get("row.off", sentence=said)
         return said if step.active else self.texts.get("row.unfed", sentence=said)
@@ -103,7 +103,8 @@ class Rows:
         stream = self.graph.streams[triggers[0]]
         if len(triggers) == 1 and stream.kind is StreamKind.SENSOR:
             says, name = device_says(stream, self.texts), self.noun(stream.id)
-            known = stream.device is None or key(stream.device.name) == key(stream.name)
+            device = stream.device
+            known = device is None or key(device.name) == key(stream.name) or name in says  # a button's label
             event = get("event.sensor", says=says) if known else get("event.sensor_named", says=says, name=name)
         elif len(triggers) == 1 and stream.kind is StreamKind.DONE:
             actuator = get("name.quoted", name=clean(stream.name.removesuffix("done").rstrip()))
@@ -174,6 +175,15 @@ class _Places(dict[str, str]):
 
     def __missing__(self, name: str) -> str:
         return ""
+
+
+def one_stop(text: str) -> str:
+    """The text with one full stop where a quotation that has its own ends a sentence.
+
+    >>> one_stop("Say “It is time.”. Then wait.")
+    'Say “It is time.” Then wait.'
+    """
+    return text.replace(".”.", ".”")
 
 
 def _capital(text: str) -> str:

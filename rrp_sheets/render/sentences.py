@@ -10,7 +10,7 @@ from rrp_sheets.devices import Robot
 from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream, StreamKind
 from rrp_sheets.model.workbook import Workbook
 from rrp_sheets.render.measure import clean
-from rrp_sheets.render.rows import Rows
+from rrp_sheets.render.rows import Rows, one_stop
 from rrp_sheets.render.texts import Texts, texts
 
 _JOINED = ("map", "filter")  # their result may be called "it" in the sentence that follows
@@ -82,7 +82,7 @@ def _behaviour(behaviour: BehaviourGraph, rows: Rows, words: Texts) -> Behaviour
     driven = dict.fromkeys(step.output for step in active if streams[step.output].kind is StreamKind.ACTUATOR)
     return BehaviourText(
         clean(behaviour.name),
-        _paragraph(behaviour, active, rows, words),
+        one_stop(_paragraph(behaviour, active, rows, words)),
         tuple(RowText(s.number, rows.sentence(s), s.row.on and s.active) for s in behaviour.steps),
         tuple(_sensor(streams[i], words) for i in used),
         tuple(clean(streams[i].name) for i in driven),
@@ -90,8 +90,11 @@ def _behaviour(behaviour: BehaviourGraph, rows: Rows, words: Texts) -> Behaviour
 
 
 def _sensor(stream: Stream, words: Texts) -> str:
-    told = stream.device is not None and stream.device.type.knowledge
-    return f"{clean(stream.name)} ({words.get('behaviour.told')})" if told else clean(stream.name)
+    device = stream.device
+    if device is None or not device.type.knowledge:
+        return clean(stream.name)
+    entry = "pressed" if device.type.name == "OperatorButton" else "told"
+    return f"{clean(stream.name)} ({words.get(f'behaviour.{entry}')})"
 
 
 class _Chain:
