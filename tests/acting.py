@@ -82,7 +82,7 @@ class Script(RunView):
 class Run:
     """A run of a Markdown workbook, from its beginning to its folder."""
 
-    def __init__(self, folder: Path, book: str, script: Script, events=(), seconds=1.0, name="run", paced=False):
+    def __init__(self, folder: Path, book: str, script: Script, events=(), seconds=1.0, name="run", paced=False, everything=False):
         self.path = folder / "book.md"
         if not self.path.exists():
             self.path.write_text(textwrap.dedent(book))
@@ -95,7 +95,7 @@ class Run:
             self.worlds.append(Things((round(ms * 1000), stream, value) for ms, stream, value in events))
             return self.worlds[-1]
 
-        settings = RunSettings(seconds=seconds, fast=not paced, out=folder / name)
+        settings = RunSettings(seconds=seconds, fast=not paced, out=folder / name, everything=everything)
         self.result = run(reading, checked, settings, script, world, control=script.control)
         self.text = (folder / name / "trace.jsonl").read_text()
         self.lines = [json.loads(line) for line in self.text.splitlines()]

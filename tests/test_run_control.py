@@ -214,6 +214,15 @@ def test_a_behaviour_is_switched_by_hand_and_forgets(tmp_path):
     assert script.refusals == [("switch", "There is no behaviour “Othr”.", "Did you mean Other?")]
 
 
+def test_a_behaviour_that_the_protocol_does_not_run_waits_to_be_switched_on(tmp_path):
+    book = BOOK + "\n## Protocol\n| Field | Value |\n|---|---|\n| Run | T |\n"
+    script = Script({20: wish("switch", behaviour="Other", on=True)})
+    Run(tmp_path, book, script, EVENTS, everything=True)
+    assert script.start.behaviours == (("T", True), ("Other", False))
+    counts = [us for us, name, _, _ in script.events if script.start.streams[name] == "Other!Count"]
+    assert counts and min(counts) > 20 * FRAME and not script.refusals
+
+
 def test_buttons_things_and_the_words_of_a_scene(tmp_path):
     script = Script({
         1: [wish("press", "Bo", label="start"), wish("press", label="Stop")],

@@ -158,7 +158,7 @@ def run(
             "This workbook asks for the engine “event loop”, which goes by the wall clock and cannot be fast.",
             "Leave out --fast, or write frame as the Engine of its Protocol.",
         )
-    plan = make_plan(checked)
+    plan = make_plan(checked, everything=settings.everything)
     if not plan.steps:
         raise SheetsError("No row of this workbook is switched on.", "Write TRUE in the On cells of some rows.")
     scene = checked.scene if checked.scene is not None else default_scene(plan.outer_sensors, checked.robot)

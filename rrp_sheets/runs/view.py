@@ -25,6 +25,7 @@ class RunSettings:
         mode: `simulated`, or `pilot` for a rehearsal whose data never counts as a session.
         participant, condition, operator: of the session, as codes.
         film: whether to film the robot.
+        everything: whether behaviours that no row can switch on are loaded too, for somebody who can by hand.
     """
 
     seconds: float | None = None
@@ -36,6 +37,7 @@ class RunSettings:
     condition: str = ""
     operator: str = ""
     film: bool = True
+    everything: bool = False
 
 
 @dataclass(frozen=True)

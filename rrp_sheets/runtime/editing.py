@@ -90,7 +90,7 @@ class Editor:
                 f"The edited workbook has errors{where}: {errors[0].message}",
                 "Mend them; until then the run goes on with the rows it has.",
             )
-        return compare(self._plan, self.checked, self._steps, make_plan(checked))
+        return compare(self._plan, self.checked, self._steps, make_plan(checked, everything=self._plan.everything))
 
     def use(self, us: int, wish: Wish) -> Act | None:
         """Let the run go on with an edited workbook.

@@ -21,6 +21,7 @@ class Plan:
         behaviours: by key, with the rows of each by rank; those that a row can switch on are among them.
         on: keys of the behaviours that are on at the start: those that the Protocol lets run.
         own: ids of the sensor and actuator streams whose devices the engine itself carries out.
+        everything: whether the behaviours that no row can switch on are loaded too: somebody watches who can.
     """
 
     checked: Checked
@@ -33,6 +34,7 @@ class Plan:
     behaviours: Mapping[str, tuple[Step, ...]]
     on: frozenset[str]
     own: frozenset[str]
+    everything: bool = False
 
     @property
     def outer_sensors(self) -> tuple[DeviceUse, ...]:
@@ -49,10 +51,10 @@ class Plan:
         return {s.rank: s.ref for s in self.steps}
 
 
-def make_plan(checked: Checked) -> Plan:
-    """The plan of all behaviours that the Protocol lets run, and of those that their rows can switch on."""
+def make_plan(checked: Checked, *, everything: bool = False) -> Plan:
+    """The plan of all behaviours that the Protocol lets run, and of those that their rows can switch on, or of all."""
     graph = checked.graph
-    chosen = _loaded(checked)
+    chosen = list(graph.behaviours) if everything else _loaded(checked)
     steps = sorted((s for b in chosen for s in b.steps if s.active), key=lambda s: s.rank)
     ids = dict.fromkeys(i for s in steps for i in (*s.inputs, s.output))
     streams = tuple(graph.streams[i] for i in ids if graph.streams[i].active)
@@ -65,6 +67,7 @@ def make_plan(checked: Checked) -> Plan:
         behaviours={b.key: tuple(sorted((s for s in b.steps if s.active), key=lambda s: s.rank)) for b in chosen},
         on=frozenset(b.key for b in chosen if b.key in checked.run.behaviours),
         own=frozenset(s.id for s in streams if s.device is not None and s.device.type.engine),
+        everything=everything,
     )  # fmt: skip
 
 

@@ -122,6 +122,9 @@ def new_workbook(
     path = Path(path)
     refuse_name(path)
     sheets = empty_sheets(robot) if empty else template_sheets(robot)
+    for line in sheets["Protocol"]:
+        if line[0] == "Title":
+            line[1] = path.stem
     return make_workbook(sheets, path, offers, language=language, replace=False)
 
 
