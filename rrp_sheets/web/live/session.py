@@ -83,7 +83,7 @@ class Session:
         self.hub.speed = wish.speed
         self.process = RunProcess(room.document.path, RunSettings(
             seconds=wish.seconds, mode=wish.mode, participant=wish.participant,
-            condition=wish.condition, operator=wish.operator,
+            condition=wish.condition, operator=wish.operator, everything=True,
         ))  # fmt: skip
 
     def begin(self, over: Callable[[Session], None]) -> None:
