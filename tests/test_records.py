@@ -125,6 +125,36 @@ def test_errors_marks_and_edits_are_one_log(tmp_path: Path) -> None:
     assert text.count("There is no distance.") == 1 and "<audio" not in text
 
 
+def test_a_drag_is_one_line_and_the_diagram_says_what_was_changed_since(tmp_path: Path) -> None:
+    def put(t: float, x: float, **more: object) -> dict[str, object]:
+        detail = {"thing": "Red ball", "put": [x, 0, 0], **more}
+        return {"t": t, "happening": "scene", "text": f"Red ball is put to {x:.2f} m.", "by": "Mia", "detail": detail}
+
+    edit = {"happening": "edit", "by": "Ken", "text": "0.5 → 0.7"}
+    lines = [
+        {**put(1.0, 0, appears=True), "text": "Red ball appears at 0.00 m."},
+        *(put(2 + n / 10, n) for n in range(60)),
+        {"t": 5.0, "row": "Tracking!3", "error": "There is no distance."},
+        put(8.0, 61),
+        {"t": 8.5, "happening": "mark", "text": "Kai laughs", "by": "Aya"},
+        put(9.0, 62),
+        put(13.0, 63),
+        {"t": 20.0, "row": "Tracking!3", **edit},
+        {"t": 127.8, "row": "Tracking!3", **edit},
+        *({"t": 130.0 + n, "row": f"Tracking!{n}", **edit} for n in range(4, 9)),
+    ]
+    place = write_run(tmp_path, "x", HEADER, *lines, END)
+    (place / "diagram.svg").write_text("<svg/>")
+    text = get(visit(tmp_path), "/runs/x").text
+    shown = re.findall(r'class="of-scene".*?class="what">([^<]*?) <', text)
+    assert shown == ["Red ball appears at 0.00 m.", "Red ball is dragged to 61.00 m (until 0:08.0)",
+                     "Red ball is put to 62.00 m.", "Red ball is put to 63.00 m."]  # fmt: skip
+    told = re.search(r'class="as-began">(.*?)</p>', text)
+    assert told and "As it began; <a" in told[1] and 'and <a href="#log">2 more</a>.' in told[1]
+    [line] = re.findall(r'<a href="#([^"]*)">row 3 of Tracking was changed at 2:07.8</a>', told[1])
+    assert re.search(f'<li class="of-edit" id="{line}"><button[^>]*data-at="127.8"', text)
+
+
 # ---- marbles and curves ----
 
 

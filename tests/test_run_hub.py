@@ -88,10 +88,33 @@ def test_the_log_tells_commands_once_and_what_is_said_with_its_sound(hub: Hub) -
     lines = hub.news()[1]
     assert [(n["kind"], n["text"], n["by"], n["sound"]) for n in lines] == [
         ("command", "0.5", "", ""), ("command", "stops", "", ""), ("speech", "Hello", "", "say-001.wav"),
-        ("mark", "Kai laughs", "Mika", ""), ("scene", "Red ball is put to 1, 0, 0 m.", "Mika", ""),
+        ("mark", "Kai laughs", "Mika", ""), ("scene", "Red ball is dragged to 1, 0, 0 m.", "Mika", ""),
         ("refused", "Blue ball cannot be put there.", "", ""),
     ]  # fmt: skip
     assert hub.news()[1] == [] and hub.all()[1] == lines
+
+
+def test_a_thing_that_is_dragged_is_one_line_that_tells_its_last_place(hub: Hub) -> None:
+    def put(us: int, x: int, by: str = "Mika") -> None:
+        act = Act("scene", f"Red ball is put to {x}, 0, 0 m.", by, {"thing": "Red ball", "put": [x, 0, 0]})
+        hub.acted(us, act)
+
+    put(0, 1)
+    [first] = hub.news()[1]
+    for n in range(2, 30):
+        put(n * 100_000, n)
+        hub.event(n * 100_000, "headtracker", "A!5", n / 10)  # what the robot does meanwhile does not divide it
+    assert all(line["kind"] == "command" for line in hub.news()[1]), "told again when it stands"
+    hub.acted(3_000_000, Act("mark", "Kai laughs", "Ken"))
+    moved, mark = (line for line in hub.news()[1] if line["kind"] != "command")
+    assert (moved["text"], moved["t"], moved["instead"]) == ("Red ball is dragged to 29, 0, 0 m.", 2.9, first["i"])
+    assert mark["text"] == "Kai laughs"
+    put(3_100_000, 5)
+    put(3_200_000, 6, "Ken")
+    put(7_000_000, 7, "Ken")
+    assert [line["text"][-10:] for line in hub.news()[1]] == ["5, 0, 0 m.", "6, 0, 0 m.", "7, 0, 0 m."]
+    kept = [line["text"] for line in hub.all()[1] if line["kind"] == "scene"]
+    assert len(kept) == 4 and "dragged" in kept[0]
 
 
 def test_memory_stays_small_however_long_a_run_is(hub: Hub) -> None:

@@ -12,6 +12,7 @@ from typing import Any
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.values import show
 from rrp_sheets.runs.marbles import value_from_json
+from rrp_sheets.runs.records.dragging import Drag, dragged
 from rrp_sheets.runs.records.facts import TRACE, text_of
 from rrp_sheets.runtime.trace import read_trace
 
@@ -31,7 +32,8 @@ class Line:
         t: seconds since the run began.
         kind: `say`, `error`, `mark`, `edit`, …
         row: whose it is, `Tracking!4`.
-        times: how often it came, the last time at `until`.
+        times: how often it came.
+        until: when it came last, or a thing was dragged to its last place.
         sound: the file with what was said.
     """
 
@@ -112,6 +114,8 @@ class _Log:
         self._place = place
         self._open: dict[tuple[str, str], Line] = {}  # errors that come again and again are one line
         self._said = 0
+        self._drag = Drag()
+        self._dragged: Line | None = None
 
     def add(self, t: float, entry: Mapping[str, Any]) -> None:
         failed = "error" in entry
@@ -122,6 +126,8 @@ class _Log:
         if before is not None:
             before.times, before.until = before.times + 1, t
             return
+        if self._goes_on(t, entry, text):
+            return
         line = Line(t, kind, text, row, text_of(entry.get("by")), text_of(entry.get("detail")), until=t)
         if kind == "say":
             self._said += 1
@@ -131,8 +137,31 @@ class _Log:
             self.left_out += 1
             return
         self.lines.append(line)
+        if _put(entry):
+            self._dragged = line
         if kind in ("error", "clamp"):
             self._open[row, text] = line
+
+    def _goes_on(self, t: float, entry: Mapping[str, Any], text: str) -> bool:
+        """Whether it is one more place of a thing that is being dragged: the line has the last one."""
+        thing, by = _put(entry), text_of(entry.get("by"))
+        if not thing:
+            if by:
+                self._drag.over()
+            return False
+        if not self._drag.goes_on(t, thing, by) or self._dragged is None:
+            self._dragged = None
+            return False
+        self._dragged.text, self._dragged.until = dragged(thing, text), t
+        return True
+
+
+def _put(entry: Mapping[str, Any]) -> str:
+    """The thing that was put somewhere by hand; empty when it was something else that was done."""
+    detail = entry.get("detail")
+    if not isinstance(detail, dict) or "put" not in detail or detail.get("appears"):
+        return ""
+    return text_of(detail.get("thing"))
 
 
 def _note(curves: dict[str, _Curve], stream: str, kinds: Mapping[str, str], t: float, value: Any) -> None:

@@ -141,8 +141,8 @@ class Hub(RunView):
             elif act.kind == "edit":
                 self.refusal = ""
                 self._edited(us, act)
-            if "put" in act.detail:  # dragged: many places, one line
-                self.log.again(us, f"put {act.detail['thing']} {act.by}", "scene", act.text, by=act.by)
+            if "put" in act.detail and "appears" not in act.detail:  # dragged: many places, one line
+                self.log.put(us, str(act.detail["thing"]), act.text, act.by)
             elif act.kind not in ("step", "edit") and (act.by or act.kind != "switch"):  # what a row switches is a note
                 self.log.add(us, kind.get(act.kind, act.kind), act.text, by=act.by)
         if act.kind in ("switch", "speed", "edit"):

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import time
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from rrp_sheets.model.values import Record, Value
+from rrp_sheets.runs.records.dragging import Drag, dragged
 
 KEPT = 400  # lines
 _MOST_NEW = 60  # lines that are told at once; of more the last
 _LONGEST = 300  # letters
 _QUIET_US = 2_000_000  # a row that keeps driving its actuator is told again only after such a pause
 _CHANGE_US = 1_000_000  # and changes of what it sends at most so often
+_SETTLED = 0.7  # seconds of the wall clock after which a thing that was dragged stands where it was put
 _AGAIN_US = 10_000_000  # the same trouble of the same row
 Line = dict[str, Any]
 
@@ -22,10 +25,15 @@ class Log:
 
     Args:
         rows: the ids of the rows by their refs.
+        now: seconds of the wall clock.
     """
 
-    def __init__(self, rows: Mapping[str, str]) -> None:
+    def __init__(self, rows: Mapping[str, str], now: Callable[[], float] = time.monotonic) -> None:
         self._rows = rows
+        self._now = now
+        self._drag = Drag()
+        self._dragged: Line | None = None
+        self._moved: float | None = None  # when the thing was put to a place that no page was told of
         self._lines: deque[Line] = deque(maxlen=KEPT)
         self._count = 0
         self._told = 0
@@ -37,6 +45,9 @@ class Log:
         self, us: int, kind: str, text: str, *, row: str = "", by: str = "", stream: str = "", sound: str = ""
     ) -> None:
         """Add a line."""
+        if by or kind == "end":  # somebody does something else
+            self._settle()
+            self._drag.over()
         self._count += 1
         line = {"i": self._count, "t": us / 1e6, "row": row, "id": self._rows.get(row, ""), "kind": kind,
                 "text": text[:_LONGEST], "by": by, "stream": stream, "sound": sound}  # fmt: skip
@@ -67,8 +78,31 @@ class Log:
         if us - last >= _QUIET_US:
             self.add(us, kind, text, by=by)
 
+    def put(self, us: int, thing: str, text: str, by: str) -> None:
+        """A thing is put somewhere; one that is dragged has one line, with the last place when it stands there."""
+        line = self._dragged
+        if self._drag.goes_on(us / 1e6, thing, by) and line is not None:
+            line["text"], line["t"], self._moved = dragged(thing, text)[:_LONGEST], us / 1e6, self._now()
+            return
+        self.add(us, "scene", text, by=by)
+        self._dragged = self._lines[-1]
+        self._drag.goes_on(us / 1e6, thing, by)
+
+    def _settle(self) -> None:
+        """Tell the last place, instead of the line that was told before."""
+        line, moved = self._dragged, self._moved
+        self._moved = None
+        if line is None or moved is None or line["i"] > self._told or line not in self._lines:
+            return
+        self._lines.remove(line)
+        self._count += 1
+        self._dragged = {**line, "i": self._count, "instead": line["i"]}
+        self._lines.append(self._dragged)
+
     def news(self) -> list[Line]:
         """The lines since the last time."""
+        if self._moved is not None and self._now() - self._moved > _SETTLED:
+            self._settle()
         fresh = [line for line in self._lines if line["i"] > self._told][-_MOST_NEW:]
         self._told = self._count
         return fresh

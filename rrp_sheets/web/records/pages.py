@@ -97,6 +97,15 @@ class LogLine:
 
 
 @dataclass(frozen=True, slots=True)
+class Edited:
+    """A row that was changed during the run: when last, and the number of its line in the log, 0 when that has none."""
+
+    row: str
+    when: str
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
 class RecordPage:
     """One run.
 
@@ -105,6 +114,7 @@ class RecordPage:
         others: further runs of the same workbook.
         same: the workbook of the folder is the one that ran: `same`, `changed`, `gone`, `unknown`.
         pictures: the names of the pictures that there are.
+        edits: the first rows that were changed, `more_edits` the number of the others.
         trouble: why the events cannot be read.
         events: how many there are.
         window: the seconds that the marbles show at first.
@@ -121,6 +131,8 @@ class RecordPage:
     left_out: int
     sounds: tuple[str, ...]
     errors: Mapping[str, int]
+    edits: tuple[Edited, ...]
+    more_edits: int
     trouble: str
     events: str
     window: tuple[str, str]

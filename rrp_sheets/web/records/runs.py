@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from rrp_sheets.runs.records.facts import Facts
 from rrp_sheets.web.library import Library
 from rrp_sheets.web.records.pages import (
     Download,
+    Edited,
     Fact,
     LogLine,
     MarblesPage,
@@ -29,6 +30,7 @@ from rrp_sheets.web.records.telling import clock, length, line_of, when
 A_PAGE = 100  # runs
 _BESIDE = 30  # further runs of the same workbook
 _LOG = 500
+_EDITS = 4  # rows that are named as changed
 _WHOLE = 40.0  # s: a run that is longer shows its first half minute
 _FIRST = 30.0
 _KINDS = {
@@ -86,6 +88,7 @@ def record_page(runs: Runs, library: Library, clerk: Clerk, run: str) -> RecordP
     log = tuple(_log_line(entry) for entry in told.get("lines", ())[:_LOG])
     seconds = max(facts.seconds, float(told.get("seconds", 0.0)))
     left_out = int(told.get("left_out", 0)) + max(0, len(told.get("lines", ())) - _LOG)
+    edits = _edits(told.get("lines", ()))
     spoken = {line.sound for line in log}
     return RecordPage(
         line=_with_length(line_of(facts, books), seconds),
@@ -93,6 +96,7 @@ def record_page(runs: Runs, library: Library, clerk: Clerk, run: str) -> RecordP
         facts=tuple(_facts(facts)), same=_same(facts, library), pictures=frozenset(PICTURES.keys() & files.keys()),
         downloads=_downloads(run, files), log=log, left_out=left_out,
         sounds=tuple(n for n in files if n.endswith(".wav") and n not in spoken), errors=facts.errors,
+        edits=edits[:_EDITS], more_edits=max(0, len(edits) - _EDITS),
         trouble=trouble, events=f"{told.get('count', 0):,}",
         window=("0", f"{_FIRST:g}") if seconds > _WHOLE else ("", ""), curves=len(told.get("curves", ())),
         compared_with=tuple(line_of(f, books) for f in others if f.run != run)[:_BESIDE],
@@ -148,8 +152,21 @@ def _log_line(entry: Mapping[str, Any]) -> LogLine:
     text = " ".join(filter(None, (str(entry["text"]), str(entry["detail"]))))
     if times > 1:
         text += f" ({times:,} times, until {clock(float(entry['until']))})"
+    elif float(entry["until"]) > t:
+        text = f"{text.removesuffix('.')} (until {clock(float(entry['until']))})"
     by = str(entry["by"])
     return LogLine(t, clock(t), kind, word, icon, text, str(entry["row"]), by, str(entry["sound"]))
+
+
+def _edits(entries: Sequence[Mapping[str, Any]]) -> tuple[Edited, ...]:
+    """The rows that were changed while it ran: their diagram is of the rows before."""
+    found: dict[str, Edited] = {}
+    for number, entry in enumerate(entries, 1):
+        sheet, _, row = str(entry["row"]).rpartition("!")
+        if entry["kind"] == "edit" and row.isdigit():  # helpers and tables are not in the diagram
+            named = f"row {row} of {sheet}"
+            found[named] = Edited(named, clock(float(entry["t"])), number if number <= _LOG else 0)
+    return tuple(found.values())
 
 
 def marbles_page(runs: Runs, clerk: Clerk, run: str, asked: Mapping[str, Any], rows: list[int]) -> MarblesPage:

@@ -22,6 +22,7 @@ export function log(root) {
     root.replaceChildren();
   });
   document.addEventListener("rrp:log", ({ detail }) => {
+    for (const { instead } of detail.lines) if (instead) root.querySelector(`[data-line="${instead}"]`)?.remove();
     root.prepend(...detail.lines.toReversed().map(entry));
     while (root.children.length > KEPT) root.lastElementChild.remove();
     const spoken = detail.lines.findLast((line) => line.sound);
@@ -29,7 +30,7 @@ export function log(root) {
     joined = false;
   });
 
-  function entry({ t, row, id: rowId, kind, text, by, stream, sound: file }) {
+  function entry({ i, t, row, id: rowId, kind, text, by, stream, sound: file }) {
     const what = make("span", { className: "what" });
     if (icons[kind]) what.append(icon(icons[kind]), " ");
     if (row) what.append(link(row, rowId), " ");
@@ -42,7 +43,7 @@ export function log(root) {
       what.append(" ", again);
     }
     const line = make("li", { className: kind === "error" || kind === "refused" ? "is-error" : kind === "clamp" ? "is-warning" : "" }, make("time", { textContent: clock(t) }), what);
-    line.dataset.kind = kind;
+    Object.assign(line.dataset, { kind, line: i });
     return line;
   }
 
