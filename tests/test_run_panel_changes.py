@@ -52,6 +52,17 @@ def test_edited_formulas_are_used_in_the_run_or_it_is_said_why_not(browser, url:
     expect(row(page, 2).locator(LIVE)).to_have_text("")
     at.press("Control+-")
     expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^5\.\d+ m$"))
+    # what is wrong with a cell lies above the values beside it
+    at.go("D2")
+    at.type("redBall.distence")
+    at.go("D2")
+    expect(page.locator("td.at > .mends")).to_be_visible(timeout=15_000)
+    assert page.locator("td.at > .mends").evaluate("""box => {
+        const { right, bottom } = box.getBoundingClientRect();
+        const value = document.querySelector("td.example").getBoundingClientRect();
+        return right > value.left + 20 && box.contains(document.elementFromPoint(right - 8, bottom - 8));
+    }""")
+    at.type("redBall.distance + 5")
     # rows that are not the ones that run
     at.go("E3")
     at.type("Very near")
@@ -77,6 +88,7 @@ def test_a_run_whose_process_dies_says_so_and_can_run_again(browser, url: str, f
     run(at.page, operator="OP-1")
     # who has no name of their own is the operator
     assert at.page.inner_text("#run-operator b") == "OP-1" and at.page.locator("#run-by").is_hidden()
+    assert at.page.inner_text("[data-do=name] span") == "OP-1"
     expect(row(at.page, 2).locator(LIVE)).to_have_text(re.compile(r"^\d"), timeout=15_000)
     (process,) = [pid for pid in _children() - before if b"runs.child" in Path(f"/proc/{pid}/cmdline").read_bytes()]
     os.kill(process, signal.SIGKILL)

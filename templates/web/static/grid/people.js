@@ -48,8 +48,7 @@ export function people(grid, listen) {
     label.append(field);
     const dialog = open("Who are you?", [label]);
     const keep = () => {
-      grid.server.name = field.value.trim() || "Somebody";
-      localStorage.setItem("name", grid.server.name);
+      localStorage.setItem("name", field.value.trim() || "Somebody");
       own.querySelector("span").textContent = grid.server.name;
       if (grid.selection.head) grid.server.stand(grid.selection.head.row, grid.selection.head.k);
       dialog.close();

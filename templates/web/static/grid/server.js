@@ -1,6 +1,8 @@
 // Edits to the server and changes from it. Edits are sent in order, one request at a time; what others (and the server)
 // change comes as events with rows ready to be shown.
 
+import { ownName } from "../run/ask.js";
+
 export class Server {
   constructor(grid, table, hooks) {
     this.url = grid.dataset.url;
@@ -8,12 +10,15 @@ export class Server {
     this.table = table;
     this.hooks = hooks;
     this.client = [...crypto.getRandomValues(new Uint8Array(6))].map((b) => b.toString(16).padStart(2, "0")).join("");
-    this.name = document.documentElement.dataset.visitor ?? localStorage.getItem("name") ?? "Somebody";
     this.count = 0;
     this.waiting = new Map(); // row id → tag of our newest edit in it that the server has not confirmed
     this.made = new Map(); // row id → number of its newest look that came; of two looks that cross, the later made one stays
     this.held = new Map(); // row id → what came for it while an edit of ours was on its way
     this.chain = Promise.resolve();
+  }
+
+  get name() {
+    return ownName("panel" in (document.getElementById("runbar")?.dataset ?? {}));
   }
 
   /** Send cells `{row, k, text, was}`. */

@@ -11,9 +11,10 @@ export const settings = {
   keep: (wish) => localStorage.setItem(settings.key, JSON.stringify(wish)),
 };
 
-/** One's own name as the others see it; of a run who has none is the operator that was named in its dialog here. */
-export function ownName() {
-  return document.documentElement.dataset.visitor || localStorage.getItem("name") || settings.kept().operator || "Somebody";
+/** One's own name as the others see it; on the run panel who has none is the operator that was named in the dialog. */
+export function ownName(operates = true) {
+  const name = document.documentElement.dataset.visitor || localStorage.getItem("name") || "Somebody";
+  return name === "Somebody" && operates ? settings.kept().operator || name : name;
 }
 
 /** Do an action; answers what the server says, with a `message` when it was refused or could not be reached. */
