@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from chromium import CHROMIUM
-from grid_books import HEADER, Books, Shared, books
+from grid_books import HEADER, TRACKING, Books, Shared, books
 
 if not CHROMIUM:
     pytest.skip("there is no Chromium on this machine", allow_module_level=True)
@@ -81,7 +81,7 @@ def test_behaviours(at) -> None:
 def test_devices_offer_what_the_device_takes(at, shelf: Books) -> None:
     assert at("Devices", "B4", "oper")[0] == "Operator button"
     assert "HeadYaw" in at("Devices", "C2", "heady")
-    readonly = "[...document.querySelectorAll('tbody tr:nth-child(2) td[aria-readonly]')].map(c => c.getAttribute('aria-label').split(',')[0])"
+    readonly = "[...document.querySelectorAll('tbody tr:nth-child(2) td.untaken')].map(c => c.getAttribute('aria-label').split(',')[0])"
     assert shelf.page.evaluate(readonly) == ["Joint", "Rate"]  # a button has only a label
     assert shelf.page.evaluate(readonly.replace("nth-child(2)", "nth-child(1)")) == ["Label"]
 
@@ -115,3 +115,66 @@ def test_protocols(at, shelf: Books) -> None:
 
 def test_tables_of_ones_own(at) -> None:
     assert "colours" in at("Uses", "D2", "col")
+
+
+def test_tab_and_enter_take_what_is_offered(shelf: Books) -> None:
+    grid = shelf.open(SHEETS, sheet="Try")
+    grid.checked()
+    for address, typed, then, text in (
+        ("B2", "Dis", "Tab", "Distance"), ("B3", "Su", "Enter", "Sum"), ("D2", "an", "Tab Tab", "any"),
+        ("D3", "noth", "Enter Enter", "nothing"), ("C2", "5 s", "Enter", "5 s"),
+    ):  # fmt: skip
+        grid.go(address)
+        grid.page.keyboard.type(typed)
+        grid.press(*then.split())
+        assert grid.text(address) == text, address
+        assert grid.page.locator(".editor").count() == 0
+    grid = shelf.open(path=grid.path, sheet="T")
+    grid.checked()
+    for typed, then, text in (
+        ("redBall.dist", "Enter Enter", "redBall.distance"), ("value", "Enter", "value"), ("4 > 5 s", "Enter", "4 > 5 s"),
+    ):  # fmt: skip
+        grid.go("D2")
+        grid.page.keyboard.type(typed)
+        grid.press(*then.split())
+        assert grid.text("D2") == text
+
+
+def test_suggestions_leave_what_is_wrong_with_the_cell_in_sight(shelf: Books) -> None:
+    grid = shelf.open({**TRACKING, "Try": [SHEETS["Try"][0], ["0", "Dista", "1", "", ""]]}, sheet="Try")
+    grid.page.wait_for_selector("td[aria-invalid=true]")
+    grid.go("B2")
+    grid.press("F2")
+    grid.page.wait_for_selector(".suggestions [role=option]")
+    wrong, offered = (grid.page.locator(part).bounding_box() for part in (".editor .mend", ".editor .suggestions"))
+    assert "Dista" in grid.page.inner_text(".editor .mend")
+    assert wrong["y"] + wrong["height"] <= offered["y"]
+    assert grid.page.locator("td .mend:visible").count() == 0
+    grid.press("Escape", "Escape")
+    assert grid.page.locator("td .mend:visible").count() == 1
+
+
+def test_a_text_for_a_device_that_takes_none_is_kept_and_leads_to_the_device_that_takes_it(shelf: Books) -> None:
+    rows = [["Stream", "Device", "Text", "Notes"], ["Say praise", "", "", ""], ["Neck", "Head yaw", "", ""]]
+    grid = shelf.open({**SHEETS, "Devices": rows}, sheet="Devices")
+    grid.checked()
+    grid.go("B2")
+    grid.page.keyboard.type("Say")
+    texts = grid.page.locator("[role=option]").all_inner_texts()
+    assert any("text that arrives" in t for t in texts) and any(
+        t.startswith("Say parameter") and "of its setting" in t for t in texts
+    )
+    grid.press("Tab")
+    assert grid.text("B2") == "Say"
+    grid.page.keyboard.type("Well done!")
+    assert "Say parameter" in grid.page.inner_text(".signature")
+    grid.press("Enter")
+    grid.go("C2")
+    grid.page.click("td.at .mend [data-fix]:has-text('Use Say parameter')")
+    grid.expect("B2", "Say parameter")
+    assert grid.text("C2") == "Well done!"
+    grid.page.wait_for_selector("td[data-v='Well done!']:not(.flagged)")
+    grid.go("C3")
+    grid.page.keyboard.type("x")
+    assert "Leave the cell blank" in grid.page.inner_text(".signature")
+    grid.press("Escape")

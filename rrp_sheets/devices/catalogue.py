@@ -148,6 +148,22 @@ class Robot:
         """The device that a name means (`Red ball`, `Say`, `Head yaw`), in any spelling."""
         return self.names.get(key(name))
 
+    def others_with(self, found: Found, setting: str) -> list[Found]:
+        """The devices to use instead of one that lacks a setting: they use the same, or give the same.
+
+        >>> nao = load_robot()
+        >>> [other.name for other in nao.others_with(nao.names["say"], "text")]
+        ['Say parameter']
+        """
+        mine = found.type
+        return [
+            other for other in self.names.values()
+            if other.offered and other.type.kind == mine.kind and setting in other.type.settings
+            and setting not in other.preset and other.type.name != mine.name
+            and (set(mine.resources) & set(other.type.resources)
+                 or (mine.payload is not None and other.type.payload == mine.payload))
+        ]  # fmt: skip
+
     @property
     def postures(self) -> tuple[str, ...]:
         """The postures that it can take."""

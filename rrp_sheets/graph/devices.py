@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from rrp_sheets.devices import DeviceType, Found, Robot, Setting
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.diagnostics.fix import Fix, Put
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import Proposals, key, nearest
@@ -98,17 +99,17 @@ class DeviceTable:
                 self.report.add("DEV001", device.address, name=device.text, remedy=remedy)
             self.broken.add(k)
             return
-        values = self._settings(found, settings, stream)
+        values = self._settings(found, settings, stream, device)
         self.declared[k] = Declared(stream.text, found, values, stream.address)
 
-    def _settings(self, found: Found, cells: Mapping[str, Cell], stream: Cell) -> dict[str, Value]:
+    def _settings(self, found: Found, cells: Mapping[str, Cell], stream: Cell, device: Cell) -> dict[str, Value]:
         values = _usual(found, stream.text)
         for k, cell in cells.items():
             if not cell:
                 continue
             setting = found.type.settings.get(k)
             if setting is None:
-                self._unknown_setting(found, k, cell)
+                self._unknown_setting(found, k, cell, device)
                 continue
             values[k] = self._setting(setting, cell)
         for k, setting in found.type.settings.items():
@@ -118,11 +119,18 @@ class DeviceTable:
                 self.report.add("DEV003", cell_address, device=found.name, setting=setting.name, help=setting.help)
         return values
 
-    def _unknown_setting(self, found: Found, k: str, cell: Cell) -> None:
+    def _unknown_setting(self, found: Found, k: str, cell: Cell, device: Cell) -> None:
         names = [s.name for s in found.type.settings.values()]
         remedy = f"Leave the cell blank; its settings are: {', '.join(names)}."
         remedy = remedy if names else "It has no settings: leave the cell blank."
-        self.report.add("DEV007", cell.address, device=found.name, setting=self._headers.get(k, k), remedy=remedy)
+        others = self.robot.others_with(found, k)[:2]
+        if others:
+            each = " ".join(f"{one.name}: {one.type.help}" for one in (found, *others))
+            remedy = f"{each} Use that device, or leave the cell blank."
+        fixes = [Fix(f"Use {o.name}", (Put(device.address, o.name),)) for o in others if device.address]
+        self.report.add(
+            "DEV007", cell.address, fixes=fixes, device=found.name, setting=self._headers.get(k, k), remedy=remedy
+        )
 
     def _setting(self, setting: Setting, cell: Cell) -> Value:
         value, wants = understand(setting, cell.text, self.robot, self._mine.get(setting.kind, ()))

@@ -25,6 +25,7 @@ def cell_words(workbook: Workbook, robot: Robot) -> dict[str, Any]:
     behaviours = [{"text": b.name} for b in workbook.behaviours]
     return {
         "takes": _takes(robot, workbook),
+        "instead": _instead(robot),
         "acts": _acts(robot, [d.settings["label"].text for d in workbook.devices if "label" in d.settings]),
         "expects": [{"text": text, "help": line} for text, line in _EXPECTS],
         "values": {
@@ -50,6 +51,18 @@ def _takes(robot: Robot, workbook: Workbook) -> dict[str, dict[str, Any]]:
                 for k, s in settings.items()
             }
     return found
+
+
+def _instead(robot: Robot) -> dict[str, dict[str, list[str]]]:
+    """Which devices to use instead of one, by its key and that of a setting it has not."""
+    known = {k for device in robot.devices.values() for k in device.settings}
+    devices = [d for kind in ("sensor", "actuator") for n in robot.device_names(kind) if (d := robot.find(n))]
+    found = {
+        key(d.name): {k: [o.name for o in others] for k in known - set(d.type.settings)
+                      if (others := robot.others_with(d, k))}
+        for d in devices
+    }  # fmt: skip
+    return {name: settings for name, settings in found.items() if settings}
 
 
 def _choices(setting: Setting, robot: Robot, workbook: Workbook) -> list[Word]:

@@ -155,7 +155,7 @@ class RowMaker:
             more += f' aria-describedby="{described}"' + (' aria-invalid="true"' if worst == "error" else "")
             looks += f" flagged is-{worst}"
         if kind == "setting" and not text and not self._takes(row, column):
-            more += ' aria-readonly="true"'
+            looks += " untaken"
         who = self._taken.get((row, column.number))
         if who:
             looks += " taken"

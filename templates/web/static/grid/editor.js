@@ -21,10 +21,6 @@ export class Editor {
   /** Begin to edit a cell: with what it holds, or (as when typing starts) with a first text. */
   open(cell, first) {
     if (this.isOpen || !cell || this.context.refuses()) return;
-    if (cell.getAttribute("aria-readonly") === "true") {
-      this.context.say("The device of this row does not take that, so the cell stays blank.");
-      return;
-    }
     const k = this.table.column(cell);
     this.rowId = cell.parentElement.id;
     this.k = k;
@@ -63,8 +59,12 @@ export class Editor {
     this.hint = document.createElement("div");
     this.hint.className = "signature";
     this.hint.hidden = true;
-    this.box.append(this.field, this.hint, this.list);
+    this.wrong = document.createElement("div"); // what is wrong with the cell stays in sight, above the list
+    this.wrong.className = "wrong";
+    this.box.append(this.field, this.wrong, this.hint, this.list);
     this.scroll.append(this.box);
+    this.scroll.classList.add("typing");
+    this.scold(cell);
     this.field.addEventListener("input", () => this.update(true));
     this.field.addEventListener("click", () => this.update(false));
     this.field.addEventListener("blur", () => this.isOpen && this.close(true, null));
@@ -77,6 +77,16 @@ export class Editor {
 
   kind(k) {
     return this.table.headers[k].dataset.kind;
+  }
+
+  scold(cell) {
+    const told = cell.parentElement.classList.contains("unfinished") ? [] : cell.querySelectorAll(".mend:not(.is-info)");
+    this.wrong.replaceChildren(...[...told].map((mend) => {
+      const copy = mend.cloneNode(true);
+      copy.removeAttribute("id");
+      for (const button of copy.querySelectorAll("button")) button.remove();
+      return copy;
+    }));
   }
 
   place(cell) {
@@ -170,7 +180,7 @@ export class Editor {
       this.field.setRangeText("\n", this.field.selectionStart, this.field.selectionEnd, "end");
       this.update(true);
     } else if (key === "Enter" && open && this.moved) this.accept(this.chosen);
-    else if (key === "Tab" && open && this.chosen >= 0 && this.found.partial) this.accept(this.chosen);
+    else if ((key === "Tab" || key === "Enter") && !event.shiftKey && open && this.chosen >= 0 && this.found.partial) this.accept(this.chosen);
     else if (key === "Enter" || key === "Tab") {
       if (open && this.chosen >= 0 && this.found.whole) this.accept(this.chosen);
       const back = event.shiftKey;
@@ -189,6 +199,7 @@ export class Editor {
     this.field = null;
     const text = field.value;
     this.box.remove();
+    this.scroll.classList.remove("typing");
     this.context.editing(this.rowId, this.k, false);
     const row = this.table.row(this.rowId);
     if (row) this.done(this.table.cell(row, this.k), keep ? text : this.was, this.was, move);
@@ -203,6 +214,7 @@ export class Editor {
     if (row) {
       const cell = this.table.cell(row, this.k);
       this.place(cell);
+      this.scold(cell);
       this.box.classList.toggle("contested", this.table.value(cell) !== this.was);
     }
   }

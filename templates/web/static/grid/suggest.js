@@ -4,11 +4,13 @@ import { cellHelp, inCell } from "./suggestcells.js";
 
 const WORD = /[\p{L}\p{N}_]*$/u;
 const MOST = 12;
+// Words of formulas that are complete as they are, though functions begin with them.
+const COMPLETE = new Set(["value", "total", "true", "false", "none", "blank", "pi", "e", "and", "or", "not", "in", "if", "else", "mod", "xor"]);
 
 export const key = (text) => text.normalize("NFKC").toLowerCase().replace(/[\s_\-\u00a0\u2010-\u2015]+/g, "");
 
-/** Suggestions for a cell: `items`, where the replaced text begins, and how sure they are.
- *  whole: accepted by Enter and Tab alike (a cell that holds one name); partial: by Tab only (within a formula). */
+/** Suggestions for a cell: `items`, where the replaced text begins, and how sure they are: `sure` when the first one
+ *  continues what is typed, so that Enter and Tab take it; then (whole) the cell is left, or (partial) one goes on typing. */
 export function suggest(words, where, before, text) {
   const { kind } = where;
   if (kind === "formula") return inFormula(words, where, before);
@@ -23,7 +25,7 @@ export function suggest(words, where, before, text) {
     connector: words.connectors, device: words.devices, on: [{ text: "TRUE" }, { text: "FALSE", help: "skips the row" }],
     output: isSubscribe(where) ? words.actuators : [], fieldname: words.fields, tested: [...words.streams, ...words.dones],
   }[kind] ?? [];
-  return pick(choices, text, 0, kind !== "tested");
+  return pick(choices, text, 0, true, kind === "device");
 }
 
 /** Help on the function around the caret: its usage with a line of explanation, or null. */
@@ -49,16 +51,20 @@ function shown(texts) {
   });
 }
 
-export function pick(choices, typed, from, whole) {
+/** Those of the choices that begin with what is typed, then those that hold it. Nothing is offered for what is complete,
+ *  but with `longer` the names that go on from there are shown beside it. */
+export function pick(choices, typed, from, whole, longer = false) {
   const wanted = key(typed);
   const starts = [];
   const holds = [];
+  let complete = false;
   for (const choice of choices ?? []) {
     const k = key(choice.text);
-    if (k === wanted && wanted) return { items: [], from, sure: false };
+    if (k === wanted && wanted) complete = true;
     if (k.startsWith(wanted)) starts.push(choice);
     else if (wanted && k.includes(wanted)) holds.push(choice);
   }
+  if (complete) return { items: longer && starts.length > 1 ? starts : [], from, sure: false };
   const items = [...starts, ...holds].slice(0, wanted ? MOST : 40);
   return { items, from, sure: wanted !== "" && starts.length > 0, whole, partial: false };
 }
@@ -73,7 +79,8 @@ function inFormula(words, where, before) {
     const record = words.records[key(owner)] ?? (owner === "value" ? words.records[key(inputs(where)[0] ?? "")] : null);
     return { ...pick(record?.fields ?? [], word, from, false), partial: true };
   }
-  if (/^\d/.test(word)) return none;
+  if (/^\d/.test(word) || COMPLETE.has(word.toLowerCase())) return none;
+  if (word && /\d\s*$/.test(before.slice(0, from))) return none; // a unit
   const mine = inputs(where).map((name) => words.names[key(name)] ?? unchecked(name)).filter(Boolean);
   const period = words.periods?.includes(connector(where));
   if (period) return before.trim() ? none : { ...pick(words.durations, "", 0, true), sure: false };

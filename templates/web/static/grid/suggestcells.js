@@ -21,6 +21,7 @@ export function inCell(words, where, before, text) {
 export function cellHelp(words, where) {
   const found = where.kind === "setting" ? setting(words, where) : null;
   if (found) return [named(where, "device"), `${found.name}: ${found.help}`];
+  if (where.kind === "setting") return untaken(words, where);
   if (where.kind === "value") {
     const verb = named(where, "verb");
     const shown = values(words, where).map((v) => v.text).join("   or   ");
@@ -29,9 +30,20 @@ export function cellHelp(words, where) {
   return null;
 }
 
-/** Values that may also be anything else: Enter never takes one by itself. */
-function free(choices, text, whole = false) {
-  return pick(choices, text, 0, whole);
+/** What a device's cell says that the device does not take: which device of its kind would. */
+function untaken(words, where) {
+  const device = named(where, "device");
+  const about = (name) => words.devices?.find((d) => key(d.text) === key(name))?.help ?? "";
+  if (!words.takes?.[key(device)]) return null;
+  const other = words.instead?.[key(device)]?.[key(where.name)]?.[0];
+  const remedy = other ? `With a ${where.name}: the device “${other}”. ${about(other)}` : "Leave the cell blank.";
+  return [`${device} takes no ${where.name}`, `${about(device)} ${remedy}`];
+}
+
+/** Values that may also be anything else: only a word that is being typed is completed, no number. */
+function free(choices, text, whole = /^\p{L}+$/u.test(text)) {
+  const found = pick(choices, text, 0, whole);
+  return { ...found, sure: found.sure && whole };
 }
 
 function after(choices, before) {
