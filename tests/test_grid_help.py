@@ -69,8 +69,15 @@ def test_help_has_what_the_command_line_says_and_a_picture(shelf: Books) -> None
     grid.press("Enter")
     grid.page.wait_for_selector("#help .help-found a:text-is('Touch')")
     grid.page.fill("#help input", "nosuchthing")
-    grid.press("Enter")
     grid.page.wait_for_selector("#help:has-text('Nothing on “nosuchthing”')")
+    assert "Try a single word" in grid.page.inner_text("#help-results")
+    grid.page.fill("#help input", "")
+    grid.page.keyboard.type(
+        "How do I make the robot say hello?"
+    )  # searched for without Enter, and the field is left alone
+    grid.page.wait_for_selector("#help:has-text('Try one of these') .help-found a:text-is('Say')")
+    assert grid.page.input_value("#help input") == "How do I make the robot say hello?"
+    assert grid.page.evaluate("document.activeElement.name") == "q"
     grid.page.click("#help [data-help-close]")
     assert grid.page.locator("#help").is_hidden()
     grid.page.click("[data-do=help]")

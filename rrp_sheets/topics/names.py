@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
@@ -28,6 +29,11 @@ _TOPICS = {
     "engine": "how rows follow each other in time",
     "keys": "the keys of the grid",
 }
+_SMALL = frozenset((
+    "how", "can", "does", "did", "the", "and", "what", "why", "when", "where", "which", "who", "that", "this", "with",
+    "for", "from", "into", "make", "robot", "want", "should", "are", "has", "have", "not", "its", "there", "get", "let",
+))  # fmt: skip
+"""Words of questions that tell nothing of what is asked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +90,31 @@ def search(text: str, most: int = 20) -> list[Name]:
 
     found = sorted(all_names(), key=rank)
     return [n for n in found if rank(n) < 4][:most]
+
+
+def near(text: str, most: int = 8) -> list[Name]:
+    """What there is help on under some words of a question, when there is nothing on all of them.
+
+    >>> near("How do I make the robot sleep or speak a text?")[0].name in {n.name for n in all_names()}
+    True
+    >>> near("how do I xyzzy")
+    []
+    """
+    words = [w for w in re.findall(r"\w{3,}", text.casefold()) if w not in _SMALL]
+    roots = list(dict.fromkeys(w.removesuffix("ing").removesuffix("s") for w in words))
+
+    def hits(name: Name) -> tuple[int, int]:
+        inside = re.findall(r"\w+", f"{name.name} {name.line}".casefold())
+        named = re.findall(r"\w+", name.name.casefold())
+        return sum(_begins(r, inside) for r in roots), sum(_begins(r, named) for r in roots)
+
+    found = [(hits(n), n) for n in all_names() if n.what not in ("error", "warning", "info")]
+    found = sorted((f for f in found if f[0][0]), key=lambda f: (-f[0][0] - f[0][1], f[1].what != "topic"))
+    return [n for _, n in found[:most]]
+
+
+def _begins(root: str, words: list[str]) -> bool:
+    return any(word.startswith(root) for word in words)
 
 
 def _in(words: list[str], whole: str) -> bool:

@@ -13,7 +13,7 @@ from markupsafe import Markup
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.topics.finding import text_on
 from rrp_sheets.topics.layout import Block, paragraph
-from rrp_sheets.topics.names import Name, all_names, known, search
+from rrp_sheets.topics.names import Name, all_names, known, near, search
 from rrp_sheets.web.marblepicture import marble_picture
 
 MOST = 6  # topics at once
@@ -47,7 +47,7 @@ class HelpPiece:
 
     Attributes:
         topics: their blocks, one topic after the other.
-        query: what was searched for; `found` are the names under it.
+        query: what was searched for; `found` are the names under it, `tries` those under some of its words.
         names: all that can be asked for.
     """
 
@@ -55,6 +55,7 @@ class HelpPiece:
     topics: tuple[tuple[Part, ...], ...]
     query: str = ""
     found: tuple[Name, ...] = ()
+    tries: tuple[Name, ...] = ()
     names: tuple[str, ...] = ()
 
 
@@ -67,14 +68,14 @@ def make_helping() -> Blueprint:
         query = request.args.get("q", "")[:100].strip()
         asked = [t[:100] for t in request.args.getlist("topic") if t.strip()][:MOST]
         found = tuple(search(query))
+        tries = () if found else tuple(near(query))
         if query and not asked:
             asked = [found[0].name] if len(found) == 1 else []
         topics = tuple(blocks for topic in dict.fromkeys(asked) if (blocks := _topic(topic)))
         if not topics and not query:
             topics = (_topic(""),)
-        return render_template(
-            HelpPiece.template, page=HelpPiece(topics, query, found, tuple(n.name for n in all_names()))
-        )
+        names = tuple(n.name for n in all_names())
+        return render_template(HelpPiece.template, page=HelpPiece(topics, query, found, tries, names))
 
     return pages
 

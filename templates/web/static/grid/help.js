@@ -2,10 +2,14 @@
 
 import { inputs, key } from "./suggest.js";
 
+const PATIENCE = 250; // milliseconds after the last key, before it is searched
+
 export function help(grid) {
   const panel = document.getElementById("help");
   const button = document.querySelector("[data-do=help]");
   let back = null; // what had the focus before
+  let waiting; // until nothing more is typed
+  let sought = ""; // what is shown was searched for
 
   document.addEventListener("keydown", (event) => {
     if (event.key !== "F1") return;
@@ -29,10 +33,11 @@ export function help(grid) {
   });
   panel.addEventListener("submit", (event) => {
     event.preventDefault();
-    show({ q: new FormData(event.target).get("q") });
+    seek(panel.querySelector("[name=q]").value);
   });
-  panel.addEventListener("change", (event) => {
-    if (event.target.name === "q") event.target.form.requestSubmit(); // chosen from the list
+  panel.addEventListener("input", (event) => {
+    clearTimeout(waiting);
+    if (event.target.name === "q") waiting = setTimeout(() => seek(event.target.value), PATIENCE);
   });
 
   function open(topics) {
@@ -47,12 +52,31 @@ export function help(grid) {
     to?.focus({ preventScroll: true });
   }
 
-  async function show(asked) {
+  async function ask(asked) {
     const query = new URLSearchParams();
     for (const [name, values] of Object.entries(asked)) for (const value of [values].flat()) query.append(name, value);
     const response = await fetch(`${panel.dataset.url}?${query}`);
-    if (!response.ok) return;
-    panel.innerHTML = await response.text(); // made by our own server, all texts escaped
+    const holder = document.createElement("template");
+    holder.innerHTML = response.ok ? await response.text() : ""; // made by our own server, all texts escaped
+    return response.ok ? holder.content : null;
+  }
+
+  /** Search while one types: only what is found is new, the field stays as it is. */
+  async function seek(text) {
+    clearTimeout(waiting);
+    if (text === sought) return;
+    sought = text;
+    const piece = await ask({ q: text });
+    const now = panel.querySelector("#help-results");
+    if (piece && text === sought) now?.replaceWith(piece.querySelector("#help-results"));
+  }
+
+  async function show(asked) {
+    clearTimeout(waiting);
+    sought = "";
+    const piece = await ask(asked);
+    if (!piece) return;
+    panel.replaceChildren(piece);
     panel.style.top = `${Math.max(0, document.querySelector(".runbar")?.getBoundingClientRect().bottom ?? 56)}px`; // Stop stays in sight
     panel.hidden = false;
     panel.scrollTop = 0;
