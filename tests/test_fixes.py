@@ -60,6 +60,14 @@ def test_several_fixes_in_one_cell_and_one_sheet(tmp_path):
     assert found == [] and {c.place for c in changes} == {"T!B2", "T!C2", "T!D3", "T!E4"}
 
 
+def test_a_setting_that_a_device_lacks_leads_to_the_device_that_has_it(tmp_path):
+    text, devices = "| | Red ball | subscribe | | Praise |", DEVICES.replace("Joint", "Text") + "| Praise | Say | Hello |"
+    changes, found = fixed(text, tmp_path, more=devices)
+    assert changes == [] and found[0] == ("DEV007", "C2")  # it may as well be the text that is too much
+    changes, found = fixed(text, tmp_path, "DEV007:1", more=devices)
+    assert "DEV007" not in dict(found) and [(c.place, c.new) for c in changes] == [("Devices!B2", "Say parameter")]
+
+
 def test_headers_and_devices(tmp_path):
     text = "| | Neck | subscribe | | Print |"
     changes, found = fixed(text, tmp_path, more=DEVICES + "| Neck | JointPositon | HeadYaw |")

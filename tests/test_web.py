@@ -162,12 +162,12 @@ def test_a_diagram_that_cannot_be_drawn_says_why(folder: Path, monkeypatch: pyte
     assert answer.status_code == 200 and "Diagrams need Graphviz" in answer.text
 
 
-def test_settings_that_a_device_does_not_take_cannot_be_filled_in(folder: Path) -> None:
+def test_settings_that_a_device_does_not_take_are_marked(folder: Path) -> None:
     devices = (
         "\n## Devices\n| Stream | Device | Text | Joint |\n|---|---|---|---|\n| Hello | Say | Hi | |\n| X | | | |\n"
     )
     (folder / "devices.md").write_text(GOOD + devices, encoding="utf-8")
     text = checked(visit(folder), f"{book('devices.md')}/sheet/Devices")
     rows = re.findall(r'<tr role="row".*?</tr>', text)
-    assert rows[1].count('aria-readonly="true"') == 1 and 'data-v="Hi"' in rows[1]
-    assert "aria-readonly" not in rows[2]
+    assert rows[1].count(' untaken"') == 1 and 'data-v="Hi"' in rows[1]
+    assert "untaken" not in rows[2]

@@ -68,7 +68,10 @@ export function help(grid) {
     sought = text;
     const piece = await ask({ q: text });
     const now = panel.querySelector("#help-results");
-    if (piece && text === sought) now?.replaceWith(piece.querySelector("#help-results"));
+    if (!piece || text !== sought) return;
+    now?.replaceWith(piece.querySelector("#help-results"));
+    const found = panel.querySelector("#help-results h3")?.textContent;
+    if (found) grid?.spoken.say(found);
   }
 
   async function show(asked) {
