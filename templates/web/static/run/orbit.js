@@ -18,6 +18,7 @@ export class Orbit {
     this.target = new THREE.Vector3(0.03, 0, 0.3);
     this.distance = 1.5;
     this.pointers = new Map();
+    this.held = false; // while something is dragged, the view stays as it is
     this.front();
     element.addEventListener("pointerdown", (event) => this.down(element, event));
     element.addEventListener("pointermove", (event) => this.move(event));
@@ -65,7 +66,7 @@ export class Orbit {
     const now = performance.now();
     const since = Math.min(now - (this.settled ?? now), 200);
     this.settled = now;
-    if (this.byHand || !this.framed) return false;
+    if (this.byHand || this.held || !this.framed) return false;
     part ??= 1 - Math.exp(-since / EASE);
     const beside = this.aside && this.fit(this.framed.flat(), ASIDE).distance <= WIDEST;
     const turn = (beside ? ASIDE : FRONT.azimuth) - this.azimuth;

@@ -2,16 +2,19 @@
 
 import * as THREE from "/vendor/js/three.module.js";
 import { Body, turn } from "./body3d.js";
+import { Drag } from "./drag3d.js";
 import { Orbit } from "./orbit.js";
 import { Room, thing } from "./room3d.js";
 
 const MOST_PIXELS = 1.5; // per CSS pixel: more costs a weak laptop its 60 pictures a second and shows little
 const NEAR = 2.3; // m from the robot: things farther away need not be in the picture
 const LONGEST = 300; // ms, of the way from one state to the next
+const HELD = 1200; // ms after it was let go a thing is where one put it; by then the world has told that it is there
 const SLOW = 28; // ms between two pictures: below that often, the picture is drawn coarser
 
 export class Stage {
-  constructor(canvas, model) {
+  /** `hand` may move things: `limits` and what is told of it, see drag3d.js. */
+  constructor(canvas, model, hand) {
     this.canvas = canvas;
     this.model = model;
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, powerPreference: "low-power" });
@@ -28,6 +31,7 @@ export class Stage {
     this.seen = true;
     this.late = 0;
     const again = () => this.ask();
+    this.drag = new Drag(this, hand.limits, hand);
     this.orbit = new Orbit(canvas, this.camera, again);
     this.look();
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.look());
@@ -42,6 +46,7 @@ export class Stage {
 
   look() {
     this.room.theme(matchMedia("(prefers-color-scheme: dark)").matches);
+    this.drag.colour(getComputedStyle(this.canvas).color);
     this.ask();
   }
 
@@ -81,8 +86,10 @@ export class Stage {
   }
 
   put(things) {
+    this.newestThings = things;
     for (const [name, { object }] of this.things) {
       if (name in things) continue;
+      this.drag.gone(object);
       this.scene.remove(object);
       object.traverse((part) => { part.geometry?.dispose(); part.material?.dispose(); });
       this.things.delete(name);
@@ -96,10 +103,47 @@ export class Stage {
         this.things.set(name, { object });
       }
       const entry = this.things.get(name);
+      if (entry.held) continue;
       entry.from = entry.object.position.clone();
       if (entry.from.distanceTo(to) > 1) entry.from.copy(to); // it was put there, it did not fly
       entry.to = to;
     }
+  }
+
+  /** A thing is in somebody's hand: only that moves it, and the view stays. */
+  hold(name) {
+    const entry = this.things.get(name);
+    clearTimeout(entry.timer);
+    entry.held = true;
+    this.orbit.held = true;
+  }
+
+  /** What is held goes there. */
+  shift(name, place) {
+    const entry = this.things.get(name);
+    entry.to = new THREE.Vector3(...place);
+    entry.from = entry.to.clone();
+    entry.object.position.copy(entry.to);
+    this.face(entry.object);
+    this.ask();
+  }
+
+  /** It is let go; soon it is again where the world says. */
+  release(name) {
+    const entry = this.things.get(name);
+    this.orbit.held = false;
+    this.orbit.byHand = true; // else the view would go away from where one put it
+    this.ask();
+    if (!entry) return;
+    entry.timer = setTimeout(() => {
+      entry.held = false;
+      if (this.newestThings) this.take({ things: this.newestThings });
+    }, HELD);
+  }
+
+  // people look at the robot
+  face({ position, rotation, userData }) {
+    if (!userData.ball) rotation.z = Math.atan2(-position.y, -position.x);
   }
 
   /** What should be in the picture. */
@@ -152,7 +196,7 @@ export class Stage {
       for (const { object, from, to } of this.things.values()) {
         if (!to) continue;
         object.position.lerpVectors(from, to, part);
-        if (!object.userData.ball) object.rotation.z = Math.atan2(-object.position.y, -object.position.x);
+        this.face(object);
       }
       if (part >= 1) this.to = null;
       more = part < 1;
