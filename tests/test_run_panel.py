@@ -74,7 +74,7 @@ def test_a_session_from_run_to_its_recording(browser, url: str, folder: Path) ->
     expect(page.locator("#run-problem")).to_be_visible()
     # also one that has left: it comes back where the slider puts it
     page.click("#things button:text-is('disappears')")
-    expect(page.locator("#things .quiet")).to_contain_text("Not in the scene now", timeout=10_000)
+    expect(page.get_by_text("Not in the scene now")).to_be_visible(timeout=15_000)
     page.locator("#things input").first.focus()
     page.keyboard.press("End")
     expect(page.locator("#things output").first).to_have_text("2.50 m")
