@@ -82,7 +82,9 @@ class Script(RunView):
 class Run:
     """A run of a Markdown workbook, from its beginning to its folder."""
 
-    def __init__(self, folder: Path, book: str, script: Script, events=(), seconds=1.0, name="run", paced=False, everything=False):
+    def __init__(
+        self, folder: Path, book: str, script: Script, events=(), seconds=1.0, name="run", paced=False, everything=False
+    ):
         self.path = folder / "book.md"
         if not self.path.exists():
             self.path.write_text(textwrap.dedent(book))

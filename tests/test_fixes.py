@@ -61,7 +61,10 @@ def test_several_fixes_in_one_cell_and_one_sheet(tmp_path):
 
 
 def test_a_setting_that_a_device_lacks_leads_to_the_device_that_has_it(tmp_path):
-    text, devices = "| | Red ball | subscribe | | Praise |", DEVICES.replace("Joint", "Text") + "| Praise | Say | Hello |"
+    text, devices = (
+        "| | Red ball | subscribe | | Praise |",
+        DEVICES.replace("Joint", "Text") + "| Praise | Say | Hello |",
+    )
     changes, found = fixed(text, tmp_path, more=devices)
     assert changes == [] and found[0] == ("DEV007", "C2")  # it may as well be the text that is too much
     changes, found = fixed(text, tmp_path, "DEV007:1", more=devices)

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import io
 import re
+import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import CHROMIUM, TOKEN, serving
+from chromium import CHROMIUM, TOKEN, GridPage, serving
 
 pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
 import cv2
 import numpy as np
+from panel import ended, make_books, run, trace
 from PIL import Image
 
 from rrp_sheets.devices import load_robot
@@ -90,8 +92,12 @@ def browser() -> Any:
 
 
 @pytest.fixture(scope="module")
-def url(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    folder: Path = tmp_path_factory.mktemp("views")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("views")
+
+
+@pytest.fixture(scope="module")
+def url(folder: Path) -> Any:
     make_workbook({"T": [HEADER, *ROWS]}, folder / "b.xlsx")
     with serving(folder) as address:
         yield address
@@ -203,6 +209,115 @@ def test_balls_stand_in_the_room_and_one_can_look_around(panel: Panel, real: Rea
     panel.still()
     back = (np.abs(framed - panel.picture()).sum(axis=2) > 60).mean()
     assert back < turned / 3, "0 is the view from the front; only its fineness may have changed"
+
+
+def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: Panel, real: Real) -> None:
+    page, canvas, caption = panel.page, panel.page.locator("#robot3d canvas"), panel.page.locator("#robot3d .caption")
+    canvas.press("0")
+    panel.live(t=1.8, robot=real.robot)
+    panel.still()
+    puts: list[tuple[float, dict[str, Any]]] = []
+    page.route("**/run/put", lambda route: (puts.append((time.monotonic(), route.request.post_data_json)),
+                                            route.fulfill(json={})))  # fmt: skip
+    begin = real.robot["things"]["Red ball"]
+
+    def drag(right: int, down: int, finger: Any = None) -> list[float]:
+        """Drag the ball by pixels; where it is put in the end."""
+        x, y = red_place(page)
+        puts.clear()
+        if finger:
+            finger("touchStart", x, y)
+            for n in range(1, 9):
+                finger("touchMove", x + right * n / 8, y + down * n / 8)
+            finger("touchEnd")
+        else:
+            page.mouse.move(x, y)
+            page.wait_for_selector("#robot3d canvas.on-thing")
+            page.mouse.down()
+            page.mouse.move(x + right, y + down, steps=20)
+            page.mouse.up()
+        page.wait_for_timeout(300)
+        panel.still()
+        assert len(puts) <= 2 + 15 * (puts[-1][0] - puts[0][0]), "at most 15 a second"
+        assert {p["thing"] for _, p in puts} == {"Red ball"}
+        place = [puts[-1][1][n] for n in "xyz"]
+        panel.live(t=1.9, robot={**real.robot, "things": {"Red ball": place}})  # as the world does
+        pointer = pytest.approx((x + right, y + down), abs=4)
+        for _ in range(20):  # a busy machine shows what was drawn a little later
+            if red_place(page) == pointer:
+                return place
+            page.wait_for_timeout(100)
+        pytest.fail(f"the ball is at {red_place(page)} and the pointer at {pointer}")
+
+    assert caption.inner_text() == "Drag a thing to move it, elsewhere to look around"
+    x, y, z = drag(0, -40)
+    assert z > begin[2] + 0.05 and abs(y - begin[1]) < 0.05, "up as seen"
+    shown = [float(text.split()[0]) for text in page.locator("#things output").all_inner_texts()[:3]]
+    assert shown == pytest.approx([x, y, z], abs=0.006), "the sliders follow"
+    aside = drag(-40, 0)
+    assert aside[1] < y - 0.05 and aside[2] == pytest.approx(z, abs=0.03), "left as seen is right of the robot"
+    session = page.context.new_cdp_session(page)
+
+    def finger(kind: str, *at: float) -> None:
+        points = [{"x": at[0], "y": at[1]}] if at else []
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    before = page.evaluate("scrollY")
+    assert drag(0, 30, finger)[2] < aside[2] - 0.03, "a finger moves it down"
+    assert page.evaluate("scrollY") == before, "and not the page"
+    # elsewhere, and when nothing runs, the view turns
+    puts.clear()
+    box = canvas.bounding_box()
+    for phase in ("paused", "ended"):
+        panel.run(real, phase)
+        still = panel.picture()
+        start = red_place(page) if phase == "ended" else (box["x"] + 20, box["y"] + 20)
+        page.mouse.move(*start)
+        page.mouse.down()
+        page.mouse.move(start[0] + 60, start[1] + 10, steps=4)
+        page.mouse.up()
+        panel.still()
+        assert (np.abs(still - panel.picture()).sum(axis=2) > 60).mean() > 0.02
+    assert not puts
+    assert caption.inner_text() == "Things can be moved while it runs. Drag to look around"
+    page.unroute("**/run/put")
+    panel.run(real)
+    canvas.press("0")
+
+
+def red_place(page: Any) -> tuple[float, float]:
+    """Where on the screen the middle of the red ball is."""
+    canvas = page.locator("#robot3d canvas")
+    box, picture = canvas.bounding_box(), canvas.screenshot()
+    pixels = np.asarray(Image.open(io.BytesIO(picture)).convert("RGB"), dtype=int)
+    v, u = np.nonzero((pixels[:, :, 0] > 120) & (pixels[:, :, 1] < 70) & (pixels[:, :, 2] < 70))
+    assert len(u), "there is no red ball"
+    return box["x"] + float(u.mean()), box["y"] + float(v.mean())
+
+
+def test_what_is_dragged_moves_in_the_world(browser: Any, url: str, folder: Path) -> None:
+    make_books(folder)
+    at = GridPage(browser, url, "session.xlsx", name="Aya")
+    page = at.page
+    run(page)
+    page.wait_for_selector("#robot3d[data-ready]")
+    page.evaluate(
+        "document.addEventListener('rrp:live', ({ detail }) => { window.robot = detail.robot ?? window.robot; })"
+    )
+    page.wait_for_function("() => window.robot?.things['Red ball']")
+    page.wait_for_selector("#robot3d canvas[data-state=still]")
+    x, y = red_place(page)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x, y - 40, steps=10)
+    page.mouse.up()
+    page.wait_for_function("() => window.robot.things['Red ball'][2] > 0.45", timeout=20_000)
+    page.click("[data-run=stop]")
+    ended(page)
+    put = [n["detail"]["put"] for n in trace(folder, "session") if "put" in (n.get("detail") or {})]
+    assert put and put[-1][2] > 0.45
+    assert not at.errors
+    at.context.close()
 
 
 def test_the_box_is_where_the_ball_is_in_the_picture(panel: Panel, real: Real) -> None:
