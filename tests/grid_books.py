@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from chromium import TOKEN, GridPage, browsing, serving, violations
+from playwright.sync_api import Error
 
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.maker import make_workbook
@@ -105,7 +106,7 @@ class Books:
         if page is None:
             page = self._pages[name] = self._page()
             page.evaluate("name => localStorage.setItem('name', name)", name)
-        page.goto(f"{self.url}/book/{path.name}" + (f"/sheet/{sheet}" if sheet else ""))
+        _go(page, f"{self.url}/book/{path.name}" + (f"/sheet/{sheet}" if sheet else ""))
         page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
         return Shared(page, self.errors, path)
 
@@ -119,6 +120,14 @@ class Books:
         for page in self._pages.values():
             page.context.close()
         assert not self.errors, self.errors
+
+
+def _go(page: Any, address: str) -> None:
+    """Open a page; one that was just loading again by itself may stop that, once."""
+    try:
+        page.goto(address)
+    except Error:
+        page.goto(address)
 
 
 @contextmanager

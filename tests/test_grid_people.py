@@ -101,6 +101,7 @@ def test_one_gives_oneself_a_name_and_others_see_where_one_is(shelf: Books) -> N
     aya.page.evaluate("localStorage.removeItem('name')")
 
 
+@pytest.mark.soak  # in every run: test_tasks_together
 def test_two_browsers_fill_200_cells_at_once_and_nothing_is_lost(shelf: Books) -> None:
     aya, mika = shelf.two()
     fill = """([letter, who]) => {

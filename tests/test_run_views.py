@@ -119,6 +119,9 @@ class Panel:
         self.page.wait_for_selector("#diagram svg")
         self.page.wait_for_selector("body[data-ready]")
         self.page.wait_for_selector("#drives svg", state="attached")
+        # The server says that nothing runs, when the page joins and when it joins again: here it is told otherwise.
+        self.page.evaluate("""() => { for (const told of ["run", "live", "log"]) document.getElementById("listen")
+            .addEventListener(told, (event) => event.stopImmediatePropagation(), true); }""")
         self.ids = self.page.eval_on_selector_all("tbody tr", "rows => rows.map(r => r.id)")
         self.run(real)
 

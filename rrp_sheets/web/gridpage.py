@@ -33,6 +33,7 @@ def grid_page(room: Room, name: str, sheet: str, icons: frozenset[str]) -> GridP
         other = grid_page(room, name, first, icons)
         return own_page(other, panels(room, name, sheet, icons), room.document, sheet)
     sheet = sheet or first
+    beside = panels(room, name, sheet, icons)  # before the rows: a page that says "checked" must not have older rows
     look = room.look()
     maker = room.maker(sheet) if sheet else None
     rows = maker.rows(0, FIRST_ROWS) if maker else Markup("")
@@ -49,7 +50,7 @@ def grid_page(room: Room, name: str, sheet: str, icons: frozenset[str]) -> GridP
         tabs=tuple(Tab(n, g.kind, n == sheet) for n, g in grids.items()),
         own=room.document.own,
         vocabulary=_json(vocabulary(no_look())),
-        panels=panels(room, name, sheet, icons),
+        panels=beside,
         read_only=room.document.why,
         hindered=hindrance(room.document.path),
         errors=look.errors,
