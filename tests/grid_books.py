@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -123,11 +123,13 @@ class Books:
 
 
 def _go(page: Any, address: str) -> None:
-    """Open a page; one that was just loading again by itself may stop that, once."""
-    try:
-        page.goto(address)
-    except Error:
-        page.goto(address)
+    """Open a page; the one before may still be storing its last edit, or be loading again by itself."""
+    for _ in range(3):
+        with suppress(Error):
+            page.wait_for_selector("body:not([data-saving])", state="attached", timeout=5_000)
+            page.goto(address)
+            return
+    page.goto(address)
 
 
 @contextmanager
