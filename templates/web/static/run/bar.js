@@ -26,6 +26,7 @@ export function bar(root) {
   let state = { phase: "none" };
   let elsewhere = { phase: "none" };
   let errors = Number(root.dataset.errors);
+  let onTheWay = false; // to the first error: their number is told before their list has come
   speed.value = localStorage.getItem("run-speed") ?? "1";
 
   buttons.start.addEventListener("click", () => {
@@ -50,6 +51,7 @@ export function bar(root) {
   });
   document.getElementById("listen").addEventListener("checked", ({ detail }) => {
     errors = JSON.parse(detail.data).errors;
+    onTheWay &&= errors > 0;
     show();
   });
   document.addEventListener("rrp:refused", ({ detail }) => refused(detail.message));
@@ -59,6 +61,7 @@ export function bar(root) {
     refused(line.text);
     if (acting()) speed.value = String(state.speed); // perhaps it was the speed that cannot be had
   });
+  document.addEventListener("htmx:after:swap", () => onTheWay && goToFirstError());
   setInterval(() => {
     if (!watch.hidden) put(watch, clock(now(), state.phase === "paused" ? 2 : 1));
   }, 100);
@@ -136,6 +139,7 @@ export function bar(root) {
 
   function goToFirstError() {
     const link = [...document.querySelectorAll(".problem-list li")].find((li) => li.querySelector(".severity.is-error"))?.querySelector("a");
+    onTheWay = !link;
     link?.click();
   }
 
