@@ -72,6 +72,19 @@ def violations(page: Any) -> list[str]:
     return [f"{v['id']}: {n['html'][:120]}" for v in found["violations"] for n in v["nodes"]]
 
 
+def listening(page: Any) -> None:
+    """Wait until a page is told what happens; one that never is says what it is instead."""
+    from playwright.sync_api import TimeoutError
+
+    try:
+        page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
+    except TimeoutError as error:
+        script = """() => [document.readyState, typeof htmx, document.getElementById('listen')?.outerHTML ?? 'no #listen',
+          document.body.innerText.slice(0, 300), ...performance.getEntriesByType('resource').map((e) =>
+          [e.name.replace(/.*:\\d+/, ''), e.responseStatus, Math.round(e.startTime), Math.round(e.duration)].join(' '))]"""
+        raise AssertionError(f"{page.url} does not listen: " + "\n".join(page.evaluate(script))) from error
+
+
 class GridPage:
     """A page with a grid, and what one does with it."""
 
@@ -97,7 +110,7 @@ class GridPage:
         if name:
             self.page.evaluate("name => localStorage.setItem('name', name)", name)
         self.page.goto(f"{url}/book/{book}" + (f"/sheet/{sheet}" if sheet else ""))
-        self.page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
+        listening(self.page)
 
     def press(self, *keys: str) -> None:
         for key in keys:

@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from chromium import TOKEN, GridPage, browsing, serving, violations
+from chromium import TOKEN, GridPage, browsing, listening, serving, violations
 from playwright.sync_api import Error
 
 from rrp_sheets.workbook import read
@@ -107,7 +107,7 @@ class Books:
             page = self._pages[name] = self._page()
             page.evaluate("name => localStorage.setItem('name', name)", name)
         _go(page, f"{self.url}/book/{path.name}" + (f"/sheet/{sheet}" if sheet else ""))
-        page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
+        listening(page)
         return Shared(page, self.errors, path)
 
     def two(self) -> tuple[Shared, Shared]:

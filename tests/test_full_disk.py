@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from chromium import CHROMIUM, browsing
+from chromium import CHROMIUM, browsing, listening
 from test_killed_server import HEADER, NOTES, Served
 
 from rrp_sheets.workbook.editing import read_sheets
@@ -63,7 +63,7 @@ def test_the_page_tells_that_an_edit_was_not_stored_and_stays_usable(folder: Pat
         page = browser.new_page()
         page.goto(server.address)
         page.goto(f"{server.home}/book/b.xlsx")
-        page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
+        listening(page)
         cell = page.locator("tbody tr:nth-child(3) td").last
         was = cell.get_attribute("data-v")
         cell.click(position={"x": 3, "y": 3})
@@ -71,7 +71,7 @@ def test_the_page_tells_that_an_edit_was_not_stored_and_stays_usable(folder: Pat
         page.keyboard.press("Enter")
         page.wait_for_selector("text=cannot be written")
         page.reload()
-        page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
+        listening(page)
         assert page.locator("tbody tr:nth-child(3) td").last.get_attribute("data-v") == was
 
 

@@ -94,7 +94,7 @@ def test_hostile_searches_are_texts(shelf: Books) -> None:
 def test_a_sheet_of_ones_own_is_read_and_not_changed(shelf: Books) -> None:
     grid = shelf.open(SHEETS, sheet="T")
     grid.page.click(".tabs a:text-is('Read me')")
-    grid.page.wait_for_selector("table.of-own")
+    grid.page.wait_for_selector("body[data-ready] table.of-own")
     assert grid.page.locator("#diagram").count() == 0  # it is that of another sheet
     assert grid.text("A1") == "A title of mine" and grid.text("A3").startswith("This sheet is for people")
     before = grid.path.read_bytes()

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import CHROMIUM, TOKEN, GridPage, browsing, serving
+from chromium import CHROMIUM, TOKEN, GridPage, browsing, listening, serving
 from effort import Recorder
 from tasks import HEADER, TASKS, WALKTHROUGH, by_keyboard, by_mouse, check_meaning
 
@@ -54,7 +54,7 @@ class Shelf(GridPage):
 
     def opened(self) -> None:
         """Wait for the new workbook's grid, ready to be typed into."""
-        self.page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
+        listening(self.page)
         self.page.wait_for_selector("body[data-ready]")
 
     def tab_to(self, name: str) -> None:

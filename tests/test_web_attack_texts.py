@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 
 import pytest
 from browser import HOME, TOKEN, book, checked, get, visit
-from chromium import CHROMIUM, browsing, serving
+from chromium import CHROMIUM, browsing, listening, serving
 from click.testing import CliRunner
 
 from rrp_sheets.cli.main import group
@@ -180,7 +180,7 @@ def test_nothing_runs_on_any_page(folder: Path, client: Any) -> None:
         for address in addresses():
             page.goto(f"{url}{address}")
             if page.query_selector("#listen"):
-                page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
+                listening(page)
                 page.wait_for_selector("#panels:not([aria-busy])")
             assert page.evaluate(STRANGERS) == [], address
             assert page.evaluate("window.seen") == [], address
@@ -201,7 +201,7 @@ def test_people_cells_and_suggestions_are_shown_as_text(folder: Path, client: An
             page.on("dialog", lambda d: (troubles.append("dialog"), d.dismiss()))
             page.goto(f"{url}/?token={TOKEN}")
             page.goto(f"{url}{book('good.xlsx')}")
-            page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
+            listening(page)
             page.wait_for_selector("#panels:not([aria-busy])")
             pages.append(page)
         anna, eve = pages
@@ -240,7 +240,7 @@ def test_a_run_shows_what_is_said_and_sent_as_text(folder: Path, client: Any) ->
         page.on("dialog", lambda d: (troubles.append("dialog"), d.dismiss()))
         page.goto(f"{url}/?token={TOKEN}")
         page.goto(f"{url}/book/run.xlsx/run")
-        page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
+        listening(page)
         page.wait_for_selector("#panels:not([aria-busy])")
         act = """async ([action, body]) => { const r = await fetch(`/book/run.xlsx/run/${action}`, {method: "POST",
           headers: {"Content-Type": "application/json", "X-RRP": "grid"}, body: JSON.stringify(body)}); return [r.status, await r.text()]; }"""

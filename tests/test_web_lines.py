@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from browser import TOKEN
-from chromium import CHROMIUM, GridPage, browsing, serving
+from chromium import CHROMIUM, GridPage, browsing, listening, serving
 
 from rrp_sheets.web.desk import MOST_LISTENERS, MOST_OF_ONE
 from rrp_sheets.web.guard import Lan
@@ -144,10 +144,21 @@ def test_a_page_that_comes_back_gets_what_it_missed_and_only_that(url: str) -> N
 
 
 @pytest.mark.skipif(not CHROMIUM, reason="there is no Chromium")
+def late(route: Any) -> None:
+    """Lets a file come only when everything else of the page is there."""
+    route.request.frame.page.wait_for_timeout(500)
+    route.continue_()
+
+
 def test_pages_in_the_background_and_one_page_too_many(url: str) -> None:
     cookie = owner(url)
     with browsing() as browser:
         page = GridPage(browser, url, "b.xlsx", sheet="T", name="Anna")
+        # what opens the line comes late, on a slow network: the page waits for it
+        page.page.route("**/hx-sse.min.js", late)
+        page.page.reload()
+        listening(page.page)
+        page.page.unroute("**/hx-sse.min.js")
         # in the background: the browser gives the line up, and takes it again when the page is looked at
         page.page.evaluate(
             "() => { window.kept = true; Object.defineProperty(document, 'hidden', {get: () => window.away, configurable: true});"
@@ -167,16 +178,16 @@ def test_pages_in_the_background_and_one_page_too_many(url: str) -> None:
         page.close()
 
         lines = [Line(url, cookie, client=f"l{n}") for n in range(MOST_LISTENERS)]
-        late = browser.new_context().new_page()
-        late.goto(f"{url}/?token={TOKEN}")
-        late.goto(f"{url}/book/b.xlsx")
-        late.wait_for_selector("#line-lost:has-text('When one is closed, this page goes on by itself')")
-        assert f"{MOST_LISTENERS} pages are open on this server" in late.inner_text("#line-lost")
-        assert late.get_attribute("#line-lost", "role") == "status"
+        another = browser.new_context().new_page()
+        another.goto(f"{url}/?token={TOKEN}")
+        another.goto(f"{url}/book/b.xlsx")
+        another.wait_for_selector("#line-lost:has-text('When one is closed, this page goes on by itself')")
+        assert f"{MOST_LISTENERS} pages are open on this server" in another.inner_text("#line-lost")
+        assert another.get_attribute("#line-lost", "role") == "status"
         for line in lines:
             line.close()
         put(url, cookie, "shows that they are gone")
-        late.wait_for_selector("#line-lost:empty", state="attached", timeout=20_000)
+        another.wait_for_selector("#line-lost:empty", state="attached", timeout=20_000)
         put(url, cookie, "told again")
-        late.wait_for_selector("td[data-v='told again']")
-        late.context.close()
+        another.wait_for_selector("td[data-v='told again']")
+        another.context.close()
