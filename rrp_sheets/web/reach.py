@@ -6,20 +6,31 @@ import contextlib
 import ipaddress
 import socket
 
+import ifaddr
+
 # Addresses that belong to nobody (RFC 5737, RFC 3849): asked which way would lead there, the system names its own end.
 _ELSEWHERE = ((socket.AF_INET, "192.0.2.1"), (socket.AF_INET6, "2001:db8::1"))
+_INNER = ("docker", "br-", "veth", "virbr")  # networks of this computer with its own containers: nobody sits there
+_LAST_RESORT = ipaddress.ip_network("169.254.0.0/16")
 
 
 def own_addresses() -> tuple[str, ...]:
-    """The addresses of this computer in its networks, those that lead furthest first; nothing is sent to find them."""
+    """The addresses of this computer in its networks, those that lead furthest first; nothing is sent to find them.
+
+    A network without a way out counts too: a router without internet, or a cable between two computers, whose
+    addresses of last resort (169.254…) are given when there are no others.
+    """
     found: list[str] = []
     for family, elsewhere in _ELSEWHERE:
         with contextlib.suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as asked:
             asked.connect((elsewhere, 9))
             found.append(asked.getsockname()[0])
-    with contextlib.suppress(OSError):
-        found += [str(known[4][0]) for known in socket.getaddrinfo(socket.gethostname(), None)]
-    return tuple(dict.fromkeys(address for address in found if _leads_here(address)))
+    for adapter in ifaddr.get_adapters():
+        if not adapter.nice_name.startswith(_INNER):
+            found += [ip.ip if isinstance(ip.ip, str) else ip.ip[0] for ip in adapter.ips]
+    leading = [address for address in dict.fromkeys(found) if _leads_here(address)]
+    last = [a for a in dict.fromkeys(found) if ipaddress.ip_address(a) in _LAST_RESORT]
+    return tuple(leading or last)
 
 
 def own_name() -> str:
