@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from play import check, findings, rows
 
@@ -106,7 +108,10 @@ def test_the_nearest_gesture_is_proposed():
     assert found.remedy.startswith("Write Wave (")
 
 
-def test_what_is_not_simulated_yet_is_told_once_for_each_device():
+def test_what_is_not_simulated_yet_is_told_once_for_each_device(monkeypatch):
+    later = {n: replace(d, simulated=d.name not in ("Gesture", "Sonar")) for n, d in ROBOT.devices.items()}
+    names = {n: replace(f, type=later[key(f.type.name)]) for n, f in ROBOT.names.items()}
+    monkeypatch.setattr("rrp_sheets.checks.check.load_robot", lambda name: replace(ROBOT, devices=later, names=names))
     book = devices("| A | Gesture | Wave |", "| B | Gesture | Nod |", "| C | Gesture | Bow |", columns=" Name |",
                    rows_="| Head yaw | subscribe | | A |\n| | subscribe | | B |\n| Sonar | subscribe | | Print |")  # fmt: skip
     found = [(d.code, str(d.address), d.severity.value) for d in check(book).report]
@@ -118,8 +123,9 @@ def test_what_is_not_simulated_yet_is_told_once_for_each_device():
     ("device", "name", "uses"),
     [
         ("Gesture", "Nod", {"head"}),
-        ("Gesture", "", {"head", "left arm", "right arm"}),
-        ("Gesture", "My own", {"head", "left arm", "right arm"}),
+        ("Gesture", "Bow", {"head", "left arm", "right arm", "legs"}),
+        ("Gesture", "", {"head", "left arm", "right arm", "legs"}),
+        ("Gesture", "My own", {"head", "left arm", "right arm", "legs"}),
         ("Posture", "Crouch", {"head", "left arm", "right arm", "legs"}),
         ("Wait", "", set()),
     ],

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from rrp_sheets.checks.facts import Fact
 from rrp_sheets.checks.formulas import check_formulas
 from rrp_sheets.checks.lints import lint
 from rrp_sheets.checks.protocol import RunPlan, check_protocol
 from rrp_sheets.checks.rivals import judge_proposals
+from rrp_sheets.checks.scene import find_cues
 from rrp_sheets.checks.tests import Case, MakeScope, check_tests, switchable
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import Robot, load_robot, robot_names
+from rrp_sheets.devices.gesture_sheet import parse_gestures
 from rrp_sheets.devices.scene import check_presses, parse_scene
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.formulas import Formula, make_scope
-from rrp_sheets.graph import Graph
+from rrp_sheets.graph import Graph, Stream
 from rrp_sheets.graph.build import build_graph
 from rrp_sheets.model.names import nearest
 from rrp_sheets.model.scene import SceneAction
@@ -33,6 +36,7 @@ class Checked:
         run: what the Protocol says about running.
         tests: the test sheets, understood.
         facts: what is known about streams before the run, by stream id; of what a `subscribe` row sends, by its ref.
+        cues: the streams that rows of the scene wait for.
         scope: makes the scope of a formula outside of the rows, with the workbook's helpers and tables.
     """
 
@@ -46,6 +50,7 @@ class Checked:
     report: Report
     facts: Mapping[str, Fact] = field(default_factory=dict)
     scope: MakeScope = make_scope
+    cues: tuple[Stream, ...] = ()
 
 
 def check_workbook(workbook: Workbook, report: Report, *, lints: bool = True) -> Checked:
@@ -57,10 +62,13 @@ def check_workbook(workbook: Workbook, report: Report, *, lints: bool = True) ->
         lints: whether warnings about rows that work, and which fixes are safe, are wanted as well.
     """
     robot = _robot(workbook, report)
+    robot = robot.with_gestures(parse_gestures(workbook.gestures, robot, report))
     graph = build_graph(workbook, robot, connectors(), report)
     compiled = check_formulas(workbook, robot, graph, report)
-    scene = None if workbook.scene is None else parse_scene(workbook.scene, report, robot)
+    scene = None if workbook.scene is None else parse_scene(workbook.scene, report, robot, _folder(workbook))
+    cues: tuple[Stream, ...] = ()
     if scene:
+        scene, cues = find_cues(workbook.scene or (), scene, graph, report)
         check_presses(workbook.scene or (), scene, _buttons(workbook, graph, robot), report)
     run = check_protocol(workbook, report)
     tests = check_tests(workbook, robot, graph, run.behaviours, compiled.records, compiled.scope, report)
@@ -69,7 +77,15 @@ def check_workbook(workbook: Workbook, report: Report, *, lints: bool = True) ->
     report.drop_followers()
     if lints:
         judge_proposals(graph, robot, compiled, report)
-    return Checked(workbook, robot, graph, compiled.formulas, scene, run, tests, report, compiled.facts, compiled.scope)
+    return Checked(
+        workbook, robot, graph, compiled.formulas, scene, run, tests, report, compiled.facts, compiled.scope, cues
+    )
+
+
+def _folder(workbook: Workbook) -> Path:
+    """Where the files are that the workbook names."""
+    source = Path(workbook.source)
+    return source if source.is_dir() else source.parent
 
 
 def _buttons(workbook: Workbook, graph: Graph, robot: Robot) -> list[str]:

@@ -12,6 +12,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from rrp_sheets.devices.gestures import Gesture, load_gestures, resources
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
@@ -44,7 +45,7 @@ class Setting:
     Attributes:
         kind: `text`, `number`, `choice`, `joint`, `colour`, `zone` (where the robot feels a touch), `posture`,
             `gesture` (also the workbook's own), `behaviour` (of the workbook), `angle` (rad; `30°` too), `words` (a
-            list of texts), `label` (a text; blank is the stream's name), or `duration` (whole microseconds).
+            list of texts), `label` (a text; blank is the stream's name), `truth`, or `duration` (whole microseconds).
         unit: of a number.
         choices: of a choice.
         default: when the cell is blank; None when there is none.
@@ -133,7 +134,13 @@ class Found:
 
 @dataclass(frozen=True)
 class Robot:
-    """A robot: joints, groups, postures and devices; `data` is the whole robot.toml for the simulator and drivers."""
+    """A robot: joints, groups, postures, gestures and devices.
+
+    Attributes:
+        data: the whole robot.toml, for the simulator and drivers.
+        motions: its gestures by key; also those of the workbook, see `with_gestures`.
+        talking: the small gestures that go with talking, in turn.
+    """
 
     name: str
     title: str
@@ -143,6 +150,8 @@ class Robot:
     devices: Mapping[str, DeviceType]
     names: Mapping[str, Found]
     data: Mapping[str, Any]
+    motions: Mapping[str, Gesture] = field(default_factory=dict)
+    talking: tuple[Gesture, ...] = ()
 
     def find(self, name: str) -> Found | None:
         """The device that a name means (`Red ball`, `Say`, `Head yaw`), in any spelling."""
@@ -172,7 +181,14 @@ class Robot:
     @property
     def gestures(self) -> tuple[str, ...]:
         """The gestures that it can make."""
-        return tuple(self.data.get("gestures", {}))
+        return tuple(gesture.name for gesture in self.motions.values())
+
+    def with_gestures(self, own: Sequence[Gesture]) -> Robot:
+        """The robot with the gestures of a workbook; one that is named like one of its own takes that one's place."""
+        if not own:
+            return self
+        motions = {**{key(g.name): g for g in own}, **self.motions} | {key(g.name): g for g in own}
+        return _assemble(self.name, self.folder, self.data, motions, self.talking)
 
     @property
     def touch_zones(self) -> tuple[str, ...]:
@@ -196,13 +212,20 @@ def load_robot(name: str = "nao") -> Robot:
     if not name.replace("_", "").isalnum() or not path.is_file():
         raise SheetsError(f"There is no robot “{name}”.", f"The robots are: {', '.join(robot_names())}.")
     data = tomllib.loads(path.read_text(encoding="utf-8"))
+    motions, talking = load_gestures(path.parent / "gestures.toml", [j["name"] for j in data["joints"]])
+    return _assemble(name, path.parent, data, motions, talking)
+
+
+def _assemble(
+    name: str, folder: Path, data: Mapping[str, Any], motions: Mapping[str, Gesture], talking: tuple[Gesture, ...]
+) -> Robot:
     joints = {key(j["name"]): Joint(**j) for j in data["joints"]}
     groups = {key(n): tuple(members) for n, members in data["groups"].items()}
     movers = {n: (data["chains"][joint.chain],) for n, joint in joints.items()}
     movers |= {n: tuple(r for member in members for r in movers[key(member)]) for n, members in groups.items()}
     uses: dict[str, Mapping[str, tuple[str, ...]]] = {
         "chains": movers,
-        "gestures": _gesture_uses(data.get("gestures", {})),
+        "gestures": _gesture_uses({n: resources(g, movers) for n, g in motions.items()}),
     }
     devices: dict[str, DeviceType] = {}
     names: dict[str, Found] = {}
@@ -220,12 +243,14 @@ def load_robot(name: str = "nao") -> Robot:
                 for joint in joints.values():
                     found = Found(_spaced(joint.name), replace(device, unit=joint.unit), {"joint": joint.name})
                     names[key(joint.name)] = found
-    return Robot(name, data["robot"]["title"], path.parent, joints, groups, devices, names, data)
+    return Robot(
+        name, data["robot"]["title"], folder, joints, groups, devices, names, data, dict(motions), talking
+    )  # fmt: skip
 
 
 def _gesture_uses(gestures: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, ...]]:
-    """What each gesture (by key) uses; one of the workbook's own, or not known before the run, may use all of that."""
-    uses = {key(name): tuple(used) for name, used in gestures.items()}
+    """What each gesture (by key) uses; one that is not known before the run may use all of that."""
+    uses = {name: tuple(used) for name, used in gestures.items()}
     return {**uses, ANY: tuple(dict.fromkeys(r for used in uses.values() for r in used))}
 
 

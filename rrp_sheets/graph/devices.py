@@ -21,6 +21,7 @@ _DONE = re.compile(r"(.*\S)[\s_\-]*done", re.IGNORECASE)
 _DEGREES = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)\s*°")
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
 LONGEST_SETTING = 1_000  # characters: minutes of speech
+TRUTHS = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
 COLOURS = ("white", "red", "green", "blue", "yellow", "magenta", "cyan", "orange", "purple", "pink", "black")
 
 
@@ -201,6 +202,9 @@ def understand(setting: Setting, text: str, robot: Robot, mine: Sequence[str] = 
     """
     if setting.kind == "number":
         return _number(setting, text)
+    if setting.kind == "truth":
+        meant = TRUTHS.get(text.strip().casefold())
+        return meant, "" if meant is not None else "TRUE or FALSE (yes and no do as well)"
     if setting.kind == "angle":
         return _number(
             setting, str(math.radians(float(text.strip()[:-1]))) if _DEGREES.fullmatch(text.strip()) else text

@@ -76,11 +76,12 @@ class SceneRow:
 
 @dataclass(frozen=True, slots=True)
 class GestureRow:
-    """A keyframe of the Gestures sheet: joint values by the joint's key."""
+    """A keyframe of the Gestures sheet: joint values by the joint's key, and the columns' headers as spelt, by key."""
 
     name: Cell
     time: Cell
     joints: Mapping[str, Cell]
+    headers: Mapping[str, str] = field(default_factory=dict, compare=False)
 
 
 @dataclass(frozen=True, slots=True)

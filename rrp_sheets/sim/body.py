@@ -101,8 +101,26 @@ class Body:
         """Send a joint to an angle (rad), which must be within its limits."""
         for name in (joint, COUPLED.get(joint)):
             if name:
-                self._glides[name].go(target, velocity, acceleration)
+                brake = max(acceleration, self._brake(name))
+                self._glides[name].go(target, velocity, brake)
                 self._moving[name] = self._glides[name]
+
+    def coast(self, joint: str, speed: float) -> None:
+        """Bring a joint that was `put` until now to rest, from the speed (rad/s) that it had."""
+        glide = self._glides[joint]
+        glide.speed = speed
+        glide.acceleration = max(ACCELERATION, self._brake(joint))
+        glide.halt()
+        self._moving[joint] = glide
+
+    def _brake(self, joint: str) -> float:
+        """The acceleration (rad/s²) that keeps a joint in motion within its limits."""
+        glide = self._glides[joint]
+        if not glide.speed:
+            return 0.0
+        low, high = self.limits(joint, self._glides["HeadYaw"].position)
+        room = max(high - glide.position if glide.speed > 0 else glide.position - low, 1e-4)
+        return min(glide.speed**2 / (2 * room), abs(glide.speed) / STEP)
 
     def put(self, joint: str, angle: float) -> None:
         """Set a joint's set point at once: for motions that are computed step by step."""

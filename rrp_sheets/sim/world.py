@@ -15,6 +15,7 @@ from rrp_sheets.sim.body import EASY, STEP, Body
 from rrp_sheets.sim.camera import Eye, Image, Lens, jpeg
 from rrp_sheets.sim.faces import Faces
 from rrp_sheets.sim.film import STALE_US, Film
+from rrp_sheets.sim.keyframes import Motions
 from rrp_sheets.sim.messages import Outcome, Shown, Spec, State
 from rrp_sheets.sim.quiet import quiet
 from rrp_sheets.sim.sensors import SENSORS, Clock, Senses, Sight, tidy
@@ -70,14 +71,15 @@ class SimWorld:
         self.eyes = Eyes(self.body)
         self.voice = Voice(out, self._tell)
         self.trackers = Trackers(self.body, self.stance)
+        self.motions = Motions()
         senses = Senses(self.body, self.sight, self.faces, self.signals, lambda: bool(self.voice.saying))
         self._sensors = [
             (s.stream, SENSORS[s.device](s, senses), Clock(s)) for s in spec.sensors if s.device in SENSORS
         ]
         seeing = frozenset(stream for stream, sensor, _ in self._sensors if sensor.locates)
         self.arbiter = Arbiter(spec.dones, self._tell)
-        parts = Parts(self.body, self.stance, self.eyes, self.voice, self.faces, self.trackers, self.arbiter,
-                      self._tell, seeing)  # fmt: skip
+        parts = Parts(self.body, self.stance, self.eyes, self.voice, self.faces, self.trackers, self.motions,
+                      self.arbiter, self._tell, seeing)  # fmt: skip
         made = {a.stream: make_actuator(a, parts) for a in spec.actuators}
         self._actuators = {stream: actuator for stream, actuator in made.items() if actuator is not None}
         self._film = Film(self._b, self, spec, out) if spec.film else None
@@ -163,6 +165,7 @@ class SimWorld:
         self._step += 1
         self._us = self._step * 1_000_000 // STEPS_A_SECOND
         self.trackers.step(self._us)
+        self.motions.step()
         self.stance.step()
         self.body.step()
         self._b.stepSimulation()

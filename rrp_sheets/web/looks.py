@@ -12,6 +12,7 @@ from pathlib import Path
 
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import Robot, load_robot, robot_names
+from rrp_sheets.devices.gesture_sheet import parse_gestures
 from rrp_sheets.diagnostics import Diagnostic, Report
 from rrp_sheets.diagnostics.catalogue import Severity
 from rrp_sheets.graph import BehaviourGraph, Graph, StreamKind
@@ -111,5 +112,6 @@ def look(path: Path, reading: Reading, worker: CheckWorker) -> Look:
     findings = worker.check(path)
     name = reading.workbook.protocol.robot
     robot = load_robot(name if name in robot_names() else "nao")
+    robot = robot.with_gestures(parse_gestures(reading.workbook.gestures, robot, Report()))
     graph = build_graph(reading.workbook, robot, connectors(), Report())
     return Look(reading.workbook, robot, graph, findings.diagnostics, findings.examples)

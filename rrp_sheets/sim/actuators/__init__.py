@@ -8,10 +8,12 @@ from rrp_sheets.model.exchange import DeviceUse
 from rrp_sheets.model.names import key
 from rrp_sheets.sim.actuators.base import Actuator, Parts
 from rrp_sheets.sim.actuators.eyes import EyeBrightness, EyeColor, EyeLedColor
+from rrp_sheets.sim.actuators.gesture import Gesture
 from rrp_sheets.sim.actuators.lamps import Eyes
 from rrp_sheets.sim.actuators.memory import RememberFace
 from rrp_sheets.sim.actuators.moving import SetJointPosition, Track
 from rrp_sheets.sim.actuators.other import Later, Print
+from rrp_sheets.sim.actuators.posture import Posture
 from rrp_sheets.sim.actuators.speech import SayInput, SayParameter
 
 __all__ = ["ACTUATORS", "Actuator", "Eyes", "Parts", "make_actuator"]
@@ -20,6 +22,7 @@ ACTUATORS: Mapping[str, Callable[[DeviceUse, Parts], Actuator]] = {
     "EyeLedColor": EyeLedColor, "EyeColor": EyeColor, "EyeBrightness": EyeBrightness, "SayInput": SayInput,
     "SayParameter": SayParameter, "RememberFace": RememberFace, "Tracker": Track,
     "SetJointPosition": SetJointPosition, "Print": Print,
+    "Posture": Posture, "Gesture": Gesture,
 }  # fmt: skip
 
 

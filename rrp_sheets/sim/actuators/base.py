@@ -14,6 +14,7 @@ from rrp_sheets.sim.actuators.lamps import Eyes
 from rrp_sheets.sim.arbitration import Arbiter
 from rrp_sheets.sim.body import Body
 from rrp_sheets.sim.faces import Faces
+from rrp_sheets.sim.keyframes import Motions
 from rrp_sheets.sim.stance import Stance
 from rrp_sheets.sim.tracker import Trackers
 from rrp_sheets.sim.voice import Voice
@@ -31,6 +32,7 @@ class Parts:
     voice: Voice
     faces: Faces
     trackers: Trackers
+    motions: Motions
     arbiter: Arbiter
     tell: Tell
     seeing: frozenset[str]  # the sensor streams that tell where something is

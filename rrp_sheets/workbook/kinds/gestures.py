@@ -11,6 +11,7 @@ def read_gestures(table: Table) -> tuple[GestureRow, ...]:
     keys = header_keys(table)
     lines = list(table.lines())
     table.report_hidden({line.number: line for line in lines})
+    headers = {keys[c]: table.others[c].strip() for c in sorted(keys)}
     rows = []
     for line in lines:
         name, time = table.name(line, "Name"), table.duration(line, "Time (s)")
@@ -18,5 +19,5 @@ def read_gestures(table: Table) -> tuple[GestureRow, ...]:
             if not cell:
                 table.add("SHEET013", cell.address, what=what)
         joints = {keys[c]: table.other(line, c) for c in sorted(keys) if c in line.cells}
-        rows.append(GestureRow(name, time, {k: cell for k, cell in joints.items() if cell}))
+        rows.append(GestureRow(name, time, {k: cell for k, cell in joints.items() if cell}, headers))
     return tuple(rows)

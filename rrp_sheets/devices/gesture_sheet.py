@@ -1,0 +1,160 @@
+"""The Gestures sheet: keyframes of the user's own gestures, and what is wrong with them (design: 2-workbook)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from rrp_sheets.devices.catalogue import Joint, Robot
+from rrp_sheets.devices.gestures import Gesture, Keyframe, parse_angle
+from rrp_sheets.devices.ways import Planner, joint_limits
+from rrp_sheets.diagnostics.report import Report
+from rrp_sheets.model.cells import Cell
+from rrp_sheets.model.durations import meant_duration, parse_duration
+from rrp_sheets.model.names import key, nearest
+from rrp_sheets.model.workbook import GestureRow
+
+LONGEST = 120.0  # s, of one gesture
+MOST = 200  # keyframes of a gesture
+HEADERS = ("Name", "Time (s)")
+
+
+def gesture_columns(robot: Robot) -> tuple[str, ...]:
+    """The headers of a new Gestures sheet: the joints of head and arms; a column may be added for any other.
+
+    >>> from rrp_sheets.devices import load_robot
+    >>> gesture_columns(load_robot())[:4], len(gesture_columns(load_robot()))
+    (('Name', 'Time (s)', 'HeadYaw', 'HeadPitch'), 17)
+    """
+    upper = [j.name for j in robot.joints.values() if robot.data["chains"][j.chain] != "legs"]
+    return (*HEADERS, *upper, "Notes")
+
+
+@dataclass(frozen=True)
+class _Line:
+    """A row that was understood."""
+
+    row: GestureRow
+    at: float
+    angles: Mapping[str, float]
+    cells: Mapping[str, Cell]
+
+
+def parse_gestures(rows: Sequence[GestureRow], robot: Robot, report: Report) -> tuple[Gesture, ...]:
+    """The gestures of the sheet, by the order of their first rows; what is not understood goes into the report.
+
+    Args:
+        rows: as they stand in the sheet.
+        robot: whose joints.
+        report: takes the findings, each with its cell.
+    """
+    _tell_unknown_columns(rows, robot, report)
+    groups: dict[str, list[GestureRow]] = {}
+    for row in rows:
+        if row.name:
+            groups.setdefault(key(row.name.text), []).append(row)
+    return tuple(found for group in groups.values() if (found := _gesture(group, robot, report)) is not None)
+
+
+def _gesture(rows: Sequence[GestureRow], robot: Robot, report: Report) -> Gesture | None:
+    lines: list[_Line] = []
+    for row in rows[:MOST]:
+        at = _time(row, lines[-1] if lines else None, report)
+        angles, cells = _angles(row, robot, report)
+        if at is not None:
+            lines.append(_Line(row, at, angles, cells))
+    if len(rows) > MOST:
+        report.add("GEST007", rows[MOST].name.address, name=rows[0].name.text, limit=MOST)
+    if not any(line.angles for line in lines):
+        return None
+    _tell_limits(lines, robot, report)
+    frames = tuple(Keyframe(line.at, line.angles) for line in lines)
+    return Gesture(rows[0].name.text, frames, help="a gesture of this workbook")
+
+
+def _time(row: GestureRow, before: _Line | None, report: Report) -> float | None:
+    if not row.time:
+        return None  # told when the sheet was read
+    us = parse_duration(row.time.text, bare="s")
+    if us is None or us > LONGEST * 1e6:
+        meant = meant_duration(row.time.text, "s") or "1.5"
+        report.add("GEST001", row.time.address, text=row.time.text, meant=meant, longest=f"{LONGEST:g}")
+        return None
+    if before is not None and us / 1e6 <= before.at:
+        last = f"{before.at:g}"
+        report.add("GEST002", row.time.address, name=row.name.text, text=row.time.text, before=last)
+        return None
+    return us / 1e6
+
+
+def _angles(row: GestureRow, robot: Robot, report: Report) -> tuple[dict[str, float], dict[str, Cell]]:
+    angles: dict[str, float] = {}
+    cells: dict[str, Cell] = {}
+    for k, cell in row.joints.items():
+        joint = robot.joints.get(k)
+        if joint is None:
+            continue  # told once for the column
+        angle = parse_angle(cell.text)
+        if angle is None or (not joint.unit and "°" in cell.text):
+            report.add("GEST004", cell.address, text=cell.text, joint=joint.name, wants=_wants(joint))
+            continue
+        angles[joint.name], cells[joint.name] = angle, cell
+    return angles, cells
+
+
+def _wants(joint: Joint) -> str:
+    middle = (joint.lower + joint.upper) / 2
+    if not joint.unit:
+        return "a number from 0 (closed) to 1 (open)"
+    return f"an angle such as {middle + 0.3:.1f} (rad) or {math.degrees(middle) + 20:.0f}°"
+
+
+def _tell_unknown_columns(rows: Sequence[GestureRow], robot: Robot, report: Report) -> None:
+    """Columns with something in them that are no joint's: each told once, at its first filled cell."""
+    told: set[str] = set()
+    names = [j.name for j in robot.joints.values()]
+    for row in rows:
+        for k, cell in row.joints.items():
+            if k in robot.joints or k in told:
+                continue
+            told.add(k)
+            header = row.headers.get(k, k)
+            sides = [name for name in names if key(name)[1:] == k]
+            near = " and ".join(sides) if sides else nearest(header, names)
+            remedy = f"Did you mean {near}? Then correct the header of this column." if near else (
+                f"The joints are: {', '.join(names)}."
+            )  # fmt: skip
+            if sides:
+                remedy = f"Write a column for each side: {near}."
+            report.add("GEST003", cell.address, header=header, remedy=remedy)
+
+
+def _tell_limits(lines: Sequence[_Line], robot: Robot, report: Report) -> None:
+    """Angles that a joint cannot take, and keyframes that come too soon after the one before."""
+    start = {j.name: 0.0 for j in robot.joints.values()} | robot.data["postures"][robot.data["robot"]["start_posture"]]
+    plan = Planner(robot, start, start).plan([Keyframe(line.at, line.angles) for line in lines])
+    yaw = start.get("HeadYaw", 0.0)
+    yaws = [yaw := line.angles.get("HeadYaw", yaw) for line in lines]
+    for c in plan.clamped:
+        cell = lines[c.frame].cells.get(c.joint)
+        if cell is not None:
+            low, high = joint_limits(robot, c.joint, yaws[c.frame])
+            unit, turned = robot.joints[key(c.joint)].unit, c.joint == "HeadPitch" and yaws[c.frame]
+            report.add(
+                "GEST005", cell.address, text=cell.text, joint=c.joint, low=_shown(low, unit), high=_shown(high, unit),
+                when=f" while HeadYaw is at {_shown(yaws[c.frame], 'rad')}" if turned else "",
+            )  # fmt: skip
+    late: dict[int, str] = {}
+    for frame, joint in plan.slowed:
+        late.setdefault(frame, joint)
+    for frame, joint in late.items():
+        if frame:
+            longer = plan.times[frame] - plan.times[frame - 1]
+            needs = f"{math.ceil((lines[frame - 1].at + longer) * 10 + 0.1) / 10:g}"
+            cell = lines[frame].row.time
+            report.add("GEST006", cell.address, joint=joint, text=cell.text, needs=needs)
+
+
+def _shown(angle: float, unit: str) -> str:
+    return f"{angle:.3g} rad ({math.degrees(angle):.0f}°)" if unit else f"{angle:.2g}"

@@ -1,0 +1,105 @@
+"""What postures and gestures share: a command that moves joints through keyframes, once, to its end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from rrp_sheets.model.exchange import Command, DeviceUse, Happening
+from rrp_sheets.model.names import key, nearest
+from rrp_sheets.model.values import show
+from rrp_sheets.sim.actuators.base import Base, Parts
+from rrp_sheets.sim.arbitration import Job
+from rrp_sheets.sim.keyframes import Motion
+
+PROPOSED = 4  # names that are told where one is not known
+
+
+class Keyframed(Base):
+    """An actuator that makes one motion after the other.
+
+    A command for what it is doing already lets that go on, so that a stream that repeats itself does not keep it at its
+    beginning; the earlier command has then ended, not completed.
+    """
+
+    def __init__(self, spec: DeviceUse, parts: Parts) -> None:
+        super().__init__(spec, parts)
+        self._motion: Motion | None = None
+        self._doing = ""
+        self._next = ""
+
+    def move(
+        self,
+        order: Command,
+        us: int,
+        what: str,
+        motion: Motion,
+        *,
+        home: bool,
+        arrived: Callable[[int], bool | None] = lambda us: True,
+    ) -> None:
+        """Make a motion.
+
+        Args:
+            order: the command.
+            us: now.
+            what: the same for commands that want the same.
+            motion: made for this command.
+            home: whether the joints go back to where they were when it is broken off.
+            arrived: asked after the motion's end, until it says whether it was completed.
+        """
+
+        def begin(order: Command, us: int) -> None:
+            if self._goes_on(what):
+                return
+            self._motion, self._doing = motion, what
+            self._hold(motion)
+            self.parts.motions.begin(motion)
+
+        def cease(us: int) -> None:
+            if self._motion is not None and self._next != what:
+                self._motion.halt(home=home)
+                self._motion = None
+
+        def over(us: int) -> bool | None:
+            going = self._motion
+            self._tell_clamped(order, going)
+            return None if going is not None and going.going else arrived(us)
+
+        self._next = what if self._goes_on(what) else ""
+        joints = self.parts.body.robot.joints
+        chains = self.parts.body.robot.data["chains"]
+        uses = frozenset(chains[joints[key(j)].chain] for j in motion.joints)
+        job = Job(order, uses, begin, cease, over, joints=frozenset(motion.joints), refused=self.refused)
+        self.parts.arbiter.take(job, us)
+        self._next = ""
+
+    def _goes_on(self, what: str) -> bool:
+        return self._motion is not None and self._motion.going and self._doing == what
+
+    def _hold(self, motion: Motion) -> None:
+        """The robot has no balance of its own: its torso is held while arms or legs move."""
+        chains = {self.parts.body.robot.joints[key(j)].chain for j in motion.joints}
+        if chains & {"LLeg", "RLeg"}:
+            self.parts.stance.follow_legs()
+        elif chains - {"Head"}:
+            self.parts.stance.steady()
+
+    def _tell_clamped(self, order: Command, motion: Motion | None) -> None:
+        while motion is not None and motion.clamped:
+            c = motion.clamped.pop(0)
+            text = f"{c.joint}: {c.wanted:.4g} → {c.given:.4g} rad, its limit there."
+            self.parts.tell(Happening("clamp", text, order.stream, order.row))
+
+    def unknown(self, order: Command, what: str, name: str, names: Sequence[str]) -> None:
+        """Tell that there is no posture or gesture of a name, with those that may be meant."""
+        self.fail(order, f"{self.spec.name}: there is no {what} {show(name[:60])}. {proposal(name, names)}")
+
+
+def proposal(name: str, names: Sequence[str]) -> str:
+    """Which names may be meant by one that is none.
+
+    >>> proposal("Wve", ["Nod", "Wave"]), proposal("Zzz", ["Nod", "Wave"])
+    ('Did you mean Wave?', 'There are: Nod, Wave.')
+    """
+    guess = nearest(name, names)
+    return f"Did you mean {guess}?" if guess else f"There are: {', '.join(names)}."

@@ -1,0 +1,111 @@
+"""Motions through keyframes: what postures, gestures and talking hands do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rrp_sheets.devices.gestures import Keyframe
+from rrp_sheets.devices.ways import FIRST, Clamped, Plan, Planner, moved
+from rrp_sheets.sim.body import EASY, STEP, Body
+
+
+class Motion:
+    """Joints on their way through keyframes.
+
+    What they are doing when it begins is brought to rest first. It can be stopped at any time: the joints then go on
+    from where they are, with the speed that they have.
+
+    Args:
+        body: whose joints.
+        frames: with rising times in s.
+        returns: whether the joints go back to where they were, or were being sent.
+        share: of the joints' top velocity that may be used.
+        calm: rad/s: the way to the first keyframe is not faster.
+
+    Attributes:
+        joints: those that it moves.
+        going: whether it has begun and is not over.
+        home: where the joints were, or were being sent, when it began.
+        clamped: the angles that could not be taken; known when it begins to move.
+    """
+
+    def __init__(
+        self, body: Body, frames: Sequence[Keyframe], *, returns: bool = True, share: float = 1.0, calm: float = FIRST
+    ) -> None:
+        self._body = body
+        self._frames = frames
+        self._returns = returns
+        self._share, self._calm = share, calm
+        self._plan: Plan | None = None
+        self._time = 0.0
+        self.joints = moved(frames)
+        self.going = False
+        self.home: dict[str, float] = {}
+        self.clamped: list[Clamped] = []
+
+    def begin(self) -> None:
+        """Begin: from now on `step` moves the joints."""
+        self.going = True
+        for joint in self.joints:
+            self.home[joint] = self._body.aimed(joint)
+            self._body.halt(joint)
+
+    def step(self) -> None:
+        """One step of the physics."""
+        plan = self._plan or self._planned()
+        if plan is None:
+            return
+        self._time += STEP
+        for joint, way in plan.ways.items():
+            angle = way.at(self._time)[0]
+            if joint == "HeadPitch":  # whatever comes: another row may be turning the head that this one lets nod
+                low, high = self._body.limits(joint, self._yaw())
+                angle = min(max(angle, low), high)
+            self._body.put(joint, angle)
+        self.going = self._time < plan.length
+
+    def halt(self, *, home: bool = False) -> None:
+        """Stop: the joints come to rest, or go back to where they were."""
+        if not self.going:
+            return
+        self.going = False
+        for joint in self.joints:
+            if self._plan is not None:
+                self._body.coast(joint, self._plan.ways[joint].at(self._time)[1])
+            if home:
+                self._body.go(joint, self.home[joint], EASY)
+
+    def _planned(self) -> Plan | None:
+        """The plan, once the joints are at rest."""
+        if any(self._body.on_its_way(joint) for joint in self.joints):
+            return None
+        start = {joint: self._body.aimed(joint) for joint in (*self.joints, "HeadYaw")}
+        planner = Planner(
+            self._body.robot, start, self.home if self._returns else None, share=self._share, calm=self._calm
+        )
+        self._plan = planner.plan(self._frames)
+        self.clamped.extend(self._plan.clamped)
+        return self._plan
+
+    def _yaw(self) -> float:
+        if self._plan is not None and "HeadYaw" in self._plan.ways:
+            return self._plan.ways["HeadYaw"].at(self._time)[0]
+        return self._body.position("HeadYaw")
+
+
+class Motions:
+    """The motions that go on."""
+
+    def __init__(self) -> None:
+        self._going: list[Motion] = []
+
+    def begin(self, motion: Motion) -> None:
+        """Let a motion begin."""
+        motion.begin()
+        self._going.append(motion)
+
+    def step(self) -> None:
+        """One step of the physics."""
+        self._going = [motion for motion in self._going if motion.going]
+        for motion in self._going:
+            motion.step()
