@@ -21,14 +21,28 @@ from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook.atomic import Stamp, refuse_open_file, stamp_of, sweep, write_atomically
-from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows, RowEdit, SetCell, Value
+from rrp_sheets.workbook.edits import (
+    AddSheet,
+    BringSheet,
+    DeleteRows,
+    DeleteSheet,
+    Edit,
+    InsertRows,
+    MoveRows,
+    MoveSheet,
+    RenameSheet,
+    RowEdit,
+    SetCell,
+    SheetEdit,
+    Value,
+)  # fmt: skip
 from rrp_sheets.workbook.patch.values import typed
 from rrp_sheets.workbook.raw import Extent, RawSheet, check_size, unreadable
 from rrp_sheets.workbook.reading import MARKDOWN, csv_files, csv_order, file_bytes, open_book, text_digest
 
 __all__ = [
-    "DeleteRows", "Edit", "Edited", "FileChanged", "InsertRows", "MoveRows", "RowEdit", "SetCell", "Value",
-    "edit", "read_sheets", "typed",
+    "AddSheet", "BringSheet", "DeleteRows", "DeleteSheet", "Edit", "Edited", "FileChanged", "InsertRows", "MoveRows",
+    "MoveSheet", "RenameSheet", "RowEdit", "SetCell", "Value", "edit", "read_sheets", "typed",
 ]  # fmt: skip
 
 
@@ -43,10 +57,12 @@ class Edited:
     Attributes:
         digest: of the file as it is now; the same as `Reading.digest` of it.
         changed: whether the file was written at all.
+        kept: of every deleted sheet, in their order, what brings it back (`BringSheet`).
     """
 
     digest: str
     changed: bool
+    kept: tuple[str, ...] = ()
 
 
 def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None = None) -> Edited:
@@ -82,12 +98,12 @@ def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None
             return _edit_markdown(path, data, stamp, edits, expected_digest)
         if expected_digest not in (None, digest := hashlib.sha256(data).hexdigest()):
             raise _changed(path)
-        new = edited_bytes(data, path.name, edits)
+        new, kept = _edited(data, path.name, edits)
         if new != data:
             _refuse_unreadable(new, path.name)
             write_atomically(path, new, unchanged=stamp)
             digest = hashlib.sha256(new).hexdigest()
-        return Edited(digest, new != data)
+        return Edited(digest, new != data, kept)
 
 
 def clean_up(path: Path) -> None:
@@ -100,20 +116,33 @@ def clean_up(path: Path) -> None:
 
 def edited_bytes(data: bytes, name: str, edits: Sequence[Edit]) -> bytes:
     """An .xlsx file's bytes after edits; the same bytes when nothing changes."""
+    return _edited(data, name, edits)[0]
+
+
+def _edited(data: bytes, name: str, edits: Sequence[Edit]) -> tuple[bytes, tuple[str, ...]]:
+    """The bytes after edits, and what brings deleted sheets back."""
     from rrp_sheets.workbook.patch.cells import set_cell
     from rrp_sheets.workbook.patch.package_edit import PackageEdit
     from rrp_sheets.workbook.patch.reach import grow
     from rrp_sheets.workbook.patch.rows import change_rows
+    from rrp_sheets.workbook.patch.sheets import change_sheets
 
-    package = PackageEdit(data, name)
+    def finished() -> bytes:
+        for index in package.reached:
+            grow(package, index)
+        return package.to_bytes()
+
+    package, kept = PackageEdit(data, name), list[str]()
     for one in edits:
         if isinstance(one, SetCell):
             set_cell(package, one)
+        elif isinstance(one, SheetEdit):
+            package = PackageEdit(finished(), name)  # it has all sheets as they are now
+            kept += [back] if (back := change_sheets(package, one)) else []
+            package = PackageEdit(package.to_bytes(), name)
         else:
             change_rows(package, one)
-    for index in package.reached:
-        grow(package, index)
-    return package.to_bytes()
+    return finished(), tuple(kept)
 
 
 def read_sheets(path: Path | str) -> tuple[RawSheet, ...]:
@@ -130,48 +159,53 @@ def read_sheets(path: Path | str) -> tuple[RawSheet, ...]:
 
 
 def _edit_csv(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited:
+    from rrp_sheets.workbook.text_folder import write_folder
     from rrp_sheets.workbook.text_patch import CsvTable, EncodedText, sheet_named
+    from rrp_sheets.workbook.text_sheets import CsvFolder
 
+    folder = csv_files(path) if path.is_dir() else {path.stem: file_bytes(path)}
     paths = {p.stem: p for p in (sorted(path.iterdir()) if path.is_dir() else [path]) if p.suffix.casefold() == ".csv"}
-    stamps = {name: stamp_of(p) for name, p in paths.items()}
-    files = csv_files(path) if path.is_dir() else {path.stem: file_bytes(path)}
+    stamps = {name: stamp_of(paths[name]) for name in folder}
     open_book(path)  # refuses what cannot be read
     order = csv_order(path) if path.is_dir() else []
-    if expected not in (None, digest := text_digest(files, named=True, order=order)):
+    if expected not in (None, digest := text_digest(folder, named=True, order=order)):
         raise _changed(path)
-    texts: dict[str, EncodedText] = {}
-    tables: dict[str, CsvTable] = {}
+    now, kept = CsvFolder(dict(folder), list(order)), list[str]()
     for one in edits:
-        name = sheet_named(list(files), one.sheet)
-        if name not in tables:
-            texts[name] = EncodedText(files[name])
-            tables[name] = CsvTable(name, texts[name].text, texts[name].newline)
-        tables[name].apply(one)
-    changed = {n: new for n, t in tables.items() if (new := texts[n].encode(t.whole())) != files[n]}
-    for name in changed:
+        if isinstance(one, SheetEdit):
+            if not path.is_dir():
+                raise SheetsError("A CSV file is one sheet.", "Use a folder of CSV files, or an .xlsx workbook.")
+            kept += [back] if (back := now.apply(one)) else []
+            continue
+        name = sheet_named(list(now.files), one.sheet)
+        text = EncodedText(now.files[name])
+        table = CsvTable(name, text.text, text.newline)
+        table.apply(one)
+        now.files[name] = text.encode(table.whole())
+    if now.files == folder and now.order == order:
+        return Edited(digest, False, tuple(kept))
+    for name in {n for n in (*folder, *now.files) if folder.get(n) != now.files.get(n)} & paths.keys():
         refuse_open_file(paths[name])
         _refuse_read_only(paths[name])
-    written: list[str] = []
-    try:
-        for name, new in changed.items():
-            write_atomically(paths[name], new, unchanged=stamps[name])
-            written.append(name)
-    except SheetsError:
-        for name in written:  # all or nothing
-            write_atomically(paths[name], files[name])
-        raise
-    return Edited(text_digest(files | changed, named=True, order=order) if changed else digest, bool(changed))
+    write_folder(path, folder, now, order, stamps)
+    return Edited(text_digest(now.files, named=True, order=now.order), True, tuple(kept))
 
 
 def _edit_markdown(path: Path, data: bytes, stamp: Stamp, edits: Sequence[Edit], expected: str | None) -> Edited:
     from rrp_sheets.workbook.text_patch import EncodedText, MarkdownTable, sheet_named
+    from rrp_sheets.workbook.text_sheets import MarkdownSheets
 
-    names = open_book(path)[0].names
+    names = list(open_book(path)[0].names)
     if expected not in (None, digest := text_digest({path.name: data}, named=False)):
         raise _changed(path)
-    text = EncodedText(data)
+    text, kept = EncodedText(data), list[str]()
     whole = text.text
     for one in edits:
+        if isinstance(one, SheetEdit):
+            sheets = MarkdownSheets(whole, names, text.newline)
+            kept += [back] if (back := sheets.apply(one)) else []
+            whole, names = sheets.whole(), sheets.names
+            continue
         table = MarkdownTable(sheet_named(names, one.sheet), whole, text.newline)
         table.apply(one)
         whole = table.whole()
@@ -179,7 +213,7 @@ def _edit_markdown(path: Path, data: bytes, stamp: Stamp, edits: Sequence[Edit],
     if new != data:
         write_atomically(path, new, unchanged=stamp)
         digest = text_digest({path.name: new}, named=False)
-    return Edited(digest, new != data)
+    return Edited(digest, new != data, tuple(kept))
 
 
 def _changed(path: Path) -> FileChanged:

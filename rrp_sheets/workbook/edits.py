@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from rrp_sheets.model.cells import column_letters
@@ -111,5 +112,51 @@ class MoveRows:
         return min(self.first, self.before)
 
 
+@dataclass(frozen=True, slots=True)
+class AddSheet:
+    """Add a sheet, with the looks of a new workbook's.
+
+    Attributes:
+        rows: its texts; which of them is the header is found as in reading.
+        before: the sheet that it stands before; empty: at the end.
+    """
+
+    sheet: str
+    rows: Sequence[Sequence[str]]
+    before: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class RenameSheet:
+    """Give a sheet another name; the spreadsheet program's own formulas, names and charts follow."""
+
+    sheet: str
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class MoveSheet:
+    """Let a sheet stand before another one; empty: at the end."""
+
+    sheet: str
+    before: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class DeleteSheet:
+    """Delete a sheet with everything in it; what refers to it is `#REF!` then, as a spreadsheet program writes it."""
+
+    sheet: str
+
+
+@dataclass(frozen=True, slots=True)
+class BringSheet:
+    """Bring a deleted sheet back as it was, byte for byte; `kept` is what its deletion gave (`Edited.kept`)."""
+
+    sheet: str
+    kept: str
+
+
 RowEdit = InsertRows | DeleteRows | MoveRows
-Edit = SetCell | RowEdit
+SheetEdit = AddSheet | RenameSheet | MoveSheet | DeleteSheet | BringSheet
+Edit = SetCell | RowEdit | SheetEdit

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.workbook import limits
-from rrp_sheets.workbook.edits import DeleteRows, Edit, MoveRows, RowEdit, SetCell
+from rrp_sheets.workbook.edits import DeleteRows, MoveRows, RowEdit, SetCell
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.patch.values import check_value, shown
 from rrp_sheets.workbook.raw import RawCell, RawSheet
@@ -70,7 +70,7 @@ class TextTable:
         """A blank row."""
         raise NotImplementedError
 
-    def apply(self, edit: Edit) -> None:
+    def apply(self, edit: SetCell | RowEdit) -> None:
         """Set a cell, or insert, delete or move rows; raises SheetsError where that cannot be."""
         if isinstance(edit, SetCell):
             self._set(edit)

@@ -13,7 +13,8 @@ from rrp_sheets.workbook.text_books import ORDER, csv_delimiter, natural
 from rrp_sheets.workbook.text_cells import to_csv, to_markdown
 
 Rows = Sequence[Sequence[str]]
-_NO_FILE_NAME = re.compile(r"[/\\\x00-\x1f]|^[.~ ]|[. ]$")
+NO_FILE_NAME = re.compile(r"[/\\\x00-\x1f]|^[.~ ]|[. ]$")
+"""What keeps a sheet's name from being a file's."""
 
 
 def markdown_text(sheets: Mapping[str, Rows]) -> str:
@@ -68,7 +69,7 @@ def write_csv(sheets: Mapping[str, Rows], folder: Path) -> Path:
     if folder.is_dir() and any(p.suffix.casefold() == ".csv" for p in folder.iterdir()):
         raise SheetsError(f"There are CSV files in “{folder.name}” already.", "Name another folder, or empty that one.")
     for name in sheets:
-        if _NO_FILE_NAME.search(name) or len(name.encode()) > 200:
+        if NO_FILE_NAME.search(name) or len(name.encode()) > 200:
             raise SheetsError(f"The sheet “{name}” cannot be a file of that name.", "Rename the sheet.")
     files = {name: csv_text(rows).encode("utf-8-sig") for name, rows in sheets.items()}  # the mark is for Excel
     _refuse_large(b"".join(files.values()))

@@ -1,0 +1,67 @@
+"""What a sheet may be called: the rules of spreadsheet programs, and ours (one key for every name)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.names import key
+
+LONGEST = 31  # letters, as Excel counts them
+_FORBIDDEN = re.compile(r"[\[\]:*?/\\]")
+_CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff\u202a-\u202e\u2066-\u2069]")
+
+
+def sheet_name(text: str, others: Iterable[str] = ()) -> str:
+    """The name as it is used, without spaces at its ends.
+
+    Args:
+        text: as somebody typed it.
+        others: the names of the other sheets.
+
+    Raises:
+        SheetsError: no sheet can have this name, and why.
+
+    >>> sheet_name("  Say  hello ")
+    'Say hello'
+    >>> sheet_name("red_ball", ["Red ball"])
+    Traceback (most recent call last):
+    rrp_sheets.errors.SheetsError: There is a sheet “Red ball” already.
+    """
+    name = " ".join(_CONTROL.sub(" ", text).split())
+    if not name:
+        raise SheetsError("A sheet needs a name.", "Write a short one, such as “Greeting”.")
+    if found := _FORBIDDEN.search(name):
+        raise SheetsError(
+            f"“{found[0]}” cannot stand in the name of a sheet.", r"Leave out [ ] : * ? / and \, which Excel refuses."
+        )
+    if len(name.encode("utf-16-le")) // 2 > LONGEST:
+        count = len(name.encode("utf-16-le")) // 2
+        raise SheetsError(f"This name has {count} letters; Excel takes {LONGEST}.", "Shorten it.")
+    if name[0] == "'" or name[-1] == "'":
+        raise SheetsError("A sheet's name cannot begin or end with an apostrophe.", "Leave it out.")
+    if not key(name):
+        raise SheetsError("A sheet's name needs a letter or a digit.", "Write a short one, such as “Greeting”.")
+    if key(name) == "history":
+        raise SheetsError("Excel keeps the name “History” for itself.", "Choose another one.")
+    taken = next((other for other in others if key(other) == key(name)), "")
+    if taken:
+        told = "" if taken.casefold() == name.casefold() else " Capitals, spaces, - and _ make no difference."
+        raise SheetsError(f"There is a sheet “{taken}” already.", f"Choose another name.{told}")
+    return name
+
+
+def free_name(stem: str, others: Iterable[str], number: int = 1) -> str:
+    """A name that no other sheet has: the stem, with a number behind it from 2 on.
+
+    >>> free_name("Devices", []), free_name("Behaviour", ["Tracking"], 2), free_name("Tests", ["tests", "Tests 2"])
+    ('Devices', 'Behaviour 2', 'Tests 3')
+    """
+    taken = {key(other) for other in others}
+    while True:
+        end = f" {number}" if number > 1 else ""
+        name = f"{stem[: LONGEST - len(end)].rstrip()}{end}"
+        if key(name) not in taken:
+            return name
+        number += 1
