@@ -93,7 +93,7 @@ def _scene(side: Side) -> list[Line]:
         meaning: dict[str, Hashable] = {n: key(c.text) for n, c in cells.items()}
         action = actions.get(place.row)
         if action is not None:
-            rest = {f.name: getattr(action, f.name) for f in fields(action) if f.name not in ("thing", "row")}
+            rest = {f.name: getattr(action, f.name) for f in fields(action) if f.name not in ("thing", "row", "kind")}
             verb, values = rest.pop("verb"), rest.pop("values")
             meaning |= {"time": repr(rest), "does": verb, "value": repr(sorted(values.items()))}
         time = us / 1e6 if us is not None else math.inf

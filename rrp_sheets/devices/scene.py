@@ -1,127 +1,106 @@
-"""The Scene sheet: what its rows may say, and what they mean (design: 5-robot, Scenes).
-
-| Thing | Does | Value |
-|---|---|---|
-| a colour and `ball` | appears | `at 1, 0.2, 0.4` and, if not 6 cm, `size 10 cm` |
-| | moves | `to 0.5, 0, 0.4 in 2 s` |
-| | circles | `radius 0.3 period 4 s`, with `around 0.8, 0, 0.4`, and `flat` for a level circle |
-| | disappears | |
-| `Person`, `Child` or a name | enters | `at 1, 0` or `at 1, 0, 0.62` (height of the face), with `name Emma`, `id 2` |
-| | moves, leaves | as for a ball |
-| | looks away, looks back | |
-| | is seen | `id, name, seconds`: in view, 1 m in front, for that long; a name makes the person known |
-| | touches, says | a zone of the robot; a word |
-| `Operator` | presses | a button's label |
-"""
+"""The Scene sheet: what its rows mean (design: 5-robot, Scenes). Their words are in `scene_words`."""
 
 from __future__ import annotations
 
 import difflib
-import math
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from pathlib import Path
 
 from rrp_sheets.devices.catalogue import Robot
-from rrp_sheets.devices.scene_values import BadValueError, read_value
+from rrp_sheets.devices.scene_amounts import BadValueError
+from rrp_sheets.devices.scene_order import check_presence, in_order, scene_end_us
+from rrp_sheets.devices.scene_pictures import check_pictures
+from rrp_sheets.devices.scene_times import read_time
+from rrp_sheets.devices.scene_values import read_value
+from rrp_sheets.devices.scene_words import (
+    COLOURS,
+    KINDS,
+    OPERATOR,
+    PERSONS,
+    Kind,
+    Verb,
+    find_verb,
+    kind_of,
+    known_things,
+    thing_names,
+    verb_names,
+    verbs_of,
+)  # fmt: skip
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.cells import Cell
-from rrp_sheets.model.durations import meant_duration, parse_duration
+from rrp_sheets.model.durations import meant_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import SceneRow
 
-BALL_COLOURS = (
-    "red", "green", "blue", "yellow", "orange", "pink", "purple", "violet", "magenta", "cyan", "turquoise", "brown",
-    "white", "black", "grey",
-)  # fmt: skip
-PERSONS = ("Person", "Child", "Adult", "Visitor", "Therapist", "Parent")
-OPERATOR = "Operator"
-_VERBS: Mapping[str, Mapping[str, str]] = {
-    "ball": {"appears": "appear", "moves": "move", "circles": "circle", "disappears": "disappear"},
-    "person": {
-        "enters": "appear", "appears": "appear", "moves": "move", "leaves": "disappear", "disappears": "disappear",
-        "looks away": "away", "looks back": "look", "looks at the robot": "look", "is seen": "seen",
-        "touches": "touch", "says": "say",
-    },
-    "operator": {"presses": "press"},
-}  # fmt: skip
-_EXAMPLES = {
-    "ball appear": "at 1, 0.2, 0.4", "person appear": "at 1, 0", "ball move": "to 0.5, 0, 0.4 in 2 s",
-    "person move": "to 1, 0.5 in 3 s", "circle": "radius 0.3 period 4 s", "seen": "1, Emma, 6",
-    "press": "Start", "touch": "Left hand", "say": "hello",
-}  # fmt: skip
+__all__ = [
+    "BALL_COLOURS", "OPERATOR", "PERSONS", "check_presses", "parse_scene", "scene_end_us", "thing_names", "verb_names",
+    "verbs_of",
+]  # fmt: skip
+BALL_COLOURS = COLOURS
+_ANY = "Write a thing such as Red ball, Blue cup, Table or Wall; Person, Child or a name; Light, Noise, or Operator."
 _PROPOSES = 0.8  # how like a known thing a word must be to be taken for a typing mistake
 
 
-def thing_names() -> list[str]:
-    """What a drop-down offers for Thing."""
-    return [*(f"{c.capitalize()} ball" for c in BALL_COLOURS[:3]), *PERSONS[:2], OPERATOR]
-
-
-def verb_names() -> list[str]:
-    """What a drop-down offers for Does."""
-    return list(dict.fromkeys(verb for verbs in _VERBS.values() for verb in verbs))
-
-
-def verbs_of(kind: str) -> dict[str, str]:
-    """What a kind of thing can do, each with an example of its value (empty where it needs none).
-
-    >>> verbs_of("ball")["moves"], "says" in verbs_of("person")
-    ('to 0.5, 0, 0.4 in 2 s', True)
-    """
-    verbs = {meaning: verb for verb, meaning in reversed(list(_VERBS[kind].items()))}
-    return {v: _EXAMPLES.get(f"{kind} {m}") or _EXAMPLES.get(m, "") for m, v in reversed(list(verbs.items()))}
-
-
-def parse_scene(rows: Sequence[SceneRow], report: Report, robot: Robot) -> tuple[SceneAction, ...]:
+def parse_scene(
+    rows: Sequence[SceneRow], report: Report, robot: Robot, folder: Path | None = None
+) -> tuple[SceneAction, ...]:
     """The actions of a Scene sheet, in the order of their times; what is not understood goes into the report.
+
+    Rows that wait for an event come where they would if it came at once. Numbers may be ranges: a run draws them.
 
     Args:
         rows: as they stand in the sheet.
         report: takes the findings, each with its cell.
         robot: whose touch zones a touch may name.
+        folder: of the workbook, where pictures are; None: they are not looked for.
     """
-    actions = [action for row in rows if (action := _action(row, report, robot)) is not None]
-    actions.sort(key=lambda a: a.time_us)
-    present: set[str] = set()
-    cells = {row.thing.address.row: row.thing for row in rows}
-    for action in actions:
-        name = key(action.thing)
-        if action.verb in ("move", "circle", "away", "look", "disappear") and name not in present:
-            ball = key(action.thing).endswith("ball")
-            report.add("SCENE005", cells[action.row].address, thing=action.thing,
-                       are="it is" if ball else "they are", come="it appears" if ball else "they enter")  # fmt: skip
-            present.add(name)  # told once
-        if action.verb == "appear":
-            present.add(name)
-        elif action.verb == "disappear":
-            present.discard(name)
-    return tuple(actions)
+    found = [action for row in rows if (action := _action(row, report, robot)) is not None]
+    cells = {row.thing.address.row: row for row in rows}
+    actions = check_pictures(in_order(found), cells, folder, report)
+    check_presence(actions, cells, report)
+    return actions
 
 
 def _action(row: SceneRow, report: Report, robot: Robot) -> SceneAction | None:
-    time_us = parse_duration(row.time.text, bare="s")
-    if time_us is None:
-        meant = meant_duration(row.time.text, "s") or "2.5"
-        report.add("SCENE001", row.time.address, text=row.time.text or "blank", meant=meant)
+    when = read_time(row.time.text)
+    if when is None:
+        _tell_time(row.time, report)
     kind = _kind(row.thing, row.does, report)
     if kind is None:
         return None
-    verb = _verb(kind, row.does, report)
+    verb = _verb(kind[0], row.does, report)
     if verb is None:
         return None
+    values = _values(*kind, verb, row, report)
+    if values is None or (verb.action == "touch" and not _known_zone(row.value, values, row.does, report, robot)):
+        return None
+    if when is None:
+        return None
+    return SceneAction(
+        when.us, row.thing.text, verb.action, values, row.thing.address.row, kind[0].name, when.cue, when.span_us
+    )
+
+
+def _tell_time(time: Cell, report: Report) -> None:
+    meant = meant_duration(time.text, "s")
+    remedy = f"Write seconds from the start of the run, for example {meant or '2.5'}."
+    if "+" in time.text:
+        remedy = "Behind + write seconds: Ask done + 2."
+    elif time.text and not meant:
+        remedy += " Or a stream, and seconds after its event: Say done + 2."
+    report.add("SCENE001", time.address, text=time.text or "blank", remedy=remedy)
+
+
+def _values(kind: Kind, colour: str, verb: Verb, row: SceneRow, report: Report) -> dict[str, Value] | None:
     try:
-        values = read_value(kind, verb, row.value.text, row.thing.text)
-    except BadValueError:
-        example = _EXAMPLES.get(f"{kind} {verb}") or _EXAMPLES.get(verb, "")
-        remedy = f"Write it like this: {example}." if example else "Leave the cell blank."
-        report.add("SCENE004", row.value.address, text=row.value.text or "blank", does=row.does.text, remedy=remedy)
+        return read_value(kind, verb, row.value.text, colour)
+    except BadValueError as error:
+        remedy = f"Write it like this: {verb.example}." if verb.example else "Leave the cell blank."
+        report.add("SCENE004", row.value.address, text=row.value.text or "blank", does=row.does.text,
+                   remedy=f"{error} {remedy}".strip())  # fmt: skip
         return None
-    if verb == "touch" and not _known_zone(row.value, row.does, report, robot):
-        return None
-    if time_us is None:
-        return None
-    return SceneAction(time_us, row.thing.text, verb, values, row.thing.address.row)
 
 
 def check_presses(
@@ -147,36 +126,35 @@ def check_presses(
         report.add("SCENE006", cells[action.row].address, label=label, remedy=remedy)
 
 
-def _kind(thing: Cell, does: Cell, report: Report) -> str | None:
-    """`ball`, `person` or `operator`; None when it is unknown (and told)."""
+def _kind(thing: Cell, does: Cell, report: Report) -> tuple[Kind, str] | None:
+    """The kind and colour of a thing; None when it is unknown (and told)."""
     text = thing.text.strip()
-    name = key(text)
-    if name == key(OPERATOR):
-        return "operator"
-    if name.endswith("ball") and name[: -len("ball")] in ("", *BALL_COLOURS):
-        return "ball"
-    if re.sub(r"\d+$", "", name) in {key(p) for p in PERSONS}:
-        return "person"
-    known = [*(f"{c.capitalize()} ball" for c in BALL_COLOURS), *PERSONS, OPERATOR]
+    found = kind_of(text)
+    if found is not None:
+        return KINDS[found[0]], found[1]
+    known, person = known_things(), KINDS["person"]
     near = _near(text, known)
     # Any other word is a person's name, when it does what persons do and is not a misspelt known thing.
-    is_name = bool(text) and text[0].isalpha() and "ball" not in name and key(does.text) in _by_key("person")
-    if near is None and is_name:
-        return "person"
+    if near is None and text and text[0].isalpha() and not _is_thing(text) and find_verb(person, does.text) is not None:
+        return person, ""
     near = near or nearest(text, known)
-    remedy = (
-        f"Did you mean “{near}”?" if near else "Write a ball such as Red ball, Person, Child or a name, or Operator."
-    )
+    remedy = f"Did you mean “{near}”?" if near else _ANY
     report.add("SCENE002", thing.address, text=text or "blank", remedy=remedy)
     return None
 
 
-def _known_zone(value: Cell, does: Cell, report: Report, robot: Robot) -> bool:
-    zones = robot.touch_zones
-    if key(value.text) in {key(zone) for zone in zones}:
+def _is_thing(text: str) -> bool:
+    """Whether a name ends as things do: `Left wall` is no person."""
+    return "ball" in key(text) or key(text.rsplit(maxsplit=1)[-1]).rstrip("0123456789") in {*KINDS, "lamp"}
+
+
+def _known_zone(value: Cell, values: dict[str, Value], does: Cell, report: Report, robot: Robot) -> bool:
+    zones = {key(zone): zone for zone in robot.touch_zones}
+    said = str(values["zone"])
+    if key(said) in zones:
         return True
-    near = nearest(value.text, zones)
-    remedy = f"Did you mean “{near}”?" if near else f"{robot.title} feels a touch on: {', '.join(zones)}."
+    near = nearest(said, robot.touch_zones)
+    remedy = f"Did you mean “{near}”?" if near else f"{robot.title} feels a touch on: {', '.join(robot.touch_zones)}."
     report.add("SCENE004", value.address, text=value.text, does=does.text, remedy=remedy)
     return False
 
@@ -189,27 +167,11 @@ def _near(text: str, known: Sequence[str]) -> str | None:
     return close if alike >= _PROPOSES else None
 
 
-def _by_key(kind: str) -> dict[str, str]:
-    """The verbs by key, with and without the s of the third person."""
-    verbs = {key(verb): meaning for verb, meaning in _VERBS[kind].items()}
-    verbs.update({k[:-1]: v for k, v in list(verbs.items()) if k.endswith("s")})
-    return verbs
-
-
-def _verb(kind: str, does: Cell, report: Report) -> str | None:
-    verb = _by_key(kind).get(key(does.text))
+def _verb(kind: Kind, does: Cell, report: Report) -> Verb | None:
+    verb = find_verb(kind, does.text)
     if verb is None:
-        near = nearest(does.text, _VERBS[kind])
-        verbs = ", ".join(_VERBS[kind])
-        remedy = f"Did you mean “{near}”?" if near else f"It can do this: {verbs}."
-        report.add("SCENE003", does.address, text=does.text or "blank", kind=kind, remedy=remedy)
+        names = [verb.name for verb in kind.verbs]
+        near = nearest(does.text, [n for v in kind.verbs for n in (v.name, *v.also)])
+        remedy = f"Did you mean “{near}”?" if near else f"It can do this: {', '.join(names)}."
+        report.add("SCENE003", does.address, text=does.text or "blank", kind=kind.name, remedy=remedy)
     return verb
-
-
-def scene_end_us(actions: Sequence[SceneAction]) -> int:
-    """When the last action is over; circling has no end and counts one round."""
-    ends = [0]
-    for action in actions:
-        seconds = action.values.get("seconds") or action.values.get("period") or 0.0
-        ends.append(action.time_us + math.ceil(float(seconds) * 1e6))
-    return max(ends)

@@ -115,8 +115,10 @@ class State:
         base: x, y, z (m) of the torso and roll, pitch, yaw (rad).
         eyes: red, green, blue of both eyes as they shine, 0 to 1.
         saying: the sentence being spoken, or empty.
-        things: positions (m) of the visible balls and faces by name.
+        things: positions (m) by name: of a ball its middle, of a person the face, else the middle of the underside.
         driving: the row that has each resource of the robot (`head`, `voice`, …) now.
+        looks: what the things look like, by name: their `kind`, `size` (m), `colour` and so on.
+        light, noise: how bright and how loud the room is, 0 to 1.
     """
 
     joints: Mapping[str, float]
@@ -125,6 +127,9 @@ class State:
     saying: str
     things: Mapping[str, tuple[float, ...]]
     driving: Mapping[str, str] = field(default_factory=dict)
+    looks: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
+    light: float = 1.0
+    noise: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

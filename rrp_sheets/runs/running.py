@@ -13,6 +13,7 @@ from rrp_sheets import __version__
 from rrp_sheets.checks import Checked
 from rrp_sheets.devices.default_scene import default_scene
 from rrp_sheets.devices.scene import scene_end_us
+from rrp_sheets.devices.scene_draw import draw_scene
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.exchange import Act, Happening, Shown
 from rrp_sheets.model.scene import SceneAction
@@ -161,8 +162,10 @@ def run(
     plan = make_plan(checked, everything=settings.everything)
     if not plan.steps:
         raise SheetsError("No row of this workbook is switched on.", "Write TRUE in the On cells of some rows.")
-    scene = checked.scene if checked.scene is not None else default_scene(plan.outer_sensors, checked.robot)
     seed = checked.run.seed if settings.seed is None else settings.seed
+    scene, drawn = draw_scene(checked.scene or (), seed)
+    if checked.scene is None:
+        scene = default_scene(plan.outer_sensors, checked.robot)
     folder = RunFolder(reading, settings.out)
     until = _until(checked, settings)
     live = (world or _simulated(settings))(plan, scene, seed, folder.path)
@@ -181,6 +184,8 @@ def run(
         }  # fmt: skip
         trace = TraceWriter(folder.path / "trace.jsonl", plan, header)
         recorder.begin(trace, course.engine)
+        for one in drawn:
+            recorder.happening(0, Happening("note", one.text, row=f"Scene!{one.row}"))
     except SheetsError:
         with suppress(RunBroken):  # what is told is why the run does not begin
             course.stop()
@@ -229,7 +234,7 @@ def _go(course: Course, until: int, trace: TraceWriter, recorder: _Recorder) -> 
             recorder.view.finishing()
         finally:
             try:
-                for happening in course.stop():
+                for happening in (*course.stop(), *course.engine.cues.left()):
                     recorder.happening(course.engine.clock.us, happening)
             except RunBroken as error:
                 broken = broken or error  # the first break is the cause

@@ -141,9 +141,11 @@ def show(message: list[Any], view: RunView) -> None:
         _SHOWN[kind](view, *rest)
 
 
-def _show_state(view: RunView, us: int, joints: Any, base: Any, eyes: Any, saying: str, things: Any, by: Any) -> None:
+def _show_state(
+    view: RunView, us: int, joints: Any, base: Any, eyes: Any, saying: str, things: Any, by: Any, *room: Any
+) -> None:
     places = {name: tuple(place) for name, place in things.items()}
-    view.state(us, State(joints, tuple(base), tuple(eyes), saying, places, by))
+    view.state(us, State(joints, tuple(base), tuple(eyes), saying, places, by, *room))
 
 
 _SHOWN: dict[str, Callable[..., None]] = {

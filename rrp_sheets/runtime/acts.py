@@ -9,9 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Protocol
 
 from rrp_sheets.devices.scene import OPERATOR, parse_scene
+from rrp_sheets.devices.scene_draw import draw_scene
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.cells import Address, Cell
@@ -27,6 +29,8 @@ from rrp_sheets.runtime.engine import Engine
 from rrp_sheets.runtime.hooks import Hooks
 from rrp_sheets.runtime.stimulus import Stimulus
 
+_BY_HAND = ("SCENE005", "SCENE009", "SCENE010")
+"""What the row alone does not know: what is there by now."""
 FARTHEST = 20.0  # m: nothing stands farther from the robot
 SLOWEST, FASTEST = 0.1, 100.0
 
@@ -81,7 +85,7 @@ class Acts:
         self._robot = engine.plan.checked.robot
         self._editor = Editor(engine, control)
         self._stimulus = Stimulus(engine)
-        self._cast = Cast(engine.plan)
+        self._cast = Cast(engine.plan, engine.seed)
         self._buttons = {key(label_of(use)): label_of(use) for use in buttons(engine.plan.sensors)}
         self._do: dict[str, Callable[[int, Wish], Act | None]] = {
             "pause": self._pause, "resume": self._resume, "step": self._step, "speed": self._speed,
@@ -192,9 +196,11 @@ class Acts:
         here = Address("Scene")
         row = SceneRow(Cell("0", here), *(Cell(text, here) for text in parts))
         report = Report()
-        actions = parse_scene((row,), report, self._robot)
+        workbook = Path(self._engine.plan.checked.workbook.source)
+        actions = parse_scene((row,), report, self._robot, workbook if workbook.is_dir() else workbook.parent)
+        actions, _ = draw_scene(actions, self._engine.seed + us)
         for finding in report:
-            if finding.code != "SCENE005":  # not there: it may be, by now
+            if finding.code not in _BY_HAND:
                 raise SheetsError(finding.message, finding.remedy)
         if "SCENE005" in [d.code for d in report]:
             self._require(parts[0])

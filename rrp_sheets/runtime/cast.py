@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rrp_sheets.devices.default_scene import default_scene
-from rrp_sheets.devices.scene_values import FACE_HEIGHT
+from rrp_sheets.devices.scene_draw import draw_scene
+from rrp_sheets.devices.scene_words import FACE_HEIGHT
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.runtime.plan import Plan
@@ -16,11 +17,14 @@ class Cast:
 
     Args:
         plan: of the run, whose scene it is.
+        seed: by which the run draws what the scene leaves open.
     """
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: Plan, seed: int = 0) -> None:
         checked = plan.checked
-        scene = checked.scene if checked.scene is not None else default_scene(plan.outer_sensors, checked.robot)
+        scene, _ = draw_scene(checked.scene or (), seed)
+        if checked.scene is None:
+            scene = default_scene(plan.outer_sensors, checked.robot)
         self._entries: dict[str, SceneAction] = {}
         self.add(scene[::-1])  # as it came first
 
@@ -31,7 +35,7 @@ class Cast:
                 self._entries[key(action.thing)] = action
             elif action.verb == "seen":
                 values = {"at": (1.0, 0.0, FACE_HEIGHT), **{n: action.values.get(n) for n in ("id", "name")}}
-                self._entries[key(action.thing)] = SceneAction(0, action.thing, "appear", values)
+                self._entries[key(action.thing)] = SceneAction(0, action.thing, "appear", values, kind="person")
 
     def entry(self, thing: str) -> SceneAction | None:
         """The action by which a thing comes in; None of one that the scene does not have."""

@@ -11,6 +11,7 @@ from typing import Protocol
 
 from reactivex.disposable import CompositeDisposable
 
+from rrp_sheets.devices.scene_draw import draw_scene
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.pick import Picker
@@ -18,6 +19,7 @@ from rrp_sheets.graph import Step
 from rrp_sheets.model.exchange import Command, Happening
 from rrp_sheets.model.values import Failure, Value
 from rrp_sheets.runtime.clock import FrameClock
+from rrp_sheets.runtime.cues import Cues
 from rrp_sheets.runtime.own import OwnDevices
 from rrp_sheets.runtime.plan import Plan
 from rrp_sheets.runtime.progress import INSTANT, NO_ROW, RANK, SETTLING, Cell
@@ -53,6 +55,7 @@ class Engine:
         clock: the run's clock.
         streams: by id; each knows its latest value and how many it has had.
         errors: how often each row's formula has failed, by row ref.
+        cues: the rows of the scene that wait for an event.
         on: keys of the behaviours that are switched on now.
         ended_by: the row that has ended the run with the actuator End run; empty while it goes on.
         sent_by: who sent the value that is entering now by hand; None while others do.
@@ -82,6 +85,9 @@ class Engine:
             sys.setrecursionlimit(max(sys.getrecursionlimit(), 1_000 + _FRAMES_PER_ROW * len(plan.steps)))
         if observer is not None:
             self._watch_all(observer)
+        self.cues = Cues(draw_scene(plan.checked.scene or (), seed)[0])
+        for stream in sorted(self.cues.streams & set(self.streams)):
+            self._cue(stream)
         uses = [u for u in (*plan.sensors, *plan.actuators) if u.stream in plan.own]
         dones = {actuator: done for done, actuator in plan.dones.items()}
         self._own = OwnDevices(self, uses, dones, self._records)
@@ -243,6 +249,11 @@ class Engine:
     def _watch(self, stream: LiveStream, row: str, observer: Observer) -> None:
         clock, stream_id = self.clock, stream.id
         stream.subscribe(lambda value: observer.event(clock.us, stream_id, row, value))
+
+    def _cue(self, stream: str) -> None:
+        """Let the scene's rows that wait for a stream know of its events; a blank is none."""
+        cues, clock = self.cues, self.clock
+        self.streams[stream].subscribe(lambda value: None if value is None else cues.heard(stream, clock.us))
 
     def _connect(self, step: Step, wired: CompositeDisposable) -> None:
         checked = self.plan.checked

@@ -212,6 +212,8 @@ class LiveCourse:
         for command in self.engine.settle(now_us, arrivals):
             if command.stream in self._hands:
                 self._hands[command.stream].give(command)
+        if cued := self.engine.cues.take():
+            self._world.act(cued)
 
     def stop(self) -> list[Happening]:
         """Stop in order; what hung is told. Always comes back in bounded time.

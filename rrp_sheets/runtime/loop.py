@@ -93,6 +93,8 @@ class _FrameLoop:
         self._pace = Pace(1.0 if self._paced else 0.0)
         while True:
             commands = engine.settle(now, arrivals.events)
+            if cued := engine.cues.take():
+                world.act(cued)
             for happening in (*arrivals.happenings, *engine.take_happenings()):
                 hooks.happening(now, happening)
             hooks.frame(now)

@@ -57,7 +57,8 @@ def make_plan(checked: Checked, *, everything: bool = False) -> Plan:
     chosen = list(graph.behaviours) if everything else _loaded(checked)
     steps = sorted((s for b in chosen for s in b.steps if s.active), key=lambda s: s.rank)
     ids = dict.fromkeys(i for s in steps for i in (*s.inputs, s.output))
-    streams = tuple(graph.streams[i] for i in ids if graph.streams[i].active)
+    waited = (s for s in checked.cues if s.id not in ids and s.done_of in ids)  # of the scene, which no row reads
+    streams = (*(graph.streams[i] for i in ids if graph.streams[i].active), *waited)
     sensors = tuple(_use(s) for s in streams if s.kind is StreamKind.SENSOR)
     actuators = tuple(_use(s) for s in streams if s.kind is StreamKind.ACTUATOR)
     dones = {s.id: s.done_of for s in streams if s.kind is StreamKind.DONE}

@@ -28,6 +28,7 @@ class Signals:
     def __init__(self, robot: Robot) -> None:
         self._zones = {key(zone): zone for zone in robot.touch_zones}
         self._until: dict[str, int] = {}  # when each zone that is touched is let go
+        self._resting: frozenset[str] = frozenset()  # zones that something rests against
         self._open: list[tuple[SceneAction, str, str]] = []  # what nothing has noticed yet, and what it says
         self.presses: list[str] = []
         self.touches: list[tuple[str, bool]] = []
@@ -39,7 +40,15 @@ class Signals:
         for zone, until in list(self._until.items()):
             if until <= us:
                 del self._until[zone]
-                self.touches.append((zone, False))
+                if zone not in self._resting:
+                    self.touches.append((zone, False))
+
+    def contact(self, zones: frozenset[str]) -> None:
+        """Things rest against these zones now, and against no others."""
+        for zone in sorted(zones ^ self._resting):
+            if zone not in self._until:  # somebody touches it already, or still
+                self.touches.append((zone, zone in zones))
+        self._resting = zones
 
     def act(self, action: SceneAction) -> None:
         """Somebody does something."""
@@ -50,9 +59,11 @@ class Signals:
             self.sayings.append(what)
         elif verb == "touch":
             what = self._zones.get(key(what), what)
-            if what not in self._until:  # a zone that is touched already is only touched longer
+            if what not in self._until and what not in self._resting:  # one that is touched is only touched longer
                 self.touches.append((what, True))
-            self._until[what] = action.time_us + TOUCH_US
+            seconds = action.values.get("seconds")
+            lasts = TOUCH_US if seconds is None else round(float(seconds) * 1e6)
+            self._until[what] = max(self._until.get(what, 0), action.time_us + lasts)
         self._open.append((action, verb, what))
 
     def noticed(self, verb: str, what: str) -> None:

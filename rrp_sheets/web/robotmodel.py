@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.devices import Robot, load_robot
-from rrp_sheets.devices.scene_values import BALL_SIZE
+from rrp_sheets.devices.scene_words import BALL_SIZE
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.sim.colours import BALL_COLOURS, COLOURS

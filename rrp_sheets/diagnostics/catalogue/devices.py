@@ -25,7 +25,7 @@ _SCENE: tuple[Code, ...] = (
         _E,
         "Time not understood",
         "“{text}” is not a time of the scene.",
-        "Write seconds from the start of the run, for example {meant}.",
+        "{remedy}",
     ),
     Code("SCENE002", _E, "Unknown thing", "The scene has no thing “{text}”.", "{remedy}"),
     Code("SCENE003", _E, "Unknown verb", "A thing of this kind ({kind}) does not know how to do “{text}”.", "{remedy}"),
@@ -38,5 +38,28 @@ _SCENE: tuple[Code, ...] = (
         "Add a row before it, in which {come}.",
     ),
     Code("SCENE006", _W, "No such button", "This workbook has no button “{label}”.", "{remedy}"),
+    Code("SCENE007", _E, "No such stream to wait for", "This workbook has no stream “{name}”.", "{remedy}"),
+    Code("SCENE008", _E, "Picture not found", "The picture “{name}” cannot be used: {problem}", "{remedy}"),
+    Code(
+        "SCENE009",
+        _W,
+        "There already",
+        "{thing} comes at a time when {are} there already.",
+        "Write “moves” and “to …” in this row, or let {leave} in a row before it.",
+    ),
+    Code(
+        "SCENE010",
+        _W,
+        "No table",
+        "{thing} shall stand on a table, but there is none at that time.",
+        "Add a row before it, in which the Table appears.",
+    ),
+    Code(
+        "SCENE011",
+        _E,
+        "Too many things",
+        "More than {most} things are in the room at once.",
+        "Let some disappear in rows before this one.",
+    ),
 )
 CODES = (*_DEVICES, *_SCENE)

@@ -233,7 +233,8 @@ class Hub(RunView):
         return {
             "joints": {n: round(v, 4) for n, v in state.joints.items()}, "base": [round(v, 4) for v in state.base],
             "eyes": [round(v, 3) for v in state.eyes], "saying": state.saying,
-            "things": {n: [round(v, 3) for v in at] for n, at in state.things.items()},
+            "things": {n: [round(v, 3) for v in at] for n, at in state.things.items()}, "looks": state.looks,
+            "light": round(state.light, 3), "noise": round(state.noise, 3),
         }  # fmt: skip
 
     def button_counts(self) -> dict[str, int]:

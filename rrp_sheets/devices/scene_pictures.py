@@ -1,0 +1,91 @@
+"""Pictures that a scene names: faces of persons, as files beside the workbook."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path, PurePosixPath, PureWindowsPath
+
+from rrp_sheets.diagnostics.report import Report
+from rrp_sheets.model.names import nearest
+from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.workbook import SceneRow
+
+SUFFIXES = (".png", ".jpg", ".jpeg")
+MOST_BYTES = 5_000_000
+MOST_PIXELS = 4_000  # of a side
+LEAST_PIXELS = 32
+_PUT = "Put the file beside the workbook."
+_NOWHERE = ("there is no folder to look in.", _PUT)
+_PNG = b"\x89PNG\r\n\x1a\n"
+
+
+def check_pictures(
+    actions: Sequence[SceneAction], rows: Mapping[int, SceneRow], folder: Path | None, report: Report
+) -> tuple[SceneAction, ...]:
+    """The actions with their pictures as whole paths; without those that cannot be used, which are told.
+
+    Args:
+        actions: in their order.
+        rows: of the sheet, by number.
+        folder: of the workbook.
+        report: takes the findings.
+    """
+    found = []
+    for action in actions:
+        name = action.values.get("picture")
+        if name is None:
+            found.append(action)
+            continue
+        problem = _NOWHERE if folder is None else _problem(folder, name)
+        if problem:
+            report.add("SCENE008", rows[action.row].value.address, name=name, problem=problem[0], remedy=problem[1])
+        elif folder is not None:
+            found.append(replace(action, values={**action.values, "picture": str((folder / name).resolve())}))
+    return tuple(found)
+
+
+def _problem(folder: Path, name: str) -> tuple[str, str] | None:
+    """Why a picture cannot be used, and what to do; None when it can."""
+    if PurePosixPath(name).name != name or PureWindowsPath(name).name != name or name.startswith("."):
+        return "it is not beside the workbook.", "Put the file beside the workbook, and write its name only."
+    if Path(name).suffix.casefold() not in SUFFIXES:
+        return "it is neither a .png nor a .jpg file.", "Save the picture as a .png or .jpg file."
+    path = folder / name
+    try:
+        if not path.is_file():
+            there = [p.name for p in sorted(folder.iterdir()) if p.suffix.casefold() in SUFFIXES]
+            guess = nearest(name, there)
+            return "there is no such file beside the workbook.", f"Did you mean {guess}?" if guess else _PUT
+        if path.stat().st_size > MOST_BYTES:
+            return f"it is larger than {MOST_BYTES // 1_000_000} MB.", "Save it smaller: 400 x 400 pixels are enough."
+        size = picture_size(path.read_bytes())
+    except (OSError, ValueError):
+        return "it cannot be read.", "Save it anew as a .png or .jpg file."
+    if size is None:
+        return "it is no picture.", "Save it anew as a .png or .jpg file."
+    if not all(LEAST_PIXELS <= side <= MOST_PIXELS for side in size):
+        limits = f"from {LEAST_PIXELS} to {MOST_PIXELS} pixels"
+        return f"it is {size[0]} x {size[1]} pixels large.", f"Save it with sides {limits}."
+    return None
+
+
+def picture_size(data: bytes) -> tuple[int, int] | None:
+    """Width and height of a PNG or JPEG picture, in pixels; None when it is neither.
+
+    >>> picture_size(b"GIF89a")
+    """
+    if data.startswith(_PNG) and data[12:16] == b"IHDR":
+        width, height = struct.unpack(">II", data[16:24])
+        return width, height
+    if not data.startswith(b"\xff\xd8"):
+        return None
+    at = 2
+    while at + 9 < len(data) and data[at] == 0xFF:
+        mark, length = data[at + 1], int.from_bytes(data[at + 2 : at + 4])
+        if mark in range(0xC0, 0xD0) and mark not in (0xC4, 0xC8, 0xCC):
+            height, width = struct.unpack(">HH", data[at + 5 : at + 9])
+            return width, height
+        at += 2 + length
+    return None

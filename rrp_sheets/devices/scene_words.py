@@ -1,0 +1,305 @@
+"""The words of the Scene sheet: kinds of things, what they do, and what stands in the Value cell.
+
+These tables are all there is: the parser reads by them, `rrp-sheets help scene` prints them, the grid and the templates
+offer them, and a test plays every example.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from rrp_sheets.model.names import key
+
+COLOURS = (
+    "red", "green", "blue", "yellow", "orange", "pink", "purple", "violet", "magenta", "cyan", "turquoise", "brown",
+    "white", "black", "grey",
+)  # fmt: skip
+FARTHEST = 20.0  # m; farther is surely a typing mistake
+LONGEST = 3_600.0  # s
+BALL_SIZE = 0.06  # m: the size that the robot takes every ball to have
+FACE_HEIGHT = 0.62  # m: of a child who sits on the floor; a standing NAO sees it without moving its head
+CHILD = 1.2  # m: how tall somebody is who is only said to sit or to stand
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a Value cell: a word and what follows it.
+
+    Attributes:
+        word: before it; `also` are further ones. The first part of a verb may come without its word.
+        name: of what it says, in the action's values.
+        kind: how it is read: `place`, `length`, `lengths`, `seconds`, `share`, `angle`, `text`, `rest`, `whole`,
+            `flag`, `choice`, `file`, `zone`.
+        least, most: limits of a number, or how many numbers a place or a size has.
+        choices: of `choice` and `flag`: the words, and what each means.
+        default: when the cell does not say it; None: then it is left out.
+        needed: whether the cell must say it.
+        help: for people.
+    """
+
+    word: str
+    name: str
+    kind: str
+    least: float = 0.0
+    most: float = FARTHEST
+    also: tuple[str, ...] = ()
+    choices: Mapping[str, object] = field(default_factory=lambda: MappingProxyType({}))
+    default: object = None
+    needed: bool = False
+    help: str = ""
+
+
+@dataclass(frozen=True)
+class Verb:
+    """Something that a kind of thing can do.
+
+    Attributes:
+        name: as people write it; `also` are further ways.
+        action: what it is to the simulator.
+        parts: of the Value cell; the first may come without its word.
+        examples: of the Value cell, each with a line of help; the first is the one in messages.
+        help: in a line.
+    """
+
+    name: str
+    action: str
+    parts: tuple[Part, ...] = ()
+    examples: tuple[tuple[str, str], ...] = (("", ""),)
+    also: tuple[str, ...] = ()
+
+    @property
+    def example(self) -> str:
+        """A Value cell as one would write it; empty where nothing is needed."""
+        return self.examples[0][0]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of thing.
+
+    Attributes:
+        name: `ball`, `person`, …
+        title: as help calls it.
+        named: how a thing of this kind may be called, in words.
+        things: names that drop-downs offer; the first is the one in examples.
+        coloured: whether a colour may stand before the name.
+    """
+
+    name: str
+    title: str
+    things: tuple[str, ...]
+    verbs: tuple[Verb, ...]
+    coloured: bool = False
+    help: str = ""
+
+
+_IN = Part("in", "seconds", "seconds", 0, LONGEST, default=2.0, help="how long it takes; 2 s")
+_FOR = Part("for", "seconds", "seconds", 0.05, LONGEST, help="how long; half a second")
+_TURNED = Part("turned", "turned", "angle", help="turned to the left, seen from above")
+_ON = Part("on", "on", "choice", choices={"table": "table", "the table": "table", "floor": "", "the floor": ""})
+_LEAVES = Verb("disappears", "disappear", also=("leaves", "goes away"))
+
+
+def _at(least: int, most: int, default: object, help: str) -> Part:
+    return Part("at", "at", "place", least, most, default=default, help=help)
+
+
+def _to(least: int, help: str = "") -> Part:
+    return Part("to", "to", "place", least, 3, needed=True, help=help)
+
+
+_BALL = Kind(
+    "ball", "A ball", ("Red ball", "Green ball", "Blue ball", "Yellow ball"),
+    (
+        Verb("appears", "appear",
+             (_at(3, 3, (0.8, 0.0, 0.4), "its middle"),
+              Part("size", "size", "length", 0.01, 1.0, default=BALL_SIZE, help="its width")),
+             (("at 1, 0.2, 0.4", "metres: ahead, to the left, above the floor"),
+              ("at 1, 0.2, 0.4 size 10 cm", "without a size it is 6 cm"),
+              ("at 0.8..1.2, 0, 0.4", "two dots: every run draws a number between both, by its seed"))),
+        Verb("moves", "move", (_to(3), _IN), (("to 0.5, 0, 0.4 in 2 s", "without a time it takes 2 s"),)),
+        Verb("circles", "circle",
+             (Part("radius", "radius", "length", 0.01, FARTHEST, default=0.2),
+              Part("period", "period", "seconds", 0.1, LONGEST, default=4.0),
+              Part("around", "around", "place", 3, 3), Part("flat", "flat", "flag", choices={"": True})),
+             (("radius 0.3 period 4 s", "upright, before the robot"),
+              ("radius 0.3 period 4 s around 0.8, 0, 0.4 flat", "around a place; flat: a level circle"))),
+        _LEAVES,
+    ),
+    coloured=True, help="Any colour; without one it is red. The ball sensors know red, green and blue.",
+)  # fmt: skip
+_CUP = Kind(
+    "cup", "A cup", ("Red cup", "Blue cup", "Yellow cup"),
+    (
+        Verb("appears", "appear",
+             (_at(2, 3, (0.4, 0.0), "where it stands"), _ON,
+              Part("size", "size", "length", 0.02, 0.5, default=0.09, help="its height")),
+             (("at 0.4, 0.1 on table", "it stands on the table"),
+              ("at 0.4, 0.1", "on the floor; a third number is how high it stands"),
+              ("at 0.4, 0.1 size 12 cm", "without a size it is 9 cm high"))),
+        Verb("moves", "move", (_to(2), _ON, _IN), (("to 0.4, -0.1 in 2 s", "it stays as high as it is"),
+                                                    ("to 0.4, -0.1 on table in 2 s", "onto the table"))),
+        _LEAVES,
+    ),
+    coloured=True, help="Any colour; without one it is white. A ball sensor may take a cup of its colour for a ball.",
+)  # fmt: skip
+_BOX = Kind(
+    "box", "A box", ("Box", "Green box"),
+    (
+        Verb("appears", "appear",
+             (_at(2, 3, (0.8, 0.0), "where it stands"), _ON, _TURNED,
+              Part("size", "size", "lengths", 0.02, 2.0, default=(0.2, 0.2, 0.2), help="wide, deep, high")),
+             (("at 0.8, 0.3 size 20 cm", "a cube"),
+              ("at 0.8, 0.3 size 30 x 20 x 25 cm", "how wide, deep and high"),
+              ("at 0.4, 0 on table size 10 cm", "it stands on the table"))),
+        Verb("moves", "move", (_to(2), _ON, _IN), (("to 0.6, 0.3 in 2 s", "it stays as high as it is"),)),
+        _LEAVES,
+    ),
+    coloured=True, help="Any colour; without one it is brown.",
+)  # fmt: skip
+_TABLE = Kind(
+    "table", "A table", ("Table",),
+    (
+        Verb("appears", "appear",
+             (_at(2, 2, (0.55, 0.0), "its middle"),
+              Part("size", "size", "lengths", 0.1, 5.0, default=(0.7, 0.4), help="wide, deep"),
+              Part("height", "height", "length", 0.05, 1.5, default=0.28, help="of its top"), _TURNED),
+             (("at 0.55, 0", "before the robot, 70 x 40 cm, 28 cm high: a standing NAO looks over it"),
+              ("at 0.6, 0 size 100 x 50 cm height 25 cm", "how wide and deep; how high"))),
+        Verb("moves", "move", (_to(2), _IN), (("to 0.7, 0 in 3 s", "what stands on it does not come along"),)),
+        _LEAVES,
+    ),
+)  # fmt: skip
+_WALL = Kind(
+    "wall", "A wall", ("Wall",),
+    (
+        Verb("appears", "appear",
+             (_at(2, 2, (2.0, 0.0), "its middle"),
+              Part("size", "size", "lengths", 0.1, FARTHEST, default=(3.0, 1.2), help="wide, high"), _TURNED),
+             (("at 2, 0", "across, 3 m wide and 1.2 m high"),
+              ("at 1, 1 size 2 x 1 m turned 90°", "how wide and high; 90°: along the robot's way"))),
+        Verb("moves", "move", (_to(2), _IN), (("to 1, 0 in 4 s", ""),)),
+        _LEAVES,
+    ),
+)  # fmt: skip
+_POSTURES = Part("", "posture", "flag", choices={"seated": "seated", "sitting": "seated", "standing": "standing"})
+_PERSON = Kind(
+    "person", "A person", ("Person", "Child", "Adult", "Therapist", "Parent", "Visitor"),
+    (
+        Verb("enters", "appear",
+             (_at(2, 3, (1.0, 0.0), "where they are; a third number is the height of the face"), _POSTURES,
+              Part("height", "tall", "length", 0.5, 2.2, help="of the person"),
+              Part("name", "name", "text"), Part("id", "id", "whole"),
+              Part("voice", "voice", "choice", choices={"child": "child", "female": "female", "male": "male"}),
+              Part("picture", "picture", "file", also=("with picture",))),
+             (("at 1, 0", "without more it is a child who sits on the floor"),
+              ("at 1, 0, 0.62", "the height of the face"),
+              ("at 1.2, 0.3 standing height 120 cm", "standing or seated; how tall"),
+              ("at 1, 0 voice female", "how they speak: child, female or male"),
+              ("at 1, 0 name Emma id 2", "a name: the robot knows this person already"),
+              ("at 1, 0 with picture anna.png", "the face, from a picture beside the workbook")),
+             also=("appears", "comes")),
+        Verb("moves", "move", (_to(2), _IN), (("to 1, 0.5 in 3 s", ""),), also=("walks", "goes")),
+        Verb("looks away", "away"),
+        Verb("looks back", "look", also=("looks at the robot",)),
+        Verb("is seen", "seen", (), (("1, Emma, 6", "id, name, seconds: 1 m in front for that long"),)),
+        Verb("touches", "touch", (Part("", "zone", "zone", needed=True), _FOR),
+             (("Left hand", "a place where the robot feels a touch"), ("Head for 2 s", "how long; half a second"))),
+        Verb("says", "say", (Part("", "words", "rest", needed=True),), (("hello", "a word or a sentence"),)),
+        Verb("pushes", "push",
+             (Part("from", "from", "choice", choices={
+                 "the left": "left", "left": "left", "the right": "right", "right": "right", "behind": "behind",
+                 "the back": "behind", "the front": "front", "front": "front"}, default="front"),
+              Part("", "how", "flag", choices={"gently": "gently", "hard": "hard"})),
+             (("from behind gently", "from the front, behind, the left or the right"),
+              ("from the left hard", "gently or hard: a hard push may make the robot fall"))),
+        Verb("leaves", "disappear", also=("disappears", "goes away")),
+    ),
+    help="Any other name is a person's: Mia enters. They look at the robot until they look away.",
+)  # fmt: skip
+_LIGHT = Kind(
+    "light", "The light", ("Light",),
+    (
+        Verb("set to", "set", (Part("", "share", "share", needed=True), Part("in", "seconds", "seconds", 0, LONGEST)),
+             (("40 %", "100 % is a bright room, 0 % is dark"), ("20 % in 3 s", "slowly")), also=("is", "is set to")),
+    ),
+)  # fmt: skip
+_NOISE = Kind(
+    "noise", "The noise", ("Noise",),
+    (
+        Verb("set to", "set", (Part("", "share", "share", needed=True), Part("in", "seconds", "seconds", 0, LONGEST)),
+             (("30 %", "0 % is a quiet room; words are heard worse the louder it is"), ("60 % in 5 s", "slowly")),
+             also=("is", "is set to")),
+    ),
+)  # fmt: skip
+_OPERATOR = Kind(
+    "operator",
+    "Operator",
+    ("Operator",),
+    (Verb("presses", "press", (Part("", "label", "rest", needed=True),), (("Start", "the label of a button"),)),),
+)
+KINDS: Mapping[str, Kind] = {
+    k.name: k for k in (_BALL, _CUP, _BOX, _TABLE, _WALL, _PERSON, _OPERATOR, _LIGHT, _NOISE)
+}  # fmt: skip
+OPERATOR = "Operator"
+PERSONS = _PERSON.things
+
+
+def thing_names() -> list[str]:
+    """What a drop-down offers for Thing.
+
+    >>> thing_names()[:2], "Operator" in thing_names()
+    (['Red ball', 'Green ball'], True)
+    """
+    return [name for kind in KINDS.values() for name in kind.things]
+
+
+def verb_names() -> list[str]:
+    """What a drop-down offers for Does."""
+    return list(dict.fromkeys(v.name for kind in KINDS.values() for v in kind.verbs))
+
+
+def verbs_of(kind: str) -> dict[str, str]:
+    """What a kind of thing can do, each with an example of its value (empty where it needs none).
+
+    >>> verbs_of("ball")["moves"], "says" in verbs_of("person")
+    ('to 0.5, 0, 0.4 in 2 s', True)
+    """
+    return {verb.name: verb.example for verb in KINDS[kind].verbs}
+
+
+def find_verb(kind: Kind, text: str) -> Verb | None:
+    """The verb that a text means, with or without the s of the third person."""
+    return _by_key(kind).get(key(text))
+
+
+def _by_key(kind: Kind) -> dict[str, Verb]:
+    verbs = {key(name): verb for verb in kind.verbs for name in (verb.name, *verb.also)}
+    return {**{k.removesuffix("s"): v for k, v in verbs.items()}, **verbs}
+
+
+def kind_of(text: str) -> tuple[str, str] | None:
+    """The kind and colour of a thing, by its name; None when it is a person's name, or nothing.
+
+    >>> kind_of("Red ball 2"), kind_of("Table"), kind_of("Mia")
+    (('ball', 'red'), ('table', ''), None)
+    """
+    name = re.sub(r"\d+$", "", key(text))
+    for kind in KINDS.values():
+        if kind.name == "person":
+            if name in {key(p) for p in PERSONS}:
+                return kind.name, ""
+        elif name.endswith(kind.name):
+            colour = name.removesuffix(kind.name)
+            if not colour or (kind.coloured and colour in COLOURS):
+                return kind.name, colour
+    return None
+
+
+def known_things() -> Sequence[str]:
+    """Every name that is known, for guesses."""
+    coloured = [f"{c.capitalize()} {k.name}" for k in KINDS.values() if k.coloured for c in COLOURS]
+    return [*coloured, *(t for k in KINDS.values() for t in k.things), "Ball", "Cup"]
