@@ -197,7 +197,7 @@ SCREENS: dict[str, Callable[[Tour], None]] = {
     "name": naming, "help in the grid": helped, "conflict": conflict,
     "run dialog": asked, "run panel, running": running, "run panel, paused": paused, "run panel, ended": ended,
     "runs": at("/runs"), "record": record, "versions": versions, "compare": at("/compare?first=all.xlsx&second=wrong.xlsx"),
-    "print": at("/book/all.xlsx/print"), "nothing there": at("/book/none.xlsx"),
+    "print": at("/book/all.xlsx/print"), "help": at("/help?topic=scene", "main.help-page"), "nothing there": at("/book/none.xlsx"),
     "refused": refused,
 }  # fmt: skip
 

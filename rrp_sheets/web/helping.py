@@ -75,7 +75,9 @@ def make_helping() -> Blueprint:
         if not topics and not query:
             topics = (_topic(""),)
         names = tuple(n.name for n in all_names())
-        return render_template(HelpPiece.template, page=HelpPiece(topics, query, found, tries, names))
+        piece = HelpPiece(topics, query, found, tries, names)
+        whole = request.headers.get("Sec-Fetch-Dest") == "document"  # a link of the panel, opened in a tab of its own
+        return render_template("helppage.html" if whole else piece.template, page=piece)
 
     return pages
 
