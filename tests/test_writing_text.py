@@ -278,10 +278,10 @@ def test_conflicts_in_text_files(folder, markdown):
 
 
 def test_all_files_of_a_folder_or_none(folder, monkeypatch):
-    from rrp_sheets.workbook import editing
+    from rrp_sheets.workbook import text_folder
 
     before = {p.name: p.read_bytes() for p in folder.iterdir()}
-    real, calls = editing.write_atomically, []
+    real, calls = text_folder.write_atomically, []
 
     def second_fails(path, data, **options):
         calls.append(path.name)
@@ -289,7 +289,7 @@ def test_all_files_of_a_folder_or_none(folder, monkeypatch):
             raise SheetsError("full", "free some space")
         real(path, data, **options)
 
-    monkeypatch.setattr(editing, "write_atomically", second_fails)
+    monkeypatch.setattr(text_folder, "write_atomically", second_fails)
     with pytest.raises(SheetsError, match="full"):
         edit(folder, [SetCell("T", 2, 1, "x"), SetCell("Mine", 2, 1, "y")])
     assert {p.name: p.read_bytes() for p in folder.iterdir()} == before and len(calls) == 3

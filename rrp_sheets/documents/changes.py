@@ -24,6 +24,23 @@ class CellText:
 
 
 @dataclass(frozen=True, slots=True)
+class SheetChange:
+    """What became of a sheet.
+
+    Attributes:
+        what: `added`, `deleted`, `renamed` or `moved`.
+        name: its name now.
+        kind: of a sheet that was added: `behaviour`, `devices`, …; empty for one of the user's own.
+        was: the name of a renamed one until now.
+    """
+
+    what: str
+    name: str
+    kind: str = ""
+    was: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Changed:
     """What an edit changed in a sheet: ids of rows, in the order of the sheet.
 
@@ -32,6 +49,7 @@ class Changed:
         moved: each moved row with the row it now stands before.
         cells: the cells that have other texts now, as row and column; empty where whole rows came or went.
         then: what was changed after that, when one edit does several things.
+        change: what became of the sheet itself.
     """
 
     sheet: str
@@ -41,6 +59,7 @@ class Changed:
     moved: tuple[tuple[str, str | None], ...] = ()
     cells: tuple[tuple[str, int], ...] = ()
     then: tuple[Changed, ...] = ()
+    change: SheetChange | None = None
 
 
 @dataclass(frozen=True, slots=True)

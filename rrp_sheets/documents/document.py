@@ -3,24 +3,35 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from rrp_sheets.documents.changes import CellText, Changed, Clash, Refused
+from rrp_sheets.documents.cellsteps import cell_edits, put_texts
+from rrp_sheets.documents.changes import CellText, Changed, Refused
 from rrp_sheets.documents.grid import Grid
 from rrp_sheets.documents.journal import Journal, Version
 from rrp_sheets.documents.opening import take_over
 from rrp_sheets.documents.queue import Queue, Wish
-from rrp_sheets.documents.refusals import clash, must_have
+from rrp_sheets.documents.refusals import must_have
 from rrp_sheets.documents.rowsteps import bring, remove, shift
-from rrp_sheets.documents.undo import Added, Cells, Gone, Moved, Step, Steps, Together
+from rrp_sheets.documents.sheet_edits import SheetEdits
+from rrp_sheets.documents.sheetsteps import Sheets, make_sheet_step
+from rrp_sheets.documents.undo import (
+    Added,
+    Cells,
+    Gone,
+    Moved,
+    SheetStep,
+    Step,
+    Steps,
+    Together,
+)
 from rrp_sheets.documents.workfile import WorkFile
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import Reading
 from rrp_sheets.workbook.edits import Edit, SetCell
 from rrp_sheets.workbook.headers import recognise
-from rrp_sheets.workbook.patch.values import typed
 
 
 class Document:
@@ -34,6 +45,7 @@ class Document:
     Attributes:
         grids: its sheets by name, in the order of the file.
         own: the names of the user's own sheets, which are left alone.
+        sheets: what can be done to its sheets.
         version: grows with every change.
 
     Raises:
@@ -49,6 +61,9 @@ class Document:
         self.grids: dict[str, Grid] = {}
         self.own: tuple[str, ...] = ()
         self.version = 0
+        self._named: dict[str, str] = {}
+        self._added = self._file.added()
+        self.sheets = SheetEdits(self._lock, self._new, self._sheets, path)
         self._queue = Queue(self._lock, self._fulfil)
         self._open()
 
@@ -94,6 +109,13 @@ class Document:
     def move(self, author: str, sheet: str, rows: Sequence[str], before: str | None) -> Changed:
         """Move rows before another one; None: to the end."""
         return self._new(author, Moved(sheet, tuple(rows), before))
+
+    def current(self, sheet: str) -> str:
+        """The name that a sheet has now, which may be another one than a page still shows."""
+        for _ in range(len(self._named)):
+            if sheet in self._named:
+                sheet = self._named[sheet]
+        return sheet
 
     def undo(self, author: str, *, again: bool = False) -> Changed | None:
         """Take back one's own newest edit (or make it again); None when there is nothing to take back."""
@@ -149,6 +171,8 @@ class Document:
 
     def _make(self, author: str, step: Step) -> tuple[Changed, Step]:
         self._synchronise()
+        if isinstance(step, SheetStep):
+            return self._make_sheet(author, step)
         grid = self._grid(step.sheet)
         if isinstance(step, Cells):
             return self._put(author, grid, step)
@@ -161,6 +185,20 @@ class Document:
             return remove(self._store, author, grid, step)
         return shift(self._store, author, grid, step)
 
+    def _make_sheet(self, author: str, step: SheetStep) -> tuple[Changed, Step]:
+        step = replace(step, sheet=self.current(step.sheet))
+        changed, inverse = make_sheet_step(self._sheets(), author, step)
+        change = changed.change
+        if change is not None and change.was:
+            self._named[change.was] = change.name
+        if change is not None and change.what != "deleted":  # whoever says that name means this sheet from now on
+            self._named.pop(change.name, None)
+        return changed, inverse
+
+    def _sheets(self) -> Sheets:
+        self._synchronise()
+        return Sheets(self.grids, self.reading, self._store, self._renew)
+
     def _each(self, author: str, together: Together) -> tuple[Changed, Step]:
         """One step after the other; when one is refused, those before it are taken back."""
         changes: list[Changed] = []
@@ -168,7 +206,7 @@ class Document:
         try:
             for step in together.steps:
                 changed, inverse = self._make(author, step)
-                assert not isinstance(inverse, Together)
+                assert not isinstance(inverse, Together | SheetStep)
                 changes.append(changed)
                 back.insert(0, inverse)
         except Refused:
@@ -178,36 +216,9 @@ class Document:
         return replace(changes[0], then=tuple(changes[1:])), Together(together.sheet, tuple(back))
 
     def _put(self, author: str, grid: Grid, step: Cells) -> tuple[Changed, Step]:
-        edits = self._cell_edits(grid, step.back, {})
+        edits = cell_edits(grid, step.back, {})
         self._store(author, edits)
-        return self._texts(author, grid, step.back)
-
-    def _cell_edits(
-        self, grid: Grid, cells: Sequence[CellText], before: dict[tuple[str, str, int], str]
-    ) -> list[SetCell]:
-        """What the cells are in the file; `before`: texts that come before them and are not in the grid yet."""
-        must_have(grid, [c.row for c in cells])
-        columns = {c.number for c in grid.columns}
-        if any(c.column not in columns for c in cells):
-            raise Refused("There is no such column.", "Reload the page.")
-        clashes = []
-        for c in cells:
-            now = before.get((grid.name, c.row, c.column), grid.text(c.row, c.column))
-            if c.was is not None and now not in (c.was, c.text):
-                clashes.append(Clash(c.row, c.column, c.text, now, grid.authors.get((c.row, c.column), "")))
-        if clashes:
-            raise clash(grid, clashes)
-        numbers = grid.numbers()
-        return [SetCell(grid.name, numbers[c.row], c.column, typed(c.text)) for c in cells]
-
-    def _texts(self, author: str, grid: Grid, cells: Sequence[CellText]) -> tuple[Changed, Step]:
-        """Texts that are in the file already into the grid; and the step back."""
-        back = tuple(CellText(c.row, c.column, grid.text(c.row, c.column), c.text) for c in cells)
-        for c in cells:
-            grid.put(c.row, c.column, c.text)
-            grid.authors[c.row, c.column] = author
-        rows, places = dict.fromkeys(c.row for c in cells), tuple((c.row, c.column) for c in cells)
-        return Changed(grid.name, touched=tuple(rows), cells=places), Cells(grid.name, back)
+        return put_texts(author, grid, step.back)
 
     def _fulfil(self, wishes: Sequence[Wish]) -> None:
         """Carry out what several people want, with one patch of the file; alone what cannot be done together."""
@@ -221,11 +232,11 @@ class Document:
             return
         for wish in wishes:
             try:
-                fine.append((wish, self._cell_edits(self._grid(wish.sheet), wish.cells, before)))
+                fine.append((wish, cell_edits(self._grid(wish.sheet), wish.cells, before)))
             except Refused as refused:
                 wish.error = refused
                 continue
-            before.update({(wish.sheet, c.row, c.column): c.text for c in wish.cells})
+            before.update({(self.current(wish.sheet), c.row, c.column): c.text for c in wish.cells})
         self._fulfil_all(fine)
 
     def _fulfil_all(self, fine: Sequence[tuple[Wish, list[SetCell]]]) -> None:
@@ -241,12 +252,13 @@ class Document:
                 self._fulfil([one[0]])
             return
         for wish, _ in fine:
-            wish.changed, inverse = self._texts(wish.author, self._grid(wish.sheet), wish.cells)
+            wish.changed, inverse = put_texts(wish.author, self._grid(wish.sheet), wish.cells)
             self._steps.did(wish.author, inverse)
 
-    def _store(self, author: str, edits: Sequence[Edit]) -> None:
-        self._file.store(author, edits)
+    def _store(self, author: str, edits: Sequence[Edit]) -> tuple[str, ...]:
+        kept = self._file.store(author, edits)
         self.version += 1
+        return kept
 
     def _synchronise(self) -> list[Changed]:
         if not self._file.has_changed():
@@ -265,12 +277,19 @@ class Document:
     def _take_over(self) -> list[Changed]:
         """Bring the grids up to what the file says; rows that are the same keep their ids."""
         reading = self.reading
-        self.grids, changes = take_over(self.grids, reading.sheets, reading.workbook.tables)
+        tables = {*reading.workbook.tables, *self._added}
+        self.grids, changes = take_over(self.grids, self._file.whole(tables), tables)
         self.own = tuple(name for name in reading.workbook.sheets if name not in self.grids)
         return changes
 
+    def _renew(self, grids: Mapping[str, Grid]) -> Mapping[str, Grid]:
+        self._added = self._file.added()
+        self.grids = dict(grids)
+        self._take_over()
+        return self.grids
+
     def _grid(self, sheet: str) -> Grid:
-        grid = self.grids.get(sheet)
+        grid = self.grids.get(self.current(sheet))
         if grid is None:
             raise Refused(f"There is no sheet “{sheet}” any more.", "Reload the page.")
         return grid

@@ -17,12 +17,27 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows, SetCell
+from rrp_sheets.model.names import key
+from rrp_sheets.workbook.edits import (
+    AddSheet,
+    BringSheet,
+    DeleteRows,
+    DeleteSheet,
+    Edit,
+    InsertRows,
+    MoveRows,
+    MoveSheet,
+    RenameSheet,
+    SetCell,
+)  # fmt: skip
 
 FOLDER = ".rrp-sheets"
-_KINDS: dict[str, type[SetCell | InsertRows | DeleteRows | MoveRows]] = {
-    kind.__name__: kind for kind in (SetCell, InsertRows, DeleteRows, MoveRows)
-}
+_KINDS: dict[str, type[Edit]] = {
+    kind.__name__: kind
+    for kind in (
+        SetCell, InsertRows, DeleteRows, MoveRows, AddSheet, RenameSheet, MoveSheet, DeleteSheet, BringSheet
+    )
+}  # fmt: skip
 _TABLES = """
 create table if not exists edits (
   seq integer primary key, book text not null, author text not null, at text not null,
@@ -124,6 +139,18 @@ class Journal:
         """What a killed server left: edits that may not be in the file, in their order."""
         rows = self._all("select seq, edits, before from edits where book = ? and not stored order by seq", book)
         return [Entry(seq, _edits(text), before) for seq, text, before in rows]
+
+    def added(self, book: str) -> set[str]:
+        """The keys of the sheets that were added here, by their names of now."""
+        rows = self._all("select edits from edits where book = ? and edits like '%Sheet\"%' order by seq", book)
+        names: set[str] = set()
+        for (text,) in rows:
+            for one in _edits(text):
+                if isinstance(one, AddSheet):
+                    names.add(key(one.sheet))
+                elif isinstance(one, RenameSheet) and key(one.sheet) in names:
+                    names = (names - {key(one.sheet)}) | {key(one.name)}
+        return names
 
     def keep_version(self, book: str, name: str, author: str, digest: str, content: bytes) -> None:
         """Keep the workbook as it is now under a name."""

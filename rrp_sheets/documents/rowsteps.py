@@ -11,7 +11,7 @@ from rrp_sheets.documents.undo import Added, Gone, Moved, Step
 from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows, SetCell
 from rrp_sheets.workbook.patch.values import typed
 
-Store = Callable[[str, Sequence[Edit]], None]
+Store = Callable[[str, Sequence[Edit]], object]
 """Puts an author's edits into the file; raises Refused when it does not take them."""
 
 

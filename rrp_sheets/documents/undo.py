@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rrp_sheets.documents.changes import CellText
+from rrp_sheets.documents.grid import Grid
+from rrp_sheets.workbook.edits import AddSheet, BringSheet
 
 MOST = 500  # steps back per person
 
@@ -51,7 +53,47 @@ class Together:
     steps: tuple[Cells | Added | Gone | Moved, ...]
 
 
-Step = Cells | Added | Gone | Moved | Together
+@dataclass(frozen=True, slots=True)
+class SheetIn:
+    """A sheet is missing: add it, or bring it back as it was.
+
+    Attributes:
+        cells: what changes with it, by sheet (the Protocol's Run), where it still stands there as it did.
+        grid: of the sheet that comes back, whose rows keep their ids.
+    """
+
+    sheet: str
+    edit: AddSheet | BringSheet
+    cells: tuple[tuple[str, CellText], ...] = ()
+    grid: Grid | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SheetOut:
+    """A sheet is there: delete it; with `texts` only if nothing else stands in it by now."""
+
+    sheet: str
+    texts: tuple[tuple[tuple[int, str], ...], ...] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SheetNamed:
+    """A sheet has this name: give it another one."""
+
+    sheet: str
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class SheetPlaced:
+    """A sheet stands somewhere: let it stand before another one (empty: at the end)."""
+
+    sheet: str
+    before: str
+
+
+SheetStep = SheetIn | SheetOut | SheetNamed | SheetPlaced
+Step = Cells | Added | Gone | Moved | Together | SheetStep
 
 
 class Steps:

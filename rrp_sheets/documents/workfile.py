@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from rrp_sheets.documents.changes import Refused
 from rrp_sheets.documents.journal import Journal, Version
 from rrp_sheets.documents.opening import raw_sheets, stamp_of
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.names import key
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.atomic import refuse_open_file, write_atomically
 from rrp_sheets.workbook.atomic import stamp_of as file_stamp
 from rrp_sheets.workbook.editing import clean_up, edit
 from rrp_sheets.workbook.edits import Edit
+from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.raw import RawSheet
 
 
@@ -64,6 +66,14 @@ class WorkFile:
         self._stamp = stamp
         return tuple(sheets)
 
+    def whole(self, tables: Collection[str]) -> tuple[RawSheet, ...]:
+        """The sheets as they were understood, those of the user's own with these keys to their ends too."""
+        sheets = self.reading.sheets
+        if all(recognise(s).kind or key(s.name) not in tables for s in sheets):
+            return sheets
+        found = {s.name: s for s in raw_sheets(self.path)[0]}
+        return tuple(s if recognise(s).kind or key(s.name) not in tables else found.get(s.name, s) for s in sheets)
+
     def has_changed(self) -> bool:
         """Whether another program has written other contents into it; `reading` is then the new one."""
         if stamp_of(self.path) == self._stamp:
@@ -71,8 +81,11 @@ class WorkFile:
         before, self._reading = self._digest, None
         return self.reading.digest != before
 
-    def store(self, author: str, edits: Sequence[Edit]) -> None:
+    def store(self, author: str, edits: Sequence[Edit]) -> tuple[str, ...]:
         """Into the journal, then into the file; when the file does not take it, out of the journal again.
+
+        Returns:
+            What brings back the sheets that were deleted.
 
         Raises:
             Refused: the file does not take it, and why.
@@ -85,6 +98,11 @@ class WorkFile:
             raise Refused(error.message, error.remedy) from error
         self.journal.stored(seq)
         self._digest, self._stamp, self._reading = edited.digest, stamp_of(self.path), None
+        return edited.kept
+
+    def added(self) -> set[str]:
+        """The keys of the sheets that were added here."""
+        return self._kept.added(self.path.name) if self._kept else set()
 
     def keep_version(self, author: str, name: str) -> None:
         """Keep the file as it is now under a name."""

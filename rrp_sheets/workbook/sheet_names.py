@@ -25,9 +25,6 @@ def sheet_name(text: str, others: Iterable[str] = ()) -> str:
 
     >>> sheet_name("  Say  hello ")
     'Say hello'
-    >>> sheet_name("red_ball", ["Red ball"])
-    Traceback (most recent call last):
-    rrp_sheets.errors.SheetsError: There is a sheet “Red ball” already.
     """
     name = " ".join(_CONTROL.sub(" ", text).split())
     if not name:

@@ -36,7 +36,7 @@ def delete_sheet(package: PackageEdit, edit: DeleteSheet) -> str:
     if len(before) < 2 or seen == [name] or len(package.book.entries) < 2:
         raise SheetsError(f"“{name}” is the only sheet to be seen.", "Add another one first.")
     package.formulas_moved = package.formulas_moved or package.has_formulas(package.index(name))
-    gone = _own_parts(package, entry.part)
+    gone = own_parts(package, entry.part)
     titles, views = titles_part(package), listed.views(package)
     old_titles = package.read(titles) if titles else b""
     kept: dict[str, Any] = {
@@ -143,7 +143,7 @@ def _in_front(left: list[Element], at: int) -> int:
     return min(seen, key=lambda i: (i < at, abs(i - at)), default=0)
 
 
-def _own_parts(package: PackageEdit, sheet: str) -> list[str]:
+def own_parts(package: PackageEdit, sheet: str) -> list[str]:
     """The sheet's part and those that only it leads to (comments, drawings, tables), as they are spelt."""
     parts = package.package.parts
 
