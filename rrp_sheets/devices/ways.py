@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import bisect
 import itertools
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -146,15 +147,15 @@ class Planner:
         start: where they are, rad; also the head's yaw, when its pitch is among them.
         home: where they go back to at the end; None: they stay.
         share: of their top velocity that may be used.
-        calm: rad/s: the way to the first keyframe is not faster.
+        peak: rad/s: no joint is faster.
     """
 
     def __init__(
         self, robot: Robot, start: Mapping[str, float], home: Mapping[str, float] | None = None, *,
-        share: float = 1.0, calm: float = FIRST,
+        share: float = 1.0, peak: float = math.inf,
     ) -> None:  # fmt: skip
         self._robot, self._start, self._home = robot, start, home
-        self._share, self._calm = share, calm
+        self._share, self._peak = share, peak
         self._clamped: list[Clamped] = []
         self._slowed: dict[tuple[int, str], None] = {}
 
@@ -218,7 +219,7 @@ class Planner:
         self, times: Sequence[float], places: Mapping[str, list[int]], angles: Mapping[str, list[float]]
     ) -> tuple[dict[str, Way], list[float]]:
         """The ways, and the times; they grow where a joint would be too fast."""
-        top = {j: MARGIN * self._share * self._robot.joints[key(j)].max_velocity for j in places}
+        top = {j: min(MARGIN * self._share * self._robot.joints[key(j)].max_velocity, self._peak) for j in places}
         steps = [max(b - a, 1e-3) for a, b in itertools.pairwise(times)]
         ways: dict[str, Way] = {}
         clock = list(times)
@@ -240,7 +241,7 @@ class Planner:
         longer = [1.0] * count
         for joint, at in places.items():
             for n, (first, last) in enumerate(itertools.pairwise(at)):
-                limit = min(top[joint], self._calm) if first == 0 else top[joint]
+                limit = min(top[joint], FIRST) if first == 0 else top[joint]
                 ratio = ways[joint].fastest(n) / limit
                 if ratio > 1:
                     self._slowed[last, joint] = None

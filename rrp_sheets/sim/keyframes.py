@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from rrp_sheets.devices.gestures import Keyframe
-from rrp_sheets.devices.ways import FIRST, Clamped, Plan, Planner, moved
+from rrp_sheets.devices.ways import Clamped, Plan, Planner, moved
 from rrp_sheets.sim.body import EASY, STEP, Body
 
 
@@ -20,7 +21,7 @@ class Motion:
         frames: with rising times in s.
         returns: whether the joints go back to where they were, or were being sent.
         share: of the joints' top velocity that may be used.
-        calm: rad/s: the way to the first keyframe is not faster.
+        peak: rad/s: no joint is faster.
 
     Attributes:
         joints: those that it moves.
@@ -30,12 +31,18 @@ class Motion:
     """
 
     def __init__(
-        self, body: Body, frames: Sequence[Keyframe], *, returns: bool = True, share: float = 1.0, calm: float = FIRST
+        self,
+        body: Body,
+        frames: Sequence[Keyframe],
+        *,
+        returns: bool = True,
+        share: float = 1.0,
+        peak: float = math.inf,
     ) -> None:
         self._body = body
         self._frames = frames
         self._returns = returns
-        self._share, self._calm = share, calm
+        self._share, self._peak = share, peak
         self._plan: Plan | None = None
         self._time = 0.0
         self.joints = moved(frames)
@@ -64,6 +71,11 @@ class Motion:
             self._body.put(joint, angle)
         self.going = self._time < plan.length
 
+    @property
+    def passed(self) -> int:
+        """How many keyframes it has passed."""
+        return sum(self._time >= time for time in self._plan.times) if self._plan is not None else 0
+
     def halt(self, *, home: bool = False) -> None:
         """Stop: the joints come to rest, or go back to where they were."""
         if not self.going:
@@ -81,7 +93,7 @@ class Motion:
             return None
         start = {joint: self._body.aimed(joint) for joint in (*self.joints, "HeadYaw")}
         planner = Planner(
-            self._body.robot, start, self.home if self._returns else None, share=self._share, calm=self._calm
+            self._body.robot, start, self.home if self._returns else None, share=self._share, peak=self._peak
         )
         self._plan = planner.plan(self._frames)
         self.clamped.extend(self._plan.clamped)

@@ -36,6 +36,7 @@ class Keyframed(Base):
         *,
         home: bool,
         arrived: Callable[[int], bool | None] = lambda us: True,
+        during: Callable[[Motion], None] = lambda motion: None,
     ) -> None:
         """Make a motion.
 
@@ -46,6 +47,7 @@ class Keyframed(Base):
             motion: made for this command.
             home: whether the joints go back to where they were when it is broken off.
             arrived: asked after the motion's end, until it says whether it was completed.
+            during: called at every step of the motion.
         """
 
         def begin(order: Command, us: int) -> None:
@@ -63,7 +65,10 @@ class Keyframed(Base):
         def over(us: int) -> bool | None:
             going = self._motion
             self._tell_clamped(order, going)
-            return None if going is not None and going.going else arrived(us)
+            if going is None or not going.going:
+                return arrived(us)
+            during(going)
+            return None
 
         self._next = what if self._goes_on(what) else ""
         joints = self.parts.body.robot.joints

@@ -1,6 +1,8 @@
-"""Postures: the whole body goes to where the catalogue says."""
+"""Postures: the whole body goes to where the catalogue says, by the postures between."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
 
 from rrp_sheets.devices.gestures import Keyframe
 from rrp_sheets.model.exchange import Command
@@ -8,10 +10,11 @@ from rrp_sheets.model.names import key
 from rrp_sheets.sim.actuators.keyframed import Keyframed
 from rrp_sheets.sim.keyframes import Motion
 
-REACHED = 0.05  # rad: nearer than this a joint is where it was sent
-PATIENCE_US = 1_500_000  # joints that are not there so long after the motion are blocked: given up
-QUICKEST = 0.5  # s
+REACHED = 0.06  # rad: nearer than this a joint is where it was sent
+PATIENCE_US = 3_000_000  # joints that are not there so long after the motion are blocked: given up
+QUICKEST = 0.5  # s, of each part of the way
 CALM = 4.0  # rad/s at full speed
+THERE = 0.05  # rad: as good as there, so that nothing moves
 
 
 class Posture(Keyframed):
@@ -28,17 +31,66 @@ class Posture(Keyframed):
         if name is None:
             self.unknown(order, "posture", named, robot.postures)
             return
-        goal = {joint: float(angle) for joint, angle in robot.data["postures"][name].items()}
+        route = self._route(name)
+        frames = [Keyframe(QUICKEST * n, self._angles(posture)) for n, posture in enumerate(route, 1)]
         speed = float(self.settings["speed"])
-        motion = Motion(self.parts.body, (Keyframe(QUICKEST, goal),), returns=False, share=speed, calm=CALM * speed)
-        late = 0
+        motion = Motion(self.parts.body, frames, returns=False, share=speed, peak=CALM * speed)
+        lean = robot.data.get("posture_leans", {}).get(name)
+        late, leaning = 0, False
+
+        def during(motion: Motion) -> None:
+            nonlocal leaning
+            if lean is not None and not leaning and motion.passed >= len(route) - 1:
+                leaning = True
+                self.parts.stance.follow_legs(lean)
 
         def arrived(us: int) -> bool | None:
             nonlocal late
             late = late or us + PATIENCE_US
-            body = self.parts.body
-            if all(abs(body.position(joint) - body.aimed(joint)) < REACHED for joint in goal):
+            body, stance = self.parts.body, self.parts.stance
+            goal = frames[-1].angles
+            if stance.settled and all(abs(body.position(joint) - body.aimed(joint)) < REACHED for joint in goal):
                 return True
             return None if us < late else False
 
-        self.move(order, us, name, motion, home=False, arrived=arrived)
+        self.move(order, us, name, motion, home=False, arrived=arrived, during=during)
+
+    def _angles(self, posture: str) -> dict[str, float]:
+        return {joint: float(angle) for joint, angle in self.parts.body.robot.data["postures"][posture].items()}
+
+    def _route(self, name: str) -> list[str]:
+        """The postures on the way, the last one included: as one sits down by crouching, and gets up the same way."""
+        return route(self._now(), name, self.parts.body.robot.data.get("posture_ways", {}))
+
+    def _now(self) -> str:
+        """The posture that the legs are nearest to."""
+        body = self.parts.body
+        legs = [j.name for j in body.robot.joints.values() if j.chain in ("LLeg", "RLeg")]
+        return min(
+            body.robot.postures,
+            key=lambda p: sum((self._angles(p)[leg] - body.aimed(leg)) ** 2 for leg in legs),
+        )
+
+
+def route(now: str, goal: str, ways: Mapping[str, str]) -> list[str]:
+    """The postures from one to another: up to the one by which both are reached, and down from there.
+
+    >>> ways = {"Crouch": "StandInit", "Sit": "Crouch", "Lie": "Sit", "Kneel": "Crouch"}
+    >>> route("Stand", "Sit", ways), route("Lie", "Stand", ways), route("Sit", "Kneel", ways), route("Sit", "Sit", ways)
+    (['Crouch', 'Sit'], ['Sit', 'Crouch', 'Stand'], ['Crouch', 'Kneel'], ['Sit'])
+    """
+    up, down = _below(now, ways), _below(goal, ways)
+    both = next((posture for posture in up if posture in down), None)
+    if both is not None:
+        up, down = up[: up.index(both) + 1], down[: down.index(both)]
+    found = [*up[1:], *reversed(down)]
+    return found if found[-1:] == [goal] else [*found, goal]
+
+
+def _below(name: str, ways: Mapping[str, str]) -> list[str]:
+    """A posture and those by which one gets up from it, up to where it stands."""
+    found = []
+    while name in ways:
+        found.append(name)
+        name = ways[name]
+    return found
