@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rrp_sheets.devices import DeviceType, Found, Robot, Setting, load_robot
+from rrp_sheets.devices.examples import example_of
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.topics.functions import typed
@@ -82,6 +83,9 @@ def one_device(found: Found) -> Iterator[str]:
     if settings:
         found_settings = entries((s.name, described(s)) for s in settings)
         yield titled("Settings: columns of the Devices sheet", found_settings)
+    example = example_of(device, load_robot())
+    if example is not None:
+        yield titled(f"For example: {example.title}", *grids(example.shown), between="\n\n")
 
 
 def done_stream(found: Found) -> Iterator[str]:

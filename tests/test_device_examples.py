@@ -1,0 +1,68 @@
+"""Every device has an example workbook, which its help shows: in order, its test holds, and it runs."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+
+import pytest
+
+from rrp_sheets import api
+from rrp_sheets.checks import Checked
+from rrp_sheets.devices import load_robot
+from rrp_sheets.devices.examples import FOLDER, example_of
+from rrp_sheets.graph import StreamKind
+from rrp_sheets.model.names import key
+from rrp_sheets.testing import run_tests
+from rrp_sheets.topics.finding import text_on
+
+ROBOT = load_robot()
+DEVICES = sorted(d.name for d in ROBOT.devices.values())
+NOT_SIMULATED = "DEV009"
+
+
+def path(name: str) -> Path:
+    return ROBOT.folder / FOLDER / f"{name}.md"
+
+
+@functools.cache
+def checked(name: str) -> Checked:
+    return api.check(path(name))
+
+
+def test_every_device_has_one_and_every_one_a_device() -> None:
+    assert sorted(p.stem for p in (ROBOT.folder / FOLDER).iterdir()) == DEVICES
+
+
+@pytest.mark.parametrize("name", DEVICES)
+def test_it_is_in_order_uses_the_device_and_its_test_holds(name: str) -> None:
+    book = checked(name)
+    assert [d.code for d in book.report if d.code != NOT_SIMULATED] == []
+    used = {s.device.type.name for s in book.graph.streams.values() if s.device and s.kind is not StreamKind.DONE}
+    assert name in used
+    report = run_tests(book)
+    assert report.cases and report.passed
+
+
+@pytest.mark.parametrize("name", DEVICES)
+def test_its_help_shows_it_whole(name: str) -> None:
+    example = example_of(ROBOT.devices[key(name)], ROBOT)
+    assert example is not None and len(example.title) > 10
+    text = "\n\n".join(text_on(name))
+    assert f"For example: {example.title}" in " ".join(text.split())
+    shown = text.partition("For example: ")[2]
+    assert "…" not in shown and "Expect" not in shown
+    for behaviour in checked(name).workbook.behaviours:
+        for row in behaviour.rows:
+            assert row.formula.text in shown
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", DEVICES)
+def test_it_runs_and_its_device_does_something(name: str, tmp_path: Path) -> None:
+    _, result = api.run(path(name), api.RunSettings(fast=True, out=tmp_path, film=False))
+    assert result is not None and result.broken is None
+    assert result.summary.errors == {}
+    streams = [s for s in checked(name).graph.streams.values() if s.device and s.device.type.name == name]
+    came = [n for n in {**result.summary.events, **result.summary.commands} if key(n) in {key(s.name) for s in streams}]
+    assert any(result.summary.events.get(n) or result.summary.commands.get(n) for n in came)
