@@ -23,6 +23,9 @@ COUPLED = {"LHipYawPitch": "RHipYawPitch", "RHipYawPitch": "LHipYawPitch"}
 """One motor moves both."""
 THUMBS = {"LHand": "LThumbJoint", "RHand": "RThumbJoint"}
 """The thumb follows the hand's motor."""
+FLOOR = 0  # the first body of the physics
+GEARS = 0.15  # of a motor's force: what its gears resist when it rests
+HALT_TIME = 0.08  # s, in which every motion ends when all is stopped
 Vector = NDArray[np.float64]
 
 
@@ -35,7 +38,12 @@ class Pose:
 
 
 class Body:
-    """The robot, standing in its start posture at the world's origin, looking along x."""
+    """The robot, standing in its start posture at the world's origin, looking along x.
+
+    Attributes:
+        limp: whether its motors rest: nothing moves its joints then but gravity.
+        fallen: whether it has fallen.
+    """
 
     def __init__(self, bullet: Any, robot: Robot) -> None:
         self._b = bullet
@@ -50,6 +58,9 @@ class Body:
         self.start = dict(robot.data["postures"][robot.data["robot"]["start_posture"]])
         self._glides: dict[str, Glide] = {}
         self._moving: dict[str, Glide] = {}
+        self._put: set[str] = set()  # joints that are put somewhere in this step
+        self._put_before: set[str] = set()
+        self.limp = self.fallen = False
         camera = robot.data["camera"]["top"]
         self.hfov, self.vfov = float(camera["hfov"]), float(camera["vfov"])
         self._camera = (camera["parent"], camera["xyz"], bullet.getQuaternionFromEuler(camera["rpy"]))
@@ -70,32 +81,39 @@ class Body:
         torso = self.torso().position
         place = torso - np.array([sole[0], 0.0, sole[2] - SPAWN_GAP])
         b.resetBasePositionAndOrientation(self.id, (place + self.torso().rotation @ self._com).tolist(), turned)
-        self.grip(True)
+        self.meet_floor(feet=True)
         for name in self._glides:
             self._drive(name)
 
-    def grip(self, firm: bool) -> None:
-        """Whether the feet hold the floor (else they glide, while the body is being turned)."""
-        for side in ("l", "r"):
-            foot = self.links[f"{side}_ankle"]
-            self._b.changeDynamics(self.id, foot, frictionAnchor=int(firm), lateralFriction=1.0 if firm else 0.1)
+    def meet_floor(self, *, feet: bool, limbs: bool = False) -> None:
+        """What of the robot the floor stops; nothing, while a guide puts it where it belongs."""
+        for name, link in {**self.links, "torso": -1}.items():
+            foot = name in ("l_ankle", "r_ankle")
+            self._b.setCollisionFilterPair(self.id, FLOOR, link, -1, int(feet if foot else limbs))
+            self._b.changeDynamics(self.id, link, frictionAnchor=int(foot), lateralFriction=1.0 if foot else 0.6)
 
-    def _drive(self, name: str) -> None:
+    def _drive(self, name: str, speed: float = 0.0) -> None:
+        """Send a motor to its set point; with the speed of that, the joint does not lag behind it."""
+        if self.limp:
+            return
         position = self._glides[name].position
         for joint in (name, THUMBS.get(name)):
             if joint:
                 self._b.setJointMotorControl2(
                     self.id, self.index[joint], self._b.POSITION_CONTROL, position,
-                    positionGain=STIFFNESS, force=1.5 * self._force[joint],
+                    targetVelocity=speed, positionGain=STIFFNESS, force=1.5 * self._force[joint],
                 )  # fmt: skip
 
     def step(self) -> None:
         """Move the set points by one step of the physics."""
         for name, glide in list(self._moving.items()):
             glide.step(STEP)
-            self._drive(name)
+            self._drive(name, glide.speed)
             if not glide.moving:
                 del self._moving[name]
+        for name in sorted(self._put_before - self._put - self._moving.keys()):
+            self._drive(name)  # what put it there has ended
+        self._put_before, self._put = self._put, set()
 
     def go(self, joint: str, target: float, velocity: float = EASY, acceleration: float = ACCELERATION) -> None:
         """Send a joint to an angle (rad), which must be within its limits."""
@@ -125,17 +143,39 @@ class Body:
     def put(self, joint: str, angle: float) -> None:
         """Set a joint's set point at once: for motions that are computed step by step."""
         self._moving.pop(joint, None)
+        speed = (angle - self._glides[joint].position) / STEP if joint in self._put_before else 0.0
         self._glides[joint] = Glide(angle)
-        self._drive(joint)
+        self._put.add(joint)
+        self._drive(joint, speed)
 
     def halt(self, joint: str) -> None:
         """Stop a joint's motion."""
         if joint in self._moving:
             self._moving[joint].halt()
 
+    def freeze(self) -> None:
+        """Bring every joint to rest within HALT_TIME."""
+        for glide in self._moving.values():
+            glide.acceleration = max(glide.acceleration, abs(glide.speed) / HALT_TIME)
+            glide.halt()
+
+    def rest(self) -> None:
+        """Let go of all motors; only their gears resist."""
+        self.limp = True
+        self._moving.clear()
+        for joint, force in self._force.items():
+            if force:
+                self._b.setJointMotorControl2(
+                    self.id, self.index[joint], self._b.VELOCITY_CONTROL, targetVelocity=0.0, force=GEARS * force
+                )
+
     def aimed(self, joint: str) -> float:
         """Where the joint is being sent, rad."""
         return self._glides[joint].target
+
+    def set_point(self, joint: str) -> float:
+        """Where the joint is told to be now, rad."""
+        return self._glides[joint].position
 
     def position(self, joint: str) -> float:
         """Where the joint is, rad."""

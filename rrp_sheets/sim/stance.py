@@ -1,26 +1,24 @@
-"""How the robot stands: free, held, being turned, or with legs that were told to move.
+"""How the robot stands, sits and walks: on its own feet, or held by a guide.
 
-Standing and looking around are physics. Moving arms and legs
-and turning are *guided*: the torso is held by a constraint that follows what the legs do, so that the robot never
-falls. It is not dynamic walking, and does not claim to be.
+Standing and looking around are physics. Moving arms and legs, turning and walking are *guided*: an invisible hand holds
+the torso where the legs carry it, so that the robot never falls. It is not dynamic walking, and does not claim to be.
 """
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 
-from rrp_sheets.sim.body import STEP, Body, Vector
+from rrp_sheets.sim.body import EASY, STEP, Body
+from rrp_sheets.sim.gait import SPREAD, STEP_TIME, TURN, Gait, Spot, Standing
+from rrp_sheets.sim.guide import Guide
+from rrp_sheets.sim.legs import JOINTS, Legs
+from rrp_sheets.sim.resting import Resting
 
-FASTEST_TURN = 0.7  # rad/s
-TURN_CHANGE = 2.0  # rad/s², how fast the turning speeds up or slows down
-STEPS_A_SECOND = 1.6  # of each foot
-LIFT = 0.016  # m, of a foot when turning fastest
-GUIDE_FORCE = 400.0  # N; holds the robot's weight (53 N) without letting it sway
-REST_AFTER = 0.4  # s without turning before the feet are put down
-GUIDE_SPEED = 0.5  # m/s, of the torso when it follows the legs
+FASTEST_TURN = TURN / (2 * STEP_TIME)  # rad/s
+REST_AFTER = 0.4  # s without a step before the robot stands on its own again
+NEAR = 0.03  # rad: a leg's joint that is nearer to the start posture is there
 
 
 class Stance:
@@ -29,129 +27,166 @@ class Stance:
     def __init__(self, bullet: Any, body: Body) -> None:
         self._b = bullet
         self._body = body
-        self._legs = body.robot.data["legs"]
-        self._guide: int | None = None
-        self._on_feet = False
-        self._turns = False
+        self._legs = Legs(body.robot.data["legs"])
+        self._joints = [f"{side}{joint}" for side in "LR" for joint in JOINTS]
+        self._guide = Guide(bullet, body)
+        self._gait: Gait | None = None
+        self._resting: Resting | None = None
         self._steady = False
-        self._wanted = 0.0
         self._rate = 0.0
         self._calm = 0.0
-        self._phase = 0.0
-        self._yaw = 0.0
-        self._lean = 0.0
-        self._place: Vector = np.zeros(3)
-        self._soles: dict[str, Vector] = {}
+        self._way: tuple[float, float, float] | None = None  # where to walk when it stands upright
+        self._standing = self._stands_now()
 
     @property
     def turning(self) -> float:
         """How fast the body turns now, rad/s, positive to the left."""
         return self._rate
 
+    @property
+    def walking(self) -> bool:
+        """Whether it walks, or is about to."""
+        return self._way is not None or (self._gait is not None and not self._gait.at_rest)
+
+    @property
+    def guided(self) -> bool:
+        """Whether the guide holds it."""
+        return self._guide.holds
+
+    @property
+    def upright(self) -> bool:
+        """Whether the legs are as in the start posture, so that it can walk and turn."""
+        body = self._body
+        return all(
+            abs(body.aimed(j) - body.start[j]) < NEAR and abs(body.position(j) - body.start[j]) < NEAR
+            for j in self._joints
+        )
+
+    @property
+    def settled(self) -> bool:
+        """Whether the torso has come to rest after the legs have moved."""
+        return self._resting is None or self._resting.settled
+
+    @property
+    def middle(self) -> Spot:
+        """The middle between the feet, with the torso's heading."""
+        if self._gait is not None:
+            return self._gait.middle
+        left, right = (self._body.sole(side).position for side in "LR")
+        return Spot(*(float(c) for c in (left + right)[:2] / 2), self._heading())
+
     def turn(self, rate: float) -> None:
         """Turn the whole body at a rate (rad/s) until told otherwise; 0 stops."""
-        self._wanted = 0.0 if self._on_feet else max(-FASTEST_TURN, min(FASTEST_TURN, rate))
-        if self._wanted and not self._turns:
-            self._hold()
-            self._turns = True
-            self._body.grip(False)
+        if rate and self._stand():
+            self._step_out().turn(max(-FASTEST_TURN, min(FASTEST_TURN, rate)))
+        elif not rate and self._gait is not None:
+            self._gait.close()
+
+    def walk(self, forward: float, left: float, turn: float) -> None:
+        """Walk some way (m, m), then turn (rad), then stand; upright first, when it is not."""
+        self._way = (forward, left, turn)
+        if not self.upright and self._gait is None:
+            self.follow_legs()
+            for joint in self._joints:
+                self._body.go(joint, self._body.start[joint], EASY)
+
+    def stop_walking(self) -> None:
+        """Finish the step and stand."""
+        self._way = None
+        if self._gait is not None:
+            self._gait.close()
 
     def steady(self) -> None:
         """From now on hold the torso: swinging arms would make the robot fall, as it has no balance of its own."""
-        self._steady = True
-        self._hold()
+        if not self._body.fallen:
+            self._steady = True
+            self._guide.hold()
 
-    def follow_legs(self) -> None:
-        """From now on the torso follows the legs' joints: the lower sole stays on the floor, level."""
-        if self._on_feet:
+    def follow_legs(self, lean: float | None = None) -> None:
+        """From now on the torso follows the legs' joints, whatever their posture: the robot rests on the floor.
+
+        Args:
+            lean: around which the torso settles, rad: 0 standing or sitting, −1.5 on its back, 1.5 on its belly; None
+                is as before.
+        """
+        if self._body.fallen:
             return
-        self._hold()
-        if self._turns:
-            self._body.grip(True)
-        self._wanted = self._rate = 0.0
-        self._on_feet, self._turns = True, False
-        self._soles = {side: self._body.sole(side).position for side in "LR"}
+        self._guide.hold()
+        self._gait, self._rate, self._way = None, 0.0, None
+        guide = self._guide
+        if self._resting is None:
+            self._body.meet_floor(feet=False)
+            self._resting = Resting(self._b, self._body, guide.place, guide.lean, guide.yaw)
+        self._resting.settle(lean)
+
+    def halt(self) -> None:
+        """Come to rest at once, wherever the feet are."""
+        self._way = None
+        if self._gait is not None:
+            self._gait.halt()
+        if self._resting is not None:
+            self._resting.halt()
+
+    def let_go(self) -> None:
+        """Leave the robot to physics."""
+        self._guide.release()
+        self._gait = self._resting = self._way = None
+        self._steady, self._rate = False, 0.0
+        self._body.meet_floor(feet=True, limbs=True)
 
     def step(self) -> None:
         """One step of the physics."""
-        if self._on_feet:
-            self._follow()
-        elif self._turns:
-            self._turn()
+        if self._way is not None and self._stand():
+            way, self._way = self._way, None
+            self._step_out().go(self.middle.plus(*way), SPREAD)
+        if self._gait is not None:
+            self._take_step(self._gait)
+        elif self._resting is not None and (not self._resting.settled or self._legs_move()):
+            self._resting.step()
+            self._guide.move(self._resting.place, self._resting.lean, self._resting.yaw)
 
-    def _hold(self) -> None:
-        if self._guide is not None:
-            return
-        torso = self._body.torso()
-        _, self._lean, self._yaw = self._body.tilt()
-        self._place = torso.position
-        centre = self._b.getDynamicsInfo(self._body.id, -1)[3]
-        self._guide = self._b.createConstraint(
-            self._body.id, -1, -1, -1, self._b.JOINT_FIXED, [0, 0, 0], [-c for c in centre], torso.position.tolist(),
-            [0, 0, 0, 1], self._b.getQuaternionFromEuler([0, self._lean, self._yaw]),
-        )  # fmt: skip
-        self._move_guide()
+    def _stand(self) -> bool:
+        """Whether it can walk now: it does, or it stands upright."""
+        if self._gait is not None:
+            return True
+        return not self._body.fallen and self.settled and not self._legs_move() and self.upright
 
-    def _move_guide(self) -> None:
-        self._b.changeConstraint(
-            self._guide, jointChildPivot=self._place.tolist(), maxForce=GUIDE_FORCE,
-            jointChildFrameOrientation=self._b.getQuaternionFromEuler([0, self._lean, self._yaw]),
-        )  # fmt: skip
+    def _legs_move(self) -> bool:
+        return any(self._body.on_its_way(joint) for joint in self._joints)
 
-    def _turn(self) -> None:
-        change = TURN_CHANGE * STEP
-        self._rate += max(-change, min(change, self._wanted - self._rate))
-        self._yaw += self._rate * STEP
-        self._calm = 0.0 if self._rate or self._wanted else self._calm + STEP
-        height = LIFT * min(1.0, abs(self._rate) / (0.5 * FASTEST_TURN))
-        if self._calm == 0.0:
-            self._phase += 2 * math.pi * STEPS_A_SECOND * STEP
-            for side, shift in (("L", 0.0), ("R", math.pi)):
-                self._lift(side, height * max(0.0, math.sin(self._phase + shift)))
-        elif self._calm >= REST_AFTER:
-            self._release()
-            return
-        self._move_guide()
+    def _step_out(self) -> Gait:
+        if self._gait is None:
+            self._guide.hold()
+            self._gait = Gait(self._legs, self._standing, self.middle)
+            self._resting = None
+            self._body.meet_floor(feet=False)
+        self._calm = 0.0
+        return self._gait
 
-    def _lift(self, side: str, height: float) -> None:
-        """Raise a foot (m) above where it stands in the start posture, the sole level."""
-        a, b = self._legs["thigh"], self._legs["tibia"]
-        hip, knee, ankle = (self._body.start[f"{side}{j}"] for j in ("HipPitch", "KneePitch", "AnklePitch"))
-        lean = hip + knee + ankle
-        ahead = -a * math.sin(hip) - b * math.sin(hip + knee) - height * math.sin(-lean)
-        down = a * math.cos(hip) + b * math.cos(hip + knee) - height * math.cos(lean)
-        reach = min(math.hypot(ahead, down), 0.999 * (a + b))
-        knee = math.acos(max(-1.0, min(1.0, (reach**2 - a**2 - b**2) / (2 * a * b))))
-        hip = -math.atan2(ahead, down) - math.asin(b * math.sin(knee) / reach)
-        for joint, angle in (("HipPitch", hip), ("KneePitch", knee), ("AnklePitch", lean - hip - knee)):
-            self._body.put(f"{side}{joint}", angle)
+    def _take_step(self, gait: Gait) -> None:
+        spot, place, joints = gait.step(STEP)
+        self._rate = (spot.yaw - self._guide.yaw) / STEP
+        for joint, angle in joints.items():
+            self._body.put(joint, angle)
+        self._guide.move(place, self._standing.lean, spot.yaw)
+        self._calm = self._calm + STEP if gait.beside else 0.0
+        if self._calm >= REST_AFTER:
+            self._gait, self._rate = None, 0.0
+            self._body.meet_floor(feet=True)
+            if not self._steady:
+                self._guide.release()
 
-    def _release(self) -> None:
+    def _stands_now(self) -> Standing:
+        """How it stands in its start posture, which it has now."""
+        middle, torso = self.middle, self._body.torso().position
+        _, lean, _ = self._body.tilt()
+        ahead, left, _ = middle.seen(Spot(float(torso[0]), float(torso[1]), 0.0))
+        ankles = {}
         for side in "LR":
-            self._lift(side, 0.0)
-        if not self._steady:
-            self._b.removeConstraint(self._guide)
-            self._guide = None
-        self._turns = False
-        self._calm = self._phase = 0.0
-        self._body.grip(True)
+            at = self._body.link(f"{side.lower()}_ankle").position
+            x, y, _ = middle.seen(Spot(float(at[0]), float(at[1]), 0.0))
+            ankles[side] = np.array([x, y, float(at[2])])
+        return Standing(np.array([ahead, left, float(torso[2])]), lean, ankles)
 
-    def _follow(self) -> None:
-        """Put the torso where the legs carry it."""
-        torso = self._body.torso()
-        leans = {
-            side: -sum(self._body.position(f"{side}{j}") for j in ("HipPitch", "KneePitch", "AnklePitch"))
-            for side in "LR"
-        }
-        lean = min(leans.values(), key=lambda each: abs(each - self._lean))  # the leg that stands moves less
-        change = STEP * 1.0  # rad
-        self._lean += max(-change, min(change, max(-0.35, min(0.35, lean)) - self._lean))
-        c, s, cy, sy = math.cos(self._lean), math.sin(self._lean), math.cos(self._yaw), math.sin(self._yaw)
-        rotation = np.array([[cy * c, -sy, cy * s], [sy * c, cy, sy * s], [-s, 0, c]])
-        reach = {side: rotation @ torso.rotation.T @ (self._body.sole(side).position - torso.position) for side in "LR"}
-        side = min(reach, key=lambda each: float(reach[each][2]))
-        place = np.array([*(self._soles[side] - reach[side])[:2], -reach[side][2]])
-        move = place - self._place
-        far = float(np.linalg.norm(move))
-        self._place = self._place + move * min(1.0, GUIDE_SPEED * STEP / far if far else 1.0)
-        self._move_guide()
+    def _heading(self) -> float:
+        return self._guide.yaw if self._guide.holds else self._body.tilt()[2]

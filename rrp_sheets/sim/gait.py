@@ -1,0 +1,236 @@
+"""Steps: where the feet are put, and the torso between them, for a body that walks and turns.
+
+Pure geometry on the floor. Each step swings one foot while the other stands; the torso goes to the middle between both.
+With the torso in the middle, one joint turns both feet by the same angle outwards: NAO has only one motor for that. So
+a turn to the left is opened by the left foot and closed by the right one, and so is a step aside.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from rrp_sheets.sim.body import HALT_TIME, Vector
+from rrp_sheets.sim.legs import JOINTS, Legs
+
+STEP_TIME = 0.36  # s
+STRIDE, ASIDE, TURN = 0.034, 0.030, 0.40  # m, m, rad: how far a foot is put from beside the other one
+LIFT = 0.018  # m, of the foot that swings
+SWAY = 0.010  # m, of the torso towards the foot that stands
+SWING = (0.1, 0.9)  # of a step's time: when the foot is in the air
+ARRIVED = 1e-6  # m and rad
+AHEAD = 3.0  # rad: how far ahead the goal of a turn without end is
+SPREAD = (STRIDE, ASIDE, TURN)
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """A place on the floor with a heading: m, m, rad.
+
+    >>> start = Spot(1.0, 0.0, math.pi / 2)
+    >>> there = start.plus(0.5, 0.0, 0.1)
+    >>> round(there.x, 3), round(there.y, 3)
+    (1.0, 0.5)
+    >>> [round(c, 3) for c in start.seen(there)]
+    [0.5, 0.0, 0.1]
+    """
+
+    x: float
+    y: float
+    yaw: float
+
+    def plus(self, forward: float, left: float, turn: float = 0.0) -> Spot:
+        """The spot that is somewhere as seen from here."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        return Spot(self.x + c * forward - s * left, self.y + s * forward + c * left, self.yaw + turn)
+
+    def seen(self, other: Spot) -> tuple[float, float, float]:
+        """Where another spot is as seen from here: ahead, to the left, turned."""
+        c, s, x, y = math.cos(self.yaw), math.sin(self.yaw), other.x - self.x, other.y - self.y
+        return c * x + s * y, c * y - s * x, other.yaw - self.yaw
+
+    def to(self, other: Spot, part: float, turned: float | None = None) -> Spot:
+        """A spot on the way to another one; `part` from 0 to 1, of the turn `turned`."""
+        x, y = self.x + part * (other.x - self.x), self.y + part * (other.y - self.y)
+        return Spot(x, y, self.yaw + (part if turned is None else turned) * (other.yaw - self.yaw))
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How the robot stands before and after it walks.
+
+    Attributes:
+        torso: its place (m) as seen from the middle between the feet, which stand beside each other.
+        lean: of the torso, rad, positive forward.
+        ankles: the ankles' places as seen from there.
+    """
+
+    torso: Vector
+    lean: float
+    ankles: Mapping[str, Vector]
+
+
+class Gait:
+    """Steps towards a goal, which may change at any time.
+
+    Args:
+        legs: their geometry.
+        standing: how the robot stands.
+        start: the middle between the feet, which stand beside each other.
+    """
+
+    def __init__(self, legs: Legs, standing: Standing, start: Spot) -> None:
+        self._legs, self._standing = legs, standing
+        self._feet = {"L": start, "R": start}  # where the middle is for each that has the other one beside it
+        self._goal = self._from = self._to = self._lifted = self.middle = start
+        self._spread = SPREAD
+        self._speed = self._speed_then = (0.0, 0.0)  # m/s, of the middle when the step begins and ends
+        self._swings, self._next = "", "L"
+        self._time = 0.0
+        self._pace = self._height = 1.0
+        self._halts = False
+
+    @property
+    def beside(self) -> bool:
+        """Whether both feet are on the floor, beside each other, with nothing to do."""
+        return not self._swings and self._at(self._goal)
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether nothing moves any more: it has arrived, or it was halted."""
+        return self.beside or (self._halts and self._pace == self._height == 0.0)
+
+    def go(self, goal: Spot, spread: tuple[float, float, float] = SPREAD) -> None:
+        """Walk to a goal; the step that is going on is finished first.
+
+        Args:
+            goal: for the middle between the feet.
+            spread: how far one foot is put from beside the other at most: ahead and aside (m), turned (rad).
+        """
+        if not self._halts:
+            self._goal, self._spread = goal, spread
+
+    def turn(self, rate: float) -> None:
+        """Turn at a rate (rad/s) until told otherwise, at the place of the foot that stands; 0 ends it."""
+        about = min(TURN, 2 * STEP_TIME * abs(rate))
+        stands = self._feet[self._next if self._swings else "L"]
+        self.go(stands.plus(0.0, 0.0, math.copysign(AHEAD, rate) if rate else 0.0), (STRIDE, ASIDE, about))
+
+    def close(self) -> None:
+        """Finish the step and put the feet beside each other."""
+        self.turn(0.0)
+
+    def halt(self) -> None:
+        """Come to rest at once, where it is; the foot in the air goes straight down. It does not walk again."""
+        self._halts = True
+
+    def step(self, dt: float) -> tuple[Spot, Vector, dict[str, float]]:
+        """Let `dt` seconds pass.
+
+        Returns:
+            The torso's spot, its place (x, y, z in m), and the joints of the legs (rad).
+        """
+        if self._halts:
+            self._pace = max(0.0, self._pace - dt / HALT_TIME)
+            self._height = max(0.0, self._height - dt / HALT_TIME)
+        if not self._swings and not self._halts and not self._at(self._goal):
+            self._plan()
+        if self._swings:
+            self._time = min(self._time + dt * self._pace, STEP_TIME)
+        pose = self._pose(min(1.0, self._time / STEP_TIME))
+        if self._swings and self._time >= STEP_TIME - 1e-9:
+            self._swings, self.middle = "", self._to
+        return pose
+
+    def _at(self, goal: Spot) -> bool:
+        return all(_near(foot, goal) for foot in self._feet.values())
+
+    def _plan(self) -> None:
+        """Choose the next step."""
+        if _near(self._feet["L"], self._feet["R"]):
+            # The foot on the side that it goes or turns to begins.
+            _, left, turn = self.middle.seen(self._goal)
+            way = left if abs(left) > ARRIVED else turn
+            self._next = "L" if way > ARRIVED else "R" if way < -ARRIVED else self._next
+        self._swings, self._next = self._next, "R" if self._next == "L" else "L"
+        stands = self._feet[self._next]
+        put = stands.plus(*self._offset(*stands.seen(self._goal)))
+        if _near(put, self._goal):
+            put = self._goal
+        self._lifted, self._feet[self._swings] = self._feet[self._swings], put
+        self._from, self._to, self._time = self.middle, stands.to(put, 0.5), 0.0
+        goes_on = not self._at(self._goal) and not _near(put, self._goal)
+        self._speed = self._speed_then
+        x, y = self._to.x - self._from.x, self._to.y - self._from.y
+        self._speed_then = (x / STEP_TIME, y / STEP_TIME) if goes_on else (0.0, 0.0)
+
+    def _offset(self, ahead: float, left: float, turn: float) -> tuple[float, float, float]:
+        """How far beside its place beside the standing foot the other one is put, on its way to a goal."""
+        far, aside, about = self._spread
+        sign = 1.0 if self._swings == "L" else -1.0
+        if max(abs(ahead), abs(left)) > ARRIVED:
+            turn = 0.0  # first to the place, then the turn
+        steps = max(abs(ahead) / max(far, ARRIVED), 2 * abs(left) / max(aside, ARRIVED), 1.0)
+        far, aside = abs(ahead) / steps, min(aside, 2 * abs(left) / steps)  # so that the way is straight
+        return (
+            min(max(ahead, -far), far),
+            sign * min(max(sign * left, 0.0), aside),
+            sign * min(max(sign * turn, 0.0), about),
+        )
+
+    def _pose(self, part: float) -> tuple[Spot, Vector, dict[str, float]]:
+        """The pose at a part of the step, 0 to 1."""
+        standing, swings = self._standing, self._swings
+        swing = min(max((part - SWING[0]) / (SWING[1] - SWING[0]), 0.0), 1.0)
+        eased = swing**3 * (10 - 15 * swing + 6 * swing**2)
+        sway = 0.0
+        middle = self.middle
+        feet = dict(self._feet)
+        height = 0.0
+        if swings:
+            x, y = (
+                _between(getattr(self._from, c), getattr(self._to, c), a * STEP_TIME, b * STEP_TIME, part)
+                for c, a, b in zip("xy", self._speed, self._speed_then, strict=True)
+            )
+            middle = Spot(x, y, self._from.yaw + eased * (self._to.yaw - self._from.yaw))
+            feet[swings] = self._lifted.to(self._feet[swings], eased)
+            height = LIFT * math.sin(math.pi * swing) ** 2 * self._height
+            sway = (-SWAY if swings == "L" else SWAY) * math.sin(math.pi * part) ** 2
+        x, y, z = standing.torso
+        spot = middle.plus(float(x), float(y) + sway)
+        torso = np.array([spot.x, spot.y, float(z)])
+        stands = self._next
+        joints = self._leg(stands, feet[stands], torso, spot.yaw, 0.0, None)
+        other = "R" if stands == "L" else "L"
+        joints |= self._leg(other, feet[other], torso, spot.yaw, height, joints[f"{stands}{JOINTS[0]}"])
+        return spot, torso, joints
+
+    def _leg(
+        self, side: str, foot: Spot, torso: Vector, yaw: float, height: float, shared: float | None
+    ) -> dict[str, float]:
+        """The joints of a leg whose foot is at a spot and at a height; `shared` is the joint that the other has set."""
+        ahead, left, up = self._standing.ankles[side]
+        at = foot.plus(float(ahead), float(left))
+        forward, aside, _ = Spot(float(torso[0]), float(torso[1]), yaw).seen(at)
+        c, s = math.cos(self._standing.lean), math.sin(self._standing.lean)
+        level = np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
+        ankle = level @ np.array([forward, aside, float(up) + height - float(torso[2])])
+        turned = foot.yaw - yaw
+        if shared is not None:
+            return self._legs.turned(side, ankle, level, turned, shared)[0]
+        cz, sz = math.cos(turned), math.sin(turned)
+        return self._legs.joints(side, ankle, level @ np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]]))
+
+
+def _near(one: Spot, other: Spot) -> bool:
+    return max(abs(one.x - other.x), abs(one.y - other.y), abs(one.yaw - other.yaw)) < ARRIVED
+
+
+def _between(start: float, end: float, speed: float, speed_then: float, part: float) -> float:
+    """A smooth way between two places with given speeds at both (per the whole way's time)."""
+    t, t2, t3 = part, part**2, part**3
+    way = (2 * t3 - 3 * t2 + 1) * start + (t3 - 2 * t2 + t) * speed + (3 * t2 - 2 * t3) * end + (t3 - t2) * speed_then
+    return way
