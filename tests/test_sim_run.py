@@ -31,7 +31,7 @@ from rrp_sheets.model.workbook import SceneRow
 ROBOT = load_robot()
 RATE = 30  # frames a second
 RED = DeviceUse("redball", "Red ball", "RedBall", {"rate": 10})
-FACE = DeviceUse("face", "Face", "FaceDetection", {"rate": 5})
+FACE = DeviceUse("face", "Face", "FaceDetection", {"rate": 2})
 
 
 def scene_of(table: str) -> tuple[SceneAction, ...]:

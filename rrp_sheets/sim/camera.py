@@ -28,6 +28,7 @@ TILE = 0.5  # m, between the lines on the floor: they help to judge distances
 ROOM_FADE = 5.0  # m, over which the floor becomes the wall's colour
 CLOSEST = 0.7  # m from the film's camera to anything
 SMOOTHING = 1.5  # how much larger the film is drawn
+LEAST_LIGHT = 0.35  # of a film in the dark
 QUALITY = 80  # of 100, of a picture for a display: 320 × 240 are some 10 kB
 Floats = NDArray[np.float32]
 
@@ -115,12 +116,17 @@ class Eye:
         self.lens = lens
         self._rays = lens.rays(2)  # half as fine: the room has no detail
 
-    def look(self, pose: Pose) -> Image:
-        """The picture from `pose`, (height, width, 3)."""
+    def look(self, pose: Pose, light: float = 1.0) -> Image:
+        """The picture from `pose`, (height, width, 3); `light` is how bright the room is, 0 to 1."""
         picture, empty = photograph(self._b, pose, self.lens, AHEAD)
         size = (self.lens.width, self.lens.height)
         behind = cv2.resize(room(pose, self._rays).astype(np.uint8), size, interpolation=cv2.INTER_LINEAR)
-        return np.asarray(cv2.copyTo(behind, empty, picture), dtype=np.uint8)
+        return dimmed(np.asarray(cv2.copyTo(behind, empty, picture), dtype=np.uint8), light)
+
+
+def dimmed(picture: Image, light: float) -> Image:
+    """The picture with that part of its light, 0 to 1."""
+    return picture if light >= 1 else np.asarray(cv2.convertScaleAbs(picture, alpha=max(light, 0.0)), dtype=np.uint8)
 
 
 def jpeg(picture: Image) -> bytes:
@@ -146,16 +152,19 @@ class FilmCamera:
         self._room = room(self.pose, self.lens.rays()).astype(np.uint8)
         self._x, self._y, _ = floor_points(self.pose, self.lens.rays(6))
 
-    def shoot(self, shadows: Sequence[tuple[float, float, float, float]]) -> Image:
-        """The picture, (height, width, 3); shadows on the floor are (x, y, radius, darkness)."""
+    def shoot(self, shadows: Sequence[tuple[float, float, float, float]], light: float = 1.0) -> Image:
+        """The picture, (height, width, 3); shadows on the floor are (x, y, radius, darkness); `light` as for the robot.
+
+        The film stays visible in the dark.
+        """
         picture, empty = photograph(self._b, self.pose, self.lens, ASIDE)
-        light = np.full_like(self._x, 255)
+        lit = np.full_like(self._x, 255)
         for x, y, radius, darkness in shadows:
-            light *= 1 - darkness * np.exp(-((self._x - x) ** 2 + (self._y - y) ** 2) / (2 * radius * radius))
-        shade = cv2.resize(light.astype(np.uint8), (self.lens.width, self.lens.height), interpolation=cv2.INTER_LINEAR)
+            lit *= 1 - darkness * np.exp(-((self._x - x) ** 2 + (self._y - y) ** 2) / (2 * radius * radius))
+        shade = cv2.resize(lit.astype(np.uint8), (self.lens.width, self.lens.height), interpolation=cv2.INTER_LINEAR)
         behind = cv2.multiply(self._room, cv2.cvtColor(shade, cv2.COLOR_GRAY2RGB), scale=1 / 255)
         small = cv2.resize(cv2.copyTo(behind, empty, picture), self._size, interpolation=cv2.INTER_AREA)
-        return np.asarray(small, dtype=np.uint8)
+        return dimmed(np.asarray(small, dtype=np.uint8), LEAST_LIGHT + (1 - LEAST_LIGHT) * light)
 
 
 def _viewpoint(points: Vector, azimuth: float, lens: Lens) -> tuple[float, Pose]:

@@ -14,6 +14,9 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection
 from typing import Any
 
+from rrp_sheets.errors import MissingPart, SheetsError
+from rrp_sheets.sim.messages import Refused
+
 
 def main() -> None:
     """Serve until the connection closes: the program that started us has ended, or wants us to."""
@@ -30,7 +33,11 @@ def main() -> None:
         while True:
             number, request, arguments = link.recv()
             if request == "open":
-                answers = _open(*arguments)
+                try:
+                    answers = _open(*arguments)
+                except SheetsError as error:  # something that the user can mend
+                    link.send((number, Refused(error.message, error.remedy, isinstance(error, MissingPart))))
+                    return
                 rests = False
                 link.send((number, None))
             else:

@@ -1,103 +1,247 @@
-"""Faces: who is in view, and whom the robot remembers.
+"""Faces: found in the head camera's pictures, followed from picture to picture, recognised by what they look like.
 
-In this version it is the scene that tells who is in view; nothing is perceived (the catalogue marks it `knowledge`).
+Nothing here knows the scene. A face that comes into view is a new track; its numbers (see `face_models`) are compared
+with those of everybody whom the robot remembers, until it is clear that it is one of them or none.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
 
+import cv2
 import numpy as np
 
 from rrp_sheets.model.values import Value
-from rrp_sheets.sim.body import Pose
-from rrp_sheets.sim.camera import Lens
-from rrp_sheets.sim.stage import Person, Stage
+from rrp_sheets.sim.body import Pose, Vector
+from rrp_sheets.sim.camera import Image, Lens
+from rrp_sheets.sim.face_memory import FaceMemory, Person, write_memory
+from rrp_sheets.sim.face_models import FaceModels, Features, Found
 
-REACH = (0.3, 3.0)  # m: a detector finds faces of 320×240 pictures about this far
-WELL_WITHIN = 2.0  # m: near enough to be remembered
-WELL_AFTER_US = 1_000_000  # in view for so long before it is seen well
-OBLIQUE = math.radians(60)  # a face turned away further is not found
-WIDTH, HEIGHT = 0.15, 0.20  # m, of a face
+SAME, UNLIKE = 0.58, 0.54
+"""Faces that are more alike than that are one person's; less alike than that, they are two persons'. Measured with
+drawn faces and photographs alike (tests/benchmarks/bench_senses.py)."""
+CLEAR_PIXELS = 30  # of a face's width: smaller ones are not seen well (beyond some 2.5 m)
+CLEAR_TURN = 0.30  # of the distance between the eyes: turned aside further they are not seen well either
+CLEAR_SCORE = 0.75
+CERTAIN_AFTER = 4  # clear pictures in which a face stays between alike and unlike: it is somebody new
+WELL_AFTER = 2  # pictures before a new face counts as seen well enough to be remembered
+REACH = 0.45  # rad: a face that is farther from where it was is another track
+MOVED = 0.6  # of its width: a face that moved further is compared again with what it was
+AGAIN_US = 3_000_000  # and so is every face after so long
+LOST_US = 1_600_000  # a track ends when its face was not found for so long
+AROUND = 1.0  # of a face's box, kept around it for remembering
+SHRUNK = 0.5  # a remembered face is also looked at as if it were farther away
 
 
 @dataclass
-class _View:
-    person: Person
+class _Track:
+    """A face that is followed.
+
+    Attributes:
+        way: from the robot to it, in the world, of length 1.
+        numbers: what it looks like, as last looked at; None before.
+        crop: the best picture of it, with `pixels` of width.
+        clear: in how many clear pictures it was seen.
+        id: of the track, once it was told.
+    """
+
     since_us: int
-    values: dict[str, Value]
-
-
-class Faces:
-    """What the robot knows of faces."""
-
-    def __init__(self, stage: Stage, lens: Lens) -> None:
-        self._stage = stage
-        self._lens = lens
-        self._views: dict[str, _View] = {}
-        self._names: dict[int, str] = {}
-        self._guests = 0
-
-    def look(self, camera: Pose) -> list[dict[str, Value]]:
-        """The faces in view from there, now, by their ids."""
-        us = self._stage.us
-        views: dict[str, _View] = {}
-        for name, person in self._stage.persons.items():
-            if person.known:
-                self._names.setdefault(person.number, person.known)
-            seen = self._see(person, camera, us)
-            if seen is not None:
-                before = self._views.get(name)
-                views[name] = _View(person, before.since_us if before else us, seen)
-        self._views = views
-        for view in views.values():
-            remembered = self._names.get(view.person.number)
-            far = view.values.pop("metres")
-            well = us - view.since_us >= WELL_AFTER_US and far <= WELL_WITHIN
-            view.values.update(
-                id=view.person.number, name=remembered or "", new=remembered is None,
-                recognised=remembered is not None, recognized_new_face=remembered is None and well,
-            )  # fmt: skip
-        return [v.values for v in sorted(views.values(), key=lambda v: v.person.number)]
-
-    def _see(self, person: Person, camera: Pose, us: int) -> dict[str, Value] | None:
-        offset = np.array(person.face(us)) - camera.position
-        ahead, left, up = (float(c) for c in offset @ camera.rotation)
-        far = math.hypot(ahead, left, up)
-        if ahead <= 0 or not REACH[0] <= far <= REACH[1]:
-            return None
-        x, y = math.atan2(left, ahead), math.atan2(-up, ahead)
-        if abs(x) > self._lens.hfov / 2 or abs(y) > self._lens.vfov / 2:
-            return None
-        heading = person.heading(us)
-        towards = -(offset[0] * math.cos(heading) + offset[1] * math.sin(heading)) / math.hypot(offset[0], offset[1])
-        if towards < math.cos(OBLIQUE):
-            return None
-        score = 0.97 - 0.08 * max(0.0, far - 1.0) - 0.2 * (1 - towards)
-        return {
-            "x": x, "y": y, "width": 2 * math.atan(WIDTH / 2 / far), "height": 2 * math.atan(HEIGHT / 2 / far),
-            "score": score, "metres": far,
-        }  # fmt: skip
+    us: int
+    way: Vector
+    found: Found
+    numbers: Features | None = None
+    checked_us: int = 0
+    person: Person | None = None
+    new: bool = False
+    clear: int = 0
+    unsure: int = 0
+    pixels: float = 0.0
+    crop: Image | None = None
+    id: int = 0
 
     @property
-    def anyone(self) -> bool:
-        """Whether a face is in view."""
-        return bool(self._views)
+    def decided(self) -> bool:
+        return self.new or self.person is not None
 
-    def remember(self, name: str, number: int | None = None) -> str:
+
+@dataclass
+class Faces:
+    """What the robot knows of faces.
+
+    Attributes:
+        look: takes a picture for faces.
+        pose: where the camera is, from the robot's joints.
+        clock: the time, microseconds.
+        lens: of the camera.
+        make_models: makes the networks; called when they are first needed.
+        memory: whom the robot remembers.
+        kept: the file that keeps it beyond the run; None keeps nothing.
+    """
+
+    look: Callable[[], Image]
+    pose: Callable[[], Pose]
+    clock: Callable[[], int]
+    lens: Lens
+    make_models: Callable[[], FaceModels]
+    memory: FaceMemory = field(default_factory=FaceMemory)
+    kept: Path | None = None
+    _tracks: list[_Track] = field(default_factory=list)
+    _looked_us: int = -1
+    _ids: set[int] = field(default_factory=set)
+
+    @cached_property
+    def models(self) -> FaceModels:
+        """The networks."""
+        return self.make_models()
+
+    def see(self) -> list[dict[str, Value]]:
+        """The faces in the picture of now, by their ids."""
+        us = self.clock()
+        if us != self._looked_us:
+            self._looked_us = us
+            self._follow(us)
+        seen = [self._told(track) for track in self._tracks if track.us == us]
+        return sorted(seen, key=lambda values: values["id"])
+
+    def remember(self, name: str, number: int | None = None) -> tuple[str, str]:
         """Remember a face that is new: the one of that id, else the one longest in view.
 
-        Returns the name it is now remembered by, or an empty text when no new face is there.
+        Returns:
+            The name it is now remembered by, and an empty text; or an empty text and why none is remembered.
         """
-        new = [v for v in self._views.values() if v.person.number not in self._names]
+        if not any(t.us == self._looked_us for t in self._tracks):
+            self.see()
+        there = [t for t in self._tracks if t.us == self._looked_us]
         if number is not None:
-            new = [v for v in new if v.person.number == number]
-        if not new:
-            return ""
-        view = min(new, key=lambda v: (v.since_us, v.person.number))
-        if not name:
-            self._guests += 1
-            name = f"Guest {self._guests}"
-        self._names[view.person.number] = name
-        return name
+            there = [t for t in there if self._told(t)["id"] == number]
+        if not there:
+            return "", "There is no face to remember in view."
+        track = min(there, key=lambda t: (t.person is not None, t.since_us, t.way[1]))
+        if track.person is not None:
+            return "", f"The face is remembered already, as {track.person.name}."
+        if track.crop is None or not track.new:
+            return "", "The face is not seen well enough to be remembered."
+        views = self._views(track.crop)
+        known, alike = self.memory.likest(views[0]) if views else (None, 0.0)
+        if known is not None and alike >= SAME:  # it was taken for new when it was seen badly
+            track.person, track.new = known, False
+            return "", f"The face is remembered already, as {known.name}."
+        if not views:
+            return "", "The face is not seen well enough to be remembered."
+        track.person, track.new = self.memory.add(self._told(track)["id"], name, views), False
+        return track.person.name, ""
+
+    def keep(self) -> None:
+        """Write who is remembered to the file that keeps it; raises SheetsError when that cannot be done."""
+        if self.kept is not None:
+            write_memory(self.kept, self.memory)
+
+    def _follow(self, us: int) -> None:
+        picture, pose = self.look(), self.pose()
+        found = self.models.find(picture)
+        ways = [self._way(face, pose) for face in found]
+        self._tracks = [t for t in self._tracks if us - t.us <= LOST_US]
+        pairs = sorted(
+            (away, n, t) for n, way in enumerate(ways) for t, track in enumerate(self._tracks)
+            if (away := _angle(way, track.way)) <= REACH
+        )  # fmt: skip
+        before = list(self._tracks)
+        of: dict[int, _Track] = {}
+        for _, n, t in pairs:
+            if n not in of and before[t] not in of.values():
+                of[n] = before[t]
+        for n, face in enumerate(found):
+            track = of.get(n)
+            if track is not None and self._suspicious(track, face, ways[n], us):
+                numbers = self.models.features(picture, face)
+                if track.numbers is not None and float(numbers @ track.numbers) < UNLIKE and _clear(face):
+                    self._tracks.remove(track)  # somebody else is where it was
+                    track = None
+                elif track.numbers is not None:
+                    track.checked_us = us
+            if track is None:
+                track = _Track(us, us, ways[n], face)
+                self._tracks.append(track)
+            track.us, track.way, track.found = us, ways[n], face
+            self._study(track, picture, us)
+
+    def _suspicious(self, track: _Track, face: Found, way: Vector, us: int) -> bool:
+        """Whether the face near where a track was may be another one."""
+        if track.numbers is None:
+            return False
+        wide = 2 * math.atan(face.width / 2 / self.lens.focal[0])
+        late = us - track.checked_us >= AGAIN_US or us - track.us > LOST_US // 2
+        return late or _angle(way, track.way) > MOVED * wide
+
+    def _study(self, track: _Track, picture: Image, us: int) -> None:
+        """Look closer at a face until it is clear who it is, and keep the best picture of somebody new."""
+        face, clear = track.found, _clear(track.found)
+        track.clear += clear
+        if not track.decided:
+            track.numbers, track.checked_us = self.models.features(picture, face), us
+            person, alike = self.memory.likest(track.numbers)
+            if alike >= SAME:
+                track.person = person
+            elif clear:
+                track.unsure += alike >= UNLIKE
+                track.new = alike < UNLIKE or track.unsure >= CERTAIN_AFTER
+        if track.new and clear and face.width > 1.05 * track.pixels:
+            track.pixels, track.crop = face.width, _cut(picture, face)
+
+    def _told(self, track: _Track) -> dict[str, Value]:
+        face, person = track.found, track.person
+        if person is None and not track.id:
+            # The track's number: the first that neither a person nor another track has or had.
+            track.id = next(n for n in range(1, 10**6) if n not in self._ids and self.memory.free(n))
+            self._ids.add(track.id)
+        x, y = self._direction(face)
+        fx, fy = self.lens.focal
+        return {
+            "id": person.id if person else track.id, "name": person.name if person else "", "new": track.new,
+            "recognised": person is not None,
+            "recognized_new_face": track.new and track.crop is not None and track.clear >= WELL_AFTER,
+            "x": x, "y": y, "width": 2 * math.atan(face.width / 2 / fx), "height": 2 * math.atan(face.height / 2 / fy),
+            "score": face.score,
+        }  # fmt: skip
+
+    def _views(self, crop: Image) -> list[Features]:
+        """The face in numbers, as it is and as from farther away."""
+        numbers = []
+        for size in (1.0, SHRUNK):
+            picture = crop
+            if size < 1:
+                picture = np.asarray(cv2.resize(crop, None, fx=size, fy=size, interpolation=cv2.INTER_AREA), np.uint8)
+            found = self.models.find(picture)
+            if found:
+                numbers.append(self.models.features(picture, max(found, key=lambda f: f.width)))
+        return numbers
+
+    def _direction(self, face: Found) -> tuple[float, float]:
+        """The angles to the left of and below the picture's middle, rad."""
+        fx, fy = self.lens.focal
+        return -math.atan((face.x - self.lens.width / 2) / fx), math.atan((face.y - self.lens.height / 2) / fy)
+
+    def _way(self, face: Found, pose: Pose) -> Vector:
+        x, y = self._direction(face)
+        ray = pose.rotation @ np.array([1.0, math.tan(x), -math.tan(y)])
+        way: Vector = ray / np.linalg.norm(ray)
+        return way
+
+
+def _clear(face: Found) -> bool:
+    return face.width >= CLEAR_PIXELS and face.turned <= CLEAR_TURN and face.score >= CLEAR_SCORE
+
+
+def _angle(one: Vector, other: Vector) -> float:
+    return math.acos(min(1.0, max(-1.0, float(one @ other))))
+
+
+def _cut(picture: Image, face: Found) -> Image:
+    """The face with some room around it."""
+    wide, high = face.width * (0.5 + AROUND), face.height * (0.5 + AROUND)
+    left, top = max(0, round(face.x - wide)), max(0, round(face.y - high))
+    return picture[top : round(face.y + high), left : round(face.x + wide)].copy()

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.model.exchange import Command, Happening
-from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Record, Value
 from rrp_sheets.sim.camera import FilmCamera, Image
@@ -25,12 +24,14 @@ EVERY = 80  # physics steps between two pictures: 3 a second
 MOST = 120  # pictures kept; of a longer run the duller one of each two is dropped, again and again
 ROBOT_BOX = ((-0.12, 0.16), (-0.20, 0.20), (0.0, 0.60))  # m, what must be in the picture
 INTERESTING = 2.3  # m from the robot: things farther away need not be in the picture
+HIGHEST = 1.25  # m: what is higher need not be in the picture
 RECENT_US = 700_000  # a detection is shown so long, unless the sensor's next picture has nothing
 STALE_US = 100_000  # the robot's own picture may be older by so much than the one from outside
 PAUSED_US = 1_000_000  # an actuator that had no command for so long begins something new
 SPEAKS, BEGINS, SHINES, NOTED, TOLD = 2.0, 1.5, 1.0, 0.5, 0.2
 """What makes a moment worth showing: speech, a command that changes, other eyes, a note, anything else."""
 SEES, SAYS = 1.0, 1.0  # as much: that something is seen, that it speaks, without being new
+POSED, FAR = 2.5, 0.9  # as much: that arms or head are far (rad) from where they are when it stands
 AFTERWARDS = 3.0  # and so much less, when the run is over
 MOST_NEWS = 4.0  # so that a first moment with many beginnings does not outweigh all others
 
@@ -132,15 +133,22 @@ class Film:
             self._eyes = eyes
         sees = [words for seen_us, words in self._seen.values() if us - seen_us <= RECENT_US]
         weight = min(self._news, MOST_NEWS) + (SEES if sees else 0.0) + (SAYS if world.voice.saying else 0.0)
-        weight -= AFTERWARDS if self.over else 0.0
+        weight += POSED * self._posed() - (AFTERWARDS if self.over else 0.0)
         self._news = 0.0
         outside = self.shoot()
         self.shots.append(Shot(us, outside, inside, world.voice.saying, eyes, ", ".join(sees), weight))
 
+    def _posed(self) -> float:
+        """How much of a gesture is to be seen: 0 when it stands as at the start, 1 when it is in the midst of one."""
+        body = self._world.body
+        chains = body.robot.data["chains"]
+        upper = [j.name for j in body.robot.joints.values() if chains[j.chain] != "legs" and j.unit]
+        return min(max((abs(body.position(j) - body.start[j]) for j in upper), default=0.0) / FAR, 1.0)
+
     def shoot(self) -> Image:
         """The robot from outside, now."""
         self._world.stage.place()
-        return self._camera.shoot(self._shadows(self._world.stage.us))
+        return self._camera.shoot(self._shadows(self._world.stage.us), self._world.stage.light)
 
     def _shadows(self, us: int) -> list[tuple[float, float, float, float]]:
         """Soft shadows on the floor: (x, y, radius, darkness)."""
@@ -152,6 +160,11 @@ class Film:
         for ball in stage.balls.values():
             x, y, z = ball.path.at(us)
             shadows.append((x - 0.1 * z, y + 0.1 * z, ball.radius * (0.9 + z), 0.45 / (1 + 2 * z)))
+        for prop in stage.props.values():
+            x, y, z = prop.path.at(us)
+            wide = sorted(prop.size[:2])
+            if prop.kind != "wall":
+                shadows.append((x, y, 0.45 * wide[1], (0.2 if prop.kind == "table" else 0.4) / (1 + 4 * z)))
         shadows += [(p.face(us)[0], p.face(us)[1], 0.18, 0.45) for p in stage.persons.values()]
         return shadows
 
@@ -179,7 +192,7 @@ def _view(scene: Sequence[SceneAction]) -> tuple[list[Point], Sequence[float]]:
     persons = False
     last: dict[str, Sequence[float]] = {}
     for action in scene:
-        values, ball = action.values, "ball" in key(action.thing)
+        values, what = action.values, action.what
         place = values.get("to") or values.get("at") or (FRONT if action.verb == "seen" else None)
         if action.verb == "circle":
             place, radius = values.get("around") or last.get(action.thing), float(values["radius"])
@@ -187,8 +200,10 @@ def _view(scene: Sequence[SceneAction]) -> tuple[list[Point], Sequence[float]]:
                 points += [_near(place, (0, radius * side, radius * side)) for side in (1, -1)]
         if place:
             last[action.thing] = place
+            if what in ("wall", "table"):  # they may stand out of the picture
+                continue
             points += [_near(place, (0, side * 0.05, side * 0.05)) for side in (1, -1)]
-            if not ball:
+            if what == "person":
                 persons = True
                 points += [
                     _near(place, (dx, dy, dz)) for dx in (-0.1, 0.1) for dy in (-0.1, 0.1) for dz in (-0.6, 0.12)
@@ -201,4 +216,4 @@ def _near(place: Sequence[float], offset: Point = (0.0, 0.0, 0.0)) -> Point:
     x, y, z = place[0] + offset[0], place[1] + offset[1], (place[2] if len(place) > 2 else 0.4) + offset[2]
     far = math.hypot(x, y)
     shrink = min(1.0, INTERESTING / far) if far else 1.0
-    return x * shrink, y * shrink, min(max(z, 0.0), 0.9)
+    return x * shrink, y * shrink, min(max(z, 0.0), HIGHEST)

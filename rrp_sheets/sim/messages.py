@@ -25,6 +25,7 @@ class Spec:
         out: the folder for sound and film, or empty for none.
         film: whether to record the film and the strip of moments.
         title: shown on the strip.
+        faces: the file that keeps remembered faces beyond the run, or empty.
         dones: the actuator streams whose ends somebody wants to know, each with the stream that tells them.
     """
 
@@ -37,7 +38,17 @@ class Spec:
     out: str = ""
     film: bool = False
     title: str = ""
+    faces: str = ""
     dones: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """Why a world cannot be made; `missing` when a part of the program is not installed."""
+
+    message: str
+    remedy: str
+    missing: bool
 
 
 @dataclass(frozen=True, slots=True)

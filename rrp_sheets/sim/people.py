@@ -10,14 +10,16 @@ from collections.abc import Sequence
 from typing import Any
 
 from rrp_sheets.sim.colours import RGB
-from rrp_sheets.sim.figures import HEAD, SKIN, Figure, ellipsoid, turned
+from rrp_sheets.sim.figures import HEAD, Figure, ellipsoid, turned
 
 STANDS_ABOVE = 0.85  # m: a face higher than that belongs to somebody who stands
-NECK = 0.7 * HEAD  # m, from the middle of the face down to the top of the neck
+NECK = 1.1 * HEAD  # m, from the middle of the face down to the top of the neck
 TROUSERS: tuple[RGB, ...] = ((0.44, 0.46, 0.52), (0.50, 0.46, 0.42), (0.40, 0.44, 0.44), (0.52, 0.50, 0.54))
 SHOE: RGB = (0.34, 0.33, 0.33)
 """Pale or grey, as clothes are: none is taken for a ball."""
 Spot = tuple[float, float, float]
+Colours = tuple[RGB, RGB, RGB]
+"""Of shirt, trousers and skin."""
 
 
 def is_seated(face: float, posture: str) -> bool:
@@ -29,27 +31,29 @@ def is_seated(face: float, posture: str) -> bool:
     return posture == "seated" or (not posture and face < STANDS_ABOVE)
 
 
-def body(bullet: Any, figure: Figure, clothes: RGB, face: float, posture: str = "") -> None:
+def body(bullet: Any, figure: Figure, clothes: RGB, skin: RGB, face: float, posture: str = "") -> None:
     """Add a body to a figure.
 
     Args:
         bullet: the physics.
         figure: takes its parts.
         clothes: the colour of the shirt.
+        skin: of the hands and the neck.
         face: the height of the middle of the face, m.
         posture: `seated` or `standing`; empty as the height tells.
     """
     trousers = TROUSERS[int(100 * clothes[0]) % len(TROUSERS)]
     if is_seated(face, posture):
-        _sit(bullet, figure, clothes, trousers, face - NECK)
+        _sit(bullet, figure, (clothes, trousers, skin), face - NECK)
     else:
-        _stand(bullet, figure, clothes, trousers, face - NECK)
+        _stand(bullet, figure, (clothes, trousers, skin), face - NECK)
 
 
-def _sit(bullet: Any, figure: Figure, clothes: RGB, trousers: RGB, neck: float) -> None:
+def _sit(bullet: Any, figure: Figure, colours: Colours, neck: float) -> None:
     """Cross-legged, the hands on the knees."""
+    trousers = colours[1]
     wide = 0.27 * neck + 0.02
-    _torso(bullet, figure, clothes, 0.02, neck, wide)
+    _torso(bullet, figure, colours, 0.02, neck, wide)
     thick = 0.105 * neck + 0.01
     for side in (1.0, -1.0):
         hip, knee = (-0.02, side * 0.55 * wide, thick), (0.44 * neck, side * 1.35 * wide, thick * 1.05)
@@ -59,13 +63,14 @@ def _sit(bullet: Any, figure: Figure, clothes: RGB, trousers: RGB, neck: float) 
         foot = (ankle[0], -side * 0.55 * wide, 0.04)
         figure.add(ellipsoid(bullet, (0.10 * neck, 0.06 * neck, 0.05 * neck), SHOE), foot)
         shoulder, elbow = (0.0, side * 0.88 * wide, neck * 0.84), (0.10 * neck, side * 1.18 * wide, neck * 0.46)
-        _arm(bullet, figure, clothes, shoulder, elbow, (0.40 * neck, side * 1.10 * wide, neck * 0.33), neck)
+        _arm(bullet, figure, colours, shoulder, elbow, (0.40 * neck, side * 1.10 * wide, neck * 0.33), neck)
 
 
-def _stand(bullet: Any, figure: Figure, clothes: RGB, trousers: RGB, neck: float) -> None:
+def _stand(bullet: Any, figure: Figure, colours: Colours, neck: float) -> None:
     """Upright, the arms hanging."""
+    trousers = colours[1]
     wide, hips = 0.115 * neck + 0.045, 0.55 * neck
-    _torso(bullet, figure, clothes, hips - 0.04 * neck, neck, wide)
+    _torso(bullet, figure, colours, hips - 0.04 * neck, neck, wide)
     for side in (1.0, -1.0):
         thick = 0.052 * neck + 0.012
         hip, knee, ankle = ((0.0, side * 0.50 * wide, h) for h in (hips, 0.29 * neck, 0.05 * neck))
@@ -74,10 +79,10 @@ def _stand(bullet: Any, figure: Figure, clothes: RGB, trousers: RGB, neck: float
         figure.add(ellipsoid(bullet, (0.075 * neck, 0.035 * neck, 0.030 * neck), SHOE),
                    (0.03 * neck, side * 0.52 * wide, 0.030 * neck))  # fmt: skip
         shoulder, elbow = (0.0, side * 0.92 * wide, neck * 0.91), (-0.01 * neck, side * 1.22 * wide, neck * 0.70)
-        _arm(bullet, figure, clothes, shoulder, elbow, (0.04 * neck, side * 1.24 * wide, neck * 0.51), 0.62 * neck)
+        _arm(bullet, figure, colours, shoulder, elbow, (0.04 * neck, side * 1.24 * wide, neck * 0.51), 0.62 * neck)
 
 
-def _torso(bullet: Any, figure: Figure, clothes: RGB, low: float, neck: float, wide: float) -> None:
+def _torso(bullet: Any, figure: Figure, colours: Colours, low: float, neck: float, wide: float) -> None:
     """From the hips to the neck, flatter than wide."""
     tall = neck - low
     outline = [
@@ -86,15 +91,15 @@ def _torso(bullet: Any, figure: Figure, clothes: RGB, low: float, neck: float, w
         (wide * 0.82, tall * 0.89), (wide * 0.46, tall * 0.955),
         (0.042, tall * 0.98), (0.0, tall * 0.98),
     ]  # fmt: skip
-    figure.add(turned(bullet, outline, clothes, (0.68, 1.0)), (0, 0, low))
-    figure.add(ellipsoid(bullet, (0.036, 0.036, 0.05), SKIN), (0, 0, neck))
+    figure.add(turned(bullet, outline, colours[0], (0.68, 1.0)), (0, 0, low))
+    figure.add(ellipsoid(bullet, (0.036, 0.036, 0.05), colours[2]), (0, 0, neck))
 
 
-def _arm(bullet: Any, figure: Figure, clothes: RGB, shoulder: Spot, elbow: Spot, hand: Spot, size: float) -> None:
+def _arm(bullet: Any, figure: Figure, colours: Colours, shoulder: Spot, elbow: Spot, hand: Spot, size: float) -> None:
     thick = 0.058 * size + 0.008
-    limb(bullet, figure, shoulder, elbow, thick, thick * 0.86, clothes)
-    limb(bullet, figure, elbow, hand, thick * 0.80, thick * 0.62, SKIN)
-    figure.add(ellipsoid(bullet, (thick * 0.85, thick * 0.75, thick * 1.0), SKIN), hand)
+    limb(bullet, figure, shoulder, elbow, thick, thick * 0.86, colours[0])
+    limb(bullet, figure, elbow, hand, thick * 0.80, thick * 0.62, colours[2])
+    figure.add(ellipsoid(bullet, (thick * 0.85, thick * 0.75, thick * 1.0), colours[2]), hand)
 
 
 def limb(bullet: Any, figure: Figure, start: Spot, end: Spot, thick: float, thin: float, colour: RGB) -> None:

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
 
-from rrp_sheets.errors import MissingPart, RunBroken
+from rrp_sheets.errors import MissingPart, RunBroken, SheetsError
 from rrp_sheets.model.exchange import Command
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.processes import Child
-from rrp_sheets.sim.messages import Outcome, Shown, Spec, State
+from rrp_sheets.sim.messages import Outcome, Refused, Shown, Spec, State
 
 if TYPE_CHECKING:  # numpy may be missing; then there is no simulator
     from rrp_sheets.sim.camera import Image
@@ -62,7 +62,9 @@ class SimProcess:
         self._child = Child("rrp_sheets.sim.child")
         self._link = Connection(self._child.link.detach())
         try:
-            self._ask(START_WITHIN, "open", self._spec)
+            refused = self._ask(START_WITHIN, "open", self._spec)
+            if isinstance(refused, Refused):
+                raise (MissingPart if refused.missing else SheetsError)(refused.message, refused.remedy)
         except BaseException:  # Ctrl-C too: no process is left behind, and what happened is told further up
             self.kill()
             raise

@@ -14,6 +14,7 @@ from rrp_sheets.sim.camera import Eye, Image
 from rrp_sheets.sim.colours import parse_colour
 from rrp_sheets.sim.faces import Faces
 from rrp_sheets.sim.signals import Signals, words_in
+from rrp_sheets.sim.sonar import Sonar
 from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.vision import Detector, Spot
 
@@ -27,8 +28,8 @@ STILL = 2.5e-4  # rad: a joint that moves less has not moved (the physics trembl
 class Sight:
     """What the head camera sees now. One picture serves all sensors of the same instant."""
 
-    def __init__(self, eye: Eye, body: Body, stage: Stage) -> None:
-        self._eye, self._body, self._stage = eye, body, stage
+    def __init__(self, eye: Eye, fine: Eye, body: Body, stage: Stage) -> None:
+        self._eye, self._fine, self._body, self._stage = eye, fine, body, stage
         self.us = -1
         self.picture: Image | None = None
         self._pose: Pose | None = None
@@ -46,9 +47,14 @@ class Sight:
         self._refresh()
         if self.picture is None:
             self._stage.place()
-            self.picture = self._eye.look(self.pose())
+            self.picture = self._eye.look(self.pose(), self._stage.light)
             self._latest = self.us, self.picture
         return self.picture
+
+    def look_closely(self) -> Image:
+        """A finer picture, for faces."""
+        self._stage.place()
+        return self._fine.look(self.pose(), self._stage.light)
 
     def recent(self, stale_us: int) -> Image:
         """The newest picture if it is not older than `stale_us`, else a new one: for who only watches."""
@@ -82,6 +88,7 @@ class Senses:
     faces: Faces
     signals: Signals
     deaf: Callable[[], bool]  # whether the robot speaks
+    stage: Stage
 
 
 class Sensor(Protocol):
@@ -143,13 +150,13 @@ class Blob(_Base):
 
 
 class Face(_Base):
-    """Faces in view."""
+    """Faces in the picture."""
 
     locates = True
 
     def read(self) -> list[Value]:
-        """Every face in view."""
-        return list(self.senses.faces.look(self.senses.sight.pose()))
+        """Every face that is found."""
+        return list(self.senses.faces.see())
 
 
 class JointPosition(_Base):
@@ -247,6 +254,7 @@ SENSORS: Mapping[str, Callable[[DeviceUse, Senses], Sensor]] = {
     "RedBall": BallSensor, "GreenBall": BallSensor, "BlueBall": BallSensor, "Ball": BallSensor,
     "Blob": Blob, "FaceDetection": Face, "JointPosition": JointPosition, "Orientation": Orientation,
     "OperatorButton": Button, "Touch": Touched, "Bumper": Touched, "ChestButton": Touched, "WordRecognized": Words,
+    "Sonar": Sonar,
 }  # fmt: skip
 
 

@@ -11,13 +11,15 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim import figures
+from rrp_sheets.sim.heads import Heads
+from rrp_sheets.sim.looks import Looks
 from rrp_sheets.sim.paths import Circle, Line, Point, Still
-from rrp_sheets.sim.people import is_seated
+from rrp_sheets.sim.people import body, is_seated
 from rrp_sheets.sim.solids import Cylinder, Solid, Sphere
 from rrp_sheets.sim.things import Prop, make_prop
 
 BESIDE = 0.4  # m, between persons who are seen at the same time
-AWAY = math.radians(110)  # how far a person who looks away turns
+AWAY = math.radians(150)  # how far a person who looks away turns
 FRONT: Point = (1.0, 0.0, 0.62)  # where a person who "is seen" has the face: in view without moving the head
 LATER_US = 5_000  # a time so much after now has not come yet
 WIDE, SEATED_WIDE = 0.15, 0.19  # of a face's height: how wide a person is who stands, who sits (radius)
@@ -44,12 +46,13 @@ class Person:
     """A person in the world.
 
     Attributes:
-        number: the id that face detection gives.
+        number: the id that the face sensor gives for them when the robot knows them from the beginning.
         known: the name the robot knows already, or empty.
         looks: False when looking away.
         until_us: when the person leaves by themselves, or None.
         posture: `seated`, `standing`, or empty: the height tells.
-        picture: the file of the face, or empty.
+        drawn: which of the drawn faces.
+        picture: the file of the face, or empty for the drawn one.
         voice: `child`, `female`, `male`, or empty.
     """
 
@@ -62,6 +65,7 @@ class Person:
     looks: bool = True
     until_us: int | None = None
     posture: str = ""
+    drawn: int = 0
     picture: str = ""
     voice: str = ""
 
@@ -97,14 +101,17 @@ class Stage:
         balls, persons, props: what is there, by key.
     """
 
-    def __init__(self, bullet: Any, actions: Sequence[SceneAction], other: Callable[[SceneAction], None]) -> None:
+    def __init__(
+        self, bullet: Any, actions: Sequence[SceneAction], other: Callable[[SceneAction], None], heads: Heads
+    ) -> None:
         self._b = bullet
+        self._heads = heads
+        self._looks = Looks(actions)
         self._other = other  # what people do without moving: presses, touches, words
         self._waiting: list[SceneAction] = []
         self.balls: dict[str, Ball] = {}
         self.persons: dict[str, Person] = {}
         self.props: dict[str, Prop] = {}
-        self._numbers: dict[str, int] = {}
         self._levels: dict[str, Line] = {"light": _level(1.0), "noise": _level(0.0)}
         self._solids: tuple[int, tuple[Solid, ...]] | None = None
         self.us = 0
@@ -195,7 +202,7 @@ class Stage:
         }
         for p in self.persons.values():
             found[p.name] = {"kind": "person", "height": p.height, "seated": p.seated, "number": p.number,
-                             "away": not p.looks}  # fmt: skip
+                             "face": p.drawn, "away": not p.looks}  # fmt: skip
         for t in self.props.values():
             found[t.name] = {"kind": t.kind, "size": list(t.size), "colour": t.colour, "turned": t.turned}
         return found
@@ -231,17 +238,16 @@ class Stage:
         if old:
             old.figure.remove()
         values = action.values
-        given = values.get("id")
-        if given is None:
-            taken = set(self._numbers.values())
-            given = self._numbers.get(name) or next(n for n in range(1, len(taken) + 2) if n not in taken)
-        number = int(given)
-        self._numbers[name] = number
-        posture = str(values.get("posture") or "")
-        figure = figures.person(self._b, number - 1, at[2], posture)
+        number = self._looks.number(action)
+        posture, picture = str(values.get("posture") or ""), str(values.get("picture") or "")
+        portrait = self._heads.portrait(self._looks.face(number), picture)
+        figure = figures.Figure(self._b)
+        clothes = figures.CLOTHES[(number - 1) % len(figures.CLOTHES)]
+        body(self._b, figure, clothes, portrait.skin, at[2], posture)
+        self._heads.add(figure, portrait, at[2])
         person = Person(
             action.thing, number, str(values.get("name") or ""), figure, Still(at), at[2], posture=posture,
-            picture=str(values.get("picture") or ""), voice=str(values.get("voice") or ""),
+            drawn=self._looks.face(number), picture=picture, voice=str(values.get("voice") or ""),
         )  # fmt: skip
         self.persons[name] = person
         return person

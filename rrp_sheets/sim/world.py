@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,12 @@ from rrp_sheets.sim.actuators import Eyes, Parts, make_actuator
 from rrp_sheets.sim.arbitration import Arbiter
 from rrp_sheets.sim.body import EASY, STEP, Body
 from rrp_sheets.sim.camera import Eye, Image, Lens, jpeg
-from rrp_sheets.sim.faces import Faces
+from rrp_sheets.sim.contact import Contacts
+from rrp_sheets.sim.face_models import FaceModels
+from rrp_sheets.sim.face_start import PICTURE as FACE_PICTURE
+from rrp_sheets.sim.face_start import make_faces
 from rrp_sheets.sim.film import STALE_US, Film
+from rrp_sheets.sim.heads import Heads
 from rrp_sheets.sim.keyframes import Motions
 from rrp_sheets.sim.messages import Outcome, Shown, Spec, State
 from rrp_sheets.sim.quiet import quiet
@@ -63,16 +68,21 @@ class SimWorld:
         for _ in range(SETTLING):
             self._b.stepSimulation()
         self.signals = Signals(spec.robot)
-        self.stage = Stage(self._b, spec.scene, self.signals.act)
+        models = cache(FaceModels)
+        heads = Heads(self._b, models)
+        self.stage = Stage(self._b, spec.scene, self.signals.act, heads)
+        self.contacts = Contacts(self.body, self.stage)
         self.stance = Stance(self._b, self.body)
         lens = Lens(self.body.hfov, self.body.vfov, *PICTURE)
-        self.sight = Sight(Eye(self._b, lens), self.body, self.stage)
-        self.faces = Faces(self.stage, lens)
+        fine = Lens(self.body.hfov, self.body.vfov, *FACE_PICTURE)
+        self.sight = Sight(Eye(self._b, lens), Eye(self._b, fine), self.body, self.stage)
+        self.faces = make_faces(spec, self.sight, self.stage, heads, fine, models)
         self.eyes = Eyes(self.body)
         self.voice = Voice(out, self._tell)
         self.trackers = Trackers(self.body, self.stance)
         self.motions = Motions()
-        senses = Senses(self.body, self.sight, self.faces, self.signals, lambda: bool(self.voice.saying))
+        senses = Senses(self.body, self.sight, self.faces, self.signals, lambda: bool(self.voice.saying),
+                        self.stage)  # fmt: skip
         self._sensors = [
             (s.stream, SENSORS[s.device](s, senses), Clock(s)) for s in spec.sensors if s.device in SENSORS
         ]
@@ -146,13 +156,11 @@ class SimWorld:
     def state(self) -> State:
         """The world as it is."""
         place = self.body.torso().position
-        things = {b.name: b.path.at(self.stage.us) for b in self.stage.balls.values()}
-        things.update({p.name: p.face(self.stage.us) for p in self.stage.persons.values()})
         return State(
             joints={name: self.body.position(name) for name in self.body.start},
             base=(*(float(c) for c in place), *self.body.tilt()),
-            eyes=self.eyes.shining, saying=self.voice.saying, things=things,
-            driving=self.arbiter.driving(),
+            eyes=self.eyes.shining, saying=self.voice.saying, things=self.stage.places(),
+            driving=self.arbiter.driving(), looks=self.stage.looks(), light=self.stage.light, noise=self.stage.noise,
         )  # fmt: skip
 
     def watch(self) -> Image:
@@ -174,6 +182,8 @@ class SimWorld:
         """What happens at the present step: scene, voice, sensors, film."""
         self.signals.begin(self._us)
         self.stage.go_on(self._us)
+        if self.contacts.due(self._step):
+            self.signals.contact(self.contacts.zones())
         events: list[tuple[str, Value]] = []
         seen: dict[str, Detection] = {}
         for stream, sensor, clock in self._sensors:

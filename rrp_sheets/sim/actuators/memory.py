@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import Command, Happening
 from rrp_sheets.model.values import Record
 from rrp_sheets.sim.actuators.base import Base, as_number
@@ -11,7 +12,7 @@ class RememberFace(Base):
     """Remembers a new face."""
 
     def take(self, order: Command, us: int) -> None:
-        """Remember the face of the record that arrives, else the new face in view."""
+        """Remember the face of the record that arrives, else the new face that is longest in view."""
         value = order.value
         name = str(self.settings.get("name") or "")
         number = None
@@ -20,12 +21,13 @@ class RememberFace(Base):
         elif isinstance(value, Record):
             given = as_number(value.values.get("id"))
             number = int(given) if given is not None else None
-        if not self.parts.faces.anyone:
-            self.parts.faces.look(self.parts.body.camera())
-        if not self.parts.faces.anyone:
-            self.fail(order, "There is no face to remember in view.", "note")
+        remembered, why = self.parts.faces.remember(name, number)
+        if not remembered:
+            self.fail(order, why, "note")
             return
-        remembered = self.parts.faces.remember(name, number)
-        if remembered:
-            self.parts.tell(Happening("note", f"The face is remembered as {remembered}.", order.stream, order.row))
-        self.parts.arbiter.at_once(order, completed=bool(remembered))
+        self.parts.tell(Happening("note", f"The face is remembered as {remembered}.", order.stream, order.row))
+        try:
+            self.parts.faces.keep()
+        except SheetsError as error:
+            self.parts.tell(Happening("note", str(error), order.stream, order.row))
+        self.parts.arbiter.at_once(order)

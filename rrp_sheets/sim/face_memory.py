@@ -1,0 +1,139 @@
+"""Whom the robot remembers: people's faces in numbers, under their names; and the file that keeps them beyond a run."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.names import key
+from rrp_sheets.sim.face_models import Features
+
+NUMBERS = 128  # of a face
+MOST_PERSONS = 500  # kept in a file
+MOST_VIEWS = 4  # of one person
+MOST_BYTES = 5_000_000
+DIGITS = 6  # after the point, of the numbers in a file
+GUEST = "Guest"
+
+
+@dataclass
+class Person:
+    """Somebody who is remembered.
+
+    Attributes:
+        id: what the face sensor gives for this person.
+        views: their face in numbers, from some distances.
+        given: known from the scene, so that no file keeps them.
+    """
+
+    id: int
+    name: str
+    views: list[Features] = field(default_factory=list)
+    given: bool = False
+
+
+@dataclass
+class FaceMemory:
+    """The persons whom the robot remembers, in the order in which it came to know them."""
+
+    persons: list[Person] = field(default_factory=list)
+
+    def likest(self, face: Features) -> tuple[Person | None, float]:
+        """The person who looks most like that face, and how much (1 is the same picture)."""
+        found: tuple[Person | None, float] = (None, -1.0)
+        for person in self.persons:
+            alike = max((float(face @ view) for view in person.views), default=-1.0)
+            if alike > found[1]:
+                found = person, alike
+        return found
+
+    def add(self, number: int, name: str, views: Sequence[Features]) -> Person:
+        """Remember somebody; without a name as the next guest."""
+        person = Person(number, name or self._guest(), list(views)[:MOST_VIEWS])
+        self.persons.append(person)
+        return person
+
+    def know(self, number: int, name: str, views: Sequence[Features]) -> None:
+        """Know somebody from the beginning; who is kept already is known by more views."""
+        same = next((p for p in self.persons if key(p.name) == key(name)), None)
+        if same is not None:
+            same.views = [*views, *same.views][: 2 * MOST_VIEWS]
+            return
+        free = next(n for n in (number, *range(1, len(self.persons) + 2)) if self.free(n))
+        self.persons.append(Person(free, name, list(views), given=True))
+
+    def free(self, number: int) -> bool:
+        """Whether nobody has that id."""
+        return all(p.id != number for p in self.persons)
+
+    def _guest(self) -> str:
+        names = {p.name for p in self.persons}
+        return next(name for n in range(1, len(names) + 2) if (name := f"{GUEST} {n}") not in names)
+
+
+def read_memory(path: Path) -> FaceMemory:
+    """What a run has kept; empty when there is no such file.
+
+    Raises:
+        SheetsError: it is not what a run has written.
+    """
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise ValueError
+        told = json.loads(path.read_text(encoding="utf-8"))
+        return FaceMemory([_person(p) for p in told["persons"][:MOST_PERSONS]])
+    except FileNotFoundError:
+        return FaceMemory()
+    except (OSError, ValueError, TypeError, KeyError, RecursionError):
+        raise SheetsError(
+            f"The remembered faces in “{path}” cannot be read.",
+            "Delete that file (the robot then begins without), or let it be written by a run again.",
+        ) from None
+
+
+def write_memory(path: Path, memory: FaceMemory) -> None:
+    """Keep it beyond the run; nothing is left of a file when nobody is remembered.
+
+    Raises:
+        SheetsError: it cannot be written.
+    """
+    persons = [
+        {"id": p.id, "name": p.name, "views": [[round(float(v), DIGITS) for v in view] for view in p.views]}
+        for p in [p for p in memory.persons if not p.given][-MOST_PERSONS:]
+    ]
+    try:
+        if not persons:
+            path.unlink(missing_ok=True)
+            return
+        path.parent.mkdir(parents=True, exist_ok=True)
+        half = path.with_suffix(".new")
+        half.write_text(json.dumps({"persons": persons}, ensure_ascii=False), encoding="utf-8")
+        half.replace(path)
+    except OSError as error:
+        raise SheetsError(
+            f"The remembered faces cannot be written to “{path}” ({error.strerror}).", "Free some space."
+        ) from None
+
+
+def _person(told: Any) -> Person:
+    number, name, views = told["id"], told["name"], told["views"]
+    if not isinstance(number, int) or isinstance(number, bool) or not isinstance(name, str) or not 0 < len(name) <= 200:
+        raise ValueError
+    return Person(number, name, [_view(view) for view in views[:MOST_VIEWS]])
+
+
+def _view(numbers: Any) -> Features:
+    if len(numbers) != NUMBERS or not all(isinstance(v, float | int) and math.isfinite(v) for v in numbers):
+        raise ValueError
+    view = np.array(numbers, dtype=np.float32)
+    length = float(np.linalg.norm(view))
+    if not length:
+        raise ValueError
+    return np.asarray(view / length, dtype=np.float32)

@@ -1,0 +1,135 @@
+"""The heads of persons: a shape with a face picture on its front, and hair."""
+
+from __future__ import annotations
+
+import math
+import os
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from rrp_sheets.sim.face_models import FaceModels
+from rrp_sheets.sim.figures import HEAD, Figure, ellipsoid, turned
+from rrp_sheets.sim.portraits import Portrait, drawn, from_file
+
+RINGS, AROUND = 22, 32
+FRONT, BACK = 0.86, 0.95  # depth before and behind the ears, in half heights
+NOSE = (0.13, -0.20, 0.10, 0.15)  # how far it sticks out, its height, half width and half height, in half heights
+# Hair: centre (x, z) and radii (x, y as a part of the head's width, z), in half heights.
+_HAIR = {
+    "short": [(-0.20, 0.14, 0.86, 1.05, 0.93)],
+    "curly": [(-0.22, 0.22, 0.98, 1.20, 1.00)],
+    "bob": [(-0.20, 0.14, 0.86, 1.08, 0.93), (-0.36, -0.22, 0.60, 1.18, 0.80)],
+    "long": [(-0.20, 0.14, 0.86, 1.06, 0.93), (-0.42, -0.55, 0.52, 1.12, 1.20)],
+    "tail": [(-0.20, 0.14, 0.86, 1.05, 0.93), (-1.10, 0.20, 0.26, 0.34, 0.30)],
+    "bald": [],
+}
+
+
+class Heads:
+    """Makes heads in one world; pictures are given to it only once.
+
+    Args:
+        bullet: the physics.
+        models: makes the networks when they are needed, to find the face in a picture file.
+    """
+
+    def __init__(self, bullet: Any, models: Callable[[], FaceModels]) -> None:
+        self._b = bullet
+        self._models = models
+        self._drawn: dict[int, Portrait] = {}
+        self._files: dict[str, Portrait] = {}
+        self._textures: dict[str, int] = {}
+
+    def portrait(self, face: int, picture: str = "") -> Portrait:
+        """The portrait in a picture file, else the drawn face of that number.
+
+        Raises:
+            SheetsError: the picture cannot be used.
+        """
+        if not picture:
+            if face not in self._drawn:
+                self._drawn[face] = drawn(face)
+            return self._drawn[face]
+        if picture not in self._files:
+            self._files[picture] = from_file(Path(picture), self._models())
+        return self._files[picture]
+
+    def add(self, figure: Figure, portrait: Portrait, height: float) -> None:
+        """Put a head on a figure; `height` of the middle of the face, m. It looks along the figure's x."""
+        b = self._b
+        points, places, normals, faces = _shape(portrait.outline)
+        shape = b.createVisualShape(
+            b.GEOM_MESH, vertices=points, indices=faces, uvs=places, normals=normals, rgbaColor=[1, 1, 1, 1],
+            specularColor=[0, 0, 0],
+        )  # fmt: skip
+        body = figure.add(shape, (0, 0, height))
+        b.changeVisualShape(body, -1, textureUniqueId=self._texture(portrait))
+        wide = portrait.outline(0.1)
+        shade = [0.82 * c for c in portrait.skin]
+        neck = [(0.0, -1.5 * HEAD), (0.42 * HEAD, -1.5 * HEAD), (0.36 * HEAD, -0.55 * HEAD), (0.0, -0.5 * HEAD)]
+        figure.add(turned(b, neck, (shade[0], shade[1], shade[2])), (-0.22 * HEAD, 0, height))
+        for side in (1, -1):
+            ear = ellipsoid(b, (0.13 * HEAD, 0.09 * HEAD, 0.20 * HEAD), portrait.skin)
+            figure.add(ear, (-0.08 * HEAD, side * wide * 0.99 * HEAD, 0.02 * HEAD + height))
+        for x, z, deep, across, high in _HAIR[portrait.style]:
+            hair = ellipsoid(b, (deep * HEAD, across * wide * HEAD, high * HEAD), portrait.hair)
+            figure.add(hair, (x * HEAD, 0, z * HEAD + height))
+
+    def _texture(self, portrait: Portrait) -> int:
+        # The physics library reads pictures from files only, and knows them again by their path.
+        if portrait.name not in self._textures:
+            handle, path = tempfile.mkstemp(prefix="rrp-face-", suffix=".png")
+            os.close(handle)
+            try:
+                cv2.imwrite(path, np.ascontiguousarray(portrait.picture[:, :, ::-1]))
+                self._textures[portrait.name] = self._b.loadTexture(path)
+            finally:
+                Path(path).unlink(missing_ok=True)
+        return self._textures[portrait.name]
+
+
+def _shape(
+    outline: Callable[[float], float],
+) -> tuple[list[list[float]], list[list[float]], list[list[float]], list[int]]:
+    """Points (m), where each is in the picture (0 to 1), normals, and triangles.
+
+    The picture lies on the front as if it were projected from before it; the back has its edge's colours.
+    """
+    points, places = [], []
+    for ring in range(RINGS + 1):
+        z = -math.cos(math.pi * ring / RINGS)
+        wide = max(outline(z), 1e-3)
+        round_ = math.sqrt(max(0.0, 1 - z * z))
+        for step in range(AROUND + 1):
+            turn = 2 * math.pi * step / AROUND - math.pi
+            ahead, aside = math.cos(turn), math.sin(turn)
+            y = wide * aside
+            x = ahead * (FRONT * max(round_, 1e-3) ** 0.75 if ahead > 0 else BACK * round_)
+            if ahead > 0:
+                out, middle, half, high = NOSE
+                x += out * math.exp(-((y / half) ** 2) - ((z - middle) / high) ** 2)
+            points.append([x * HEAD, y * HEAD, z * HEAD])
+            seen = y if ahead > 0 else math.copysign(wide, aside)
+            places.append([0.5 + 0.499 * seen, 0.5 + 0.499 * z])
+    row = AROUND + 1
+    corners = [
+        (k, k + 1, k + 1 + row) if half == 0 else (k, k + 1 + row, k + row)
+        for i in range(RINGS) for k in range(i * row, i * row + AROUND) for half in (0, 1)
+    ]  # fmt: skip
+    return points, places, _normals(points, corners, row).tolist(), [k for face in corners for k in face]
+
+
+def _normals(points: Sequence[Sequence[float]], corners: Sequence[tuple[int, int, int]], row: int) -> Any:
+    at, index = np.array(points), np.array(corners)
+    across = np.cross(at[index[:, 1]] - at[index[:, 0]], at[index[:, 2]] - at[index[:, 0]])
+    normals = np.zeros_like(at)
+    for k in range(3):
+        np.add.at(normals, index[:, k], across)
+    both = normals[0::row] + normals[row - 1 :: row]  # the seam at the back
+    normals[0::row] = normals[row - 1 :: row] = both
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
