@@ -31,7 +31,7 @@ PAUSED_US = 1_000_000  # an actuator that had no command for so long begins some
 SPEAKS, BEGINS, SHINES, NOTED, TOLD = 2.0, 1.5, 1.0, 0.5, 0.2
 """What makes a moment worth showing: speech, a command that changes, other eyes, a note, anything else."""
 SEES, SAYS = 1.0, 1.0  # as much: that something is seen, that it speaks, without being new
-POSED, FAR = 2.5, 0.9  # as much: that arms or head are far (rad) from where they are when it stands
+POSED, FAR = 5.0, 1.0  # as much: that arms or head are far (rad) from where they are when it stands
 AFTERWARDS = 3.0  # and so much less, when the run is over
 MOST_NEWS = 4.0  # so that a first moment with many beginnings does not outweigh all others
 
