@@ -8,12 +8,14 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from PIL import Image
 from play import check, example, play, rows
 
 from rrp_sheets import api, topics
 from rrp_sheets.cli.help import command
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import load_robot
+from rrp_sheets.devices.scene_words import KINDS
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.formulas import FormulaProblem, compile_formula, make_scope
@@ -26,7 +28,7 @@ from rrp_sheets.topics.devices import DONE_EXAMPLE
 from rrp_sheets.topics.finding import TOPICS
 from rrp_sheets.topics.functions import examples, typed
 from rrp_sheets.topics.marbles import marbles, workbook
-from rrp_sheets.topics.scene import EXAMPLE, WORDS
+from rrp_sheets.topics.scene import EXAMPLE, TIMES
 from rrp_sheets.topics.words import EXAMPLES
 from rrp_sheets.topics.words import WORDS as OTHER_WORDS
 from rrp_sheets.topics.workbooks import checked
@@ -144,15 +146,35 @@ def test_the_example_of_a_test_sheet_holds(tmp_path):
     assert seen.report.flatten(["code", "cell"]) == [] and report is not None and report.passed
 
 
-def test_the_scene_page_shows_what_the_scene_understands():
-    thing, verb, lines = "", "", []
-    for at, (named, does, value, _) in enumerate(WORDS):
-        thing, verb = {"A ball": "Red ball", "A person": "Mia"}.get(named, named) or thing, does or verb
-        lines.append(f"| {at} | {thing} | {verb} | {value} |")
+def test_the_scene_page_shows_what_the_scene_understands(tmp_path):
+    book = tmp_path / "book.md"
+    Image.new("RGB", (64, 64)).save(tmp_path / "anna.png")
     buttons = "\n## Devices\n| Stream | Device | Label |\n|---|---|---|\n| Go | Operator button | Start |\n"
     head = "\n## Scene\n| Time (s) | Thing | Does | Value |\n|---|---|---|---|\n"
-    body = rows("| Go | subscribe | | Print |", buttons, head)
-    assert check(body + "\n".join(lines)).report.flatten(["code", "cell"]) == []
+    body = rows('| Go | subscribe | | Print |\n| Go | map | "Hello" | Hi |\n| Hi | subscribe | | Say |', buttons, head)
+    text = help_on("scene")
+    for kind in KINDS.values():
+        thing = kind.things[0]
+        lines = ["| 0 | Table | appears | |"] if kind.name != "table" else []
+        for verb in kind.verbs:
+            assert verb.name in text
+            needs = verb.action in ("move", "circle", "disappear", "away", "look")
+            for value, _ in verb.examples:
+                lines += [f"| 1 | {thing} | {kind.verbs[0].name} | |"] * needs
+                lines.append(f"| 1 | {thing} | {verb.name} | {value} |")
+                lines += [f"| 2 | {thing} | disappears | |"] * (
+                    verb.action == "appear" or (needs and verb.action != "disappear")
+                )
+                assert value.split(" size")[0] in text
+        checked = "\n".join(
+            line.replace("| 1 |", f"| {at} |").replace("| 2 |", f"| {at} |") for at, line in enumerate(lines)
+        )
+        book.write_text(body + checked, encoding="utf-8")
+        assert api.check(book).report.flatten(["code", "cell", "message"]) == []
+    for time, _ in TIMES:
+        assert (
+            check(f"{body}| 0 | Mia | says | hello |\n| {time} | Mia | says | hello |").report.flatten(["code"]) == []
+        )
     shown = "\n".join(f"| {' | '.join(line[:4])} |" for line in EXAMPLE[1:])
     assert check(body + shown).report.flatten(["code", "cell"]) == []
 

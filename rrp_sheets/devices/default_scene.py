@@ -12,6 +12,7 @@ from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Value
 
 PERSON = "person"
+NEAR = "near"
 BALL = " ball"
 BETWEEN_US = 2_500_000  # between two things that people do
 _DOERS = {"press": ("Operator", "label"), "touch": ("Person", "zone"), "say": ("Person", "words")}
@@ -55,6 +56,8 @@ def default_scene(sensors: Sequence[SensorUse], robot: Robot) -> tuple[SceneActi
         actions += _ball_play(ball.removesuffix(BALL), number, grow)
     if PERSON in shown:
         actions += _visit(grow)
+    elif NEAR in shown:
+        actions += _approach(grow)
     for place, (verb, what) in enumerate(dict.fromkeys(doings)):
         thing, name = _DOERS[verb]
         actions.append(SceneAction(1_000_000 + place * BETWEEN_US, thing, verb, {name: what}))
@@ -86,6 +89,22 @@ def _ball_play(colour: str, number: int, grow: float) -> list[SceneAction]:
     for second, to, seconds in moves:
         play.append(SceneAction(late + second * 1_000_000, thing, "move", {"to": place(*to), "seconds": seconds}))
     return [*play, SceneAction(late + 19_000_000, thing, "disappear")]
+
+
+def _approach(grow: float) -> list[SceneAction]:
+    """A wall farther away, before which somebody comes near, waits, goes back and leaves."""
+    face = FACE_HEIGHT * grow
+    wall: dict[str, Value] = {"at": (2.2, 0.0, 0.0), "size": (2.0, 0.8 * grow)}
+    moves = ((4, (0.6, 0.1), 4), (11, (1.5, -0.3), 3))
+    return [
+        SceneAction(0, "Wall", "appear", wall, kind="wall"),
+        SceneAction(2_000_000, "Person", "appear", {"at": (1.6, 0.3, face)}, kind=PERSON),
+        *(
+            SceneAction(second * 1_000_000, "Person", "move", {"to": to, "seconds": float(seconds)}, kind=PERSON)
+            for second, to, seconds in moves
+        ),
+        SceneAction(16_000_000, "Person", "disappear", kind=PERSON),
+    ]
 
 
 def _visit(grow: float) -> list[SceneAction]:

@@ -16,7 +16,7 @@ SUFFIXES = (".png", ".jpg", ".jpeg")
 MOST_BYTES = 5_000_000
 MOST_PIXELS = 4_000  # of a side
 LEAST_PIXELS = 32
-_PUT = "Put the file beside the workbook."
+_PUT = "Put the file beside the workbook, or leave out “with picture”."
 _NOWHERE = ("there is no folder to look in.", _PUT)
 _PNG = b"\x89PNG\r\n\x1a\n"
 

@@ -178,8 +178,8 @@ _WALL = Kind(
     (
         Verb("appears", "appear",
              (_at(2, 2, (2.0, 0.0), "its middle"),
-              Part("size", "size", "lengths", 0.1, FARTHEST, default=(3.0, 1.2), help="wide, high"), _TURNED),
-             (("at 2, 0", "across, 3 m wide and 1.2 m high"),
+              Part("size", "size", "lengths", 0.1, FARTHEST, default=(2.0, 0.8), help="wide, high"), _TURNED),
+             (("at 2, 0", "across, 2 m wide and 80 cm high"),
               ("at 1, 1 size 2 x 1 m turned 90°", "how wide and high; 90°: along the robot's way"))),
         Verb("moves", "move", (_to(2), _IN), (("to 1, 0 in 4 s", ""),)),
         _LEAVES,

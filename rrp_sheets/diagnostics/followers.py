@@ -29,10 +29,12 @@ _UNREAD_SHEETS = {"devices": _UNDECLARED, "helpers": _UNKNOWN_HELPER}
 _MISSED_BEHAVIOUR = ("PROT004", "DEV010")
 _UNNAMED = {"DEV005": _UNDECLARED, "FORM016": _UNKNOWN_HELPER, "FORM024": ("FORM007", "FORM017")}
 """A row of Devices or Helpers, or a column of a table, without a name: whoever wants it misses it."""
-_SCENE_ROW = ("SCENE001", "SCENE002", "SCENE003", "SCENE004")
+_SCENE_ROW = ("SCENE001", "SCENE002", "SCENE003", "SCENE004", "SCENE007", "SCENE008")
+_OF_SCENE_ROWS = ("SCENE005", "SCENE009", "SCENE010")
+"""What has come, and what has gone, is not known as long as rows of the scene are wrong."""
 _WRONG_ROWS = ("CONN", "GRAPH", "FORM", "DEV", "SHEET", "PROT")
 _AS_WRONG = ("CONN010", "DEV007", "GRAPH011", "GRAPH014", "FORM012")  # warnings, but what is meant is another row
-_OF_WRONG_ROWS = ("TEST002", "TEST011", "SCENE006", "DEV009", "LINT")
+_OF_WRONG_ROWS = ("TEST002", "TEST011", "SCENE006", "SCENE007", "DEV009", "LINT")
 """As long as rows are wrong, streams that tests name may be missing, and how rows act together is not known."""
 _OF_AS_WRONG = ("TEST011", "SCENE006", "DEV009", "LINT")
 """No error is among these: a warning must not let a workbook with an error pass for one without."""
@@ -82,7 +84,7 @@ class _Causes:
         if code == "FORM004":
             self.formulas.add(at.sheet)
         if code in _SCENE_ROW:
-            self.anywhere.add("SCENE005")
+            self.anywhere.update(_OF_SCENE_ROWS)
 
     def explain(self, d: Diagnostic) -> bool:
         """Whether a finding only follows from another one."""

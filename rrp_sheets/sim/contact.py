@@ -35,7 +35,7 @@ class Contacts:
         for pad in self._pads if near else ():
             if pad["zone"] in found:
                 continue
-            link = self._body.link(pad["link"])
+            link = self._body.link(pad["link"]) if pad["link"] in self._body.links else self._body.torso()
             point = link.position + link.rotation @ np.array(pad["xyz"])
             if any(s.distance(point) <= pad["radius"] for s in near):
                 found.add(pad["zone"])

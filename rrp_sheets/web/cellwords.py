@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any
 
 from rrp_sheets.devices import Robot, Setting, robot_names
-from rrp_sheets.devices.scene import BALL_COLOURS, OPERATOR, verbs_of
+from rrp_sheets.devices.scene import BALL_COLOURS
+from rrp_sheets.devices.scene_words import KINDS
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
 from rrp_sheets.topics.devices import described
-from rrp_sheets.topics.scene import WORDS
 
 Word = dict[str, str]
 _EXPECTS = (
@@ -75,24 +74,19 @@ def _choices(setting: Setting, robot: Robot, workbook: Workbook) -> list[Word]:
 
 
 def _acts(robot: Robot, labels: list[str]) -> dict[str, list[Any]]:
-    """What things can do: the verb, and examples of its value with a line of help."""
-    acts = {kind: dict.fromkeys(verbs_of(kind), ()) for kind in ("ball", "person")}
-    found: dict[str, dict[str, list[Word]]] = {kind: {v: [] for v in verbs} for kind, verbs in acts.items()}
-    for kind, verb, text, line in _patterns():
-        if text:
-            found[kind].setdefault(verb, []).append({"text": text, "help": line})
-    found["person"]["touches"] = [{"text": zone} for zone in robot.touch_zones]
-    found[key(OPERATOR)] = {"presses": [{"text": label} for label in labels if label] or [{"text": "Start"}]}
-    return {kind: [[verb, values] for verb, values in verbs.items()] for kind, verbs in found.items()}
-
-
-@lru_cache(maxsize=1)
-def _patterns() -> tuple[tuple[str, str, str, str], ...]:
-    """The examples of the help on scenes: kind of thing, verb, value, help."""
-    found, kind, verb = [], "", ""
-    for thing, does, text, line in WORDS:
-        kind = {"A ball": "ball", "A person": "person"}.get(thing, key(thing)) if thing else kind
-        verb = does or verb
-        if kind in ("ball", "person"):
-            found.append((kind, verb, text, line))
-    return tuple(found)
+    """What things can do, by their kind: each verb, with examples of its value and a line of help."""
+    found: dict[str, list[Any]] = {
+        kind.name: [
+            [verb.name, [{"text": text, "help": line} for text, line in verb.examples if text]] for verb in kind.verbs
+        ]
+        for kind in KINDS.values()
+    }
+    own = {
+        ("person", "touches"): [{"text": zone} for zone in robot.touch_zones],
+        ("operator", "presses"): [{"text": label} for label in labels if label],
+    }
+    for (kind, verb), words in own.items():
+        for entry in found[kind] if words else ():
+            if entry[0] == verb:
+                entry[1] = words
+    return found

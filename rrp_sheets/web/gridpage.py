@@ -7,16 +7,17 @@ from dataclasses import replace
 
 from markupsafe import Markup
 
-from rrp_sheets.devices.scene import verbs_of
+from rrp_sheets.devices.scene_words import KINDS, verbs_of
 from rrp_sheets.documents.hindrance import hindrance
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.sentences import explain
 from rrp_sheets.web.looks import no_look
 from rrp_sheets.web.ownsheets import own_page
-from rrp_sheets.web.pages import GridPage, Panels, Problem, Tab
+from rrp_sheets.web.pages import GridPage, Panels, Problem
 from rrp_sheets.web.pictures import MOST_ROWS
 from rrp_sheets.web.room import Room
 from rrp_sheets.web.shelf import counts
+from rrp_sheets.web.strip import strip_of
 from rrp_sheets.web.vocabulary import vocabulary
 from rrp_sheets.web.words import words_of
 
@@ -47,8 +48,7 @@ def grid_page(room: Room, name: str, sheet: str, icons: frozenset[str]) -> GridP
         examples=bool(maker and maker.has_examples),
         rows=rows,
         count=len(grids[sheet].rows) if sheet else 0,
-        tabs=tuple(Tab(n, g.kind, n == sheet) for n, g in grids.items()),
-        own=room.document.own,
+        strip=strip_of(room.document, name, sheet),
         vocabulary=_json(vocabulary(no_look())),
         panels=beside,
         read_only=room.document.why,
@@ -61,8 +61,9 @@ def grid_page(room: Room, name: str, sheet: str, icons: frozenset[str]) -> GridP
 def run_page(room: Room, name: str, sheet: str, icons: frozenset[str]) -> GridPage:
     """The same as the run panel: with what is needed while a run goes on."""
     zones = list(room.look().robot.touch_zones)
-    acts = {"ball": verbs_of("ball"), "person": verbs_of("person"), "zones": zones}
-    return replace(grid_page(room, name, sheet, icons), live=True, acts=_json(acts))
+    acts = {**{kind: verbs_of(kind) for kind in KINDS}, "zones": zones}
+    page = grid_page(room, name, sheet, icons)
+    return replace(page, live=True, acts=_json(acts), strip=strip_of(room.document, name, page.sheet, live=True))
 
 
 def _json(data: object) -> Markup:

@@ -7,7 +7,7 @@ from typing import Any
 
 from rrp_sheets.connectors import Parameter, connectors
 from rrp_sheets.devices import Robot
-from rrp_sheets.devices.scene import thing_names, verb_names
+from rrp_sheets.devices.scene_words import KINDS, verb_names
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.model.names import argument_name, key
@@ -15,6 +15,7 @@ from rrp_sheets.model.values import RecordType
 from rrp_sheets.model.workbook import Helper
 from rrp_sheets.render.contents import contents
 from rrp_sheets.topics.functions import examples, first_line, usage
+from rrp_sheets.topics.scene import TIMES
 from rrp_sheets.web.cellwords import cell_words
 from rrp_sheets.web.looks import Look
 
@@ -82,7 +83,8 @@ def _fixed() -> dict[str, Any]:
             }
             for f in functions.values()
         ],
-        "things": [{"text": name} for name in thing_names()],
+        "things": [{"text": name, "help": kind.help} for kind in KINDS.values() for name in kind.things],
+        "scenetimes": [{"text": text, "help": line} for text, line in TIMES],
         "verbs": [{"text": name} for name in verb_names()],
         "fields": [{"text": name} for name in FIELDS],
     }

@@ -52,7 +52,7 @@ _SCENE: tuple[Code, ...] = (
         _W,
         "No table",
         "{thing} shall stand on a table, but there is none at that time.",
-        "Add a row before it, in which the Table appears.",
+        "Add a row before it, in which the Table appears, or leave out “on table”.",
     ),
     Code(
         "SCENE011",

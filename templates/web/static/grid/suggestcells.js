@@ -9,6 +9,7 @@ export function inCell(words, where, before, text) {
   if (kind === "actor") return pick(words.things, text, 0, true);
   if (kind === "verb") return pick(verbs(words, where).map(([verb, values]) => ({ text: verb, help: values[0]?.text ?? "" })), text, 0, true);
   if (kind === "value") return free(values(words, where), text);
+  if (kind === "amount" && where.table.kind === "scene") return free(times(words), text);
   if (kind === "fieldvalue") {
     const field = key(named(where, "fieldname"));
     return field === "run" ? after(words.values.run, before) : free(words.values?.[field] ?? [], text, ["robot", "engine"].includes(field));
@@ -60,8 +61,13 @@ function verbs(words, where) {
   const thing = named(where, "actor");
   const acts = words.acts ?? {};
   if (!thing) return Object.values(acts).flat();
-  if (key(thing) === "operator") return acts.operator;
-  return key(thing).endsWith("ball") ? acts.ball : acts.person;
+  const name = key(thing).replace(/\d+$/, "");
+  return acts[Object.keys(acts).find((kind) => name.endsWith(kind)) ?? "person"];
+}
+
+/** When something may happen: also after the end of what an actuator does. */
+function times(words) {
+  return [...(words.scenetimes ?? []), ...(words.dones ?? []).map(({ text, help }) => ({ text: `${text} + 1`, help }))];
 }
 
 function values(words, where) {
