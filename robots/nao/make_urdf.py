@@ -17,6 +17,7 @@ HERE = Path(__file__).parent
 AROUND = 16  # faces around a solid: a compromise between its outline and the time to draw it
 SMALLEST_INERTIA = 1e-3  # kg m²; the geared motors' rotors add about as much, and lighter arms shake themselves apart
 SLACK = 0.1  # rad: the program keeps to the limits (robot.toml); a motor pushing against a hard one would shake
+ROUNDED = 0.92  # of a rounded box: the box that has about its volume
 SOLIDS = {"ell": (1.0, 1.0), "rbox": (0.45, 0.45), "caps": (0.6, 1.0)}
 """Squareness of each solid's outline along and around its axis; 1 is round (superellipsoid exponents)."""
 
@@ -84,10 +85,8 @@ def _link(link: Mapping[str, Any]) -> list[str]:
         if s["use"] in ("visual", "both"):
             paint = f'<material name="{s["colour"]}"/>'
             lines.append(f" <visual>{origin}<geometry>{_visual(s)}</geometry>{paint}</visual>")
-        # Only the feet meet anything. Further collision shapes would cost time and change nothing.
-        if s["use"] == "collision" and s["kind"] == "box":
-            box = f'<box size="{_nums(s["size"])}"/>'
-            lines.append(f" <collision>{origin}<geometry>{box}</geometry></collision>")
+        if s["use"] in ("collision", "both"):
+            lines.append(f" <collision>{origin}<geometry>{_solid(s)}</geometry></collision>")
     return [*lines, "</link>"]
 
 
@@ -116,6 +115,16 @@ def _visual(shape: Mapping[str, Any]) -> str:
         radius, length = size
         size = [2 * radius, 2 * radius, length + 2 * radius]
     return f'<mesh filename="{kind}.obj" scale="{_nums(size)}"/>'
+
+
+def _solid(shape: Mapping[str, Any]) -> str:
+    """What the floor meets, and what shows whether the robot's parts run into each other: simpler than what is seen."""
+    kind, size = shape["kind"], shape["size"]
+    if kind == "caps":
+        return f'<capsule radius="{size[0]:g}" length="{size[1]:g}"/>'
+    if kind == "ell":
+        return f'<sphere radius="{sum(size) / 6:.4g}"/>'
+    return f'<box size="{_nums([(ROUNDED if kind == "rbox" else 1.0) * c for c in size])}"/>'
 
 
 def _extent(shapes: Sequence[Mapping[str, Any]]) -> list[float]:

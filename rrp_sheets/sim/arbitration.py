@@ -67,9 +67,18 @@ class Arbiter:
         self._waiting: list[Job] = []  # for the voice: at most one
         self._outranked: list[Job] = []  # endless ones, which resume
         self._ended: list[tuple[str, Value]] = []
+        self._barred: tuple[frozenset[str], str] = (frozenset(), "")
+        self._told: set[tuple[str, str]] = set()
 
     def take(self, job: Job, us: int) -> None:
         """A new command."""
+        barred, why = self._barred
+        if job.uses & barred:
+            if (job.order.stream, job.order.row) not in self._told:
+                self._told.add((job.order.stream, job.order.row))
+                self._tell(Happening("error", why, job.order.stream, job.order.row))
+            self._done(job.order, False, 0.0)
+            return
         mine = self._of(job.order.stream) if job.endless else None
         if mine is not None:
             self._again(mine, job, us)
@@ -93,6 +102,11 @@ class Arbiter:
         self._drop(those, us)
         if stream is not None:
             self._resume(us)
+
+    def bar(self, resources: frozenset[str], why: str, us: int) -> None:
+        """From now on nothing uses these resources: what does ends, and what comes is refused, told once for a row."""
+        self._barred = resources, why
+        self._drop([j for j in (*self._waiting, *self._outranked, *self._running) if j.uses & resources], us)
 
     def give_way(self, streams: list[str], priority: float, us: int) -> None:
         """End what these streams do, unless its priority is larger."""

@@ -78,9 +78,9 @@ class Resting:
         """Whether the torso has come to rest."""
         return self._still >= 24  # steps of the physics: a tenth of a second
 
-    def settle(self, towards: float | None) -> None:
-        """Settle anew: around another lean (rad), or around the same as before."""
-        self._towards = self._towards if towards is None else towards
+    def settle(self, towards: float) -> None:
+        """Settle anew, around a lean (rad)."""
+        self._towards = towards
         self._halted, self._still = False, 0
 
     def halt(self) -> None:

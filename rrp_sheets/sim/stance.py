@@ -18,11 +18,16 @@ from rrp_sheets.sim.resting import Resting
 
 FASTEST_TURN = TURN / (2 * STEP_TIME)  # rad/s
 REST_AFTER = 0.4  # s without a step before the robot stands on its own again
+UPRIGHT, LOW = 0.8, 0.17  # the torso's axis upward and height (m) of a robot on its feet
 NEAR = 0.03  # rad: a leg's joint that is nearer to the start posture is there
 
 
 class Stance:
-    """Holds the robot up."""
+    """Holds the robot up.
+
+    Attributes:
+        loose: whether it was pushed and is left to physics.
+    """
 
     def __init__(self, bullet: Any, body: Body) -> None:
         self._b = bullet
@@ -32,7 +37,9 @@ class Stance:
         self._guide = Guide(bullet, body)
         self._gait: Gait | None = None
         self._resting: Resting | None = None
+        self._around = 0.0  # rad: the lean near which it settles
         self._steady = False
+        self.loose = self._stepped = self._rested = False
         self._rate = 0.0
         self._calm = 0.0
         self._way: tuple[float, float, float] | None = None  # where to walk when it stands upright
@@ -63,6 +70,12 @@ class Stance:
         )
 
     @property
+    def on_feet(self) -> bool:
+        """Whether it stands or crouches, upright; else it sits, lies, or is falling."""
+        torso = self._body.torso()
+        return not self.loose and float(torso.rotation[2, 2]) > UPRIGHT and float(torso.position[2]) > LOW
+
+    @property
     def settled(self) -> bool:
         """Whether the torso has come to rest after the legs have moved."""
         return self._resting is None or self._resting.settled
@@ -73,7 +86,8 @@ class Stance:
         if self._gait is not None:
             return self._gait.middle
         left, right = (self._body.sole(side).position for side in "LR")
-        return Spot(*(float(c) for c in (left + right)[:2] / 2), self._heading())
+        x, y = (float(c) for c in (left + right)[:2] / 2)
+        return Spot(x, y, self._heading())
 
     def turn(self, rate: float) -> None:
         """Turn the whole body at a rate (rad/s) until told otherwise; 0 stops."""
@@ -98,8 +112,8 @@ class Stance:
 
     def steady(self) -> None:
         """From now on hold the torso: swinging arms would make the robot fall, as it has no balance of its own."""
-        if not self._body.fallen:
-            self._steady = True
+        self._steady = True
+        if not self.loose:
             self._guide.hold()
 
     def follow_legs(self, lean: float | None = None) -> None:
@@ -109,7 +123,7 @@ class Stance:
             lean: around which the torso settles, rad: 0 standing or sitting, −1.5 on its back, 1.5 on its belly; None
                 is as before.
         """
-        if self._body.fallen:
+        if self.loose:
             return
         self._guide.hold()
         self._gait, self._rate, self._way = None, 0.0, None
@@ -117,7 +131,8 @@ class Stance:
         if self._resting is None:
             self._body.meet_floor(feet=False)
             self._resting = Resting(self._b, self._body, guide.place, guide.lean, guide.yaw)
-        self._resting.settle(lean)
+        self._around = self._around if lean is None else lean
+        self._resting.settle(self._around)
 
     def halt(self) -> None:
         """Come to rest at once, wherever the feet are."""
@@ -128,11 +143,24 @@ class Stance:
             self._resting.halt()
 
     def let_go(self) -> None:
-        """Leave the robot to physics."""
+        """Leave the robot to physics: something pushes it."""
+        self.loose, self._stepped, self._rested = True, self._gait is not None, self._resting is not None
         self._guide.release()
         self._gait = self._resting = self._way = None
-        self._steady, self._rate = False, 0.0
+        self._rate = 0.0
         self._body.meet_floor(feet=True, limbs=True)
+
+    def catch(self) -> None:
+        """Take hold of the robot again, after a push that has not made it fall."""
+        self.loose = False
+        if self._stepped or self._rested:
+            self.follow_legs()
+            for joint in self._joints if self._stepped else ():
+                self._body.go(joint, self._body.start[joint], EASY)
+            return
+        self._body.meet_floor(feet=True)
+        if self._steady:
+            self._guide.hold()
 
     def step(self) -> None:
         """One step of the physics."""
@@ -149,7 +177,7 @@ class Stance:
         """Whether it can walk now: it does, or it stands upright."""
         if self._gait is not None:
             return True
-        return not self._body.fallen and self.settled and not self._legs_move() and self.upright
+        return not self.loose and self.settled and not self._legs_move() and self.upright
 
     def _legs_move(self) -> bool:
         return any(self._body.on_its_way(joint) for joint in self._joints)

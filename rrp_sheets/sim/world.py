@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from rrp_sheets.sim.contact import Contacts
 from rrp_sheets.sim.face_models import FaceModels
 from rrp_sheets.sim.face_start import PICTURE as FACE_PICTURE
 from rrp_sheets.sim.face_start import make_faces
+from rrp_sheets.sim.falling import Falling
 from rrp_sheets.sim.film import STALE_US, Film
 from rrp_sheets.sim.heads import Heads
 from rrp_sheets.sim.keyframes import Motions
@@ -88,6 +89,7 @@ class SimWorld:
         ]
         seeing = frozenset(stream for stream, sensor, _ in self._sensors if sensor.locates)
         self.arbiter = Arbiter(spec.dones, self._tell)
+        self.falling = Falling(self._b, self.body, self.stance, self.arbiter, self._tell)
         parts = Parts(self.body, self.stance, self.eyes, self.voice, self.faces, self.trackers, self.motions,
                       self.arbiter, self._tell, seeing)  # fmt: skip
         made = {a.stream: make_actuator(a, parts) for a in spec.actuators}
@@ -123,19 +125,16 @@ class SimWorld:
             self._film.over = True
         self.arbiter.stop(None, self._us)
         last = Outcome(tuple(self.arbiter.ended()))
-        for name in self.body.start:
-            self.body.halt(name)
-        end = self._us + HOLD_US
-        while self._us < end or self.stance.turning:
-            self._move()
-            self._ease()
-        self.stance.follow_legs()
-        for name, angle in self.body.robot.data["postures"][REST_POSTURE].items():
-            self.body.go(name, angle, EASY)
-        end = self._us + REST_WITHIN_US
-        while self._us < end and self.body.moving():
-            self._move()
-            self._ease()
+        self.body.freeze()
+        self.stance.halt()
+        self._pass(HOLD_US)
+        if not self.body.fallen:
+            if self.stance.on_feet:
+                self.stance.follow_legs(0.0)
+                for name, angle in self.body.robot.data["postures"][REST_POSTURE].items():
+                    self.body.go(name, angle, EASY)
+                self._pass(REST_WITHIN_US, lambda: not self.body.moving() and self.stance.settled)
+            self.body.rest()
         if self._film is not None:
             self._film.write()
         return last
@@ -176,6 +175,7 @@ class SimWorld:
         self.motions.step()
         self.stance.step()
         self.body.step()
+        self.falling.step(self._us, STEP)
         self._b.stepSimulation()
 
     def _instant(self) -> list[tuple[str, Value]]:
@@ -202,6 +202,13 @@ class SimWorld:
             self.trackers.detected(seen)
         self._after()
         return events + self.arbiter.ended()
+
+    def _pass(self, us: int, until: Callable[[], bool] = lambda: False) -> None:
+        """Let some time pass after the end, or less when something is reached."""
+        end = self._us + us
+        while self._us < end and not until():
+            self._move()
+            self._ease()
 
     def _ease(self) -> None:
         self.stage.us = self._us  # what moves goes on moving, but nothing new happens

@@ -35,12 +35,12 @@ class Posture(Keyframed):
         frames = [Keyframe(QUICKEST * n, self._angles(posture)) for n, posture in enumerate(route, 1)]
         speed = float(self.settings["speed"])
         motion = Motion(self.parts.body, frames, returns=False, share=speed, peak=CALM * speed)
-        lean = robot.data.get("posture_leans", {}).get(name)
+        lean = robot.data.get("posture_leans", {}).get(name, 0.0)
         late, leaning = 0, False
 
         def during(motion: Motion) -> None:
             nonlocal leaning
-            if lean is not None and not leaning and motion.passed >= len(route) - 1:
+            if not leaning and (not lean or motion.passed >= len(route) - 1):
                 leaning = True
                 self.parts.stance.follow_legs(lean)
 
