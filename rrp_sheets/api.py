@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from rrp_sheets.runs import RunResult, RunSettings, RunView
     from rrp_sheets.runs.apart import Ended
     from rrp_sheets.runs.changes import CellSet
+    from rrp_sheets.runs.posing import Posed
     from rrp_sheets.testing import TestReport
     from rrp_sheets.workbook import Reading
     from rrp_sheets.workbook.editing import Edit, Edited
@@ -37,6 +38,7 @@ __all__ = [
     "fix",
     "mark",
     "new",
+    "pose",
     "read",
     "run",
     "set_cell",
@@ -134,6 +136,31 @@ def set_cell(path: Path | str, cell: str, value: str, sheet: str = "") -> CellSe
     from rrp_sheets.runs.changes import set_cell as set_one
 
     return set_one(Path(path), cell, value, sheet)
+
+
+def pose(
+    path: Path | str, name: str, joints: Sequence[str] = (), *, posture: str = "", at: float | None = None,
+    picture: Path | str | None = None,
+) -> Posed:  # fmt: skip
+    """Let the simulated robot take a pose, and write its joints as a keyframe into the workbook's Gestures sheet.
+
+    Args:
+        path: of the workbook.
+        name: of the gesture; it may be new.
+        joints: joints to move, as `RShoulderPitch=-60°` or `LElbowRoll=-0.5` (rad).
+        posture: to begin with; else the gesture's last keyframe, or the start posture.
+        at: s from the gesture's beginning; None: 1 s after its last keyframe.
+        picture: where to store a picture of that pose.
+
+    Raises:
+        SheetsError: a joint, an angle or the posture is not known, or the file cannot be written.
+        MissingPart: when the simulator is not installed here.
+    """
+    from rrp_sheets.runs.posing import pose as write_pose
+
+    return write_pose(
+        Path(path), name, joints, posture=posture, at=at, picture=None if picture is None else Path(picture)
+    )
 
 
 def diff(first: Path | str, second: Path | str) -> Comparison:

@@ -61,8 +61,7 @@ def check_workbook(workbook: Workbook, report: Report, *, lints: bool = True) ->
         report: takes what is found.
         lints: whether warnings about rows that work, and which fixes are safe, are wanted as well.
     """
-    robot = _robot(workbook, report)
-    robot = robot.with_gestures(parse_gestures(workbook.gestures, robot, report))
+    robot = robot_of(workbook, report)
     graph = build_graph(workbook, robot, connectors(), report)
     compiled = check_formulas(workbook, robot, graph, report)
     scene = None if workbook.scene is None else parse_scene(workbook.scene, report, robot, _folder(workbook))
@@ -94,6 +93,12 @@ def _buttons(workbook: Workbook, graph: Graph, robot: Robot) -> list[str]:
     labels = [d.settings["label"].text if d.settings.get("label") else d.stream.text for d in declared]
     used = [s for s in graph.streams.values() if s.device and s.device.type.name == "OperatorButton"]
     return list(dict.fromkeys([*labels, *(str(s.settings["label"]) for s in used)]))
+
+
+def robot_of(workbook: Workbook, report: Report) -> Robot:
+    """The robot that a workbook is for, with the workbook's gestures; what is wrong with them goes into the report."""
+    robot = _robot(workbook, report)
+    return robot.with_gestures(parse_gestures(workbook.gestures, robot, report))
 
 
 def _robot(workbook: Workbook, report: Report) -> Robot:

@@ -22,6 +22,7 @@ _COMMANDS = {
     "formula": "Try a formula with inputs.",
     "help": "Explain connectors, functions, devices, the scene, a code or a name.",
     "set": "Change one cell of a workbook and leave all else as it is.",
+    "pose": "Write a keyframe of a gesture from the simulated robot's joints.",
     "convert": "Write a workbook as .xlsx, as Markdown, or as a folder of CSV files.",
     "run": "Run a workbook on the simulated robot.",
     "test": "Run the tests that stand in a workbook.",

@@ -17,18 +17,7 @@ from rrp_sheets.model.workbook import GestureRow
 
 LONGEST = 120.0  # s, of one gesture
 MOST = 200  # keyframes of a gesture
-HEADERS = ("Name", "Time (s)")
-
-
-def gesture_columns(robot: Robot) -> tuple[str, ...]:
-    """The headers of a new Gestures sheet: the joints of head and arms; a column may be added for any other.
-
-    >>> from rrp_sheets.devices import load_robot
-    >>> gesture_columns(load_robot())[:4], len(gesture_columns(load_robot()))
-    (('Name', 'Time (s)', 'HeadYaw', 'HeadPitch'), 17)
-    """
-    upper = [j.name for j in robot.joints.values() if robot.data["chains"][j.chain] != "legs"]
-    return (*HEADERS, *upper, "Notes")
+NEARLY = 0.006  # rad: an angle was rounded, nothing else is wrong with it
 
 
 @dataclass(frozen=True)
@@ -138,7 +127,7 @@ def _tell_limits(lines: Sequence[_Line], robot: Robot, report: Report) -> None:
     yaws = [yaw := line.angles.get("HeadYaw", yaw) for line in lines]
     for c in plan.clamped:
         cell = lines[c.frame].cells.get(c.joint)
-        if cell is not None:
+        if cell is not None and abs(c.wanted - c.given) > NEARLY:
             low, high = joint_limits(robot, c.joint, yaws[c.frame])
             unit, turned = robot.joints[key(c.joint)].unit, c.joint == "HeadPitch" and yaws[c.frame]
             report.add(

@@ -14,8 +14,8 @@ TITLES = {
 SINGLE = frozenset(("devices", "helpers", "scene", "gestures", "protocol"))
 """Kinds of which a workbook has one."""
 _JOINTS = (
-    "HeadYaw", "HeadPitch", "RShoulderPitch", "RShoulderRoll", "RElbowYaw", "RElbowRoll", "RWristYaw",
-    "LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll", "LWristYaw",
+    "HeadYaw", "HeadPitch", "RShoulderPitch", "RShoulderRoll", "RElbowYaw", "RElbowRoll", "RWristYaw", "RHand",
+    "LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll", "LWristYaw", "LHand",
 )  # fmt: skip
 
 

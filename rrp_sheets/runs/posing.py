@@ -1,0 +1,242 @@
+"""A keyframe of a gesture from the simulated robot: it takes a pose, and what its joints then are becomes a row."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rrp_sheets.checks import check_workbook
+from rrp_sheets.checks.check import robot_of
+from rrp_sheets.devices import Joint, Robot
+from rrp_sheets.devices.gestures import SIDES, parse_angle
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.cells import Address
+from rrp_sheets.model.durations import parse_duration
+from rrp_sheets.model.exchange import Command, DeviceUse
+from rrp_sheets.model.names import key, nearest
+from rrp_sheets.model.workbook import GestureRow
+from rrp_sheets.workbook import Reading, read
+from rrp_sheets.workbook.beginnings import TITLES, beginning, place_of
+from rrp_sheets.workbook.edits import AddSheet, Edit, InsertRows, SetCell, Value
+from rrp_sheets.workbook.headers import recognise
+
+FIRST, BETWEEN = 1.0, 1.0  # s: the first keyframe's time, and between two, unless somebody says otherwise
+PATIENCE_US = 15_000_000  # for the robot to take the pose
+FRAME_US = 33_333
+DIGITS = 2  # of an angle in rad: half a degree
+
+
+@dataclass(frozen=True)
+class Posed:
+    """A keyframe that was written.
+
+    Attributes:
+        address: of the row's first cell.
+        at: s from the gesture's beginning.
+        joints: the angles that stand in the row now, by the joint's name.
+        added: the columns that were added for them.
+        notes: what the robot could not do as asked.
+        report: what is wrong with the workbook now.
+    """
+
+    address: Address
+    at: float
+    joints: Mapping[str, float]
+    added: tuple[str, ...]
+    notes: tuple[str, ...]
+    report: Report
+
+
+def pose(
+    path: Path, name: str, wanted: Sequence[str] = (), *, posture: str = "", at: float | None = None,
+    picture: Path | None = None,
+) -> Posed:  # fmt: skip
+    """Let the simulated robot take a pose, and write its joints as a keyframe into the workbook's Gestures sheet.
+
+    The pose begins with the gesture's last keyframe, or the start posture.
+
+    Args:
+        path: of the workbook.
+        name: of the gesture; it may be new.
+        wanted: joints to move, as `RShoulderPitch=-60°` or `LElbowRoll=-0.5` (rad).
+        posture: to begin with another one.
+        at: s from the gesture's beginning; a keyframe of that time is replaced. None: 1 s after the last one.
+        picture: where to store a picture of the robot in that pose (.png).
+
+    Raises:
+        SheetsError: a joint, an angle or the posture is not known, or the file cannot be written.
+        MissingPart: when the simulator is not installed here.
+    """
+    if not name.strip():
+        raise SheetsError("A gesture needs a name.", 'Write one: --name "High five".')
+    reading = read(path)
+    robot = robot_of(reading.workbook, Report())
+    mine = [row for row in reading.workbook.gestures if key(row.name.text) == key(name)]
+    asked = dict(_joint(text, robot) for text in wanted)
+    if posture and key(posture) not in {key(p) for p in robot.postures}:
+        guess = nearest(posture, robot.postures)
+        remedy = f"Did you mean {guess}?" if guess else f"The postures are: {', '.join(robot.postures)}."
+        raise SheetsError(f"There is no posture “{posture}”.", remedy)
+    before = {} if posture else _angles_so_far(mine, robot, at)
+    taken, notes = _take(robot, posture, {**before, **asked}, picture)
+    joints = {j: _rounded(taken[j], robot.joints[key(j)]) for j in _written(robot, posture, before, asked)}
+    if not joints:
+        raise SheetsError(
+            "Nothing would be moved: no joint and no posture is named.",
+            "Name joints, for example RShoulderPitch=-60°, or a posture with --posture.",
+        )
+    time = at if at is not None else max((t for row in mine if (t := _seconds(row)) is not None), default=None)
+    if at is None:
+        time = FIRST if time is None else time + BETWEEN
+    assert time is not None
+    edits, address, added = _edits(reading, robot, name, time, joints)
+    from rrp_sheets.workbook.editing import edit
+
+    edit(path, edits, expected_digest=reading.digest)
+    after = read(path)
+    report = check_workbook(after.workbook, after.report).report
+    return Posed(address, time, joints, added, notes, report)
+
+
+def _joint(text: str, robot: Robot) -> tuple[str, float]:
+    name, found, value = text.partition("=")
+    joint = robot.joints.get(key(name))
+    if not found or joint is None:
+        names = [j.name for j in robot.joints.values()]
+        sides = [n for n in names if key(n)[1:] == key(name) and n[0] in SIDES]
+        near = " or ".join(sides) or nearest(name, names)
+        example = f"{near.split(' or ')[0]}=0.5" if near else "RShoulderPitch=-60°"
+        remedy = f"Did you mean {near}? " if near and joint is None else ""
+        raise SheetsError(f"“{text}” names no joint and its angle.", f"{remedy}Write it like this: {example}")
+    angle = parse_angle(value)
+    if angle is None or (not joint.unit and "°" in value):
+        raise SheetsError(f"“{value}” is no angle for {joint.name}.", f"Write rad or degrees: {joint.name}=0.5")
+    return joint.name, angle
+
+
+def _seconds(row: GestureRow) -> float | None:
+    us = parse_duration(row.time.text, bare="s")
+    return None if us is None else us / 1e6
+
+
+def _angles_so_far(rows: Sequence[GestureRow], robot: Robot, at: float | None) -> dict[str, float]:
+    """The pose of a gesture at its end, or at a time: each joint as the last keyframe that names it has it."""
+    angles: dict[str, float] = {}
+    for row in rows:
+        time = _seconds(row)
+        if time is not None and (at is None or time <= at):
+            for k, cell in row.joints.items():
+                angle = parse_angle(cell.text)
+                if k in robot.joints and angle is not None:
+                    angles[robot.joints[k].name] = angle
+    return angles
+
+
+def _written(robot: Robot, posture: str, before: Mapping[str, float], asked: Mapping[str, float]) -> list[str]:
+    """The joints that the row tells: those of the gesture so far, those asked for, and those of a posture."""
+    start = robot.data["postures"][robot.data["robot"]["start_posture"]]
+    named = next((a for p, a in robot.data["postures"].items() if key(p) == key(posture)), {})
+    legs = any(robot.data["chains"][robot.joints[key(j)].chain] == "legs" and abs(a - start[j]) > 0.01
+               for j, a in named.items())  # fmt: skip
+    posed = [j for j in named if legs or robot.data["chains"][robot.joints[key(j)].chain] != "legs"]
+    chosen = {*before, *asked, *posed}
+    return [j.name for j in robot.joints.values() if j.name in chosen]
+
+
+def _rounded(angle: float, joint: Joint) -> float:
+    """An angle with two digits, within the joint's limits."""
+    step = 10**-DIGITS
+    low, high = math.ceil(joint.lower / step - 1e-6), math.floor(joint.upper / step + 1e-6)
+    return min(max(round(angle / step), low), high) / round(1 / step)
+
+
+def _take(
+    robot: Robot, posture: str, angles: Mapping[str, float], picture: Path | None
+) -> tuple[Mapping[str, float], tuple[str, ...]]:
+    """Let the simulated robot take a pose; its joints when it is there, and what it could not do."""
+    from rrp_sheets.drivers.simulated import SimulatedWorld
+
+    uses = [DeviceUse(f"joint {j}", j, "SetJointPosition", {"joint": j, "speed": 0.3}) for j in angles]
+    orders = [Command(f"joint {j}", angle) for j, angle in angles.items()]
+    if posture:
+        uses.insert(0, DeviceUse("posture", "Posture", "Posture", {"name": posture}))
+    world = SimulatedWorld(robot, (), uses, dones={f"{u.stream} done": u.stream for u in uses})
+    notes: list[str] = []
+    now = 0
+
+    def until_done(commands: Sequence[Command]) -> None:
+        nonlocal now
+        left, end = len(commands), now + PATIENCE_US
+        while left > 0 and now < end:
+            now += FRAME_US
+            arrived = world.advance(now, commands)
+            commands = ()
+            left -= len(arrived.events)
+            notes.extend(h.text for h in arrived.happenings if h.kind in ("clamp", "error"))
+
+    try:
+        world.start()
+        if posture:
+            until_done([Command("posture", True)])
+        until_done(orders)
+        if picture is not None:
+            from PIL import Image
+
+            Image.fromarray(world.watch()).save(picture)
+        return world.state().joints, tuple(notes)
+    except OSError as error:
+        raise SheetsError(f"The picture cannot be written ({error.strerror or error}).", "Name another file.") from None
+    finally:
+        world.stop()
+
+
+def _edits(
+    reading: Reading, robot: Robot, name: str, at: float, joints: Mapping[str, float]
+) -> tuple[list[Edit], Address, tuple[str, ...]]:
+    """What to do to the file, where the row then stands, and which columns are new."""
+    found = next(((s, r) for s in reading.sheets if (r := recognise(s)).kind and r.kind.name == "gestures"), None)
+    cells: dict[str, Value] = {"name": name, "time(s)": at, **{key(j): a for j, a in joints.items()}}
+    if found is None:
+        kinds = {s.name: (r.kind.name if (r := recognise(s)).kind else "") for s in reading.sheets}
+        header = beginning("gestures", robot.name)[0]
+        added = tuple(j for j in joints if j not in header)
+        header = [*header[:-1], *added, header[-1]]
+        row = [str(cells[key(h)]) if key(h) in cells else "" for h in header]
+        sheet = AddSheet(TITLES["gestures"], [header], before=place_of("gestures", kinds))
+        fill = [SetCell(sheet.sheet, 2, c, cells[key(h)]) for c, h in enumerate(header, 1) if row[c - 1]]
+        return [sheet, *fill], Address(sheet.sheet, 2, 1), ()
+    raw, what = found
+    columns = {key(n): c for n, c in what.columns.items()} | {key(h): c for c, h in what.others.items()}
+    added = tuple(j for j in joints if key(j) not in columns)
+    last = max(c for _, c in raw.cells)
+    columns |= {key(j): last + n for n, j in enumerate(added, 1)}
+    edits: list[Edit] = [SetCell(raw.name, what.row, columns[key(j)], j) for j in added]
+    number, insert = _place(reading.workbook.gestures, raw.name, name, at, what.row)
+    if insert:
+        edits.append(InsertRows(raw.name, number))
+    edits += [SetCell(raw.name, number, columns[k], value) for k, value in cells.items()]
+    return edits, Address(raw.name, number, columns["name"]), added
+
+
+def _place(rows: Sequence[GestureRow], sheet: str, name: str, at: float, header: int) -> tuple[int, bool]:
+    """The number of the keyframe's row, and whether one must be inserted before it."""
+    numbers = [row.name.address.row for row in rows if row.name.address.sheet == sheet]
+    mine = [row for row in rows if key(row.name.text) == key(name) and row.name.address.sheet == sheet]
+    for row in mine:
+        time = _seconds(row)
+        if time is not None and math.isclose(time, at, abs_tol=1e-6):
+            return row.name.address.row, False
+        if time is not None and time > at:
+            return row.name.address.row, True
+    after = mine[-1].name.address.row if mine else max(numbers, default=header)
+    return after + 1, any(n > after for n in numbers)
+
+
+def shown(joints: Mapping[str, float]) -> Iterator[str]:
+    """Angles for people: rad, and degrees."""
+    for joint, angle in joints.items():
+        hand = joint.endswith("Hand")
+        yield f"{joint} {angle:g}" + ("" if hand else f" ({math.degrees(angle):.0f}°)")
