@@ -79,8 +79,8 @@ def _things(scene: Sequence[SceneAction]) -> tuple[Thing, ...]:
     found: dict[str, Thing] = {}
     for action in scene:
         if action.verb in _STANDS and key(action.thing) not in found:
-            kind = "ball" if "size" in action.values else "person"
-            there = action.time_us == 0 and "at" in action.values
+            kind = action.what
+            there = action.time_us == 0 and not action.cue and "at" in action.values
             found[key(action.thing)] = (action.thing, kind, _place(action.values["at"]) if there else None)
     return tuple(found.values())
 

@@ -23,6 +23,7 @@ from rrp_sheets.sim.film import STALE_US, Film
 from rrp_sheets.sim.heads import Heads
 from rrp_sheets.sim.keyframes import Motions
 from rrp_sheets.sim.messages import Outcome, Shown, Spec, State
+from rrp_sheets.sim.pushing import force
 from rrp_sheets.sim.quiet import quiet
 from rrp_sheets.sim.sensors import SENSORS, Clock, Senses, Sight, tidy
 from rrp_sheets.sim.signals import Signals
@@ -71,7 +72,7 @@ class SimWorld:
         self.signals = Signals(spec.robot)
         models = cache(FaceModels)
         heads = Heads(self._b, models)
-        self.stage = Stage(self._b, spec.scene, self.signals.act, heads)
+        self.stage = Stage(self._b, spec.scene, self._by_people, heads)
         self.contacts = Contacts(self.body, self.stage)
         self.stance = Stance(self._b, self.body)
         lens = Lens(self.body.hfov, self.body.vfov, *PICTURE)
@@ -167,6 +168,13 @@ class SimWorld:
         if self._film is None:
             self._film = Film(self._b, self, self._spec, None)
         return self._film.shoot()
+
+    def _by_people(self, action: SceneAction) -> None:
+        """Somebody does something without moving: presses, touches, speaks, pushes."""
+        if action.verb == "push":
+            self.falling.push(force(action.values, self.body.tilt()[2]))
+        else:
+            self.signals.act(action)
 
     def _move(self) -> None:
         self._step += 1

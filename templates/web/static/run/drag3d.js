@@ -155,9 +155,9 @@ export class Drag {
     const slack = pixel * (event.pointerType === "touch" ? FINGER : MOUSE);
     let best = null;
     for (const [name, { object }] of this.stage.things) {
-      const { ball, radius } = object.userData;
+      const { radius, tall } = object.userData;
       const head = object.position;
-      const foot = ball ? head : head.clone().setZ(0);
+      const foot = head.clone().setZ(head.z + (tall ?? 0)); // the other end of it
       const far = head.distanceTo(ray.origin);
       const beside = Math.max(Math.sqrt(ray.distanceSqToSegment(foot, head)) - radius, 0);
       if (beside < slack * far && (!best || beside < best.beside || (beside === best.beside && far < best.far))) best = { name, beside, far };

@@ -4,12 +4,20 @@ import { act } from "./ask.js";
 import { make, put } from "./make.js";
 import { move, ways } from "./moving.js";
 
-const quick = { ball: ["appears", "circles", "disappears"], person: ["enters", "looks away", "looks back", "leaves", "says", "touches"] };
+const quick = {
+  ball: ["appears", "circles", "disappears"],
+  person: ["enters", "looks away", "looks back", "leaves", "says", "touches", "pushes"],
+  cup: ["appears", "disappears"], box: ["appears", "disappears"],
+  table: ["appears", "disappears"], wall: ["appears", "disappears"],
+};
+const grounded = ["table", "wall"]; // they stay on the floor
+const levels = [["Light", "light", 1], ["Noise", "noise", 0]];
 
 export function scene(root) {
   const holder = document.getElementById("things");
   const known = JSON.parse(document.getElementById("acts").textContent);
   let things = new Map(); // name → what moves its sliders
+  const room = levelsOf();
 
   document.addEventListener("rrp:run", ({ detail }) => {
     const names = (detail.things ?? []).map((t) => `${t.kind} ${t.name}`).join("\n");
@@ -17,26 +25,27 @@ export function scene(root) {
       holder.dataset.names = names;
       const parts = (detail.things ?? []).filter((t) => quick[t.kind]).map((t) => thing(t));
       things = new Map(parts.map((p) => [p.name, p]));
-      holder.replaceChildren(...parts.map((p) => p.element));
+      holder.replaceChildren(...parts.map((p) => p.element), room.element);
     }
-    root.hidden = detail.phase === "none" || !things.size;
+    root.hidden = detail.phase === "none";
     const on = ["running", "paused"].includes(detail.phase);
     for (const part of holder.querySelectorAll("input, button, select")) part.disabled = !on;
   });
   document.addEventListener("rrp:live", ({ detail }) => {
     if (!detail.robot) return;
     for (const [name, part] of things) part.at(detail.robot.things[name]);
+    room.at(detail.robot);
   });
 
   document.addEventListener("rrp:moved", ({ detail }) => things.get(detail.thing)?.moved(detail.at));
 
   function thing({ name, kind, at }) {
-    const rows = ways.map(([word, min, max]) => slider(name, word, min, max));
+    const rows = ways.slice(0, grounded.includes(kind) ? 2 : 3).map(([word, min, max]) => slider(name, word, min, max));
     let held = 0; // until when the sliders are the user's
     for (const row of rows) {
       row.input.addEventListener("input", () => {
         row.show();
-        move(name, rows.map((r) => Number(r.input.value)));
+        move(name, [...rows.map((r) => Number(r.input.value)), 0].slice(0, 3));
       });
     }
     const sliders = make("div", { className: "sliders" }, ...rows.flatMap((r) => [r.label, r.input, r.output]));
@@ -71,18 +80,38 @@ export function scene(root) {
   }
 }
 
-function slider(thing, word, min, max) {
+// How bright and how loud the room is.
+function levelsOf() {
+  const rows = levels.map(([name, key, first]) => {
+    const row = slider("Room", name, 0, 100, 1, (value) => `${Math.round(value)} %`);
+    let held = 0; // until when it is the user's
+    let timer = 0;
+    row.set(first * 100);
+    row.input.addEventListener("input", () => {
+      held = performance.now() + 1200;
+      row.show();
+      clearTimeout(timer);
+      timer = setTimeout(() => act("scene", { thing: name, verb: "set to", value: `${row.input.value} %` }), 120);
+    });
+    return { ...row, at: (robot) => robot[key] !== undefined && performance.now() > held && row.set(robot[key] * 100) };
+  });
+  const sliders = make("div", { className: "sliders" }, ...rows.flatMap((r) => [r.label, r.input, r.output]));
+  const element = make("section", { className: "thing" }, make("h3", { textContent: "Room" }), sliders);
+  return { element, at: (robot) => rows.forEach((r) => r.at(robot)) };
+}
+
+function slider(thing, word, min, max, step = 0.01, shown = (value) => `${Number(value).toFixed(2)} m`) {
   const id = `slide-${thing.replaceAll(/\W/g, "-")}-${word}`;
-  const input = make("input", { type: "range", id, min, max, step: 0.01, ariaLabel: `${thing}: ${word}` });
+  const input = make("input", { type: "range", id, min, max, step, ariaLabel: `${thing}: ${word}` });
   const output = make("output", {});
   const show = () => {
-    put(output, `${Number(input.value).toFixed(2)} m`);
-    input.ariaValueText = `${input.value} metres`;
+    put(output, shown(input.value));
+    input.ariaValueText = step === 1 ? shown(input.value) : `${input.value} metres`;
   };
   return {
     label: make("label", { htmlFor: id, textContent: word }), input, output, show,
     set(value) {
-      const text = value.toFixed(2);
+      const text = step === 1 ? String(Math.round(value)) : value.toFixed(2);
       if (input.value === text) return;
       input.value = text;
       show();

@@ -4,11 +4,14 @@ import * as THREE from "/vendor/js/three.module.js";
 import { Body, turn } from "./body3d.js";
 import { Drag } from "./drag3d.js";
 import { Orbit } from "./orbit.js";
-import { Room, thing } from "./room3d.js";
+import { Room } from "./room3d.js";
+import { same, thing } from "./things3d.js";
 
 const MOST_PIXELS = 1.5; // per CSS pixel: more costs a weak laptop its 60 pictures a second and shows little
+const HIGHEST = 1.25; // m: what is higher need not be in the picture
 const NEAR = 2.3; // m from the robot: things farther away need not be in the picture
 const LONGEST = 300; // ms, of the way from one state to the next
+const AWAY = 1.92; // rad: how far somebody who looks away turns
 const HELD = 1200; // ms after it was let go a thing is where one put it; by then the world has told that it is there
 const SLOW = 28; // ms between two pictures: below that often, the picture is drawn coarser
 
@@ -67,7 +70,7 @@ export class Stage {
   }
 
   /** A newer state of the world; it is reached smoothly, `atOnce` when it is the first of a run. */
-  take({ joints, base, eyes, things }, atOnce = false) {
+  take({ joints, base, eyes, things, looks, light }, atOnce = false) {
     const now = performance.now();
     const gap = Math.min(Math.max(now - (this.newest ?? 0), 16), LONGEST);
     this.newest = now;
@@ -81,14 +84,15 @@ export class Stage {
       this.to.turned.setFromEuler(turn(base.slice(3)));
     }
     if (eyes) this.body.shine(eyes);
-    if (things) this.put(things);
+    if (light !== undefined && light !== this.room.share) this.room.light(light);
+    if (things) this.put(things, looks ?? {});
     this.ask();
   }
 
-  put(things) {
-    this.newestThings = things;
-    for (const [name, { object }] of this.things) {
-      if (name in things) continue;
+  put(things, looks) {
+    this.newest3d = { things, looks };
+    for (const [name, { object, held }] of this.things) {
+      if (name in things && (held || same(object, looks[name]))) continue;
       this.drag.gone(object);
       this.scene.remove(object);
       object.traverse((part) => { part.geometry?.dispose(); part.material?.dispose(); });
@@ -97,12 +101,14 @@ export class Stage {
     for (const [name, at] of Object.entries(things)) {
       const to = new THREE.Vector3(...at);
       if (!this.things.has(name)) {
-        const object = thing(name, this.kinds[name], at[2], this.model);
+        const look = looks[name] ?? (this.kinds[name] === "person" ? { kind: "person" } : null);
+        const object = thing(name, look, at[2], this.model);
         object.position.copy(to);
         this.scene.add(object);
         this.things.set(name, { object });
       }
       const entry = this.things.get(name);
+      Object.assign(entry.object.userData, { away: Boolean(looks[name]?.away), turned: looks[name]?.turned ?? 0 });
       if (entry.held) continue;
       entry.from = entry.object.position.clone();
       if (entry.from.distanceTo(to) > 1) entry.from.copy(to); // it was put there, it did not fly
@@ -137,13 +143,13 @@ export class Stage {
     if (!entry) return;
     entry.timer = setTimeout(() => {
       entry.held = false;
-      if (this.newestThings) this.take({ things: this.newestThings });
+      if (this.newest3d) this.take(this.newest3d);
     }, HELD);
   }
 
-  // people look at the robot
-  face({ position, rotation, userData }) {
-    if (!userData.ball) rotation.z = Math.atan2(-position.y, -position.x);
+  // people look at the robot, or away
+  face({ position, rotation, userData: { kind, away, turned } }) {
+    rotation.z = kind === "person" ? Math.atan2(-position.y, -position.x) + (away ? AWAY : 0) : turned ?? 0;
   }
 
   /** What should be in the picture. */
@@ -153,9 +159,12 @@ export class Stage {
     const robot = [];
     for (const x of [-0.1, 0.14]) for (const y of [-0.17, 0.17]) for (const z of [0, height * 1.02]) robot.push(new THREE.Vector3(base.x + x, base.y + y, z));
     const far = ({ position }) => Math.hypot(position.x - base.x, position.y - base.y);
-    const near = [...this.things.values()].map(({ object }) => object).filter((o) => far(o) < NEAR).sort((a, b) => far(a) - far(b));
-    const around = ({ position, userData: { radius } }) => [-radius, radius].map((r) => position.clone().addScalar(r));
-    this.orbit.frame([robot, ...near.map(around)], base, near.some((o) => !o.userData.ball));
+    const near = [...this.things.values()].map(({ object }) => object).filter((o) => o.userData.kind !== "wall" && far(o) < NEAR).sort((a, b) => far(a) - far(b));
+    const around = ({ position, userData: { radius, tall } }) => [
+      position.clone().addScalar(-radius).setZ(Math.min(position.z, HIGHEST) - (tall > 0 ? 0 : radius)),
+      position.clone().addScalar(radius).setZ(Math.min(position.z + (tall > 0 ? tall : radius), HIGHEST)),
+    ];
+    this.orbit.frame([robot, ...near.map(around)], base, near.some((o) => o.userData.kind === "person"));
   }
 
   /** Draw soon. */
@@ -219,8 +228,10 @@ export class Stage {
     shadows.push([base.x - 0.03, base.y + 0.03, 0.16, 0.22]);
     for (const { object } of this.things.values()) {
       const { x, y, z } = object.position;
-      const { ball, radius } = object.userData;
-      shadows.push(ball ? [x - 0.1 * z, y + 0.1 * z, radius * (0.9 + z), 0.45 / (1 + 2 * z)] : [x, y, 0.18, 0.45]);
+      const { kind, radius } = object.userData;
+      if (kind === "ball") shadows.push([x - 0.1 * z, y + 0.1 * z, radius * (0.9 + z), 0.45 / (1 + 2 * z)]);
+      else if (kind === "person") shadows.push([x, y, 0.18, 0.45]);
+      else if (kind !== "wall") shadows.push([x, y, radius * 1.3, (kind === "table" ? 0.25 : 0.4) / (1 + 4 * z)]);
     }
     this.room.shadow(shadows);
     this.renderer.render(this.scene, this.camera);
