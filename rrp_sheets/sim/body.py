@@ -185,6 +185,10 @@ class Body:
         """Whether a joint's motion is not over yet."""
         return joint in self._moving
 
+    def stirs(self, joint: str) -> bool:
+        """Whether a joint is on its way, or was put somewhere just now."""
+        return joint in self._moving or joint in self._put or joint in self._put_before
+
     def moving(self) -> bool:
         """Whether any joint is on its way."""
         return bool(self._moving)

@@ -96,7 +96,7 @@ class Gait:
     @property
     def beside(self) -> bool:
         """Whether both feet are on the floor, beside each other, with nothing to do."""
-        return not self._swings and self._at(self._goal)
+        return not self._swings and self.at(self._goal)
 
     @property
     def at_rest(self) -> bool:
@@ -136,7 +136,7 @@ class Gait:
         if self._halts:
             self._pace = max(0.0, self._pace - dt / HALT_TIME)
             self._height = max(0.0, self._height - dt / HALT_TIME)
-        if not self._swings and not self._halts and not self._at(self._goal):
+        if not self._swings and not self._halts and not self.at(self._goal):
             self._plan()
         if self._swings:
             self._time = min(self._time + dt * self._pace, STEP_TIME)
@@ -145,7 +145,15 @@ class Gait:
             self._swings, self.middle = "", self._to
         return pose
 
-    def _at(self, goal: Spot) -> bool:
+    @property
+    def bound(self) -> float | None:
+        """Which way it walks, rad; None when it stands or turns on the spot."""
+        to = self._goal
+        ahead, left = to.x - self.middle.x, to.y - self.middle.y
+        return None if self.beside or max(abs(ahead), abs(left)) < ARRIVED else math.atan2(left, ahead)
+
+    def at(self, goal: Spot) -> bool:
+        """Whether both feet are where a goal wants them."""
         return all(_near(foot, goal) for foot in self._feet.values())
 
     def _plan(self) -> None:
@@ -162,7 +170,7 @@ class Gait:
             put = self._goal
         self._lifted, self._feet[self._swings] = self._feet[self._swings], put
         self._from, self._to, self._time = self.middle, stands.to(put, 0.5), 0.0
-        goes_on = not self._at(self._goal) and not _near(put, self._goal)
+        goes_on = not self.at(self._goal) and not _near(put, self._goal)
         self._speed = self._speed_then
         x, y = self._to.x - self._from.x, self._to.y - self._from.y
         self._speed_then = (x / STEP_TIME, y / STEP_TIME) if goes_on else (0.0, 0.0)

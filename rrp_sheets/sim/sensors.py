@@ -19,7 +19,6 @@ from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.vision import Detector, Spot
 
 STEPS_A_SECOND = 240
-LYING = 1.0  # rad of roll or pitch: the robot has fallen
 DEGREE = 0.0175  # rad: a torso that turns less has not turned
 SURE = 0.9  # the confidence of a word that the scene tells
 STILL = 2.5e-4  # rad: a joint that moves less has not moved (the physics trembles less than that when standing)
@@ -188,7 +187,7 @@ class Orientation(_Base):
         """The angles in rad, or nothing when they are much the same as before."""
         body = self.senses.body
         roll, pitch, yaw = body.tilt()
-        now = (roll, pitch, yaw, max(abs(roll), abs(pitch)) > LYING)
+        now = (roll, pitch, yaw, body.fallen)
         last = self._last
         if last and last[3] == now[3] and all(abs(a - b) < DEGREE for a, b in zip(now[:3], last[:3], strict=True)):
             return []

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from rrp_sheets.sim.body import EASY, STEP, Body
-from rrp_sheets.sim.gait import SPREAD, STEP_TIME, TURN, Gait, Spot, Standing
+from rrp_sheets.sim.gait import STEP_TIME, TURN, Gait, Spot, Standing
 from rrp_sheets.sim.guide import Guide
 from rrp_sheets.sim.legs import JOINTS, Legs
 from rrp_sheets.sim.resting import Resting
@@ -42,6 +42,8 @@ class Stance:
         self.loose = self._stepped = self._rested = False
         self._rate = 0.0
         self._calm = 0.0
+        self._goal: Spot | None = None
+        self._arrived = False
         self._way: tuple[float, float, float] | None = None  # where to walk when it stands upright
         self._standing = self._stands_now()
 
@@ -89,6 +91,16 @@ class Stance:
         x, y = (float(c) for c in (left + right)[:2] / 2)
         return Spot(x, y, self._heading())
 
+    @property
+    def bound(self) -> float | None:
+        """Which way it walks, rad in the world; None when it does not go anywhere."""
+        return self._gait.bound if self._gait is not None else None
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the last walk has led to its end."""
+        return self._arrived
+
     def turn(self, rate: float) -> None:
         """Turn the whole body at a rate (rad/s) until told otherwise; 0 stops."""
         if rate and self._stand():
@@ -99,6 +111,7 @@ class Stance:
     def walk(self, forward: float, left: float, turn: float) -> None:
         """Walk some way (m, m), then turn (rad), then stand; upright first, when it is not."""
         self._way = (forward, left, turn)
+        self._arrived = False
         if not self.upright and self._gait is None:
             self.follow_legs()
             for joint in self._joints:
@@ -107,6 +120,7 @@ class Stance:
     def stop_walking(self) -> None:
         """Finish the step and stand."""
         self._way = None
+        self._goal = None
         if self._gait is not None:
             self._gait.close()
 
@@ -166,7 +180,9 @@ class Stance:
         """One step of the physics."""
         if self._way is not None and self._stand():
             way, self._way = self._way, None
-            self._step_out().go(self.middle.plus(*way), SPREAD)
+            gait = self._step_out()
+            self._goal = self.middle.plus(*way)
+            gait.go(self._goal)
         if self._gait is not None:
             self._take_step(self._gait)
         elif self._resting is not None and (not self._resting.settled or self._legs_move()):
@@ -180,7 +196,7 @@ class Stance:
         return not self.loose and self.settled and not self._legs_move() and self.upright
 
     def _legs_move(self) -> bool:
-        return any(self._body.on_its_way(joint) for joint in self._joints)
+        return any(self._body.stirs(joint) for joint in self._joints)
 
     def _step_out(self) -> Gait:
         if self._gait is None:
@@ -197,6 +213,8 @@ class Stance:
         for joint, angle in joints.items():
             self._body.put(joint, angle)
         self._guide.move(place, self._standing.lean, spot.yaw)
+        if gait.beside and self._goal is not None:
+            self._arrived, self._goal = gait.at(self._goal), None
         self._calm = self._calm + STEP if gait.beside else 0.0
         if self._calm >= REST_AFTER:
             self._gait, self._rate = None, 0.0

@@ -92,7 +92,7 @@ class SimWorld:
         self.arbiter = Arbiter(spec.dones, self._tell)
         self.falling = Falling(self._b, self.body, self.stance, self.arbiter, self._tell)
         parts = Parts(self.body, self.stance, self.eyes, self.voice, self.faces, self.trackers, self.motions,
-                      self.arbiter, self._tell, seeing)  # fmt: skip
+                      self.arbiter, self._tell, seeing, self.stage)  # fmt: skip
         made = {a.stream: make_actuator(a, parts) for a in spec.actuators}
         self._actuators = {stream: actuator for stream, actuator in made.items() if actuator is not None}
         self._film = Film(self._b, self, spec, out) if spec.film else None

@@ -15,6 +15,7 @@ from rrp_sheets.sim.actuators.moving import SetJointPosition, Track
 from rrp_sheets.sim.actuators.other import Later, Print
 from rrp_sheets.sim.actuators.posture import Posture
 from rrp_sheets.sim.actuators.speech import SayInput, SayParameter
+from rrp_sheets.sim.actuators.walk import Walk
 
 __all__ = ["ACTUATORS", "Actuator", "Eyes", "Parts", "make_actuator"]
 
@@ -22,7 +23,7 @@ ACTUATORS: Mapping[str, Callable[[DeviceUse, Parts], Actuator]] = {
     "EyeLedColor": EyeLedColor, "EyeColor": EyeColor, "EyeBrightness": EyeBrightness, "SayInput": SayInput,
     "SayParameter": SayParameter, "RememberFace": RememberFace, "Tracker": Track,
     "SetJointPosition": SetJointPosition, "Print": Print,
-    "Posture": Posture, "Gesture": Gesture,
+    "Posture": Posture, "Gesture": Gesture, "Walk": Walk,
 }  # fmt: skip
 
 

@@ -15,6 +15,7 @@ from rrp_sheets.sim.arbitration import Arbiter
 from rrp_sheets.sim.body import Body
 from rrp_sheets.sim.faces import Faces
 from rrp_sheets.sim.keyframes import Motions
+from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.stance import Stance
 from rrp_sheets.sim.tracker import Trackers
 from rrp_sheets.sim.voice import Voice
@@ -36,6 +37,7 @@ class Parts:
     arbiter: Arbiter
     tell: Tell
     seeing: frozenset[str]  # the sensor streams that tell where something is
+    stage: Stage
 
 
 class Actuator(Protocol):
