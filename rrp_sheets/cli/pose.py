@@ -17,7 +17,7 @@ from rrp_sheets.model.durations import parse_duration
 @click.option("--at", default="", help="when, for example 1.5 (s)  [default: 1 s after the gesture's last keyframe]")
 @click.option("--picture", type=click.Path(path_type=Path), help="store a picture of the robot in that pose (.png)")
 def command(file: Path, joints: tuple[str, ...], name: str, posture: str, at: str, picture: Path | None) -> None:
-    r"""Let the simulated robot take a pose, and write its joints into the Gestures sheet of FILE as a keyframe.
+    """Let the simulated robot take a pose, and write its joints into the Gestures sheet of FILE as a keyframe.
 
     ANGLE is in rad or degrees; a hand goes from 0 (closed) to 1 (open). The sheet and the columns of the joints are
     made when they are not there; all else in the file stays as it is. A gesture goes from keyframe to keyframe and then
@@ -28,7 +28,7 @@ def command(file: Path, joints: tuple[str, ...], name: str, posture: str, at: st
     \b
       rrp-sheets pose my.xlsx --name "High five" RShoulderPitch=-20° RElbowRoll=60° RHand=1
       rrp-sheets pose my.xlsx --name "High five" RElbowRoll=10° --at 1.5 --picture pose.png
-    """
+    """  # noqa: D301 - the sign keeps the lines as they are
     from rrp_sheets import api
     from rrp_sheets.cli.check import print_findings, verdict
     from rrp_sheets.runs.posing import shown

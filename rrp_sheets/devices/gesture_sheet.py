@@ -71,8 +71,8 @@ def _time(row: GestureRow, before: _Line | None, report: Report) -> float | None
         report.add("GEST001", row.time.address, text=row.time.text, meant=meant, longest=f"{LONGEST:g}")
         return None
     if before is not None and us / 1e6 <= before.at:
-        last = f"{before.at:g}"
-        report.add("GEST002", row.time.address, name=row.name.text, text=row.time.text, before=last)
+        last, later = f"{before.at:g}", f"{before.at + 1:g}"
+        report.add("GEST002", row.time.address, name=row.name.text, text=row.time.text, before=last, later=later)
         return None
     return us / 1e6
 
@@ -132,6 +132,7 @@ def _tell_limits(lines: Sequence[_Line], robot: Robot, report: Report) -> None:
             unit, turned = robot.joints[key(c.joint)].unit, c.joint == "HeadPitch" and yaws[c.frame]
             report.add(
                 "GEST005", cell.address, text=cell.text, joint=c.joint, low=_shown(low, unit), high=_shown(high, unit),
+                nearest=_within(c.given, c.wanted > c.given, degrees="°" in cell.text),
                 when=f" while HeadYaw is at {_shown(yaws[c.frame], 'rad')}" if turned else "",
             )  # fmt: skip
     late: dict[int, str] = {}
@@ -143,6 +144,17 @@ def _tell_limits(lines: Sequence[_Line], robot: Robot, report: Report) -> None:
             needs = f"{math.ceil((lines[frame - 1].at + longer) * 10 + 0.1) / 10:g}"
             cell = lines[frame].row.time
             report.add("GEST006", cell.address, joint=joint, text=cell.text, needs=needs)
+
+
+def _within(limit: float, upper: bool, *, degrees: bool) -> str:
+    """The nearest angle that can be written, in the unit that was typed.
+
+    >>> _within(2.0857, True, degrees=False), _within(-0.6719, False, degrees=True)
+    ('2.08 at most', '-38° at least')
+    """
+    value = math.degrees(limit) if degrees else limit * 100
+    whole = math.floor(value) if upper else math.ceil(value)
+    return f"{f'{whole}°' if degrees else f'{whole / 100:g}'} {'at most' if upper else 'at least'}"
 
 
 def _shown(angle: float, unit: str) -> str:

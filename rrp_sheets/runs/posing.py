@@ -138,7 +138,7 @@ def _angles_so_far(rows: Sequence[GestureRow], robot: Robot, at: float | None) -
 def _written(robot: Robot, posture: str, before: Mapping[str, float], asked: Mapping[str, float]) -> list[str]:
     """The joints that the row tells: those of the gesture so far, those asked for, and those of a posture."""
     start = robot.data["postures"][robot.data["robot"]["start_posture"]]
-    named = next((a for p, a in robot.data["postures"].items() if key(p) == key(posture)), {})
+    named: Mapping[str, float] = next((a for p, a in robot.data["postures"].items() if key(p) == key(posture)), {})
     legs = any(robot.data["chains"][robot.joints[key(j)].chain] == "legs" and abs(a - start[j]) > 0.01
                for j, a in named.items())  # fmt: skip
     posed = [j for j in named if legs or robot.data["chains"][robot.joints[key(j)].chain] != "legs"]
@@ -150,7 +150,7 @@ def _rounded(angle: float, joint: Joint) -> float:
     """An angle with two digits, within the joint's limits."""
     step = 10**-DIGITS
     low, high = math.ceil(joint.lower / step - 1e-6), math.floor(joint.upper / step + 1e-6)
-    return min(max(round(angle / step), low), high) / round(1 / step)
+    return float(min(max(round(angle / step), low), high) / round(1 / step))
 
 
 def _take(
