@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import subprocess
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -19,10 +20,10 @@ TOKEN = "a-token-of-the-tests"
 CHROMIUM = next(
     (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), ""
 )
-_FLAGS = [
+FLAGS = (
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync",
-]  # fmt: skip
+)  # fmt: skip
 
 
 @contextmanager
@@ -38,15 +39,49 @@ def serving(folder: Path, lan: Lan | None = None) -> Iterator[str]:
         server.task_dispatcher.shutdown(timeout=1)
 
 
+class Browsers:
+    """Browsers that are started when they are wanted, one for each set of flags, and used again."""
+
+    def __init__(self) -> None:
+        self._started = ExitStack()
+        self._chromium: Any = None
+        self._open: dict[tuple[str, ...], Any] = {}
+
+    def browser(self, flags: Sequence[str] = FLAGS) -> Any:
+        """A browser without anything in it."""
+        found = self._open.get(tuple(flags))
+        if found is None or not found.is_connected():
+            if self._chromium is None:
+                from playwright.sync_api import sync_playwright
+
+                self._chromium = self._started.enter_context(sync_playwright()).chromium
+            found = self._open[tuple(flags)] = self._chromium.launch(executable_path=CHROMIUM, args=list(flags))
+        return found
+
+    def close(self) -> None:
+        """End them all."""
+        for browser in self._open.values():
+            browser.close()
+        self._started.close()
+
+
 @contextmanager
 def browsing() -> Iterator[Any]:
-    """A browser."""
-    from playwright.sync_api import sync_playwright
+    """A browser of its own, for what measures; tests share theirs (`browser` in conftest.py)."""
+    browsers = Browsers()
+    try:
+        yield browsers.browser()
+    finally:
+        browsers.close()
 
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=_FLAGS)
-        yield browser
-        browser.close()
+
+def let_in(context: Any, url: str, name: str = "") -> None:
+    """Give a browser the cookie that it would get with the printed address, and a name to the one who sits there."""
+    answer = context.request.get(f"{url}/?token={TOKEN}", max_redirects=0)
+    assert answer.status == 302, answer.status
+    if name:
+        script = "if (location.protocol === 'http:') localStorage.getItem('name') ?? localStorage.setItem('name', %s)"
+        context.add_init_script(script % json.dumps(name))
 
 
 @lru_cache(maxsize=1)
@@ -67,7 +102,8 @@ def axe() -> str:
 
 def violations(page: Any) -> list[str]:
     """What axe-core finds wrong with a page, a line for each element."""
-    page.evaluate(axe())
+    if not page.evaluate("() => 'axe' in window"):
+        page.evaluate(axe())
     found = page.evaluate("() => axe.run(document, { resultTypes: ['violations'], preload: false })")
     return [f"{v['id']}: {n['html'][:120]}" for v in found["violations"] for n in v["nodes"]]
 
@@ -106,9 +142,7 @@ class GridPage:
         self.page = self.context.new_page()
         self.errors: list[str] = []
         self.page.on("pageerror", lambda error: self.errors.append(str(error)))
-        self.page.goto(f"{url}/?token={TOKEN}")
-        if name:
-            self.page.evaluate("name => localStorage.setItem('name', name)", name)
+        let_in(self.context, url, name)
         self.page.goto(f"{url}/book/{book}" + (f"/sheet/{sheet}" if sheet else ""))
         listening(self.page)
 

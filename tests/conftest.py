@@ -88,6 +88,60 @@ def _a_turn(request, tmp_path_factory):
         yield
 
 
+@pytest.fixture(scope="session")
+def browsers():
+    """The browsers of this worker: starting one takes longer than most tests."""
+    from chromium import CHROMIUM, Browsers
+
+    if not CHROMIUM:
+        pytest.skip("there is no Chromium on this machine")
+    found = Browsers()
+    yield found
+    found.close()
+
+
+@pytest.fixture(scope="module")
+def browser(browsers, request):
+    """A browser; the pages of a file's tests are closed at its end. A module may ask for other `BROWSER_FLAGS`."""
+    from chromium import FLAGS
+
+    found = browsers.browser(getattr(request.module, "BROWSER_FLAGS", FLAGS))
+    yield found
+    for context in list(found.contexts):
+        context.close()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, request):
+    """A folder for the workbooks of a file's tests, with the module's `BOOKS` (sheets by file name), if any, in it."""
+    from rrp_sheets.workbook.maker import make_workbook
+
+    made = tmp_path_factory.mktemp("books") / "books"
+    made.mkdir()
+    for name, sheets in getattr(request.module, "BOOKS", {}).items():
+        make_workbook(sheets, made / name)
+    return made
+
+
+@pytest.fixture(scope="module")
+def url(folder):
+    """The address of a server on the folder of a file's tests."""
+    from chromium import serving
+
+    with serving(folder) as address:
+        yield address
+
+
+@pytest.fixture(scope="module")
+def shelf(folder, url, browser):
+    """Workbooks to be opened in one page, for all tests of a file."""
+    from grid_books import Books
+
+    found = Books(folder, url, browser)
+    yield found
+    found.close()
+
+
 @pytest.fixture
 def golden(request):
     """Compares a text with its file in tests/golden, or writes that file."""

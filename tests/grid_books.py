@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from chromium import TOKEN, GridPage, browsing, listening, serving, violations
+from chromium import GridPage, let_in, listening, violations
 from playwright.sync_api import Error
 
 from rrp_sheets.workbook import read
@@ -69,7 +69,7 @@ class Shared(GridPage):
 
 
 class Books:
-    """A server on a folder, and a browser with one page."""
+    """A folder with a server on it, and a browser with one page."""
 
     def __init__(self, folder: Path, url: str, browser: Any) -> None:
         self.folder, self.url, self.browser = folder, url, browser
@@ -78,12 +78,12 @@ class Books:
         self.page = self._page()
         self._pages = {"": self.page}
 
-    def _page(self) -> Any:
+    def _page(self, name: str = "") -> Any:
         context = self.browser.new_context(viewport={"width": 1280, "height": 800})
         context.grant_permissions(["clipboard-read", "clipboard-write"])
+        let_in(context, self.url, name)
         page = context.new_page()
         page.on("pageerror", lambda error: self.errors.append(str(error)))
-        page.goto(f"{self.url}/?token={TOKEN}")
         return page
 
     def file(self, sheets: Sheets = TRACKING) -> Path:
@@ -104,8 +104,7 @@ class Books:
         path = path or self.file(sheets)
         page = self._pages.get(name)
         if page is None:
-            page = self._pages[name] = self._page()
-            page.evaluate("name => localStorage.setItem('name', name)", name)
+            page = self._pages[name] = self._page(name)
         _go(page, f"{self.url}/book/{path.name}" + (f"/sheet/{sheet}" if sheet else ""))
         listening(page)
         return Shared(page, self.errors, path)
@@ -130,14 +129,3 @@ def _go(page: Any, address: str) -> None:
             page.goto(address)
             return
     page.goto(address)
-
-
-@contextmanager
-def books(folder: Path) -> Iterator[Books]:
-    """A server and a browser for the tests of a file."""
-    inside = folder / "books"
-    inside.mkdir()
-    with serving(inside) as url, browsing() as browser:
-        found = Books(inside, url, browser)
-        yield found
-        found.close()

@@ -6,8 +6,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.workbook.maker import make_workbook
-
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
 TRACKING = [
     HEADER,
@@ -31,15 +29,10 @@ DEVICES = [
 SCENE = [["Time (s)", "Thing", "Does", "Value"], ["0", "Red ball", "appears", "at 1, 0, 0.4"]]
 LONG = [HEADER, *(["", "Red ball", "map", f"redBall.distance + {n}", f"D{n}", ""] for n in range(60)),
         ["", "D1", "subscribe", "", "Head tracker", ""]]  # fmt: skip
+SESSION = {"Tracking": TRACKING, "Cheer": CHEER, "Devices": DEVICES, "Scene": SCENE}
+WRONG = [TRACKING[0], TRACKING[1], ["", "Distance", "filter", "distence < 0.3", "Near", ""], TRACKING[3]]
+BOOKS = {"session.xlsx": SESSION, "long.xlsx": {"T": LONG}, "wrong.xlsx": {"T": WRONG}}
 LIVE = "td.example .live .value"
-
-
-def make_books(folder: Path) -> None:
-    """The workbooks of the tests."""
-    make_workbook({"Tracking": TRACKING, "Cheer": CHEER, "Devices": DEVICES, "Scene": SCENE}, folder / "session.xlsx")
-    make_workbook({"T": LONG}, folder / "long.xlsx")
-    wrong = [TRACKING[0], TRACKING[1], ["", "Distance", "filter", "distence < 0.3", "Near", ""], TRACKING[3]]
-    make_workbook({"T": wrong}, folder / "wrong.xlsx")
 
 
 def run(page: Any, **settings: str) -> None:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import random
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
-from chromium import CHROMIUM, browsing, listening
+from chromium import listening
 from test_killed_server import HEADER, NOTES, Served
 
 from rrp_sheets.workbook.editing import read_sheets
@@ -57,9 +58,8 @@ def test_with_a_full_disk_nothing_is_lost_and_everyone_is_told(folder: Path) -> 
     )
 
 
-@pytest.mark.skipif(not CHROMIUM, reason="there is no Chromium")
-def test_the_page_tells_that_an_edit_was_not_stored_and_stays_usable(folder: Path) -> None:
-    with Served(folder, FULL) as server, browsing() as browser:
+def test_the_page_tells_that_an_edit_was_not_stored_and_stays_usable(browser: Any, folder: Path) -> None:
+    with Served(folder, FULL) as server:
         page = browser.new_page()
         page.goto(server.address)
         page.goto(f"{server.home}/book/b.xlsx")

@@ -2,22 +2,10 @@
 
 from __future__ import annotations
 
-import pytest
-from chromium import CHROMIUM
-from grid_books import HEADER, Books, Shared, books
+from grid_books import HEADER, Books, Shared
 
 from rrp_sheets.connectors import connectors
 from rrp_sheets.resources import bundled
-
-if not CHROMIUM:
-    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
-
-
-@pytest.fixture(scope="module")
-def shelf(tmp_path_factory):
-    with books(tmp_path_factory.mktemp("grid")) as found:
-        yield found
-
 
 SHEETS = {
     "T": [

@@ -2,22 +2,10 @@
 
 from __future__ import annotations
 
-import pytest
-from chromium import CHROMIUM
-from grid_books import HEADER, ROWS, Books, books
+from grid_books import HEADER, ROWS, Books
 
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.editing import read_sheets
-
-if not CHROMIUM:
-    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
-
-
-@pytest.fixture(scope="module")
-def shelf(tmp_path_factory):
-    with books(tmp_path_factory.mktemp("grid")) as found:
-        yield found
-
 
 MARKDOWN = """# A workbook
 

@@ -2,21 +2,9 @@
 
 from __future__ import annotations
 
-import pytest
-from chromium import CHROMIUM
-from grid_books import HEADER, Books, books
+from grid_books import HEADER, Books
 
 from rrp_sheets.topics.finding import text_on
-
-if not CHROMIUM:
-    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
-
-
-@pytest.fixture(scope="module")
-def shelf(tmp_path_factory):
-    with books(tmp_path_factory.mktemp("grid")) as found:
-        yield found
-
 
 SHEETS = {
     "T": [

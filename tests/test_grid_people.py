@@ -5,19 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from chromium import CHROMIUM
-from grid_books import Books, Shared, books
+from grid_books import Books, Shared
 
 from rrp_sheets.workbook.editing import read_sheets
-
-if not CHROMIUM:
-    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
-
-
-@pytest.fixture(scope="module")
-def shelf(tmp_path_factory):
-    with books(tmp_path_factory.mktemp("grid")) as found:
-        yield found
 
 
 def test_what_one_types_the_other_sees(shelf: Books) -> None:

@@ -5,21 +5,10 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-import pytest
-from chromium import CHROMIUM
-from grid_books import EMPTY, TRACKING, Books, books
+from grid_books import EMPTY, TRACKING, Books
 
 from rrp_sheets import api
 from rrp_sheets.resources import bundled
-
-if not CHROMIUM:
-    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
-
-
-@pytest.fixture(scope="module")
-def shelf(tmp_path_factory):
-    with books(tmp_path_factory.mktemp("grid")) as found:
-        yield found
 
 
 def test_a_problem_is_told_at_its_cell_leads_there_and_is_mended(shelf: Books) -> None:

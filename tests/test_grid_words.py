@@ -3,18 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from chromium import CHROMIUM
-from grid_books import HEADER, TRACKING, Books, Shared, books
-
-if not CHROMIUM:
-    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
-
-
-@pytest.fixture(scope="module")
-def shelf(tmp_path_factory):
-    with books(tmp_path_factory.mktemp("grid")) as found:
-        yield found
-
+from grid_books import HEADER, TRACKING, Books, Shared
 
 SHEETS = {
     "T": [

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from browser import GOOD, HEADER, book, get, visit
-from chromium import CHROMIUM, TOKEN, browsing, serving, violations
+from chromium import let_in, violations
 
 from rrp_sheets import api
 from rrp_sheets.resources import bundled
@@ -91,14 +90,12 @@ def test_hostile_texts_are_shown_as_text(tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def page(folder: Path) -> Iterator[Any]:
-    if not CHROMIUM:
-        pytest.skip("needs Chromium")
-    with serving(folder) as url, browsing() as browser:
-        opened = browser.new_context(viewport={"width": 1280, "height": 800}, color_scheme="dark").new_page()
-        opened.goto(f"{url}/?token={TOKEN}")
-        opened.url_of = lambda name: f"{url}/book/{name}/print"
-        yield opened
+def page(browser: Any, url: str) -> Any:
+    context = browser.new_context(viewport={"width": 1280, "height": 800}, color_scheme="dark")
+    let_in(context, url)
+    opened = context.new_page()
+    opened.url_of = lambda name: f"{url}/book/{name}/print"
+    return opened
 
 
 def drawn(page: Any, name: str) -> None:

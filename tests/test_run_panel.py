@@ -5,33 +5,14 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import panel
 import pytest
 from busy import crowded
-from chromium import CHROMIUM, GridPage, browsing, serving
-from panel import LIVE, ended, make_books, row, run, running, trace
+from chromium import GridPage
+from panel import LIVE, ended, row, run, running, trace
 from playwright.sync_api import expect
 
-if not CHROMIUM:
-    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with browsing() as found:
-        yield found
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory) -> Path:
-    folder = tmp_path_factory.mktemp("books")
-    make_books(folder)
-    return folder
-
-
-@pytest.fixture(scope="module")
-def url(folder: Path):
-    with serving(folder) as address:
-        yield address
+BOOKS = panel.BOOKS
 
 
 def test_a_session_from_run_to_its_recording(browser, url: str, folder: Path) -> None:

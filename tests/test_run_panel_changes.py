@@ -7,32 +7,12 @@ import re
 import signal
 from pathlib import Path
 
-import pytest
-from chromium import CHROMIUM, GridPage, browsing, serving
-from panel import LIVE, ended, make_books, row, run, running
+import panel
+from chromium import GridPage
+from panel import LIVE, ended, row, run, running
 from playwright.sync_api import expect
 
-if not CHROMIUM:
-    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with browsing() as found:
-        yield found
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory) -> Path:
-    folder = tmp_path_factory.mktemp("books")
-    make_books(folder)
-    return folder
-
-
-@pytest.fixture(scope="module")
-def url(folder: Path):
-    with serving(folder) as address:
-        yield address
+BOOKS = panel.BOOKS
 
 
 def test_edited_formulas_are_used_in_the_run_or_it_is_said_why_not(browser, url: str, folder: Path) -> None:

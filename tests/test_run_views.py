@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import CHROMIUM, TOKEN, GridPage, serving
+from chromium import GridPage, let_in
 
 pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
 import cv2
 import numpy as np
-from panel import ended, make_books, run, trace
+import panel as sessions
+from panel import ended, run, trace
 from PIL import Image
 
 from rrp_sheets.devices import load_robot
@@ -24,10 +25,6 @@ from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.world import SimWorld
 from rrp_sheets.web.robotmodel import robot_model
-from rrp_sheets.workbook.maker import make_workbook
-
-if not CHROMIUM:
-    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
 
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
 ROWS = [
@@ -39,8 +36,9 @@ ROWS = [
     ["", "Say done", "map", '"blue"', "Colour", ""],
     ["", "Colour", "subscribe", "", "Eye colour", ""],
 ]
-_FLAGS = ["--no-sandbox", "--no-first-run", "--disable-background-networking", "--use-gl=angle",
-          "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]  # fmt: skip
+BOOKS = {"b.xlsx": {"T": [HEADER, *ROWS]}, "session.xlsx": sessions.SESSION}
+BROWSER_FLAGS = ("--no-sandbox", "--no-first-run", "--disable-background-networking", "--use-gl=angle",
+                 "--use-angle=swiftshader", "--enable-unsafe-swiftshader")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -81,40 +79,18 @@ def _told(world: SimWorld) -> dict[str, Any]:
             "things": things}  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def browser() -> Any:
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        found = playwright.chromium.launch(executable_path=CHROMIUM, args=_FLAGS)
-        yield found
-        found.close()
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("views")
-
-
-@pytest.fixture(scope="module")
-def url(folder: Path) -> Any:
-    make_workbook({"T": [HEADER, *ROWS]}, folder / "b.xlsx")
-    with serving(folder) as address:
-        yield address
-
-
 class Panel:
     """The run panel, told what a run would tell it."""
 
     def __init__(self, browser: Any, url: str, real: Real, script: str = "") -> None:
         self.context = browser.new_context(viewport={"width": 1280, "height": 900})
+        let_in(self.context, url)
         self.page = self.context.new_page()
         self.errors: list[str] = []
         self.page.on("pageerror", lambda error: self.errors.append(str(error)))
         if script:
             self.page.add_init_script(script)
         self.page.route("**/run/eye.jpg*", lambda route: route.fulfill(body=real.jpeg, content_type="image/jpeg"))
-        self.page.goto(f"{url}/?token={TOKEN}")
         self.page.goto(f"{url}/book/b.xlsx/run/T")
         self.page.wait_for_selector("#diagram svg")
         self.page.wait_for_selector("body[data-ready]")
@@ -299,7 +275,6 @@ def red_place(page: Any) -> tuple[float, float]:
 
 
 def test_what_is_dragged_moves_in_the_world(browser: Any, url: str, folder: Path) -> None:
-    make_books(folder)
     at = GridPage(browser, url, "session.xlsx", name="Aya")
     page = at.page
     run(page)

@@ -4,40 +4,18 @@ screen reader knows of the page. Each from the shelf on, and each ends with a fi
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import CHROMIUM, TOKEN, GridPage, browsing, listening, serving
+from chromium import TOKEN, GridPage, listening
 from effort import Recorder
-from tasks import HEADER, TASKS, WALKTHROUGH, by_keyboard, by_mouse, check_meaning
-
-if not CHROMIUM:
-    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
-
 from playwright.sync_api import expect
+from tasks import HEADER, TASKS, WALKTHROUGH, by_keyboard, by_mouse, check_meaning
 
 from rrp_sheets import api
 
 MOST_SECONDS = {"walkthrough": 35, "tracking": 75}  # the original software: 60 to 75, and 132 to 152
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with browsing() as found:
-        yield found
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("books")
-
-
-@pytest.fixture(scope="module")
-def url(folder: Path) -> Iterator[str]:
-    with serving(folder) as address:
-        yield address
 
 
 class Shelf(GridPage):

@@ -4,19 +4,14 @@ from __future__ import annotations
 
 import shutil
 import subprocess
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import pytest
-from chromium import CHROMIUM, GridPage, browsing, serving
+from chromium import GridPage
 from tasks import texts
 
 from rrp_sheets.workbook.editing import read_sheets
 from rrp_sheets.workbook.maker import make_workbook
-
-if not CHROMIUM:
-    pytest.skip("there is no Chromium on this machine", allow_module_level=True)
 
 HEADER = ["Input streams", "Connector", "Formula", "Output stream", "On", "Notes"]
 FORMULAS = [
@@ -32,23 +27,6 @@ TABLE = [
     for i in range(40)
 ]  # fmt: skip
 TSV = Path(__file__).parent / "golden" / "libreoffice-40-rows.tsv"
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with browsing() as found:
-        yield found
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("books")
-
-
-@pytest.fixture(scope="module")
-def url(folder: Path) -> Iterator[str]:
-    with serving(folder) as address:
-        yield address
 
 
 def two(browser: Any, url: str, folder: Path, name: str, rows: int) -> tuple[GridPage, GridPage]:

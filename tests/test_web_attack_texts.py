@@ -14,8 +14,8 @@ from urllib.parse import quote
 from xml.etree import ElementTree
 
 import pytest
-from browser import HOME, TOKEN, book, checked, get, visit
-from chromium import CHROMIUM, browsing, listening, serving
+from browser import HOME, book, checked, get, visit
+from chromium import let_in, listening, serving
 from click.testing import CliRunner
 
 from rrp_sheets.cli.main import group
@@ -31,8 +31,6 @@ NAME = "\"><img src=x onerror='alert(1)'> {{7777*7}} #&%20;<b>.xlsx"
 PERSON = "<b>Eve</b><img src=x onerror=alert(1)>"
 RUN = "20260101-000000-<img src=x onerror=alert(1)>"
 BEHAVIOUR = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
-
-pytestmark = pytest.mark.skipif(not CHROMIUM, reason="there is no Chromium")
 
 
 def hostile_sheets() -> dict[str, list[list[str]]]:
@@ -166,17 +164,16 @@ STRANGERS = """() => [...document.querySelectorAll("img, script, iframe, object,
   .filter((at) => /^(x|javascript:|data:|https?:)/i.test(at) || /^(iframe|object|embed|foreignobject)$/i.test(at))"""
 
 
-def test_nothing_runs_on_any_page(folder: Path, client: Any) -> None:
-    with serving(folder) as url, browsing() as browser:
+def test_nothing_runs_on_any_page(browser: Any, folder: Path, client: Any) -> None:
+    with serving(folder) as url:
         context = browser.new_context()
         context.add_init_script(WATCH)
-        context.add_init_script(f"localStorage.setItem('name', {json.dumps(PERSON)})")
+        let_in(context, url, PERSON)
         page = context.new_page()
         troubles: list[str] = []
         page.on("dialog", lambda d: (troubles.append(f"dialog {page.url}"), d.dismiss()))
         page.on("pageerror", lambda e: troubles.append(f"{page.url} {e}"))
         page.on("request", lambda r: r.url.startswith(url) or troubles.append(f"asked for {r.url}"))
-        page.goto(f"{url}/?token={TOKEN}")
         for address in addresses():
             page.goto(f"{url}{address}")
             if page.query_selector("#listen"):
@@ -189,17 +186,16 @@ def test_nothing_runs_on_any_page(folder: Path, client: Any) -> None:
         context.close()
 
 
-def test_people_cells_and_suggestions_are_shown_as_text(folder: Path, client: Any) -> None:
-    with serving(folder) as url, browsing() as browser:
+def test_people_cells_and_suggestions_are_shown_as_text(browser: Any, folder: Path, client: Any) -> None:
+    with serving(folder) as url:
         pages = []
         troubles: list[str] = []
         for name in ("Anna", PERSON):
             context = browser.new_context()
             context.add_init_script(WATCH)
-            context.add_init_script(f"localStorage.setItem('name', {json.dumps(name)})")
+            let_in(context, url, name)
             page = context.new_page()
             page.on("dialog", lambda d: (troubles.append("dialog"), d.dismiss()))
-            page.goto(f"{url}/?token={TOKEN}")
             page.goto(f"{url}{book('good.xlsx')}")
             listening(page)
             page.wait_for_selector("#panels:not([aria-busy])")
@@ -227,18 +223,18 @@ def test_people_cells_and_suggestions_are_shown_as_text(folder: Path, client: An
         assert not troubles
 
 
-def test_a_run_shows_what_is_said_and_sent_as_text(folder: Path, client: Any) -> None:
+def test_a_run_shows_what_is_said_and_sent_as_text(browser: Any, folder: Path, client: Any) -> None:
     said = "<img src=x onerror=alert(1)><b>Eve</b>"
     rows = [["", "Red ball", "map", f'"{said}"', "<b>X</b>", ""], ["", "<b>X</b>", "subscribe", "", "Say", ""]]
     devices = [["Stream", "Device", "Button"], ["<b>Go</b>", "Operator button", said]]
     make_workbook({"<b>T": [BEHAVIOUR, *rows], "Devices": devices}, folder / "run.xlsx")
-    with serving(folder) as url, browsing() as browser:
+    with serving(folder) as url:
         context = browser.new_context()
         context.add_init_script(WATCH)
+        let_in(context, url)
         page = context.new_page()
         troubles: list[str] = []
         page.on("dialog", lambda d: (troubles.append("dialog"), d.dismiss()))
-        page.goto(f"{url}/?token={TOKEN}")
         page.goto(f"{url}/book/run.xlsx/run")
         listening(page)
         page.wait_for_selector("#panels:not([aria-busy])")

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from browser import TOKEN
-from chromium import CHROMIUM, GridPage, browsing, listening, serving
+from chromium import GridPage, let_in, listening, serving
 
 from rrp_sheets.web.desk import MOST_LISTENERS, MOST_OF_ONE
 from rrp_sheets.web.guard import Lan
@@ -143,51 +143,50 @@ def test_a_page_that_comes_back_gets_what_it_missed_and_only_that(url: str) -> N
         lost.close()
 
 
-@pytest.mark.skipif(not CHROMIUM, reason="there is no Chromium")
 def late(route: Any) -> None:
     """Lets a file come only when everything else of the page is there."""
     route.request.frame.page.wait_for_timeout(500)
     route.continue_()
 
 
-def test_pages_in_the_background_and_one_page_too_many(url: str) -> None:
+def test_pages_in_the_background_and_one_page_too_many(browser: Any, url: str) -> None:
     cookie = owner(url)
-    with browsing() as browser:
-        page = GridPage(browser, url, "b.xlsx", sheet="T", name="Anna")
-        # what opens the line comes late, on a slow network: the page waits for it
-        page.page.route("**/hx-sse.min.js", late)
-        page.page.reload()
-        listening(page.page)
-        page.page.unroute("**/hx-sse.min.js")
-        # in the background: the browser gives the line up, and takes it again when the page is looked at
-        page.page.evaluate(
-            "() => { window.kept = true; Object.defineProperty(document, 'hidden', {get: () => window.away, configurable: true});"
-            "window.away = true; document.dispatchEvent(new Event('visibilitychange')); }"
-        )
-        deadline = time.monotonic() + 10
-        while ask(url, "GET", "/book/b.xlsx", cookie).status and (line := Line(url, cookie)):
-            people = line.until("event: people") + line.until("\n")
-            line.close()
-            if "Anna" not in people or time.monotonic() > deadline:
-                break
-        assert "Anna" not in people
-        put(url, cookie, "while away")
-        page.page.evaluate("() => { window.away = false; document.dispatchEvent(new Event('visibilitychange')); }")
-        page.expect("F2", "while away")
-        assert page.page.evaluate("window.kept"), "it was loaded again, and what one was typing would be lost"
-        page.close()
+    page = GridPage(browser, url, "b.xlsx", sheet="T", name="Anna")
+    # what opens the line comes late, on a slow network: the page waits for it
+    page.page.route("**/hx-sse.min.js", late)
+    page.page.reload()
+    listening(page.page)
+    page.page.unroute("**/hx-sse.min.js")
+    # in the background: the browser gives the line up, and takes it again when the page is looked at
+    page.page.evaluate(
+        "() => { window.kept = true; Object.defineProperty(document, 'hidden', {get: () => window.away, configurable: true});"
+        "window.away = true; document.dispatchEvent(new Event('visibilitychange')); }"
+    )
+    deadline = time.monotonic() + 10
+    while ask(url, "GET", "/book/b.xlsx", cookie).status and (line := Line(url, cookie)):
+        people = line.until("event: people") + line.until("\n")
+        line.close()
+        if "Anna" not in people or time.monotonic() > deadline:
+            break
+    assert "Anna" not in people
+    put(url, cookie, "while away")
+    page.page.evaluate("() => { window.away = false; document.dispatchEvent(new Event('visibilitychange')); }")
+    page.expect("F2", "while away")
+    assert page.page.evaluate("window.kept"), "it was loaded again, and what one was typing would be lost"
+    page.close()
 
-        lines = [Line(url, cookie, client=f"l{n}") for n in range(MOST_LISTENERS)]
-        another = browser.new_context().new_page()
-        another.goto(f"{url}/?token={TOKEN}")
-        another.goto(f"{url}/book/b.xlsx")
-        another.wait_for_selector("#line-lost:has-text('When one is closed, this page goes on by itself')")
-        assert f"{MOST_LISTENERS} pages are open on this server" in another.inner_text("#line-lost")
-        assert another.get_attribute("#line-lost", "role") == "status"
-        for line in lines:
-            line.close()
-        put(url, cookie, "shows that they are gone")
-        another.wait_for_selector("#line-lost:empty", state="attached", timeout=20_000)
-        put(url, cookie, "told again")
-        another.wait_for_selector("td[data-v='told again']")
-        another.context.close()
+    lines = [Line(url, cookie, client=f"l{n}") for n in range(MOST_LISTENERS)]
+    context = browser.new_context()
+    let_in(context, url)
+    another = context.new_page()
+    another.goto(f"{url}/book/b.xlsx")
+    another.wait_for_selector("#line-lost:has-text('When one is closed, this page goes on by itself')")
+    assert f"{MOST_LISTENERS} pages are open on this server" in another.inner_text("#line-lost")
+    assert another.get_attribute("#line-lost", "role") == "status"
+    for line in lines:
+        line.close()
+    put(url, cookie, "shows that they are gone")
+    another.wait_for_selector("#line-lost:empty", state="attached", timeout=20_000)
+    put(url, cookie, "told again")
+    another.wait_for_selector("td[data-v='told again']")
+    another.context.close()
