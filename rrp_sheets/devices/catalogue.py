@@ -76,8 +76,8 @@ class DeviceType:
         resources: what an actuator uses whatever its settings are (`voice`, `eyes`, …).
         resources_by: what it uses besides, by the key of a setting and the key of what that setting says.
         colour: of the balls that a sensor looks for, or `any`.
-        shows: what a default scene has for a sensor: `person`, `near` (somebody comes near), balls of a colour (`{colour}` is its setting), `press`
-            and a button's label, `touch` and a zone, `say` and words.
+        shows: what a default scene has for a sensor: `person`, `near` (somebody comes near), balls of a colour
+            (`{colour}` is its setting), `press` and a button's label, `touch` and a zone, `say` and words.
         knowledge: True when the simulated sensor is fed from the scene and perceives nothing.
         engine: True when the engine itself carries it out, whatever the robot (`Wait`).
         simulated: False when the simulated robot does not carry it out yet.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
 
 from rrp_sheets.devices.catalogue import Robot
@@ -132,12 +133,12 @@ def _kind(thing: Cell, does: Cell, report: Report) -> tuple[Kind, str] | None:
     found = kind_of(text)
     if found is not None:
         return KINDS[found[0]], found[1]
-    known, person = known_things(), KINDS["person"]
-    near = _near(text, known)
+    person = KINDS["person"]
+    near = _near(text)
     # Any other word is a person's name, when it does what persons do and is not a misspelt known thing.
     if near is None and text and text[0].isalpha() and not _is_thing(text) and find_verb(person, does.text) is not None:
         return person, ""
-    near = near or nearest(text, known)
+    near = near or _nearest_thing(text)
     remedy = f"Did you mean “{near}”?" if near else _ANY
     report.add("SCENE002", thing.address, text=text or "blank", remedy=remedy)
     return None
@@ -159,8 +160,13 @@ def _known_zone(value: Cell, values: dict[str, Value], does: Cell, report: Repor
     return False
 
 
-def _near(text: str, known: Sequence[str]) -> str | None:
-    close = nearest(text, known)
+@lru_cache(maxsize=1024)
+def _nearest_thing(text: str) -> str | None:
+    return nearest(text, known_things())
+
+
+def _near(text: str) -> str | None:
+    close = _nearest_thing(text)
     if close is None:
         return None
     alike = difflib.SequenceMatcher(None, key(text), key(close)).ratio()

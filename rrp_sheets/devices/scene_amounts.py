@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import unicodedata
 from collections.abc import Mapping
 
 from rrp_sheets.model.durations import parse_duration
@@ -64,7 +65,7 @@ def one(text: str, units: Mapping[str, float], least: float, most: float, unit: 
     Raises:
         BadValueError: it is none, or beyond its limits (whose name is `unit`).
     """
-    match = _ONE.fullmatch(text.strip())
+    match = _ONE.fullmatch(_folded(text))
     if not match:
         raise BadValueError
     return _within(_scaled(match, match["unit"] or "", units), least, most, unit)
@@ -79,7 +80,7 @@ def many(text: str, least: float, most: float) -> tuple[Amount, ...]:
     Raises:
         BadValueError: they are none, or beyond their limits (m).
     """
-    matches = [_ONE.fullmatch(piece) for piece in _TIMES.split(text.strip())]
+    matches = [_ONE.fullmatch(piece) for piece in _TIMES.split(_folded(text))]
     found = [m for m in matches if m is not None]
     if len(found) < len(matches):
         raise BadValueError
@@ -95,7 +96,7 @@ def place(text: str, least: int, most: int, farthest: float) -> tuple[Amount, ..
     Raises:
         BadValueError: it is none, or farther away than `farthest` m.
     """
-    rest, numbers = text.strip().removeprefix("(").removesuffix(")").strip(), list[Amount]()
+    rest, numbers = _folded(text).removeprefix("(").removesuffix(")").strip(), list[Amount]()
     while rest:
         match = _ONE.match(rest)
         # of “1, 0 5”, “1 m” and “1 m, 0” the unit is what stands before the gap
@@ -138,6 +139,11 @@ def seconds(text: str, least: float, most: float) -> Amount:
     return _within(between(us[0] / 1e6, us[1] / 1e6), least, most, "s")
 
 
+def _folded(text: str) -> str:
+    """Full-width digits and signs are digits and signs."""
+    return unicodedata.normalize("NFKC", text).strip()
+
+
 def _scaled(match: re.Match[str], unit: str, units: Mapping[str, float]) -> Amount:
     factor = units.get(unit.casefold())
     if factor is None or len(match["low"]) > 20 or len(match["high"] or "") > 20:
@@ -150,5 +156,6 @@ def _scaled(match: re.Match[str], unit: str, units: Mapping[str, float]) -> Amou
 def _within(amount: Amount, least: float, most: float, unit: str) -> Amount:
     low, high = ends(amount)
     if not (least <= low and high <= most):
-        raise BadValueError(f"Write from {least:g} to {most:g} {unit}.")
+        scale = 100 if unit == "%" else 1
+        raise BadValueError(f"Write from {least * scale:g} to {most * scale:g} {unit}.")
     return amount

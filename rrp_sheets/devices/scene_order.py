@@ -55,6 +55,7 @@ def check_presence(actions: Sequence[SceneAction], rows: Mapping[int, SceneRow],
         report: takes the findings.
     """
     present: dict[str, str] = {}  # the kind of each thing that is there
+    twice: set[str] = set()  # told once
     many = False
     for action in actions:
         name, row = key(action.thing), rows[action.row]
@@ -63,7 +64,8 @@ def check_presence(actions: Sequence[SceneAction], rows: Mapping[int, SceneRow],
             report.add("SCENE005", row.thing.address, thing=action.thing, are="they are" if they else "it is",
                        come="they enter" if they else "it appears")  # fmt: skip
             present[name] = action.what  # told once
-        if action.verb == "appear" and name in present:
+        if action.verb == "appear" and name in present and name not in twice:
+            twice.add(name)
             report.add("SCENE009", row.thing.address, thing=action.thing, are="they are" if they else "it is",
                        leave="them leave" if they else "it disappear")  # fmt: skip
         if action.values.get("on") == "table" and "table" not in present.values():

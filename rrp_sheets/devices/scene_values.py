@@ -17,6 +17,7 @@ from rrp_sheets.model.values import Value
 SEATED_FACE, STANDING_FACE = 0.52, 0.92  # of a person's height: where the face is
 LONGEST_SEEN = 31 * 24 * 3600.0  # s
 _PLAIN_COLOURS = {"ball": "red", "cup": "white", "box": "brown"}
+_EVERYWHERE = frozenset(p.word for k in KINDS.values() for v in k.verbs for p in v.parts if p.word)
 Said = dict[str, Value]
 
 
@@ -88,8 +89,7 @@ def _words(verb: Verb) -> dict[str, Part]:
 
 def _splitter(verb: Verb) -> re.Pattern[str]:
     """Cuts at the words of this verb, and at those of any other: these say nothing here."""
-    everywhere = {p.word for k in KINDS.values() for v in k.verbs for p in v.parts if p.word}
-    return _any_of(tuple(sorted({*everywhere, *_words(verb)}, key=lambda w: (-len(w), w))))
+    return _any_of(tuple(sorted(_EVERYWHERE.union(_words(verb)), key=lambda w: (-len(w), w))))
 
 
 @lru_cache(maxsize=64)
@@ -124,7 +124,10 @@ def _whole(part: Part, text: str) -> int:
 def _choice(part: Part, text: str) -> Value:
     meant = {key(word): value for word, value in part.choices.items()}
     if key(text) not in meant:
-        raise BadValueError(f"Behind “{part.word}” may stand: {', '.join(part.choices)}.")
+        words: dict[object, str] = {}
+        for word, value in part.choices.items():
+            words.setdefault(value, word)  # one for each
+        raise BadValueError(f"Behind “{part.word}” may stand: {', '.join(words.values())}.")
     return meant[key(text)]
 
 
@@ -139,7 +142,7 @@ _READERS: dict[str, Callable[[Part, str], Value]] = {
     "length": lambda part, text: one(text, METRES, part.least, part.most, "m"),
     "lengths": _lengths,
     "seconds": lambda part, text: read_seconds(text, part.least, part.most),
-    "share": lambda part, text: one(text, SHARES, 0, 1, "(0 % to 100 %)"),
+    "share": lambda part, text: one(text, SHARES, 0, 1, "%"),
     "angle": lambda part, text: one(text, RADIANS, -7, 7, "rad"),
     "whole": _whole, "choice": _choice, "text": _text, "file": _text, "zone": _text,
     "flag": lambda part, word: part.choices.get(word.casefold(), part.choices.get("")),

@@ -84,7 +84,7 @@ def _fixed() -> dict[str, Any]:
             for f in functions.values()
         ],
         "things": [{"text": name, "help": kind.help} for kind in KINDS.values() for name in kind.things],
-        "scenetimes": [{"text": text, "help": line} for text, line in TIMES],
+        "scenetimes": [{"text": text, "help": line} for text, line in TIMES[:-1]],
         "verbs": [{"text": name} for name in verb_names()],
         "fields": [{"text": name} for name in FIELDS],
     }
