@@ -79,6 +79,15 @@ def one_device(found: Found) -> Iterator[str]:
     if found.preset:
         preset = ", ".join(f"{_setting(device, k)} = {v}" for k, v in found.preset.items())
         yield paragraph(f"The name {found.name} stands for {device.name} with {preset}.")
+    if any(s.kind == "gesture" for s in device.settings.values()):
+        yield titled("The robot's gestures", entries((g.name, f"{g.help}.") for g in load_robot().motions.values()))
+        yield paragraph(
+            "Gestures of your own stand in the sheet Gestures: a row for each keyframe, with Name, Time (s) and a "
+            "column for each joint (0.5 is rad, 30° are degrees); `rrp-sheets pose` writes such rows from the robot's "
+            "joints."
+        )
+    if any(s.kind == "posture" for s in device.settings.values()):
+        yield paragraph(f"The postures: {', '.join(load_robot().postures)}.")
     settings = [s for k, s in device.settings.items() if k not in found.preset]
     if settings:
         found_settings = entries((s.name, described(s)) for s in settings)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from rrp_sheets.devices import Robot, Setting, robot_names
+from rrp_sheets.devices import Joint, Robot, Setting, robot_names
 from rrp_sheets.devices.scene import BALL_COLOURS
 from rrp_sheets.devices.scene_words import KINDS
 from rrp_sheets.model.names import key
@@ -25,6 +26,8 @@ def cell_words(workbook: Workbook, robot: Robot) -> dict[str, Any]:
     return {
         "takes": _takes(robot, workbook),
         "instead": _instead(robot),
+        "joints": {key(j.name): _about(j) for j in robot.joints.values()},
+        "gestures": [{"text": g.name, "help": g.help} for g in robot.motions.values()],
         "acts": _acts(robot, [d.settings["label"].text for d in workbook.devices if "label" in d.settings]),
         "expects": [{"text": text, "help": line} for text, line in _EXPECTS],
         "values": {
@@ -71,6 +74,16 @@ def _choices(setting: Setting, robot: Robot, workbook: Workbook) -> list[Word]:
         "behaviour": [b.name for b in workbook.behaviours],
     }.get(setting.kind, setting.choices)  # fmt: skip
     return [{"text": c} for c in listed]
+
+
+def _about(joint: Joint) -> Word:
+    """What an angle of a joint may be, in a Gestures sheet."""
+    if not joint.unit:
+        limits = f"{joint.lower:g} (closed) to {joint.upper:g} (open)"
+    else:
+        low, high = (f"{a:.2f} ({math.degrees(a):.0f}°)" for a in (joint.lower, joint.upper))
+        limits = f"{low} to {high} rad; 30° is fine"
+    return {"name": joint.name, "help": f"{limits}. Blank: it is on its way to the next keyframe that has it."}
 
 
 def _acts(robot: Robot, labels: list[str]) -> dict[str, list[Any]]:

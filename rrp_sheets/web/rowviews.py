@@ -28,7 +28,7 @@ KINDS = {
     "scene": {"Time (s)": "amount", "Thing": "actor", "Does": "verb", "Value": "value", "Notes": "notes"},
     "test": {"Time (ms)": "amount", "Stream": "tested", "Send": "send", "Expect": "expect", "Notes": "notes"},
     "protocol": {"Field": "fieldname", "Value": "fieldvalue", "Notes": "notes"},
-    "gestures": {"Name": "text", "Time (s)": "amount", "Notes": "notes"},
+    "gestures": {"Name": "gesture", "Time (s)": "amount", "Notes": "notes"},
 }  # fmt: skip
 _CODE = ("formula", "send", "expect")
 _LONG = 600  # characters of a text that is shown in part until the cursor is there
@@ -55,7 +55,7 @@ class RowMaker:
         known = KINDS.get(self.grid.kind, {})
         if column.name:
             return known.get(column.name, "text")
-        return "setting" if self.grid.kind == "devices" else "text"
+        return {"devices": "setting", "gestures": "angle"}.get(self.grid.kind, "text")
 
     def heads(self) -> list[Head]:
         """The headers, from left to right."""

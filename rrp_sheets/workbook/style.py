@@ -96,6 +96,8 @@ def column(kind: str, header: str, choices: frozenset[str] = frozenset()) -> Col
     known = COLUMNS.get(kind, {}).get(header)
     if known:
         return known
-    if kind in ("devices", "gestures"):
+    if kind == "gestures":
+        return Column(15, "", f"{header} at that time: rad, or degrees as 30°; a hand from 0 to 1. Blank: on its way.")
+    if kind == "devices":
         return Column(18, header if header in choices else "", f"The setting {header}; blank is the usual one.")
     return _ANY

@@ -7,6 +7,7 @@ export function inCell(words, where, before, text) {
   const { kind } = where;
   if (kind === "setting") return pick(setting(words, where)?.choices ?? [], text, 0, true);
   if (kind === "actor") return pick(words.things, text, 0, true);
+  if (kind === "gesture") return free(words.gestures ?? [], text);
   if (kind === "verb") return pick(verbs(words, where).map(([verb, values]) => ({ text: verb, help: values[0]?.text ?? "" })), text, 0, true);
   if (kind === "value") return free(values(words, where), text);
   if (kind === "amount" && where.table.kind === "scene") return free(times(words), text);
@@ -23,6 +24,10 @@ export function cellHelp(words, where) {
   const found = where.kind === "setting" ? setting(words, where) : null;
   if (found) return [named(where, "device"), `${found.name}: ${found.help}`];
   if (where.kind === "setting") return untaken(words, where);
+  if (where.kind === "angle") {
+    const joint = words.joints?.[key(where.name)];
+    return joint ? [joint.name, joint.help] : [where.name, "No joint of the robot: this column is not used."];
+  }
   if (where.kind === "value") {
     const verb = named(where, "verb");
     const shown = values(words, where).map((v) => v.text).join("   or   ");

@@ -62,9 +62,14 @@ export class Body {
 
   /** The posture it starts in, with its feet flat on the floor at the origin. */
   rest() {
+    this.stand(this.model.rest);
+  }
+
+  /** With these angles (others as they were) it stands with its feet flat on the floor at the origin. */
+  stand(angles) {
     this.base.position.set(0, 0, 0);
     this.base.quaternion.identity();
-    this.pose(this.model.rest);
+    this.pose(angles);
     this.base.updateMatrixWorld(true);
     const foot = this.feet()[0];
     this.base.quaternion.copy(foot.getWorldQuaternion(new THREE.Quaternion()).invert());

@@ -1,0 +1,118 @@
+"""Gestures in the grid: playing one back in a picture, and writing the robot's joints into a row."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from flask import Blueprint, Response, abort, jsonify
+
+from rrp_sheets.checks.check import robot_of
+from rrp_sheets.devices import Robot
+from rrp_sheets.devices.ways import Planner
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.documents import CellText, Changed, Document, Refused
+from rrp_sheets.documents.grid import Grid
+from rrp_sheets.documents.undo import Cells, Gone
+from rrp_sheets.model.durations import parse_duration
+from rrp_sheets.model.names import key
+from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.web.asked import asked, text_of
+from rrp_sheets.web.desk import Desk
+from rrp_sheets.web.guard import visitor
+from rrp_sheets.web.library import Library
+from rrp_sheets.web.room import Room
+from rrp_sheets.web.sessions import clean_name
+
+RATE = 30  # pictures a second
+BETWEEN = 1.0  # s between a pose and the one before
+DIGITS = 2  # of an angle, rad
+Joints = Mapping[str, float]
+
+
+def make_posing(library: Library, desk: Desk, now: Callable[[Room], Joints]) -> Blueprint:
+    """The routes; `now` gives the joints of the robot that runs a room's workbook, none when none does."""
+    pages = Blueprint("posing", __name__)
+
+    def room_of(name: str) -> Room:
+        if not library.has(name):
+            abort(404)
+        return desk.room(library.path(name))
+
+    @pages.get("/book/<name>/gesture/<sheet>/<row>")
+    def play(name: str, sheet: str, row: str) -> Response:
+        room = room_of(name)
+        grid = room.document.grids.get(sheet)
+        if grid is None or grid.kind != "gestures" or not grid.has(row):
+            abort(404)
+        return jsonify(_played(room.document.reading.workbook, _name(grid, row)))
+
+    @pages.post("/book/<name>/pose")
+    def pose(name: str) -> Response:
+        room, given = room_of(name), asked()
+        client, tag = text_of(given, "client"), text_of(given, "tag")
+        if not room.is_of(client, visitor().key):
+            abort(403)
+        author = visitor().name or clean_name(text_of(given, "name")) or client
+        sheet, row = text_of(given, "sheet"), text_of(given, "row")
+        joints = now(room)
+        return jsonify(room.change(client, author, tag, lambda document: _pose(document, author, sheet, row, joints)))
+
+    return pages
+
+
+def _name(grid: Grid, row: str) -> str:
+    """The gesture that a row belongs to: its own name, or the next one above."""
+    column = next((c.number for c in grid.columns if c.name == "Name"), 0)
+    names = [grid.text(r, column).strip() for r in grid.rows[: grid.rows.index(row) + 1]]
+    return next((name for name in reversed(names) if name), "")
+
+
+def _played(workbook: Workbook, name: str) -> dict[str, Any]:
+    """The joints of a gesture, 30 times a second; or why it cannot be shown."""
+    robot = robot_of(workbook, Report())
+    gesture = robot.motions.get(key(name))
+    if not name or gesture is None or key(name) not in {key(g.name.text) for g in workbook.gestures}:
+        return {"message": "There is no gesture in this row yet: it needs a name, a time and an angle."}
+    home = {j.name: 0.0 for j in robot.joints.values()} | _start(robot)
+    plan = Planner(robot, home, home).plan(gesture.timed())
+    count = math.ceil(plan.length * RATE)
+    frames = [{j: round(way.at(k / RATE)[0], 4) for j, way in plan.ways.items()} for k in range(count + 1)]
+    return {"name": gesture.name, "rate": RATE, "seconds": round(plan.length, 2), "frames": frames,
+            "times": [round(t, 2) for t in plan.times]}  # fmt: skip
+
+
+def _start(robot: Robot) -> dict[str, float]:
+    return {j: float(a) for j, a in robot.data["postures"][robot.data["robot"]["start_posture"]].items()}
+
+
+def _pose(document: Document, author: str, sheet: str, row: str, joints: Joints) -> Changed:
+    """Write the joints (those of the start posture when none are given) into the row, or into a new one below it."""
+    grid = document.grids.get(sheet)
+    if grid is None or grid.kind != "gestures" or not grid.has(row):
+        raise Refused("There is no such row any more.", "Reload the page.")
+    robot = robot_of(document.reading.workbook, Report())
+    angles = {key(j): a for j, a in (joints or _start(robot)).items()}
+    columns = {c.number: angles[key(c.header)] for c in grid.columns if not c.name and key(c.header) in angles}
+    if not columns:
+        raise Refused("No column of this sheet is a joint's.", "Add one, for example RShoulderPitch, and try again.")
+    texts = {column: f"{round(angle, DIGITS) + 0.0:g}" for column, angle in columns.items()}
+    named = {c.name: c.number for c in grid.columns if c.name}
+    texts |= {named["Name"]: _name(grid, row) or "My gesture", named["Time (s)"]: f"{_next(grid, row, named):g}"}
+    place = grid.rows.index(row) + 1
+    below = grid.rows[place] if place < len(grid.rows) else None
+    for each in (row, below):
+        if each is not None and not any(text.strip() for text in grid.texts[each].values()):
+            return document.together(author, [Cells(sheet, tuple(CellText(each, c, t, "") for c, t in texts.items()))])
+    return document.together(author, [Gone(sheet, ((grid.new_id(), texts),), below)])
+
+
+def _next(grid: Grid, row: str, named: Mapping[str, int]) -> float:
+    """The time of a keyframe after this row, s."""
+    mine, latest = key(_name(grid, row)), 0.0
+    for each in grid.rows[: grid.rows.index(row) + 1]:
+        us = parse_duration(grid.text(each, named["Time (s)"]), bare="s")
+        if us is not None and key(grid.text(each, named["Name"])) == mine:
+            latest = max(latest, us / 1e6)
+    return latest + BETWEEN

@@ -1,0 +1,126 @@
+// A Gestures sheet: Play shows the gesture of the chosen row on the robot's model, Pose writes its joints into a row.
+
+import { ownName } from "../run/ask.js";
+
+const bar = document.getElementById("pose-bar");
+const view = document.getElementById("gesture-view");
+const canvas = view.querySelector("canvas");
+const time = document.getElementById("gesture-time");
+const client = `pose-${[...crypto.getRandomValues(new Uint8Array(6))].map((b) => b.toString(16).padStart(2, "0")).join("")}`;
+let chosen = ""; // the id of the row where the cursor is
+let shown = null; // the gesture that is played
+let stage = null;
+let going = 0;
+
+document.addEventListener("rrp:row", () => {
+  chosen = document.querySelector("#grid-scroll [aria-selected='true']")?.closest("tr")?.id ?? chosen;
+});
+document.getElementById("grid-scroll").addEventListener("focusin", ({ target }) => {
+  chosen = target.closest("tbody tr")?.id || chosen;
+});
+
+bar.addEventListener("click", ({ target }) => {
+  const action = target.closest("[data-pose]")?.dataset.pose;
+  if (action === "play") play();
+  if (action === "take") take();
+});
+view.addEventListener("click", ({ target }) => {
+  const action = target.closest("[data-pose]")?.dataset.pose;
+  if (action === "again") begin();
+  if (action === "close") view.close();
+});
+view.addEventListener("close", () => cancelAnimationFrame(going));
+
+async function play() {
+  const answer = await get(`${bar.dataset.url}/gesture/${encodeURIComponent(bar.dataset.sheet)}/${encodeURIComponent(row())}`);
+  if (answer.message) return say(answer.message, true);
+  shown = answer;
+  document.getElementById("gesture-title").textContent = answer.name;
+  canvas.setAttribute("aria-label", `The robot making the gesture ${answer.name}`);
+  view.showModal();
+  return begin();
+}
+
+/** The row where the cursor is; the first one while there is no cursor. */
+function row() {
+  return chosen || document.querySelector("#grid-scroll tbody tr")?.id || "";
+}
+
+async function begin() {
+  cancelAnimationFrame(going);
+  try {
+    stage ??= await open();
+  } catch (error) {
+    console.warn(error);
+    time.textContent = "This browser cannot draw the robot in 3D. Run the workbook to see the gesture in the film.";
+    return;
+  }
+  view.dataset.ready = "";
+  stage.resize();
+  const { frames, rate, seconds } = shown;
+  if (matchMedia("(prefers-reduced-motion: reduce)").matches) return pictures();
+  const start = performance.now();
+  const step = () => {
+    const at = Math.min((performance.now() - start) / 1000, seconds);
+    draw(frames, at < seconds ? at * rate : frames.length - 1);
+    time.textContent = `${at.toFixed(1)} of ${seconds.toFixed(1)} s`;
+    if (at < seconds && view.open) going = requestAnimationFrame(step);
+    else delete view.dataset.playing;
+  };
+  view.dataset.playing = "";
+  step();
+  return undefined;
+}
+
+/** Who wants no motion sees the keyframes, one after the other. */
+function pictures() {
+  const { frames, rate, times } = shown;
+  let n = 0;
+  const next = () => {
+    draw(frames, times[n] * rate);
+    time.textContent = `Keyframe ${n + 1} of ${times.length}, at ${times[n].toFixed(1)} s`;
+    n += 1;
+    if (n < times.length && view.open) setTimeout(next, 1500);
+  };
+  next();
+}
+
+function draw(frames, place) {
+  const first = Math.min(Math.floor(place), frames.length - 1);
+  const [a, b] = [frames[first], frames[Math.min(first + 1, frames.length - 1)]];
+  const angles = { ...stage.model.rest };
+  for (const joint of Object.keys(a)) angles[joint] = a[joint] + (b[joint] - a[joint]) * (place - first);
+  stage.body.stand(angles);
+  canvas.dataset.angles = JSON.stringify(a);
+  stage.ask();
+}
+
+async function open() {
+  const [{ Stage }, model] = await Promise.all([import("../run/stage3d.js"), get("/robot/model.json")]);
+  const nobody = () => {};
+  return new Stage(canvas, model, { limits: [[0, 0], [0, 0], [0, 0]], held: nobody, moved: nobody, dropped: nobody });
+}
+
+async function take() {
+  const answer = await get(`${bar.dataset.url}/pose`, { client, tag: "", name: ownName(), sheet: bar.dataset.sheet, row: row() });
+  if (answer.message) say(answer.message, true);
+  else say("The robot’s joints were written into a keyframe. Undo takes it back.");
+}
+
+async function get(url, body = null) {
+  try {
+    const response = await fetch(url, body && {
+      method: "POST", headers: { "Content-Type": "application/json", "X-RRP": "grid" }, body: JSON.stringify(body),
+    });
+    if (response.ok) return await response.json();
+    return { message: response.status === 404 ? "There is no such row any more. Reload the page." : `The server refused this (${response.status}). Reload the page.` };
+  } catch {
+    return { message: "The server cannot be reached." };
+  }
+}
+
+function say(text, warn = false) {
+  const line = document.getElementById("status");
+  line.textContent = text;
+  line.classList.toggle("is-warning", warn);
+}
