@@ -237,6 +237,12 @@ class Hub(RunView):
             "light": round(state.light, 3), "noise": round(state.noise, 3),
         }  # fmt: skip
 
+    @property
+    def joints(self) -> Mapping[str, float]:
+        """The robot's joints as they were told last, rad."""
+        with self._lock:
+            return {} if self._robot is None else dict(self._robot.joints)
+
     def button_counts(self) -> dict[str, int]:
         """How often each operator button was pressed, by its stream's name."""
         with self._lock:
