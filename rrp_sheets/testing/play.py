@@ -46,8 +46,8 @@ class Player:
     def event(self, us: int, stream: str, row: str, value: Value) -> None:
         """A value on a stream."""
         self.events.append(Event(us, stream, row, value))
-        kind = self.plan.checked.graph.streams[stream].kind
-        if kind is StreamKind.ACTUATOR and value is not None:
+        found = self.plan.checked.graph.streams.get(stream)  # None of a done stream that only the scene waits for
+        if found is not None and found.kind is StreamKind.ACTUATOR and value is not None:
             self._commanded[stream] = (us, value)
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:

@@ -14,6 +14,7 @@ from rrp_sheets.checks.lints.material import Material
 from rrp_sheets.checks.lints.never import lint_never
 from rrp_sheets.checks.lints.stale import lint_stale
 from rrp_sheets.checks.lints.taking import lint_taking
+from rrp_sheets.checks.lints.unmatched import lint_unmatched
 from rrp_sheets.checks.routes import Routes
 from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
@@ -31,5 +32,6 @@ def lint(
     material = Material(workbook, robot, graph, compiled, running, routes, report)
     for each in (
         lint_stale, lint_flooded, lint_conflicts, lint_never, lint_formulas, lint_taking, lint_helpers,
+        lint_unmatched,
     ):  # fmt: skip
         each(material)

@@ -62,28 +62,39 @@ def _check(step: Step, stream: Stream, taker: Taker, material: Material) -> None
     fact = material.fact(step.ref)
     if fact.known.kind == BLANK:
         return
-    what = _what_is_wrong(fact, stream, taker, material)
+    what, value = _what_is_wrong(fact, stream, taker, material)
     if what:
         assert stream.device is not None
         address = (step.row.formula if step.row.formula else step.row.inputs_cell).address
         takes = stream.device.type.takes
-        material.report.add("LINT012", address, device=stream.name, takes=takes, what=what, remedy=taker.remedy)
+        remedy = f"{_stands(value, material)}{taker.remedy}"
+        material.report.add("LINT012", address, device=stream.name, takes=takes, what=what, remedy=remedy)
         return
     _limits(step, stream, fact, material)
 
 
-def _what_is_wrong(fact: Fact, stream: Stream, taker: Taker, material: Material) -> str:
+def _what_is_wrong(fact: Fact, stream: Stream, taker: Taker, material: Material) -> tuple[str, Value]:
+    """What is wrong, in words, and with which value; an empty text when nothing is."""
     known = fact.known
     if known.choices:
-        found = (_wrong(c, stream, taker, material) for c in known.choices if c is not None)
-        return next((f for f in found if f), "")
+        found = ((_wrong(c, stream, taker, material), c) for c in known.choices if c is not None)
+        return next((f for f in found if f[0]), ("", None))
     if known.kind not in (ANY, *taker.kinds):
-        return _WORDS.get(known.kind, "something else")
-    if known.kind == ANY and fact.has_example and fact.sure and not fact.holes:
-        return _wrong(fact.example, stream, taker, material)
-    if known.kind == LIST and fact.has_example:
-        return _wrong(fact.example, stream, taker, material)
-    return ""
+        return _WORDS.get(known.kind, "something else"), None
+    sure = known.kind == ANY and fact.has_example and fact.sure and not fact.holes
+    if sure or (known.kind == LIST and fact.has_example):
+        return _wrong(fact.example, stream, taker, material), fact.example
+    return "", None
+
+
+def _stands(value: Value, material: Material) -> str:
+    """Where a text that cannot be used comes from, when it stands in a table."""
+    if not isinstance(value, str):
+        return ""
+    columns = [
+        (f.name, t) for t in material.compiled.tables.values() for f in t.type.fields if value in t.column(f.name)
+    ]
+    return f"{show(value)} stands in the column {columns[0][0]} of the sheet {columns[0][1].name}. " if columns else ""
 
 
 def _wrong(value: Value, stream: Stream, taker: Taker, material: Material) -> str:

@@ -41,4 +41,8 @@ CODES: tuple[Code, ...] = (
          "Start from a sensor such as Red ball or Face."),
     Code("LINT015", _W, "Always passes", "Every value passes this filter: {why}.",
          "Write a condition, for example {example}, or leave the row out."),
+    Code("LINT016", _W, "Never comes",
+         "What stands in the column {column} of the sheet {sheet} never comes: {texts}. It is compared here with what can "
+         "only be {can}.",
+         "{remedy}"),
 )  # fmt: skip

@@ -1,0 +1,110 @@
+"""Cells of a table that a sensor's value is compared with, but that it never has: a misspelt place, a word too many."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from rrp_sheets.checks.known import RECORD, Known
+from rrp_sheets.checks.lints.material import Material
+from rrp_sheets.checks.reasoning import known_of
+from rrp_sheets.formulas import Table
+from rrp_sheets.graph import Step
+from rrp_sheets.model.names import key, nearest
+from rrp_sheets.model.values import Value
+
+_LOOK_UP = frozenset({"XLOOKUP", "MATCH"})
+_SHOWN = 12  # texts that are listed
+
+
+@dataclass
+class _Column:
+    """A column of a table that is compared with something, and what that can be."""
+
+    table: Table
+    name: str
+    step: Step  # the first row that does so
+    comes: dict[str, str] = field(default_factory=dict)  # by the text as it is compared
+    anything: bool = False  # one row compares it with what may be any text
+
+
+def lint_unmatched(material: Material) -> None:
+    """Report texts of a table that nothing can be equal to, where the sensors say what they can give."""
+    columns: dict[tuple[str, str], _Column] = {}
+    for step in material.steps():
+        formula = material.compiled.formulas.get(step.ref)
+        if formula is None:
+            continue
+        names = {n: material.fact(i).known for n, i in zip(formula.names, step.inputs, strict=False)}
+        for table, name, with_what in _compared(formula.tree, names, material.compiled.tables):
+            column = columns.setdefault((table.name, key(name)), _Column(table, name, step))
+            if with_what.choices is None:
+                column.anything = True
+            column.comes.update({c.casefold(): c for c in with_what.choices or () if isinstance(c, str)})
+    for column in columns.values():
+        if column.comes and not column.anything:
+            _tell(column, material)
+
+
+def _tell(column: _Column, material: Material) -> None:
+    texts = dict.fromkeys(v for v in column.table.column(column.name) if isinstance(v, str))
+    missing = [t for t in texts if t.casefold() not in column.comes]
+    if not missing or column.step.ref in material.routes.dead:  # that nothing passes is told there
+        return
+    can = list(column.comes.values())
+    guess = nearest(missing[0], can) if len(missing) == 1 else None
+    remedy = f"Did you mean “{guess}”?" if guess else "Write one of these, or let the sensor give it as well."
+    material.report.add(
+        "LINT016", column.step.row.formula.address, texts=_listed([f"“{t}”" for t in missing]), column=column.name,
+        sheet=column.table.name, can=_listed(can), remedy=remedy,
+    )  # fmt: skip
+
+
+def _listed(texts: Sequence[str]) -> str:
+    more = f" and {len(texts) - _SHOWN} more" if len(texts) > _SHOWN else ""
+    return ", ".join(texts[:_SHOWN]) + more
+
+
+def _compared(
+    tree: ast.AST, names: Mapping[str, Known], tables: Mapping[str, Table]
+) -> Iterator[tuple[Table, str, Known]]:
+    """The columns that a formula compares with something, and what is known about that."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Compare) and len(node.ops) == 1 and isinstance(node.ops[0], (ast.Eq, ast.NotEq)):
+            sides = node.left, node.comparators[0]
+            for cell, other in (sides, sides[::-1]):
+                found = _cell(cell, names, tables)
+                if found is not None and _cell(other, names, tables) is None:
+                    yield *found, known_of(other, names)
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _LOOK_UP:
+            found = _whole(node.args[1], tables)
+            if found is not None:
+                yield *found, known_of(node.args[0], names)
+
+
+def _cell(node: ast.AST, names: Mapping[str, Known], tables: Mapping[str, Table]) -> tuple[Table, str] | None:
+    """`part.zone`: the column that a field of a table's row is of."""
+    if not isinstance(node, ast.Attribute):
+        return None
+    known = known_of(node.value, names)
+    table = tables.get(key(known.record.name)) if known.kind == RECORD and known.record is not None else None
+    if table is None or known.record != table.type or key(node.attr) not in table.type.keys:
+        return None
+    return table, _title(table, node.attr)
+
+
+def _whole(node: ast.AST, tables: Mapping[str, Table]) -> tuple[Table, str] | None:
+    """`Parts[Zone]`: the column whose values these are; they were put into the tree when the formula was read."""
+    if not isinstance(node, ast.Constant) or not isinstance(node.value, list):
+        return None
+    values: list[Value] = node.value
+    for table in tables.values():
+        for one in table.type.fields:
+            if table.column(one.name) == values:
+                return table, one.name
+    return None
+
+
+def _title(table: Table, name: str) -> str:
+    return next((f.name for f in table.type.fields if key(f.name) == key(name)), name)
