@@ -45,6 +45,11 @@ JSON: dict[str, dict[str, Any]] = {
     "editing.change stand": _PLACE,
     "editing.change part": _WHO,
     "editing.change fix": {**_WHO, "code": "FORM007", "place": "Tracking!D2", "title": "Put it right"},
+    "sheeting.change add": {**_WHO, "kind": "behaviour", "title": "New", "columns": ""},
+    "sheeting.change rename": {**_WHO, "of": SHEET, "title": "Other"},
+    "sheeting.change move": {**_WHO, "of": SHEET, "by": 1},
+    "sheeting.change duplicate": {**_WHO, "of": SHEET},
+    "sheeting.change delete": {**_WHO, "of": SHEET},
     "live.start": {
         **_WHO, "mode": "simulated", "participant": "", "condition": "", "operator": "", "until": "scene", "speed": 1,
     },

@@ -15,6 +15,7 @@ from rrp_sheets.compare.changes import Change, Comparison, Version
 from rrp_sheets.compare.declared import device_changes, helper_changes
 from rrp_sheets.compare.lists import gesture_changes, scene_changes, table_changes, test_changes
 from rrp_sheets.compare.match import match
+from rrp_sheets.compare.own import sheet_changes
 from rrp_sheets.compare.protocol import protocol_changes
 from rrp_sheets.compare.rows import row_changes
 from rrp_sheets.compare.side import Side
@@ -34,6 +35,7 @@ def compare(first: tuple[Reading, Checked], second: tuple[Reading, Checked]) -> 
         *scene_changes(old, new, found),
         *protocol_changes(old, new, found),
         *test_changes(old, new, found),
+        *sheet_changes(old, new),
         *_notes(old, new),
     ]
     return Comparison(_version(old), _version(new), tuple(changes))

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rrp_sheets.documents.changes import Refused
-from rrp_sheets.documents.mentions import renamed_cells
+from rrp_sheets.documents.mentions import renamed_cells, users
 from rrp_sheets.documents.sheetsteps import Sheets, added
 from rrp_sheets.documents.undo import SheetIn
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.names import key
 from rrp_sheets.workbook.beginnings import SINGLE, TITLES, beginning, place_of
 from rrp_sheets.workbook.edits import AddSheet
 from rrp_sheets.workbook.headers import recognise
@@ -42,14 +43,18 @@ def added_sheet(sheets: Sheets, kind: str, name: str, rows: Sequence[Sequence[st
     if not rows:
         rows = _as_there(sheets, kind) or beginning(kind, book.protocol.robot or "nao")
     kinds = {n: sheets.grids[n].kind if n in sheets.grids else "" for n in book.sheets}
-    edit = AddSheet(name or proposed(sheets, kind), tuple(map(tuple, rows)), place_of(kind, kinds))
+    edit = AddSheet(name or proposed_name(kind, kinds), tuple(map(tuple, rows)), place_of(kind, kinds))
     return added(sheets, edit, kind)
 
 
-def proposed(sheets: Sheets, kind: str) -> str:
-    """A name for a new sheet of a kind; the second behaviour is “Behaviour 2”, whatever the first is called."""
-    count = sum(grid.kind == kind for grid in sheets.grids.values()) if kind in ("behaviour", "test") else 0
-    return free_name(TITLES[kind], sheets.reading.workbook.sheets, count + 1)
+def proposed_name(kind: str, kinds: Mapping[str, str]) -> str:
+    """A name for a new sheet of a kind; the second behaviour is “Behaviour 2”, whatever the first is called.
+
+    >>> proposed_name("behaviour", {"Tracking": "behaviour", "Lists": ""}), proposed_name("table", {"Table": ""})
+    ('Behaviour 2', 'Table 2')
+    """
+    count = list(kinds.values()).count(kind) if kind in ("behaviour", "test") else 0
+    return free_name(TITLES[kind], kinds, count + 1)
 
 
 def _as_there(sheets: Sheets, kind: str) -> list[list[str]]:
@@ -68,8 +73,10 @@ def _refuse_columns(headers: Sequence[str]) -> None:
 
 def naming(sheets: Sheets, path: Path, sheet: str) -> list[str]:
     """What refers to a sheet, in words, each with its place."""
-    found = renamed_cells(sheets.reading.workbook, sheets.text, sheet, f"{sheet} {id(sheets)}")
-    told = [f"{at}: {_short(sheets.text(at))}" for at in found]
+    book = sheets.reading.workbook
+    named = renamed_cells(book, sheets.text, sheet, f"{sheet} {len(book.sheets)}")
+    places = dict.fromkeys([*named, *(cell.address for cell in users(book, sheet))])
+    told = [f"{at}: {_short(sheets.text(at))}" for at in places if key(at.sheet) != key(sheet)]
     if path.suffix.casefold() == ".xlsx":
         from rrp_sheets.workbook.patch.referring import referring
 

@@ -17,16 +17,7 @@ from rrp_sheets.documents.refusals import must_have
 from rrp_sheets.documents.rowsteps import bring, remove, shift
 from rrp_sheets.documents.sheet_edits import SheetEdits
 from rrp_sheets.documents.sheetsteps import Sheets, make_sheet_step
-from rrp_sheets.documents.undo import (
-    Added,
-    Cells,
-    Gone,
-    Moved,
-    SheetStep,
-    Step,
-    Steps,
-    Together,
-)
+from rrp_sheets.documents.undo import Added, Cells, Gone, Moved, SheetIn, SheetStep, Step, Steps, Together
 from rrp_sheets.documents.workfile import WorkFile
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import Reading
@@ -186,7 +177,8 @@ class Document:
         return shift(self._store, author, grid, step)
 
     def _make_sheet(self, author: str, step: SheetStep) -> tuple[Changed, Step]:
-        step = replace(step, sheet=self.current(step.sheet))
+        if not isinstance(step, SheetIn):
+            step = replace(step, sheet=self.current(step.sheet))
         changed, inverse = make_sheet_step(self._sheets(), author, step)
         change = changed.change
         if change is not None and change.was:

@@ -11,6 +11,7 @@ from rrp_sheets.formulas.tokens import Hole, Token, tokenize
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.workbook.kinds.tables import words
 
 Texts = Callable[[Address], str]
 """What is typed in a cell."""
@@ -73,6 +74,18 @@ def _formulas(workbook: Workbook, k: str) -> Iterator[Cell]:
     for behaviour in workbook.behaviours:
         yield from (r.formula for r in behaviour.rows if r.formula and not _has(r.inputs, k))
     yield from (h.formula for h in workbook.helpers if h.formula and not _has(h.inputs, k))
+
+
+def users(workbook: Workbook, sheet: str) -> Iterator[Cell]:
+    """The cells that use what a sheet makes: its streams, devices and helpers, by their names."""
+    k = key(sheet)
+    made = {key(r.output.text) for b in workbook.behaviours if key(b.name) == k for r in b.rows if r.output}
+    yield from (r.stream for t in workbook.tests if key(t.name) != k for r in t.rows if key(r.stream.text) in made)
+    streams = {key(d.stream.text) for d in workbook.devices if key(d.stream.address.sheet) == k}
+    rows = [(b, r) for b in workbook.behaviours for r in b.rows if key(b.name) != k]
+    yield from (cell for _, r in rows for cell in (*r.inputs, r.output) if cell and key(cell.text) in streams)
+    helpers = {key(h.name.text) for h in workbook.helpers if key(h.name.address.sheet) == k}
+    yield from (r.formula for _, r in rows if r.formula and helpers & words([r.formula.text]))
 
 
 def _has(names: Sequence[Cell], k: str) -> bool:

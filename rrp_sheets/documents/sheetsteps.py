@@ -93,15 +93,20 @@ def _rename(sheets: Sheets, author: str, step: SheetNamed) -> tuple[Changed, She
     old, book = step.sheet, sheets.reading.workbook
     new = _named(step.name, [n for n in book.sheets if n != old], sheets.grids[old].kind if old in sheets.grids else "")
     found = renamed_cells(book, sheets.text, old, new)
-    cells = tuple(sheets.cell(at, text) for at, text in found.items() if at.sheet in sheets.grids)
+    spelt = {(name, c.row, c.column, c.was): c.text for name, c in step.cells}
+    cells = tuple(
+        (name, replace(c, text=spelt.get((name, c.row, c.column, c.was), c.text)))
+        for name, c in (sheets.cell(at, text) for at, text in found.items() if at.sheet in sheets.grids)
+    )
     sheets.store(author, [*_edits(sheets, cells), RenameSheet(old, new)])
     grids = {new if n == old else n: g for n, g in sheets.grids.items()}
     if new in grids:
         grids[new].name = new
     sheets.grids = sheets.renew(grids)
     cells = tuple((new if name == old else name, c) for name, c in cells)
+    back = tuple((name, replace(c, text=c.was or "", was=c.text)) for name, c in cells)
     change = SheetChange("renamed", new, was=old)
-    return _changed(sheets, author, new, change, cells), SheetNamed(new, old)
+    return _changed(sheets, author, new, change, cells), SheetNamed(new, old, back)
 
 
 def _move(sheets: Sheets, author: str, step: SheetPlaced) -> tuple[Changed, SheetStep]:

@@ -78,10 +78,15 @@ class SheetOut:
 
 @dataclass(frozen=True, slots=True)
 class SheetNamed:
-    """A sheet has this name: give it another one."""
+    """A sheet has this name: give it another one.
+
+    Attributes:
+        cells: how the cells that name it were spelt, by sheet, where they still say what they do.
+    """
 
     sheet: str
     name: str
+    cells: tuple[tuple[str, CellText], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

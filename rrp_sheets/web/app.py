@@ -23,8 +23,10 @@ from rrp_sheets.web.live.routes import make_live
 from rrp_sheets.web.login import make_login
 from rrp_sheets.web.pages import MessagePage, RefusedPage, show
 from rrp_sheets.web.pictures import picture
+from rrp_sheets.web.posing import make_posing
 from rrp_sheets.web.records.routes import make_records
 from rrp_sheets.web.sessions import Sessions
+from rrp_sheets.web.sheeting import make_sheeting
 from rrp_sheets.web.shelf import shelf_page
 from rrp_sheets.web.shelving import make_shelving
 
@@ -75,9 +77,11 @@ def create_app(
         app.register_blueprint(make_login(lan, sessions, cookie_name(token), tell))
     _answer_errors(app)
     floor = Floor(desk)
-    app.extensions["going"] = floor.going
+    app.extensions.update(going=floor.going, writing=floor.writing, close=desk.close)
     app.register_blueprint(make_editing(library, desk, icons))
+    app.register_blueprint(make_sheeting(library, desk))
     app.register_blueprint(make_live(library, desk, floor, icons))
+    app.register_blueprint(make_posing(library, desk, floor.joints))
     app.register_blueprint(make_shelving(library, desk))
     app.register_blueprint(make_records(library, desk))
     app.register_blueprint(make_helping())

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from flask import Blueprint, Response, abort, jsonify, request, stream_with_context
+from flask import Blueprint, Response, abort, jsonify, redirect, request, stream_with_context, url_for
 from werkzeug.exceptions import BadRequest
+from werkzeug.wrappers import Response as BaseResponse
 
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.web.asked import Asked, asked, text_of
@@ -13,9 +14,9 @@ from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.fixing import make_fix
 from rrp_sheets.web.gridpage import grid_page, panels
 from rrp_sheets.web.guard import visitor
-from rrp_sheets.web.library import Library
+from rrp_sheets.web.library import Library, printable
 from rrp_sheets.web.listeners import stream
-from rrp_sheets.web.pages import show
+from rrp_sheets.web.pages import MessagePage, show
 from rrp_sheets.web.room import Room
 from rrp_sheets.web.sessions import clean_name
 
@@ -35,16 +36,20 @@ def make_editing(library: Library, desk: Desk, icons: frozenset[str]) -> Bluepri
 
     @pages.get("/book/<name>")
     @pages.get("/book/<name>/sheet/<sheet>")
-    def book(name: str, sheet: str = "") -> str:
+    def book(name: str, sheet: str = "") -> str | BaseResponse | tuple[str, int]:
         room = room_of(name)
         room.poll()
+        now = room.document.current(sheet)
+        if now != sheet:  # it was renamed
+            return redirect(url_for("editing.book", name=name, sheet=now))
         if sheet and sheet not in room.document.grids and sheet not in room.document.own:
-            abort(404)
+            return show(_no_sheet(name, sheet)), 404
         return show(grid_page(room, name, sheet, icons))
 
     @pages.get("/book/<name>/panels/<sheet>")
     def beside(name: str, sheet: str) -> str:
         room = room_of(name)
+        sheet = room.document.current(sheet)
         if sheet not in room.document.grids and sheet not in room.document.own:
             abort(404)
         return show(panels(room, name, sheet, icons))
@@ -52,6 +57,7 @@ def make_editing(library: Library, desk: Desk, icons: frozenset[str]) -> Bluepri
     @pages.get("/book/<name>/rows/<sheet>/<int:first>")
     def more(name: str, sheet: str, first: int) -> str:
         room = room_of(name)
+        sheet = room.document.current(sheet)
         if sheet not in room.document.grids:
             abort(404)
         return str(room.maker(sheet).rows(first, PIECE))
@@ -108,6 +114,13 @@ def make_editing(library: Library, desk: Desk, icons: frozenset[str]) -> Bluepri
         return jsonify(room.change(client, author, tag, lambda document: _make(document, author, action, given)))
 
     return pages
+
+
+def _no_sheet(book: str, sheet: str) -> MessagePage:
+    message = (
+        f"The workbook has no sheet “{printable(sheet)}”: somebody has deleted or renamed it."
+    )
+    return MessagePage("There is no such sheet", message, "Look at the workbook’s other sheets.", book=book)
 
 
 def _make(document: Document, author: str, action: str, given: Asked) -> Changed | None:

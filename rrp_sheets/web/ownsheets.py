@@ -6,8 +6,9 @@ from dataclasses import replace
 
 from rrp_sheets.documents import Document
 from rrp_sheets.documents.grid import Column, Grid
-from rrp_sheets.web.pages import GridPage, Panels, Tab
+from rrp_sheets.web.pages import GridPage, Panels
 from rrp_sheets.web.rowviews import RowMaker
+from rrp_sheets.web.strip import strip_of
 
 MOST_ROWS, MOST_COLUMNS = 2_000, 60
 
@@ -19,7 +20,7 @@ def own_page(page: GridPage, panels: Panels, document: Document, name: str) -> G
     return replace(
         page, panels=panels, sheet=name, kind="own", first=1, heads=tuple(maker.heads()), examples=False,
         count=len(grid.rows), rows=maker.rows(0, MOST_ROWS),
-        tabs=tuple(Tab(t.name, t.kind, here=False) for t in page.tabs),
+        strip=strip_of(document, page.name, name),
     )  # fmt: skip
 
 

@@ -160,6 +160,36 @@ class Tab:
 
 
 @dataclass(frozen=True, slots=True)
+class Addable:
+    """A kind of sheet that can be added: what it is called, a line about it, and the name that is proposed."""
+
+    kind: str
+    title: str
+    help: str
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Strip:
+    """The tabs below a sheet.
+
+    Attributes:
+        name: the workbook's.
+        sheet: the one that is shown.
+        tabs: the sheets of ours; then the user's own, whose kind is empty.
+        addable: what can be added; nothing where the workbook can only be looked at, or while a run is watched.
+        live: this is the run panel.
+    """
+
+    template: ClassVar[str] = "tabs.html"
+    name: str
+    sheet: str
+    tabs: tuple[Tab, ...]
+    addable: tuple[Addable, ...]
+    live: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class Panels:
     """What stands beside and below the grid.
 
@@ -195,7 +225,6 @@ class GridPage:
         first: the number of the first row.
         examples: whether the rows show example values.
         rows: the table's rows, ready-made.
-        own: the names of the sheets that are left alone.
         vocabulary: the words that are suggested, as JSON.
         read_only: why nothing can be changed; empty when it can.
         hindered: why nothing can be changed just now, because another program has the file, say.
@@ -215,8 +244,7 @@ class GridPage:
     examples: bool
     rows: Markup
     count: int
-    tabs: tuple[Tab, ...]
-    own: tuple[str, ...]
+    strip: Strip
     vocabulary: Markup
     panels: Panels
     read_only: str = ""
@@ -229,13 +257,14 @@ class GridPage:
 
 @dataclass(frozen=True, slots=True)
 class MessagePage:
-    """Something did not go as wished, for someone who may see the rest."""
+    """Something did not go as wished, for someone who may see the rest; `book` is the workbook to go on with."""
 
     template: ClassVar[str] = "message.html"
     title: str
     message: str
     remedy: str
     reload: bool = False
+    book: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -248,7 +277,7 @@ class RefusedPage:
     remedy: str
 
 
-Page = ShelfPage | GridPage | Panels | MessagePage | RefusedPage
+Page = ShelfPage | GridPage | Strip | Panels | MessagePage | RefusedPage
 
 
 def show(page: Page) -> str:

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from typing import Any
 
 from rrp_sheets.documents import Changed, Document, Refused
+from rrp_sheets.documents.changes import SheetChange
 from rrp_sheets.documents.hindrance import hindrance
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.worker import CheckWorker
 from rrp_sheets.web.listeners import Listener, Told, message
 from rrp_sheets.web.looks import Look, look, no_look
 from rrp_sheets.web.rowviews import RowMaker
-
-LOCK_SECONDS = 120.0  # a cell is given free when its editor was silent for so long
+from rrp_sheets.web.seats import Seats
 
 
 class Room:
@@ -26,7 +25,7 @@ class Room:
         self.document = document
         self._worker = worker
         self.listeners: list[Listener] = []
-        self.locks: dict[tuple[str, str, int], tuple[str, str, float]] = {}
+        self.seats = Seats()
         self._lock = threading.RLock()
         self._again = threading.Event()
         self._look = no_look()
@@ -58,7 +57,7 @@ class Room:
             maker = self._makers.get(sheet)
             if maker is None or maker.grid is not grid:
                 maker = self._makers[sheet] = RowMaker(grid)
-            maker.take(self.look(), {place: who for place, who in self._taken().items() if place[0] == sheet})
+            maker.take(self.look(), self.seats.taken(sheet))
             return maker
 
     # ---- editing
@@ -80,8 +79,19 @@ class Room:
         rows = [self._rows(one) for one in (changed, *changed.then)]
         for one in rows:
             self.tell("grid", {**one, "tag": tag}, but=client)
+        sheets = self._sheets_changed(changed.change, author, client) if changed.change else {}
         self.check_soon()
-        return {"rows": rows}
+        return {"rows": rows, **({"sheets": sheets} if sheets else {})}
+
+    def _sheets_changed(self, change: SheetChange, author: str, client: str) -> dict[str, Any]:
+        """A sheet came, went, or has another name: told to all pages, which show other tabs then."""
+        if change.was:
+            with self._lock:
+                self.seats.rename(change.was, change.name)
+                self._makers.pop(change.was, None)
+        told = {**asdict(change), "by": author}
+        self.tell("sheets", told, but=client)
+        return told
 
     def _fresh(self, rows: set[str]) -> list[dict[str, Any]]:
         found = ((name, tuple(row for row in rows if grid.has(row))) for name, grid in self.document.grids.items())
@@ -210,32 +220,23 @@ class Room:
         with self._lock:
             if listener in self.listeners:
                 self.listeners.remove(listener)
-            for place in [p for p, (client, _, _) in self.locks.items() if client == listener.client]:
-                del self.locks[place]
+            self.seats.leave(listener.client)
         self.tell_people()
 
     def take(self, client: str, name: str, place: tuple[str, str, int]) -> str:
         """Take a cell for editing; who has it already, or an empty text."""
         with self._lock:
-            holder = self._taken().get(place)
-            if holder is not None and self.locks[place][0] != client:
-                return holder
-            self.locks[place] = (client, name, time.monotonic())
+            holder = self.seats.take(client, name, place)
+        if holder:
+            return holder
         self._tell_row(place, but=client)
         return ""
 
     def release(self, client: str, place: tuple[str, str, int]) -> None:
         """Give a cell free."""
         with self._lock:
-            if self.locks.get(place, ("",))[0] == client:
-                del self.locks[place]
+            self.seats.release(client, place)
         self._tell_row(place, but=client)
-
-    def _taken(self) -> dict[tuple[str, str, int], str]:
-        now = time.monotonic()
-        for place in [p for p, (_, _, since) in self.locks.items() if now - since > LOCK_SECONDS]:
-            del self.locks[place]
-        return {place: name for place, (_, name, _) in self.locks.items()}
 
     def _tell_row(self, place: tuple[str, str, int], but: str) -> None:
         sheet, row, _ = place

@@ -38,7 +38,7 @@ def sheet_name(text: str, others: Iterable[str] = ()) -> str:
         raise SheetsError(f"This name has {count} letters; Excel takes {LONGEST}.", "Shorten it.")
     if name[0] == "'" or name[-1] == "'":
         raise SheetsError("A sheet's name cannot begin or end with an apostrophe.", "Leave it out.")
-    if not key(name):
+    if not any(c.isalnum() for c in name):
         raise SheetsError("A sheet's name needs a letter or a digit.", "Write a short one, such as “Greeting”.")
     if key(name) == "history":
         raise SheetsError("Excel keeps the name “History” for itself.", "Choose another one.")

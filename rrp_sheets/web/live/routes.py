@@ -45,6 +45,7 @@ def make_live(library: Library, desk: Desk, floor: Floor, icons: frozenset[str])
     def panel(name: str, sheet: str = "") -> str:
         room = room_of(name)
         room.poll()
+        sheet = room.document.current(sheet)
         if sheet and sheet not in room.document.grids:
             abort(404)
         return show(run_page(room, name, sheet, icons))

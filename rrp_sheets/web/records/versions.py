@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import time
 from datetime import datetime
 from pathlib import Path
 
@@ -15,7 +14,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.web.guard import visitor
 from rrp_sheets.web.records.pages import VersionLine, VersionsPage
 from rrp_sheets.web.records.telling import when
-from rrp_sheets.web.room import LOCK_SECONDS, Room
+from rrp_sheets.web.room import Room
 from rrp_sheets.web.sessions import clean_name
 
 _LONGEST = 100
@@ -75,8 +74,7 @@ def restore(room: Room, name: str) -> VersionsPage:
 
 def busy(room: Room) -> list[str]:
     """Who is editing a cell just now."""
-    now = time.monotonic()
-    return sorted({who for _, who, since in list(room.locks.values()) if now - since <= LOCK_SECONDS})
+    return sorted(set(room.seats.taken().values()))
 
 
 def file_name(book: str, version: Version) -> str:

@@ -37,7 +37,7 @@ def _found(package: PackageEdit, sheet: str) -> Iterator[str]:
                 yield f"the formula in {other}!{column_letters(column)}{row.number}"
     for defined, text in listed.defined_names(package).items():
         if wanted in sheets_named(text):
-            yield "a drop-down list" if defined.startswith(_LISTS) else f"the name “{defined}”"
+            yield "drop-down lists in Excel" if defined.startswith(_LISTS) else f"the name “{defined}”"
     own = {part.casefold() for part in own_parts(package, package.book.entries[package.index(sheet)].part)}
     for part in formula_parts(package):
         if "/charts/" in part and part not in own:

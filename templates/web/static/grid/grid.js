@@ -193,7 +193,8 @@ export class Grid {
 
   async undo(again = false) {
     const answer = await this.server.send(again ? "redo" : "undo", {});
-    if (answer.rows) retrace(this, answer.rows, again);
+    if (answer.sheets) document.dispatchEvent(new CustomEvent("rrp:sheets", { detail: { ...answer.sheets, undone: true } }));
+    else if (answer.rows) retrace(this, answer.rows, again);
   }
 
   redo() {

@@ -8,6 +8,7 @@ import { listening } from "./listening.js";
 import { menu } from "./menu.js";
 import { people } from "./people.js";
 import { splitter } from "./splitter.js";
+import { tabs } from "./tabs.js";
 
 const scroll = document.getElementById("grid-scroll");
 const listen = document.getElementById("listen");
@@ -25,6 +26,7 @@ if (grid) {
   people(grid, listen);
   help(grid);
   splitter();
+  tabs(grid, listen);
   fetchWords();
   fetchRest(grid.table.body).then(() => document.body.toggleAttribute("data-ready", true));
   const wanted = location.hash.length > 1 && document.getElementById(location.hash.slice(1));
@@ -53,7 +55,7 @@ listen.addEventListener("grid", (event) => {
 });
 listen.addEventListener("checked", async () => {
   document.getElementById("panels").removeAttribute("aria-busy");
-  htmx.trigger("#panels", "recheck");
+  if (!("orphan" in document.body.dataset)) htmx.trigger("#panels", "recheck"); // else its sheet is gone
   await fetchWords();
 });
 

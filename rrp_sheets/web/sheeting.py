@@ -1,0 +1,111 @@
+"""The tabs: adding, renaming, moving, duplicating and deleting sheets."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from flask import Blueprint, Response, abort, jsonify, request
+
+from rrp_sheets.documents import Changed, Document, Refused
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.web.asked import Asked, asked, number_of, text_of
+from rrp_sheets.web.desk import Desk
+from rrp_sheets.web.guard import visitor
+from rrp_sheets.web.library import Library
+from rrp_sheets.web.pages import show
+from rrp_sheets.web.room import Room
+from rrp_sheets.web.sessions import clean_name
+from rrp_sheets.web.strip import NAME, strip_of
+
+MOST_NAMED = 12  # places that are told before a sheet is deleted
+_COLUMNS = 2_000  # letters of a new table's columns
+
+
+def make_sheeting(library: Library, desk: Desk) -> Blueprint:
+    """The routes of the tabs."""
+    pages = Blueprint("sheeting", __name__)
+
+    def room_of(name: str) -> Room:
+        if not library.has(name):
+            abort(404)
+        return desk.room(library.path(name))
+
+    @pages.get("/book/<name>/tabs/<sheet>")
+    def tabs(name: str, sheet: str) -> str:
+        document = room_of(name).document
+        sheet = document.current(sheet)
+        if sheet not in document.grids and sheet not in document.own:
+            abort(404)
+        return show(strip_of(document, name, sheet, live=request.args.get("live") == "yes"))
+
+    @pages.get("/book/<name>/sheets/about/<sheet>")
+    def about(name: str, sheet: str) -> Response:
+        document = room_of(name).document
+        sheet = document.current(sheet)
+        if sheet not in document.grids and sheet not in document.own:
+            abort(404)
+        try:
+            named = document.sheets.naming(sheet)
+        except SheetsError as error:
+            return jsonify({"message": f"{error.message} {error.remedy}".strip()})
+        grid = document.grids.get(sheet)
+        rows = sum(bool(grid.texts[row]) for row in list(grid.rows)) if grid is not None else None
+        more = len(named) - MOST_NAMED
+        return jsonify({"naming": named[:MOST_NAMED], "more": max(0, more), "rows": rows})
+
+    @pages.post("/book/<name>/sheets/<any(add, rename, move, duplicate, delete):action>")
+    def change(name: str, action: str) -> Response:
+        room, given = room_of(name), asked()
+        client, tag = text_of(given, "client"), text_of(given, "tag")
+        author = visitor().name or clean_name(text_of(given, "name")) or client
+        if not room.is_of(client, visitor().key):
+            abort(403)
+        make = _ACTIONS[action]
+        return jsonify(room.change(client, author, tag, lambda document: make(room, document, author, given)))
+
+    return pages
+
+
+def _of(document: Document, given: Asked) -> str:
+    """The sheet that is meant, by the name that it has now."""
+    return document.current(text_of(given, "of"))
+
+
+def _add(room: Room, document: Document, author: str, given: Asked) -> Changed:
+    kind, name = text_of(given, "kind"), text_of(given, "title", NAME)
+    columns = [text for part in text_of(given, "columns", _COLUMNS).split(",") if (text := " ".join(part.split()))]
+    return document.sheets.add(author, kind, name, [columns] if kind == "table" and columns else ())
+
+
+def _rename(room: Room, document: Document, author: str, given: Asked) -> Changed:
+    return document.sheets.rename(author, _of(document, given), text_of(given, "title", NAME))
+
+
+def _move(room: Room, document: Document, author: str, given: Asked) -> Changed | None:
+    """One place to the left or to the right, among the sheets of ours or among the user's own."""
+    sheet, by = _of(document, given), 1 if number_of(given, "by", -1, 1) > 0 else -1
+    group = list(document.grids) if sheet in document.grids else list(document.own)
+    to = group.index(sheet) + by if sheet in group else -1
+    if not 0 <= to < len(group):
+        raise Refused("It stands at the end already." if sheet in group else "There is no such sheet any more.")
+    names = list(document.reading.workbook.sheets)
+    after = names[names.index(group[to]) + 1 :][:1] if by > 0 else [group[to]]
+    return document.sheets.move(author, sheet, after[0] if after else "")
+
+
+def _duplicate(room: Room, document: Document, author: str, given: Asked) -> Changed:
+    return document.sheets.duplicate(author, _of(document, given))
+
+
+def _delete(room: Room, document: Document, author: str, given: Asked) -> Changed:
+    sheet = _of(document, given)
+    people = room.seats.others(text_of(given, "client"), sheet)
+    if people:
+        who = " and ".join(people[:3])
+        raise Refused(f"{who} {'is' if len(people) == 1 else 'are'} editing a cell of it just now.", "Try again later.")
+    return document.sheets.delete(author, sheet)
+
+
+_ACTIONS: dict[str, Callable[[Room, Document, str, Asked], Changed | None]] = {
+    "add": _add, "rename": _rename, "move": _move, "duplicate": _duplicate, "delete": _delete,
+}  # fmt: skip

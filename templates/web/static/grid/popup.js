@@ -1,0 +1,54 @@
+// A small menu beside what was pressed: with the arrow keys, by mouse and touch.
+
+/** Show a menu at an element; `items` are its buttons, already in it. The focus goes back to `back`. */
+export function popup(box, at, back) {
+  const items = [...box.querySelectorAll("[role=menuitem]")];
+  const place = at.getBoundingClientRect();
+  const before = at.ariaExpanded;
+  box.hidden = false;
+  box.style.left = `${Math.max(8, Math.min(place.left, innerWidth - box.offsetWidth - 8))}px`;
+  box.style.top = `${Math.max(8, place.top - box.offsetHeight)}px`;
+  if (place.top - box.offsetHeight < 8) box.style.top = `${Math.min(place.bottom, innerHeight - box.offsetHeight - 8)}px`;
+  at.ariaExpanded = "true";
+  items[0]?.focus();
+  const away = new AbortController();
+  const { signal } = away;
+  box.addEventListener("keydown", (event) => {
+    const now = items.indexOf(document.activeElement);
+    const to = { ArrowDown: now + 1, ArrowUp: now - 1, Home: 0, End: items.length - 1 }[event.key];
+    if (to !== undefined) items[(to + items.length) % items.length].focus();
+    else if (event.key === "Escape" || event.key === "Tab") close();
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  }, { signal });
+  box.addEventListener("click", (event) => event.target.closest("[role=menuitem]") && close(false), { signal });
+  document.addEventListener("pointerdown", (event) => box.contains(event.target) || close(false), { signal });
+
+  function close(focus = true) {
+    away.abort();
+    box.hidden = true;
+    at.ariaExpanded = before;
+    if (focus) back?.focus({ preventScroll: true });
+  }
+}
+
+/** A menu of its own: `[name, action]` pairs, with a hint of keys as a third where there are some. */
+export function menuOf(label, entries) {
+  const box = document.createElement("div");
+  box.className = "menu";
+  box.setAttribute("role", "menu");
+  box.setAttribute("aria-label", label);
+  for (const [name, action, keys = ""] of entries) {
+    const item = document.createElement("button");
+    item.type = "button";
+    item.setAttribute("role", "menuitem");
+    item.tabIndex = -1;
+    const hint = document.createElement("kbd");
+    hint.textContent = keys;
+    item.append(name, hint);
+    item.addEventListener("click", action);
+    box.append(item);
+  }
+  return box;
+}

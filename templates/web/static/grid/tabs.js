@@ -1,0 +1,221 @@
+// The tabs below the sheet: add, rename, duplicate, move, delete; and what others do to them.
+
+import { button, lost, make, open } from "./conflict.js";
+import { menuOf, popup } from "./popup.js";
+
+const LATER = "told-later"; // what the next page says first
+
+export function tabs(grid, listen) {
+  const { server } = grid;
+  let menu = null;
+  const strip = () => document.getElementById("tabs");
+  const tabOf = (name) => [...strip().querySelectorAll("a[data-sheet]")].find((a) => a.dataset.sheet === name);
+  const address = (name) => `${server.url}/sheet/${encodeURIComponent(name)}`;
+
+  const said = sessionStorage.getItem(LATER);
+  sessionStorage.removeItem(LATER);
+  if (said) grid.say(said);
+  tabOf(server.sheet)?.scrollIntoView({ block: "nearest", inline: "nearest" });
+
+  document.addEventListener("click", (event) => {
+    const pressed = event.target.closest("#tabs [data-tab]");
+    if (pressed?.dataset.tab === "add") popup(document.getElementById("kinds"), pressed, pressed);
+    if (pressed?.dataset.tab === "menu") show(tabOf(server.sheet), pressed);
+    const kind = event.target.closest("#kinds [data-kind]");
+    if (kind) add(kind.dataset);
+    if (event.target.closest("#tabs a[aria-current]")) event.preventDefault(); // one is there already
+  });
+  document.addEventListener("dblclick", (event) => {
+    const tab = event.target.closest("#tabs a[aria-current]");
+    if (tab && can()) rename(tab.dataset.sheet);
+  });
+  document.addEventListener("contextmenu", (event) => {
+    const tab = event.target.closest("#tabs a[data-sheet]");
+    if (!tab || !can()) return;
+    event.preventDefault();
+    show(tab, tab);
+  });
+  document.addEventListener("keydown", (event) => {
+    const tab = event.target.closest?.("#tabs a[data-sheet]");
+    if (!tab || !can()) return;
+    const action = { F2: () => rename(tab.dataset.sheet), Delete: () => remove(tab.dataset.sheet) }[event.key];
+    if (!action) return;
+    event.preventDefault();
+    action();
+  });
+  listen.addEventListener("sheets", (event) => changed(JSON.parse(event.detail.data), false));
+  document.addEventListener("rrp:sheets", ({ detail }) => changed(detail, true));
+
+  function can() {
+    return Boolean(strip().querySelector("[data-tab=add]"));
+  }
+
+  function show(tab, at) {
+    const { sheet, kind } = tab.dataset;
+    menu?.remove();
+    const entries = [
+      ["Rename", () => rename(sheet), "F2"],
+      ...(["behaviour", "test", "table"].includes(kind) ? [["Duplicate", () => send("duplicate", { of: sheet })]] : []),
+      ["Move left", () => send("move", { of: sheet, by: -1 })],
+      ["Move right", () => send("move", { of: sheet, by: 1 })],
+      ["Delete", () => remove(sheet), "Del"],
+    ];
+    menu = menuOf(`Sheet ${sheet}`, entries);
+    document.querySelector("main").append(menu);
+    popup(menu, at, at);
+  }
+
+  async function send(action, body, dialog) {
+    const answer = await server.send(`sheets/${action}`, body);
+    if (answer.sheets) {
+      dialog?.close();
+      const more = (answer.rows ?? []).slice(1).map((row) => row.sheet).filter((name) => name);
+      changed({ ...answer.sheets, also: [...new Set(more)] }, true);
+    } else if (dialog) {
+      dialog.querySelector("[role=alert]").textContent = answer.message;
+      dialog.querySelector("input")?.focus();
+    }
+    return answer;
+  }
+
+  function asking(title, fields, does, ask) {
+    const form = make("form");
+    const inputs = fields.map(([label, value, help]) => {
+      const line = make("label", `${label} `);
+      line.className = "field";
+      const input = make("input");
+      input.value = value;
+      input.autocomplete = "off";
+      line.append(input);
+      form.append(line);
+      if (help) form.append(Object.assign(make("p", help), { className: "quiet" }));
+      return input;
+    });
+    const wrong = make("p");
+    wrong.className = "is-wrong";
+    wrong.setAttribute("role", "alert");
+    const go = make("button", does);
+    go.className = "button first";
+    form.append(wrong, go);
+    const dialog = open(title, [form]);
+    form.append(button("Cancel", () => dialog.close()));
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      ask(dialog, ...inputs.map((input) => input.value));
+    });
+    inputs[0].select();
+    inputs[0].focus();
+  }
+
+  function add({ kind, name }) {
+    if (!["behaviour", "test", "table"].includes(kind)) return send("add", { kind, title: name });
+    const fields = [["Name", name]];
+    if (kind === "table") fields.push(["Columns", "Name, Value", "Separated by commas. A formula takes them as Table[Name]."]);
+    const title = { behaviour: "Add a behaviour", test: "Add a test", table: "Add a table" }[kind];
+    return asking(title, fields, "Add", (dialog, typed, columns = "") => send("add", { kind, title: typed.trim() || name, columns }, dialog));
+  }
+
+  function rename(sheet) {
+    asking(`Rename “${sheet}”`, [["Name", sheet, "Everything that names this sheet follows: tests, formulas, the Protocol."]], "Rename",
+      (dialog, title) => (title === sheet ? dialog.close() : send("rename", { of: sheet, title }, dialog)));
+  }
+
+  async function remove(sheet) {
+    const response = await fetch(`${server.url}/sheets/about/${encodeURIComponent(sheet)}`);
+    const about = response.ok ? await response.json() : { message: "There is no such sheet any more." };
+    if (about.message) return grid.say(about.message, true);
+    const rows = about.rows === null ? "everything in it" : about.rows === 1 ? "1 row" : about.rows ? `${about.rows} rows` : "no rows";
+    const parts = [make("p", `It has ${rows}. Ctrl+Z brings it back.`.replace("has everything in it", "goes with everything in it"))];
+    if (about.naming.length) {
+      const list = make("ul");
+      list.className = "naming";
+      list.append(...about.naming.map((text) => make("li", text)));
+      if (about.more) list.append(make("li", `… and ${about.more} more`));
+      parts.push(make("p", "These refer to it, and will not work without it:"), list);
+    }
+    const wrong = make("p");
+    wrong.className = "is-wrong";
+    wrong.setAttribute("role", "alert");
+    const dialog = open(`Delete “${sheet}”?`, [...parts, wrong]);
+    dialog.append(button("Delete", () => send("delete", { of: sheet }, dialog)), button("Cancel", () => dialog.close()));
+    return dialog.querySelector("button")?.focus();
+  }
+
+  /** A sheet came, went, has another name or place; `mine`: by what was done on this page. */
+  async function changed(told, mine) {
+    const here = server.sheet;
+    const words = worded(told, mine);
+    if (told.what === "renamed" && told.was === here) follow(told.name, told.was);
+    if (told.what === "added" && mine && !told.undone) return leave(told.name, words);
+    if (told.what === "added" && told.name === here) return leave(here, words); // it is back
+    if (told.what === "deleted" && told.name === here) {
+      const next = [...strip().querySelectorAll("a[data-sheet]")].map((a) => a.dataset.sheet).filter((name) => name !== here);
+      if (mine) return leave(next[0] ?? "", words);
+      orphaned(words, next[0]);
+      return next[0] && refresh(next[0]);
+    } else grid.say(words);
+    return refresh();
+  }
+
+  function worded({ what, name, was, by, also = [], undone = false }, mine) {
+    const others = also.filter((sheet) => sheet !== name);
+    const runs = what === "added" && others.length && !undone;
+    const follows = runs ? ` It is named in the Run of ${others.join(", ")}, so it runs too.` : others.length ? ` ${others.join(" and ")} ${others.length === 1 ? "follows" : "follow"}.` : "";
+    const back = !undone ? " Ctrl+Z takes it back." : "";
+    if (!mine) {
+      const did = { added: `added “${name}”`, deleted: `deleted “${name}”`, renamed: `renamed “${was}” to “${name}”`, moved: `moved “${name}”` };
+      return `${by} has ${did[what]}.`;
+    }
+    const does = {
+      added: undone ? `“${name}” is back.` : `“${name}” is added.`, deleted: `“${name}” is deleted.`,
+      renamed: `“${was}” is called “${name}” now.`, moved: `“${name}” is moved.`,
+    }[what];
+    return `${does}${follows}${back}`;
+  }
+
+  async function leave(name, words) {
+    sessionStorage.setItem(LATER, words);
+    await server.chain;
+    location.assign(name ? address(name) : server.url);
+  }
+
+  /** The sheet of this page has another name: the page goes on as it is. */
+  function follow(name, was) {
+    server.sheet = name;
+    grid.table.grid.dataset.sheet = name;
+    grid.table.grid.setAttribute("aria-label", name);
+    document.querySelector("section.sheet")?.setAttribute("aria-label", `Sheet ${name}`);
+    if (document.title.startsWith(was)) document.title = name + document.title.slice(was.length);
+    history.replaceState(null, "", location.pathname.includes("/sheet/") ? address(name) : location.href);
+  }
+
+  /** The sheet of this page is gone: what is being typed is shown, so that it can be taken along. */
+  function orphaned(words, next) {
+    document.body.dataset.orphan = "";
+    grid.table.grid.ariaReadOnly = "true";
+    const typed = grid.editor.isOpen ? grid.editor.field.value : "";
+    if (grid.editor.isOpen) grid.editor.close(false, null);
+    if (typed) lost(grid, words, [{ text: typed }]);
+    const line = document.getElementById("notice");
+    line.textContent = `${words} This page shows what was in it. `;
+    if (next) {
+      const link = make("a", `Go to ${next}`);
+      link.href = address(next);
+      line.append(link);
+    }
+  }
+
+  async function refresh(sheet = server.sheet) {
+    const url = strip().dataset.url.replace(/\/tabs\/[^?]*/, `/tabs/${encodeURIComponent(sheet)}`);
+    const response = await fetch(url);
+    if (!response.ok) return;
+    const holder = document.createElement("template");
+    holder.innerHTML = await response.text(); // made by our own server, all texts escaped
+    const fresh = holder.content.querySelector("#tabs");
+    if ("orphan" in document.body.dataset) { // none of them is shown
+      fresh.querySelector("[aria-current]")?.removeAttribute("aria-current");
+      fresh.querySelector("[data-tab=menu]")?.remove();
+    }
+    strip().replaceWith(fresh);
+  }
+}
