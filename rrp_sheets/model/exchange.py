@@ -65,6 +65,7 @@ class Command:
         sensors: keys of the sensor streams that the row descends from, in the behaviour's order (a tracker
             follows the newest detection among them).
         priority: of the row.
+        release: with a blank, that the behaviour behind it was switched off: what it has moved goes back to rest.
     """
 
     stream: str
@@ -72,6 +73,7 @@ class Command:
     row: str = ""
     sensors: tuple[str, ...] = ()
     priority: float = 0.0
+    release: bool = False
 
 
 @dataclass(frozen=True, slots=True)

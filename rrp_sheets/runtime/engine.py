@@ -6,7 +6,9 @@ An engine decides only at which instants values enter and the graph settles (des
 from __future__ import annotations
 
 import sys
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import Protocol
 
 from reactivex.disposable import CompositeDisposable
@@ -42,7 +44,7 @@ class Observer(Protocol):
         ...
 
 
-class Engine:
+class Engine(ABC):
     """The rows of a plan, wired. Subclasses say at which instants they settle.
 
     Args:
@@ -100,9 +102,9 @@ class Engine:
         """The row that is being worked out, or was when something went wrong; empty when it is none."""
         return self.plan.rows_by_rank().get(self.clock.cell[RANK], "")
 
+    @abstractmethod
     def settle(self, now_us: int, arrivals: Iterable[tuple[str, Value]]) -> list[Command]:
         """Go on to a time with the values that have arrived by then; the commands for the actuators of the world."""
-        raise NotImplementedError
 
     def take_happenings(self) -> list[Happening]:
         """What the engine has to tell since it was last asked: a behaviour was switched, a wait has no time."""
@@ -234,8 +236,12 @@ class Engine:
         mine = {s.ref: s for s in steps if s.connector.drives}
         for stream, last in list(self._driven.items()):
             step = mine.get(last.row)
-            if step is not None and last.value is not None:
+            if step is None:
+                continue
+            if last.value is not None:
                 self._sender(step, self.streams[stream])(None)
+            if stream not in self.plan.own:
+                self._commands.append(replace(last, value=None, release=True))
 
     # ---- wiring
     def _watch_all(self, observer: Observer) -> None:

@@ -69,6 +69,7 @@ class Arbiter:
         self._ended: list[tuple[str, Value]] = []
         self._barred: tuple[frozenset[str], str] = (frozenset(), "")
         self._told: set[tuple[str, str]] = set()
+        self._moved: dict[str, tuple[frozenset[str], frozenset[str]]] = {}
 
     def take(self, job: Job, us: int) -> None:
         """A new command."""
@@ -130,6 +131,14 @@ class Arbiter:
         """The row that has each resource now; with several on one, such as two joints of an arm, the newest."""
         return {resource: job.order.row for job in self._running for resource in sorted(job.uses)}
 
+    def moved(self, stream: str) -> tuple[frozenset[str], frozenset[str]]:
+        """What a stream's commands have used, and the joints that they have named; forgotten with this question."""
+        return self._moved.pop(stream, (frozenset(), frozenset()))
+
+    def in_use(self) -> list[tuple[frozenset[str], frozenset[str]]]:
+        """What is in use now: of each command its resources, and the joints when it names them."""
+        return [(job.uses, job.joints) for job in self._running]
+
     def _of(self, stream: str) -> Job | None:
         return next((j for j in (*self._running, *self._outranked) if j.order.stream == stream and j.endless), None)
 
@@ -169,6 +178,8 @@ class Arbiter:
         replaced = [j for j in (*self._running, *self._waiting) if j.meets(job)]
         self._drop(replaced, us)
         job.began_us = us if job.began_us < 0 else job.began_us
+        uses, joints = self._moved.get(job.order.stream, (job.uses, job.joints))
+        self._moved[job.order.stream] = uses | job.uses, joints | job.joints
         self._running.append(job)
         job.begin(job.order, us)
         if rivals:  # they may have used more than this one does

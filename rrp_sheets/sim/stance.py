@@ -58,6 +58,11 @@ class Stance:
         return self._way is not None or (self._gait is not None and not self._gait.at_rest)
 
     @property
+    def stepping(self) -> bool:
+        """Whether it makes steps, be it the last."""
+        return self._gait is not None
+
+    @property
     def guided(self) -> bool:
         """Whether the guide holds it."""
         return self._guide.holds

@@ -25,6 +25,7 @@ from rrp_sheets.sim.keyframes import Motions
 from rrp_sheets.sim.messages import Outcome, Shown, Spec, State
 from rrp_sheets.sim.pushing import force
 from rrp_sheets.sim.quiet import quiet
+from rrp_sheets.sim.relaxing import Relaxing
 from rrp_sheets.sim.sensors import SENSORS, Clock, Senses, Sight, tidy
 from rrp_sheets.sim.signals import Signals
 from rrp_sheets.sim.stage import Stage
@@ -90,6 +91,7 @@ class SimWorld:
         ]
         seeing = frozenset(stream for stream, sensor, _ in self._sensors if sensor.locates)
         self.arbiter = Arbiter(spec.dones, self._tell)
+        self._relaxing = Relaxing(self.body, self.stance, self.arbiter)
         self.falling = Falling(self._b, self.body, self.stance, self.arbiter, self._tell)
         parts = Parts(self.body, self.stance, self.eyes, self.voice, self.faces, self.trackers, self.motions,
                       self.arbiter, self._tell, seeing, self.stage)  # fmt: skip
@@ -106,7 +108,9 @@ class SimWorld:
         for order in orders:
             actuator = self._actuators.get(order.stream)
             if actuator is not None:
-                if order.value is None:
+                if order.release:
+                    self._relaxing.relax(order.stream)
+                elif order.value is None:
                     actuator.blank(order, self._us)
                 else:
                     actuator.take(order, self._us)
