@@ -60,10 +60,10 @@ COLUMNS: dict[str, dict[str, Column]] = {
         "Notes": _NOTES,
     },
     "scene": {
-        "Time (s)": Column(14, "", "Seconds after the start, or after an event: Ask done + 2"),
-        "Thing": Column(18, "Thing", "Who or what: Red ball, Person, Operator, …"),
+        "Time (s)": Column(14, "", "Seconds after the start, the row above (+ 2) or an event: Ask done + 2"),
+        "Thing": Column(18, "Thing", "Who or what: Red ball, Blue cup, Table, Person or a name, Light, Operator, …"),
         "Does": Column(18, "Does", "What happens: appears, moves, says, touches, …"),
-        "Value": Column(34, "", "Where, what or how long. Places are in metres from the robot: forward, left, up."),
+        "Value": Column(34, "", "Where, what or how long. at 1, 0.2, 0.4 is in metres: forward, left, up."),
         "Notes": _NOTES,
     },
     "gestures": {

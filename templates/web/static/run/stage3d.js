@@ -11,7 +11,7 @@ const MOST_PIXELS = 1.5; // per CSS pixel: more costs a weak laptop its 60 pictu
 const HIGHEST = 1.25; // m: what is higher need not be in the picture
 const NEAR = 2.3; // m from the robot: things farther away need not be in the picture
 const LONGEST = 300; // ms, of the way from one state to the next
-const AWAY = 1.92; // rad: how far somebody who looks away turns
+const AWAY = 2.62; // rad: how far somebody who looks away turns
 const HELD = 1200; // ms after it was let go a thing is where one put it; by then the world has told that it is there
 const SLOW = 28; // ms between two pictures: below that often, the picture is drawn coarser
 
@@ -34,6 +34,7 @@ export class Stage {
     this.seen = true;
     this.late = 0;
     const again = () => this.ask();
+    model.scene.again = again;
     this.drag = new Drag(this, hand.limits, hand);
     this.orbit = new Orbit(canvas, this.camera, again);
     this.look();
