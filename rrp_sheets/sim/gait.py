@@ -80,6 +80,10 @@ class Gait:
         legs: their geometry.
         standing: how the robot stands.
         start: the middle between the feet, which stand beside each other.
+
+    Attributes:
+        middle: between the feet, at the end of the last step.
+        swings: the foot that makes the step, `L` or `R`; empty between steps.
     """
 
     def __init__(self, legs: Legs, standing: Standing, start: Spot) -> None:
@@ -88,7 +92,7 @@ class Gait:
         self._goal = self._from = self._to = self._lifted = self.middle = start
         self._spread = SPREAD
         self._speed = self._speed_then = (0.0, 0.0)  # m/s, of the middle when the step begins and ends
-        self._swings, self._next = "", "L"
+        self.swings, self._next = "", "L"
         self._time = 0.0
         self._pace = self._height = 1.0
         self._halts = False
@@ -96,7 +100,7 @@ class Gait:
     @property
     def beside(self) -> bool:
         """Whether both feet are on the floor, beside each other, with nothing to do."""
-        return not self._swings and self.at(self._goal)
+        return not self.swings and self.at(self._goal)
 
     @property
     def at_rest(self) -> bool:
@@ -116,7 +120,7 @@ class Gait:
     def turn(self, rate: float) -> None:
         """Turn at a rate (rad/s) until told otherwise, at the place of the foot that stands; 0 ends it."""
         about = min(TURN, 2 * STEP_TIME * abs(rate))
-        stands = self._feet[self._next if self._swings else "L"]
+        stands = self._feet[self._next if self.swings else "L"]
         self.go(stands.plus(0.0, 0.0, math.copysign(AHEAD, rate) if rate else 0.0), (STRIDE, ASIDE, about))
 
     def close(self) -> None:
@@ -136,13 +140,13 @@ class Gait:
         if self._halts:
             self._pace = max(0.0, self._pace - dt / HALT_TIME)
             self._height = max(0.0, self._height - dt / HALT_TIME)
-        if not self._swings and not self._halts and not self.at(self._goal):
+        if not self.swings and not self._halts and not self.at(self._goal):
             self._plan()
-        if self._swings:
+        if self.swings:
             self._time = min(self._time + dt * self._pace, STEP_TIME)
         pose = self._pose(min(1.0, self._time / STEP_TIME))
-        if self._swings and self._time >= STEP_TIME - 1e-9:
-            self._swings, self.middle = "", self._to
+        if self.swings and self._time >= STEP_TIME - 1e-9:
+            self.swings, self.middle = "", self._to
         return pose
 
     @property
@@ -163,12 +167,12 @@ class Gait:
             _, left, turn = self.middle.seen(self._goal)
             way = left if abs(left) > ARRIVED else turn
             self._next = "L" if way > ARRIVED else "R" if way < -ARRIVED else self._next
-        self._swings, self._next = self._next, "R" if self._next == "L" else "L"
+        self.swings, self._next = self._next, "R" if self._next == "L" else "L"
         stands = self._feet[self._next]
         put = stands.plus(*self._offset(*stands.seen(self._goal)))
         if _near(put, self._goal):
             put = self._goal
-        self._lifted, self._feet[self._swings] = self._feet[self._swings], put
+        self._lifted, self._feet[self.swings] = self._feet[self.swings], put
         self._from, self._to, self._time = self.middle, stands.to(put, 0.5), 0.0
         goes_on = not self.at(self._goal) and not _near(put, self._goal)
         self._speed = self._speed_then
@@ -178,7 +182,7 @@ class Gait:
     def _offset(self, ahead: float, left: float, turn: float) -> tuple[float, float, float]:
         """How far beside its place beside the standing foot the other one is put, on its way to a goal."""
         far, aside, about = self._spread
-        sign = 1.0 if self._swings == "L" else -1.0
+        sign = 1.0 if self.swings == "L" else -1.0
         if max(abs(ahead), abs(left)) > ARRIVED:
             turn = 0.0  # first to the place, then the turn
         steps = max(abs(ahead) / max(far, ARRIVED), 2 * abs(left) / max(aside, ARRIVED), 1.0)
@@ -191,7 +195,7 @@ class Gait:
 
     def _pose(self, part: float) -> tuple[Spot, Vector, dict[str, float]]:
         """The pose at a part of the step, 0 to 1."""
-        standing, swings = self._standing, self._swings
+        standing, swings = self._standing, self.swings
         swing = min(max((part - SWING[0]) / (SWING[1] - SWING[0]), 0.0), 1.0)
         eased = swing**3 * (10 - 15 * swing + 6 * swing**2)
         sway = 0.0

@@ -63,6 +63,11 @@ class Stance:
         return self._gait is not None
 
     @property
+    def swings(self) -> str:
+        """The foot in the air, `L` or `R`; empty when both are on the floor."""
+        return self._gait.swings if self._gait is not None else ""
+
+    @property
     def guided(self) -> bool:
         """Whether the guide holds it."""
         return self._guide.holds

@@ -16,6 +16,7 @@ from rrp_sheets.model.exchange import Command
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record, Value
 from rrp_sheets.sim.body import EASY, STEP, Body, Pose, Vector
+from rrp_sheets.sim.pointing import Course, Pointing
 from rrp_sheets.sim.stance import Stance
 
 HEAD_VELOCITY, HEAD_ACCELERATION = 2.5, 18.0  # rad/s, rad/s²: brisk, without jerks
@@ -26,7 +27,7 @@ TURN_GAIN = 1.6  # rad/s of turning per rad of head yaw
 LOST_AFTER = 1.0  # s without a detection: stop turning, it may be gone
 FAR_AWAY = 1.0  # m: where a detection without distance (a face) is taken to be, for pointing
 YIELDS_AFTER = 1.0  # s without an event: a tracker of another mode that gets one takes its place
-SIDE_MARGIN = 0.08  # rad: the nearest arm changes only when the target is clearly on the other side
+OVERLAP_US = 350_000  # between two arms' hand-over: the one that takes over is up before the other one goes down
 ARMS = {"leftarm": "L", "rightarm": "R", "botharms": "LR", "nearestarm": "", "none": None}
 
 
@@ -71,6 +72,10 @@ class Tracker:
     sensors: tuple[str, ...] = ()
     chosen: str = ""  # the arm that the value chose, for the nearest arm
     pointing: str = ""
+    leaving: str = ""  # the arms that are lowered soon, as another one has taken over
+    leaves_us: int = 0
+    course: Course = field(default_factory=Course)  # of the target, in the world
+    sight: Course = field(default_factory=Course)  # of the head that would look at it: yaw and pitch
     seen_us: int = -1
     ordered_us: int = -1
 
@@ -84,6 +89,9 @@ class Trackers:
     seen: dict[str, Detection] = field(default_factory=dict)
     _all: dict[str, Tracker] = field(default_factory=dict)
     _turning: bool = False
+
+    def __post_init__(self) -> None:
+        self.arms = Pointing(self.body)
 
     def add(self, stream: str, settings: Mapping[str, Value], parts: frozenset[str]) -> None:
         """Make a tracker stream known, with the parts that it moves."""
@@ -99,6 +107,10 @@ class Trackers:
         newest = max((self.seen[s] for s in sensors if s in self.seen), key=lambda d: d.us, default=None)
         if newest is not None and us - newest.us < LOST_AFTER * 1e6 and newest.us > tracker.seen_us:
             self._towards(tracker, newest)
+
+    def pointing(self, stream: str) -> str:
+        """The arms with which a tracker points now: `L`, `R`, `LR`, or none."""
+        return self._all[stream].pointing
 
     def idle(self, stream: str, us: int) -> list[str]:
         """The streams of the other trackers that get no more events: one of another mode that gets one ends them.
@@ -120,8 +132,8 @@ class Trackers:
         if "head" in tracker.parts:
             self.body.halt("HeadYaw")
             self.body.halt("HeadPitch")
-        self._lower(tracker.pointing)
-        tracker.pointing = ""
+        self._lower(tracker.pointing + tracker.leaving)
+        tracker.pointing = tracker.leaving = ""
 
     def detected(self, detections: Mapping[str, Detection]) -> None:
         """New detections, by sensor stream."""
@@ -132,7 +144,11 @@ class Trackers:
                 self._towards(tracker, mine)
 
     def step(self, us: int) -> None:
-        """One step of the physics: turn the body after the head."""
+        """One step of the physics: turn the body after the head; lower arms whose time has come."""
+        for each in self._all.values():
+            if each.leaving and us >= each.leaves_us:
+                self._lower(each.leaving)
+                each.leaving = ""
         tracker = next((t for t in self._all.values() if t.active and t.mode == "wholebody"), None)
         if tracker is not None:
             yaw = self.body.aimed("HeadYaw")
@@ -146,7 +162,8 @@ class Trackers:
     def _towards(self, tracker: Tracker, d: Detection) -> None:
         tracker.seen_us = d.us
         if "head" in tracker.parts and max(abs(d.x), abs(d.y)) > CALM:
-            self._look(d.yaw + d.x, d.pitch + d.y)
+            yaw, pitch = tracker.sight.seen(d.us, np.array([d.yaw + d.x, d.pitch + d.y]))
+            self._look(float(yaw), float(pitch))
         if tracker.arms is not None:
             self._point(tracker, d)
 
@@ -158,28 +175,18 @@ class Trackers:
         self.body.go("HeadPitch", min(max(pitch, low), high), HEAD_VELOCITY, HEAD_ACCELERATION)
 
     def _point(self, tracker: Tracker, d: Detection) -> None:
-        sides = tracker.arms or tracker.chosen or self._nearest(tracker, d)
+        target = tracker.course.seen(d.us, d.point())
+        sides = tracker.arms or tracker.chosen or self.arms.nearer(target, tracker.pointing[:1])
         if tracker.pointing not in (sides, ""):
-            self._lower("".join(s for s in tracker.pointing if s not in sides))
+            # One arm goes up first; then the other one is lowered.
+            tracker.leaving = "".join(s for s in tracker.pointing if s not in sides)
+            tracker.leaves_us = d.us + OVERLAP_US
         tracker.pointing = sides
+        tracker.leaving = "".join(s for s in tracker.leaving if s not in sides)
         self.stance.steady()
-        torso, target = self.body.torso(), d.point()
         for side in sides:
-            towards = torso.rotation.T @ (target - self.body.link(f"{side}Shoulder").position)
-            ahead, left, up = towards / np.linalg.norm(towards)
-            pose = {
-                "ShoulderPitch": math.atan2(-up, ahead) if ahead > 0.05 else -up * math.pi / 2,
-                "ShoulderRoll": math.asin(left), "ElbowYaw": 0.0, "ElbowRoll": 0.0, "WristYaw": 0.0, "Hand": 1.0,
-            }  # fmt: skip
-            for joint, angle in pose.items():
-                low, high = self.body.limits(side + joint)
-                self.body.go(side + joint, min(max(angle, low), high), ARM_VELOCITY, ARM_ACCELERATION)
-
-    def _nearest(self, tracker: Tracker, d: Detection) -> str:
-        angle = d.yaw + d.x
-        if tracker.pointing and abs(angle) < SIDE_MARGIN:
-            return tracker.pointing[:1]
-        return "L" if angle >= 0 else "R"
+            for joint, angle in self.arms.joints(side, target).items():
+                self.body.go(joint, angle, ARM_VELOCITY, ARM_ACCELERATION)
 
     def _lower(self, sides: str) -> None:
         for side in sides:
