@@ -45,6 +45,7 @@ JSON: dict[str, dict[str, Any]] = {
     "editing.change stand": _PLACE,
     "editing.change part": _WHO,
     "editing.change fix": {**_WHO, "code": "FORM007", "place": "Tracking!D2", "title": "Put it right"},
+    "posing.pose": {**_WHO, "sheet": SHEET, "row": "ROW"},
     "sheeting.change add": {**_WHO, "kind": "behaviour", "title": "New", "columns": ""},
     "sheeting.change rename": {**_WHO, "of": SHEET, "title": "Other"},
     "sheeting.change move": {**_WHO, "of": SHEET, "by": 1},
