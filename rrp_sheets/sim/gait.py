@@ -103,6 +103,11 @@ class Gait:
         return not self.swings and self.at(self._goal)
 
     @property
+    def here(self) -> Spot:
+        """Where it would stand if it went no further: where a foot was put last, or is being put."""
+        return self._feet[self.swings or ("R" if self._next == "L" else "L")]
+
+    @property
     def at_rest(self) -> bool:
         """Whether nothing moves any more: it has arrived, or it was halted."""
         return self.beside or (self._halts and self._pace == self._height == 0.0)
@@ -118,10 +123,9 @@ class Gait:
             self._goal, self._spread = goal, spread
 
     def turn(self, rate: float) -> None:
-        """Turn at a rate (rad/s) until told otherwise, at the place of the foot that stands; 0 ends it."""
+        """Turn at a rate (rad/s) until told otherwise, where it would stand; 0 ends it."""
         about = min(TURN, 2 * STEP_TIME * abs(rate))
-        stands = self._feet[self._next if self.swings else "L"]
-        self.go(stands.plus(0.0, 0.0, math.copysign(AHEAD, rate) if rate else 0.0), (STRIDE, ASIDE, about))
+        self.go(self.here.plus(0.0, 0.0, math.copysign(AHEAD, rate) if rate else 0.0), (STRIDE, ASIDE, about))
 
     def close(self) -> None:
         """Finish the step and put the feet beside each other."""

@@ -120,12 +120,12 @@ class Stance:
 
     def walk(self, forward: float, left: float, turn: float) -> None:
         """Walk some way (m, m), then turn (rad), then stand; upright first, when it is not."""
-        self._way = (forward, left, turn)
-        self._arrived = False
         if not self.upright and self._gait is None:
             self.follow_legs()
             for joint in self._joints:
                 self._body.go(joint, self._body.start[joint], EASY)
+        self._way = (forward, left, turn)
+        self._arrived = False
 
     def stop_walking(self) -> None:
         """Finish the step and stand."""
@@ -191,7 +191,7 @@ class Stance:
         if self._way is not None and self._stand():
             way, self._way = self._way, None
             gait = self._step_out()
-            self._goal = self.middle.plus(*way)
+            self._goal = gait.here.plus(*way)
             gait.go(self._goal)
         if self._gait is not None:
             self._take_step(self._gait)
