@@ -11,6 +11,8 @@ from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Workbook
 
 ENGINES = ("frame", "event loop")
+FORGETS, KEEPS = "ends with the run", "kept"
+"""What Face memory may say."""
 PHYSICS_RATE = 240  # Hz; frames are whole steps of the physics
 
 
@@ -24,6 +26,7 @@ class RunPlan:
         seed: of everything random.
         time_limit_us: when the run ends by itself; None for no limit.
         engine: `frame` or `event loop`.
+        keeps_faces: whether remembered faces are kept beyond the run.
     """
 
     behaviours: frozenset[str]
@@ -31,6 +34,7 @@ class RunPlan:
     seed: int = 0
     time_limit_us: int | None = None
     engine: str = "frame"
+    keeps_faces: bool = False
 
 
 def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
@@ -56,9 +60,14 @@ def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
     if text := protocol.text("Time limit"):
         limit = parse_duration(text, bare="s")
         if not limit:
-            meant = meant_duration(text, "s") or "90 s"
+            meant = meant_duration(text, "s") or "10 min or 90 s"
             report.add("PROT006", protocol.fields["timelimit"].address, text=text, meant=meant)
-    return RunPlan(_behaviours(workbook, report), rate, seed, limit or None, engine or "frame")
+    memory = FORGETS
+    if text := protocol.text("Face memory"):
+        memory = next((m for m in (FORGETS, KEEPS) if key(m) == key(text)), "")
+        if not memory:
+            report.add("PROT007", protocol.fields["facememory"].address, text=text)
+    return RunPlan(_behaviours(workbook, report), rate, seed, limit or None, engine or "frame", memory == KEEPS)
 
 
 def _behaviours(workbook: Workbook, report: Report) -> frozenset[str]:

@@ -27,6 +27,7 @@ _COMMANDS = {
     "run": "Run a workbook on the simulated robot.",
     "test": "Run the tests that stand in a workbook.",
     "marbles": "Draw what came on the streams of a run or of a workbook's tests.",
+    "faces": "List the faces that are remembered beyond a run, or wipe them.",
     "serve": "Edit the workbooks of a folder in the browser.",
 }
 _EVALUATING = frozenset(("check", "diff", "formula", "test"))  # formulas of strangers, in the command's own process

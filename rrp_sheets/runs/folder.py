@@ -28,6 +28,11 @@ _WHAT = {
 }
 
 
+def faces_file(workbook: Path) -> Path:
+    """The file that keeps remembered faces, beside the records of a folder's workbooks."""
+    return workbook.absolute().parent / "runs" / "faces.json"
+
+
 class RunFolder:
     """A run's folder; `path` is where it will be, :meth:`make` makes it."""
 

@@ -1,13 +1,11 @@
 """Draws faces: pictures of people who do not exist, for the persons of a scene.
 
-Each is painted in layers (skin with light and shade, eyes, brows, nose, mouth, hair, glasses) from some thirty numbers.
-The same numbers give the same picture.
+Each is painted in layers (skin with light and shade, eyes, brows, nose, mouth, hair, glasses) from its traits. The same
+traits give the same picture.
 """
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
 from typing import Any
 
 import cv2
@@ -15,74 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rrp_sheets.sim.colours import RGB
+from rrp_sheets.sim.face_traits import Traits
 
 Floats = NDArray[np.floating[Any]]
 SIDE = 192  # pixels of the finished picture
 FINER = 1
 EDGE = 0.012  # softness of edges, as a part of half the picture
-_CHEEKS, _MOUTH = 0.1, -0.55  # heights at which a head is widest, and at which `jaw` is its width
-
-
-@dataclass(frozen=True)
-class Traits:
-    """What a face looks like.
-
-    Lengths are parts of half the head's height; the origin is the middle of the face, x to the right of who looks at
-    it, y up. Colours are 0 to 1.
-
-    Attributes:
-        width, jaw: half widths at the cheeks and at the mouth; chin: 0.4 is broad, 0.7 pointed.
-        eyes: (half distance, height, half width, opening, slant).
-        brows: (height above the eyes, thickness, arch, slant).
-        nose: (lower end's height, half width, how strong its shadow is).
-        mouth: (height, half width, upper lip, lower lip, smile).
-        style: of the hair: `short`, `bob`, `long`, `curly`, `bald`, `tail`.
-        hairline: height at the middle; `parting` lifts it to one side, `fringe` is how ragged it is.
-        glasses: `round`, `square` or empty.
-        beard: 0 to 1; moustache: 0 to 1.
-        lines: of age, 0 to 1; freckles: 0 to 1; rosy: cheeks, 0 to 1.
-    """
-
-    skin: RGB
-    hair: RGB
-    iris: RGB
-    lips: RGB
-    width: float = 0.78
-    jaw: float = 0.62
-    chin: float = 0.55
-    eyes: tuple[float, float, float, float, float] = (0.33, 0.04, 0.165, 0.075, 0.0)
-    brows: tuple[float, float, float, float] = (0.17, 0.03, 0.04, 0.0)
-    nose: tuple[float, float, float] = (-0.27, 0.13, 1.0)
-    mouth: tuple[float, float, float, float, float] = (-0.52, 0.24, 0.045, 0.065, 0.03)
-    style: str = "short"
-    hairline: float = 0.55
-    parting: float = 0.0
-    fringe: float = 0.02
-    glasses: str = ""
-    beard: float = 0.0
-    moustache: float = 0.0
-    lines: float = 0.0
-    freckles: float = 0.0
-    rosy: float = 0.3
-
-
-def outline(traits: Traits, height: float) -> float:
-    """Half the width of the head at a height (-1 to 1).
-
-    >>> face = Traits((1, 1, 1), (0, 0, 0), (0, 0, 0), (1, 0, 0))
-    >>> outline(face, 1.0), outline(face, 0.1) > outline(face, -0.6) > outline(face, -0.95)
-    (0.0, True)
-    """
-    if abs(height) >= 1:
-        return 0.0
-    if height >= _CHEEKS:
-        return traits.width * math.sqrt(1 - ((height - _CHEEKS) / (1 - _CHEEKS)) ** 2)
-    # A curve through the jaw's width at the mouth; the chin says how it closes below.
-    down = (_CHEEKS - height) / (1 + _CHEEKS)
-    power = math.log(1 - (traits.jaw / traits.width) ** (1 / traits.chin)) / math.log(
-        (_CHEEKS - _MOUTH) / (1 + _CHEEKS)
-    )
-    return float(traits.width * (1 - down**power) ** traits.chin)
 
 
 class _Canvas:

@@ -7,13 +7,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
-from rrp_sheets.sim.face_models import Features
+
+if TYPE_CHECKING:
+    from rrp_sheets.sim.face_models import Features
 
 NUMBERS = 128  # of a face
 MOST_PERSONS = 500  # kept in a file

@@ -5,7 +5,7 @@ Their numbers were searched so that the recogniser tells them apart nearly as cl
 
 from __future__ import annotations
 
-from rrp_sheets.sim.face_drawing import Traits
+from rrp_sheets.sim.face_traits import Traits
 
 PEOPLE: tuple[Traits, ...] = (
     Traits(  # a girl with freckles

@@ -13,7 +13,6 @@ from rrp_sheets.sim.colours import BALL_COLOURS, COLOURS, RGB, parse_colour
 
 CLOTHES: tuple[RGB, ...] = ((0.42, 0.60, 0.62), (0.76, 0.64, 0.46), (0.60, 0.52, 0.68), (0.50, 0.62, 0.46))
 """Too pale to be taken for a ball."""
-HEAD = 0.105  # m, half the height of a person's head
 AROUND = 20  # faces around a shape that is turned on a lathe
 
 

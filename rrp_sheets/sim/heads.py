@@ -13,21 +13,9 @@ import cv2
 import numpy as np
 
 from rrp_sheets.sim.face_models import FaceModels
-from rrp_sheets.sim.figures import HEAD, Figure, ellipsoid, turned
+from rrp_sheets.sim.face_traits import AROUND, BACK, FRONT, HAIR, HEAD, NOSE, RINGS
+from rrp_sheets.sim.figures import Figure, ellipsoid, turned
 from rrp_sheets.sim.portraits import Portrait, drawn, from_file
-
-RINGS, AROUND = 22, 32
-FRONT, BACK = 0.86, 0.95  # depth before and behind the ears, in half heights
-NOSE = (0.13, -0.20, 0.10, 0.15)  # how far it sticks out, its height, half width and half height, in half heights
-# Hair: centre (x, z) and radii (x, y as a part of the head's width, z), in half heights.
-_HAIR = {
-    "short": [(-0.20, 0.14, 0.86, 1.05, 0.93)],
-    "curly": [(-0.22, 0.22, 0.98, 1.20, 1.00)],
-    "bob": [(-0.20, 0.14, 0.86, 1.08, 0.93), (-0.36, -0.22, 0.60, 1.18, 0.80)],
-    "long": [(-0.20, 0.14, 0.86, 1.06, 0.93), (-0.42, -0.55, 0.52, 1.12, 1.20)],
-    "tail": [(-0.20, 0.14, 0.86, 1.05, 0.93), (-1.10, 0.20, 0.26, 0.34, 0.30)],
-    "bald": [],
-}
 
 
 class Heads:
@@ -76,7 +64,7 @@ class Heads:
         for side in (1, -1):
             ear = ellipsoid(b, (0.13 * HEAD, 0.09 * HEAD, 0.20 * HEAD), portrait.skin)
             figure.add(ear, (-0.08 * HEAD, side * wide * 0.99 * HEAD, 0.02 * HEAD + height))
-        for x, z, deep, across, high in _HAIR[portrait.style]:
+        for x, z, deep, across, high in HAIR[portrait.style]:
             hair = ellipsoid(b, (deep * HEAD, across * wide * HEAD, high * HEAD), portrait.hair)
             figure.add(hair, (x * HEAD, 0, z * HEAD + height))
 

@@ -10,7 +10,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from rrp_sheets.sim.colours import RGB
-from rrp_sheets.sim.figures import HEAD, Figure, ellipsoid, turned
+from rrp_sheets.sim.face_traits import HEAD
+from rrp_sheets.sim.figures import Figure, ellipsoid, turned
 
 STANDS_ABOVE = 0.85  # m: a face higher than that belongs to somebody who stands
 NECK = 1.1 * HEAD  # m, from the middle of the face down to the top of the neck

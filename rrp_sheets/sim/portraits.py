@@ -16,9 +16,10 @@ from PIL import UnidentifiedImageError
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.sim.camera import Image
 from rrp_sheets.sim.colours import RGB
-from rrp_sheets.sim.face_drawing import SIDE, Traits, draw_face, outline
+from rrp_sheets.sim.face_drawing import SIDE, draw_face
 from rrp_sheets.sim.face_models import FaceModels, Features, Found
 from rrp_sheets.sim.face_people import PEOPLE
+from rrp_sheets.sim.face_traits import Traits, outline
 
 FORMATS = ("PNG", "JPEG")
 MOST_BYTES = 10_000_000
@@ -42,7 +43,7 @@ class Portrait:
         picture: the face from the front, square, red first; the head's outline touches its upper and lower edge.
         outline: half the head's width at a height (-1 to 1), in half heights.
         skin, hair: colours, 0 to 1.
-        style: of the hair, see `face_drawing.Traits`.
+        style: of the hair, see `face_traits.Traits`.
     """
 
     name: str
@@ -74,6 +75,12 @@ def drawn(face: int) -> Portrait:
         f"face {place + 1}", draw_face(traits, place + 1), lambda h: outline(traits, h), traits.skin, traits.hair,
         traits.style,
     )  # fmt: skip
+
+
+def png(picture: Image) -> bytes:
+    """A picture as a PNG file."""
+    _, data = cv2.imencode(".png", np.ascontiguousarray(picture[:, :, ::-1]))
+    return bytes(data)
 
 
 def from_file(path: Path, models: FaceModels) -> Portrait:

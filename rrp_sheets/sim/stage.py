@@ -11,6 +11,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim import figures
+from rrp_sheets.sim.face_traits import HEAD
 from rrp_sheets.sim.heads import Heads
 from rrp_sheets.sim.looks import Looks
 from rrp_sheets.sim.paths import Circle, Line, Point, Still
@@ -86,11 +87,11 @@ class Person:
     def solids(self, us: int) -> list[Solid]:
         """The body, and the head on it."""
         x, y, z = self.path.at(us)
-        body = z - figures.HEAD
+        body = z - HEAD
         radius = min((SEATED_WIDE if self.seated else WIDE) * self.height + 0.03, 0.25)
         return [
             Cylinder(self.name, (x, y, body / 2), radius, max(body, 0.01)),
-            Sphere(self.name, (x, y, z), figures.HEAD),
+            Sphere(self.name, (x, y, z), HEAD),
         ]
 
 
@@ -202,7 +203,7 @@ class Stage:
         }
         for p in self.persons.values():
             found[p.name] = {"kind": "person", "height": p.height, "seated": p.seated, "number": p.number,
-                             "face": p.drawn, "away": not p.looks}  # fmt: skip
+                             "face": -1 if p.picture else p.drawn, "away": not p.looks}  # fmt: skip
         for t in self.props.values():
             found[t.name] = {"kind": t.kind, "size": list(t.size), "colour": t.colour, "turned": t.turned}
         return found

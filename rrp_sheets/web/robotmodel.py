@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import xml.etree.ElementTree as ET
 from functools import lru_cache
 from pathlib import Path
@@ -13,6 +14,8 @@ from rrp_sheets.devices.scene_words import BALL_SIZE
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.sim.colours import BALL_COLOURS, COLOURS
+from rrp_sheets.sim.face_people import PEOPLE
+from rrp_sheets.sim.face_traits import BACK, FRONT, HAIR, HEAD, NOSE, RINGS, outline
 
 _GREY = (0.6, 0.6, 0.6)
 _THUMBS = {"LThumbJoint": "LHand", "RThumbJoint": "RHand"}  # as the simulator does: the hand's motor moves both
@@ -54,7 +57,7 @@ def robot_model(robot: Robot) -> dict[str, Any]:
         "follow": {j["name"]: _THUMBS[j["name"]] for j in joints if j["name"] in _THUMBS},
         "eyes": [name for name in _EYES if name in names],
         "units": _units(robot),
-        "scene": {"ball": BALL_SIZE, "colours": {**COLOURS, **BALL_COLOURS}},
+        "scene": {"ball": BALL_SIZE, "colours": {**COLOURS, **BALL_COLOURS}, "heads": _heads()},
     }
 
 
@@ -66,6 +69,30 @@ def robot_json(name: str) -> str:
         SheetsError: the model's files are missing or are none.
     """
     return json.dumps(robot_model(load_robot(name)), ensure_ascii=False, separators=(",", ":"))
+
+
+def _heads() -> dict[str, Any]:
+    """The heads of people: their shape, and each drawn face's outline (half widths from below to the top) and colours."""
+    heights = [-math.cos(math.pi * ring / RINGS) for ring in range(RINGS + 1)]
+    return {
+        "size": HEAD, "front": FRONT, "back": BACK, "nose": NOSE, "hair": HAIR,
+        "faces": [
+            {"outline": [round(outline(p, h), 4) for h in heights], "skin": p.skin, "hair": p.hair, "style": p.style}
+            for p in PEOPLE
+        ],
+    }  # fmt: skip
+
+
+@lru_cache(maxsize=16)
+def face_picture(face: int) -> bytes:
+    """A drawn face as a PNG file; empty where there is nothing to draw it with, or no such face."""
+    if not 0 <= face < len(PEOPLE):
+        return b""
+    try:
+        from rrp_sheets.sim.portraits import drawn, png
+    except ImportError:  # the simulator is not installed here
+        return b""
+    return png(drawn(face).picture)
 
 
 def _units(robot: Robot) -> dict[str, str]:

@@ -57,5 +57,7 @@ CODES: tuple[Code, ...] = (
          "Write a whole number that divides 240, such as 30, 60 or 20."),
     Code("PROT004", _E, "Unknown behaviour", "There is no behaviour “{name}” to run.", "{remedy}"),
     Code("PROT005", _E, "Seed", "“{text}” is not a seed.", "Write a whole number such as 7, or leave the cell blank."),
-    Code("PROT006", _E, "Time limit", "“{text}” is not a time.", "Write for example 10 min or {meant}."),
+    Code("PROT006", _E, "Time limit", "“{text}” is not a time.", "Write for example {meant}."),
+    Code("PROT007", _E, "Face memory", "“{text}” does not say how long faces are remembered.",
+         "Write ends with the run, or kept."),
 )  # fmt: skip

@@ -18,7 +18,7 @@ from rrp_sheets.web.library import Library
 from rrp_sheets.web.live.floor import Floor, Taken
 from rrp_sheets.web.live.session import FOREVER, Session, Wish
 from rrp_sheets.web.pages import show
-from rrp_sheets.web.robotmodel import robot_json
+from rrp_sheets.web.robotmodel import face_picture, robot_json
 from rrp_sheets.web.room import Room
 from rrp_sheets.web.sessions import clean_name
 
@@ -100,6 +100,14 @@ def make_live(library: Library, desk: Desk, floor: Floor, icons: frozenset[str])
         name = request.args.get("robot", "nao")
         text = robot_json(name if name in robot_names() else "nao")
         return Response(text, mimetype="application/json", headers={"Cache-Control": "max-age=3600"})
+
+    @pages.get("/robot/face/<int:number>.png")
+    def face(number: int) -> Response:
+        """A drawn face, for the heads of people in the 3D view."""
+        picture = face_picture(number)
+        if not picture:
+            abort(404)
+        return Response(picture, mimetype="image/png", headers={"Cache-Control": "max-age=3600"})
 
     return pages
 

@@ -2,33 +2,38 @@
 // face; they look along x.
 
 import * as THREE from "/vendor/js/three.module.js";
+import { faceOf, head } from "./head3d.js";
 
 const CLOTHES = [[0.42, 0.6, 0.62], [0.76, 0.64, 0.46], [0.6, 0.52, 0.68], [0.5, 0.62, 0.46]];
 const TROUSERS = [[0.44, 0.46, 0.52], [0.5, 0.46, 0.42], [0.4, 0.44, 0.44], [0.52, 0.5, 0.54]];
 const HAIR = [[0.34, 0.25, 0.2], [0.62, 0.5, 0.36], [0.2, 0.18, 0.18], [0.5, 0.34, 0.26]];
 const SKIN = [0.93, 0.78, 0.68];
 const SHOE = [0.34, 0.33, 0.33];
-const HEAD = 0.095; // m, radius
+const HEAD = 0.105; // m, half its height
 const STANDS = 0.85; // m: a face higher than that belongs to somebody who stands
 
 /** Somebody with the face at a height above the floor. */
-export function person(name, height, { seated, number } = {}) {
+export function person(name, height, look, model) {
+  const { seated, number } = look ?? {};
+  const face = faceOf(look, model);
+  const skin = face?.skin ?? SKIN;
   const letters = [...name].reduce((sum, letter) => (sum * 31 + letter.codePointAt(0)) % 9973, 7);
   const which = ((number ?? letters) + CLOTHES.length - 1) % CLOTHES.length;
   const made = new THREE.Group();
   const body = new THREE.Group(); // from the floor
   body.position.z = -height;
   made.add(body);
-  const neck = height - 0.7 * HEAD;
-  (seated ?? height < STANDS ? sit : stand)(body, neck, CLOTHES[which], TROUSERS[which]);
-  head(made, HAIR[which]);
+  const neck = height - 1.1 * HEAD;
+  (seated ?? height < STANDS ? sit : stand)(body, neck, CLOTHES[which], TROUSERS[which], skin);
+  if (face) head(made, look, model, round);
+  else plain(made, HAIR[which]);
   made.userData = { radius: 0.1, tall: -height };
   return made;
 }
 
-function sit(body, neck, clothes, trousers) {
+function sit(body, neck, clothes, trousers, skin) {
   const wide = 0.27 * neck + 0.02;
-  torso(body, clothes, 0.02, neck, wide);
+  torso(body, clothes, 0.02, neck, wide, skin);
   const thick = 0.105 * neck + 0.01;
   for (const side of [1, -1]) {
     const [hip, knee] = [[-0.02, side * 0.55 * wide, thick], [0.44 * neck, side * 1.35 * wide, thick * 1.05]];
@@ -37,13 +42,13 @@ function sit(body, neck, clothes, trousers) {
     limb(body, knee, ankle, thick * 0.85, thick * 0.62, trousers);
     round(body, [0.1 * neck, 0.06 * neck, 0.05 * neck], SHOE, [ankle[0], -side * 0.55 * wide, 0.04]);
     const [shoulder, elbow] = [[0, side * 0.88 * wide, neck * 0.84], [0.1 * neck, side * 1.18 * wide, neck * 0.46]];
-    arm(body, clothes, shoulder, elbow, [0.4 * neck, side * 1.1 * wide, neck * 0.33], neck);
+    arm(body, clothes, shoulder, elbow, [0.4 * neck, side * 1.1 * wide, neck * 0.33], neck, skin);
   }
 }
 
-function stand(body, neck, clothes, trousers) {
+function stand(body, neck, clothes, trousers, skin) {
   const wide = 0.115 * neck + 0.045;
-  torso(body, clothes, 0.51 * neck, neck, wide);
+  torso(body, clothes, 0.51 * neck, neck, wide, skin);
   for (const side of [1, -1]) {
     const thick = 0.052 * neck + 0.012;
     const [hip, knee, ankle] = [0.55, 0.29, 0.05].map((part) => [0, side * 0.5 * wide, part * neck]);
@@ -51,11 +56,11 @@ function stand(body, neck, clothes, trousers) {
     limb(body, knee, ankle, thick * 0.86, thick * 0.66, trousers);
     round(body, [0.075 * neck, 0.035 * neck, 0.03 * neck], SHOE, [0.03 * neck, side * 0.52 * wide, 0.03 * neck]);
     const [shoulder, elbow] = [[0, side * 0.92 * wide, neck * 0.91], [-0.01 * neck, side * 1.22 * wide, neck * 0.7]];
-    arm(body, clothes, shoulder, elbow, [0.04 * neck, side * 1.24 * wide, neck * 0.51], 0.62 * neck);
+    arm(body, clothes, shoulder, elbow, [0.04 * neck, side * 1.24 * wide, neck * 0.51], 0.62 * neck, skin);
   }
 }
 
-function torso(body, clothes, low, neck, wide) {
+function torso(body, clothes, low, neck, wide, skin) {
   const tall = neck - low;
   const outline = [
     [0.001, 0], [0.8, 0.005], [0.9, 0.06], [0.84, 0.25], [0.8, 0.42], [0.9, 0.66], [0.94, 0.8], [0.82, 0.89], [0.46, 0.955],
@@ -64,17 +69,18 @@ function torso(body, clothes, low, neck, wide) {
   made.scale.x = 0.68;
   made.position.z = low;
   body.add(made);
-  round(body, [0.036, 0.036, 0.05], SKIN, [0, 0, neck]);
+  round(body, [0.036, 0.036, 0.05], skin, [0, 0, neck]);
 }
 
-function arm(body, clothes, shoulder, elbow, hand, size) {
+function arm(body, clothes, shoulder, elbow, hand, size, skin) {
   const thick = 0.058 * size + 0.008;
   limb(body, shoulder, elbow, thick, thick * 0.86, clothes);
-  limb(body, elbow, hand, thick * 0.8, thick * 0.62, SKIN);
-  round(body, [thick * 0.85, thick * 0.75, thick], SKIN, hand);
+  limb(body, elbow, hand, thick * 0.8, thick * 0.62, skin);
+  round(body, [thick * 0.85, thick * 0.75, thick], skin, hand);
 }
 
-function head(made, hair) {
+// a head without a drawn face
+function plain(made, hair) {
   round(made, [HEAD * 0.94, HEAD * 0.9, HEAD], SKIN, [0, 0, 0]);
   round(made, [HEAD * 0.98, HEAD * 0.98, HEAD * 0.92], hair, [-0.02, 0, 0.024]);
   for (const side of [1, -1]) {

@@ -13,7 +13,7 @@ const THIN = 0.035; // its legs
 /** A thing as the world tells that it looks; until it has told, as its name and kind do. */
 export function thing(name, look, height, model) {
   const kind = look?.kind ?? (/ball/i.test(name) ? "ball" : "person");
-  const made = kind === "person" ? person(name, look?.height ?? height, look) : (MAKE[kind] ?? ball)(look ?? {}, name, model.scene);
+  const made = kind === "person" ? person(name, look?.height ?? height, look, model) : (MAKE[kind] ?? ball)(look ?? {}, name, model.scene);
   Object.assign(made.userData, { kind, ball: kind === "ball", look: JSON.stringify(look ?? null) });
   return made;
 }

@@ -1,0 +1,63 @@
+"""How fast the simulated robot goes on one core, and how much memory it takes: for the benchmarks."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from rrp_sheets.devices import load_robot
+from rrp_sheets.drivers.simulated import SimulatedWorld
+from rrp_sheets.model.exchange import Command, DeviceUse
+from rrp_sheets.model.scene import SceneAction
+
+SECONDS, RATE = 20, 30
+
+
+@dataclass(frozen=True)
+class Went:
+    """Simulated seconds per second, the start and the stop not counted; the most memory of the simulator, MB; events."""
+
+    ratio: float
+    megabytes: float
+    events: int
+
+
+@contextmanager
+def one_core() -> Iterator[str]:
+    """Pin this process, and thereby the simulator's, to one core; says what was done."""
+    if not hasattr(os, "sched_setaffinity"):  # a Mac
+        yield "not pinned"
+        return
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {max(before)})
+    try:
+        yield "one core"
+    finally:
+        os.sched_setaffinity(0, before)
+
+
+def go(sensor: DeviceUse, mode: str, scene: tuple[SceneAction, ...], film: bool) -> Went:
+    """Let the robot follow what a sensor sees."""
+    tracker = DeviceUse("tracker", "Tracker", "Tracker", {"mode": mode, "effector": "None"})
+    with TemporaryDirectory() as folder:
+        world = SimulatedWorld(load_robot(), (sensor,), (tracker,), scene, out=Path(folder), film=film)
+        count = 0
+        try:
+            arrivals = world.start()
+            before = time.perf_counter()
+            for frame in range(1, SECONDS * RATE + 1):
+                orders = [Command("tracker", True, "Bench!1", (sensor.stream,)) for _ in arrivals.events]
+                arrivals = world.advance(frame * 1_000_000 // RATE, orders)
+                count += len(arrivals.events)
+            passed = time.perf_counter() - before
+            status = Path(f"/proc/{world.pid}/status")
+            peak = status.read_text() if status.is_file() else ""
+        finally:
+            world.stop()
+    kilobytes = next((line.split()[1] for line in peak.splitlines() if line.startswith("VmHWM")), "0")
+    return Went(SECONDS / passed, int(kilobytes) / 1024, count)

