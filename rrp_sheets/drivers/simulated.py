@@ -34,6 +34,8 @@ class SimulatedWorld(World):
         out: the folder of the run, for `say-001.wav`, …, `film.gif` and `strip.png`; None writes nothing.
         film: whether to record the film and the strip of moments.
         title: shown on the strip.
+        beside: the folder of the workbook, for its sounds.
+        faces: the file that keeps remembered faces beyond the run; None keeps none.
 
     Raises:
         MissingPart: when the simulator is not installed.
@@ -52,6 +54,8 @@ class SimulatedWorld(World):
         out: Path | None = None,
         film: bool = False,
         title: str = "",
+        beside: Path | None = None,
+        faces: Path | None = None,
     ) -> None:
         if out is not None:
             try:
@@ -69,6 +73,8 @@ class SimulatedWorld(World):
             robot=robot, sensors=_specs(sensors, robot), actuators=_specs(actuators, robot),
             dones={of: done for done, of in (dones or {}).items()}, scene=tuple(scene), seed=seed,
             frame_rate=frame_rate, out=str(out.resolve()) if out is not None else "", film=film, title=title,
+            beside=str(beside.resolve()) if beside is not None else "",
+            faces=str(faces.resolve()) if faces is not None else "",
         )  # fmt: skip
         self._process = SimProcess(spec)
 

@@ -18,7 +18,7 @@ from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.exchange import Act, Happening, Shown
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Failure, Value
-from rrp_sheets.runs.folder import RunFolder
+from rrp_sheets.runs.folder import RunFolder, faces_file
 from rrp_sheets.runs.starting import start_of
 from rrp_sheets.runs.view import RunResult, RunSettings, RunView, Summary
 from rrp_sheets.runtime.acts import switched
@@ -283,6 +283,8 @@ def _simulated(settings: RunSettings) -> WorldMaker:
             checked.robot, plan.outer_sensors, plan.outer_actuators, scene, dones=plan.dones, seed=seed,
             frame_rate=checked.run.frame_rate, out=out, film=settings.film,
             title=checked.workbook.protocol.text("Title"),
+            beside=Path(checked.workbook.source).absolute().parent,
+            faces=faces_file(Path(checked.workbook.source)) if checked.run.keeps_faces else None,
         )  # fmt: skip
 
     return make

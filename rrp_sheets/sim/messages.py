@@ -25,6 +25,7 @@ class Spec:
         out: the folder for sound and film, or empty for none.
         film: whether to record the film and the strip of moments.
         title: shown on the strip.
+        beside: the folder of the workbook, for its sounds; empty for none.
         faces: the file that keeps remembered faces beyond the run, or empty.
         dones: the actuator streams whose ends somebody wants to know, each with the stream that tells them.
     """
@@ -38,6 +39,7 @@ class Spec:
     out: str = ""
     film: bool = False
     title: str = ""
+    beside: str = ""
     faces: str = ""
     dones: Mapping[str, str] = field(default_factory=dict)
 
