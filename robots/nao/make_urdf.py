@@ -17,6 +17,7 @@ HERE = Path(__file__).parent
 AROUND = 16  # faces around a solid: a compromise between its outline and the time to draw it
 SMALLEST_INERTIA = 1e-3  # kg m²; the geared motors' rotors add about as much, and lighter arms shake themselves apart
 SLACK = 0.1  # rad: the program keeps to the limits (robot.toml); a motor pushing against a hard one would shake
+NEARLY_ROUND = 1.15  # an ellipsoid that is not longer by more is taken for a ball
 ROUNDED = 0.92  # of a rounded box: the box that has about its volume
 SOLIDS = {"ell": (1.0, 1.0), "rbox": (0.45, 0.45), "caps": (0.6, 1.0)}
 """Squareness of each solid's outline along and around its axis; 1 is round (superellipsoid exponents)."""
@@ -122,8 +123,10 @@ def _solid(shape: Mapping[str, Any]) -> str:
     kind, size = shape["kind"], shape["size"]
     if kind == "caps":
         return f'<capsule radius="{size[0]:g}" length="{size[1]:g}"/>'
-    if kind == "ell":
+    if kind == "ell" and max(size) < NEARLY_ROUND * min(size):
         return f'<sphere radius="{sum(size) / 6:.4g}"/>'
+    if kind == "ell":
+        return _visual(shape)
     return f'<box size="{_nums([(ROUNDED if kind == "rbox" else 1.0) * c for c in size])}"/>'
 
 
