@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import axe, let_in, serving, violations
+from chromium import FLAGS_3D, axe, let_in, serving, violations
 
 from rrp_sheets.resources import bundled
 from rrp_sheets.web.guard import Lan
@@ -21,6 +21,7 @@ if not axe():
 
 from playwright.sync_api import expect
 
+BROWSER_FLAGS = FLAGS_3D
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
 ROWS = [
     ["", "Red ball", "map", "redBall.distence", "Distance", ""],

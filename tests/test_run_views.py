@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import GridPage, let_in
+from chromium import FLAGS_3D, GridPage, let_in
 
 pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
@@ -37,8 +37,7 @@ ROWS = [
     ["", "Colour", "subscribe", "", "Eye colour", ""],
 ]
 BOOKS = {"b.xlsx": {"T": [HEADER, *ROWS]}, "session.xlsx": sessions.SESSION}
-BROWSER_FLAGS = ("--no-sandbox", "--no-first-run", "--disable-background-networking", "--use-gl=angle",
-                 "--use-angle=swiftshader", "--enable-unsafe-swiftshader")  # fmt: skip
+BROWSER_FLAGS = FLAGS_3D
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sqlite3
 import threading
-import time
-from collections.abc import Callable
-from contextlib import suppress
+import weakref
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from rrp_sheets.documents import Document
@@ -16,6 +16,7 @@ from rrp_sheets.runs.worker import CheckWorker
 from rrp_sheets.web.room import Room
 
 MOST_LISTENERS = 24  # event streams at once, for all workbooks
+POLL_EVERY = 1.0  # seconds
 MOST_OF_ONE = 8  # of them, of one who has logged in
 
 
@@ -27,29 +28,54 @@ class Desk:
         leaving: called with a room that is to be closed; raises SheetsError when that cannot be now.
     """
 
+    opened: Callable[[Room], None]
+    leaving: Callable[[Room], None]
+
     def __init__(self, folder: Path, worker: CheckWorker) -> None:
         self.folder = folder
         self._worker = worker
         self._rooms: dict[str, Room] = {}
         self._journal: Journal | None = None
-        self._lock = threading.Lock()
-        self.opened: Callable[[Room], None] = lambda room: None
-        self.leaving: Callable[[Room], None] = lambda room: None
-        threading.Thread(target=self._watch, daemon=True).start()
+        self._lock = threading.RLock()
+        self._closed = threading.Event()
+        self.opened = self.leaving = lambda room: None
+        threading.Thread(target=_watch, args=(weakref.ref(self), self._closed), daemon=True).start()
 
-    def leave(self, name: str) -> None:
-        """Close a workbook whose file goes away; its pages load again, and say so.
+    def close(self) -> None:
+        """Nobody looks any more whether other programs change the files."""
+        self._closed.set()
+
+    @contextmanager
+    def without(self, name: str) -> Iterator[None]:
+        """Close a workbook whose file goes away within; its pages load again after that, and say so.
+
+        Until then nobody opens it, and no run of it begins.
 
         Raises:
             SheetsError: when it cannot be closed now.
         """
         with self._lock:
             room = self._rooms.get(name)
-            if room is None:
-                return
-            self.leaving(room)
-            del self._rooms[name]
-        room.tell("reload", {})
+            if room is not None:
+                self.leaving(room)
+                del self._rooms[name]
+            try:
+                yield
+            finally:
+                if room is not None:
+                    room.tell("reload", {})
+
+    @contextmanager
+    def staying(self, room: Room) -> Iterator[None]:
+        """Within, nobody closes a workbook.
+
+        Raises:
+            SheetsError: when it has been closed.
+        """
+        with self._lock:
+            if room not in self._rooms.values():
+                raise SheetsError("This workbook was renamed or moved meanwhile.", "Go to the shelf.")
+            yield
 
     def renamed(self, before: str, name: str) -> None:
         """A workbook's file has another name now; what is kept of it goes with it."""
@@ -102,10 +128,16 @@ class Desk:
             )
         return ""
 
-    def _watch(self) -> None:
-        while True:
-            time.sleep(1.0)
-            for room in self.rooms():
-                if room.listeners:
-                    with suppress(OSError, sqlite3.Error):  # told when somebody edits; and the next second is another
-                        room.poll()
+    def poll(self) -> None:
+        """Look whether another program has changed a file that somebody looks at."""
+        for room in self.rooms():
+            if room.listeners:
+                with suppress(OSError, sqlite3.Error):  # told when somebody edits; and the next second is another
+                    room.poll()
+
+
+def _watch(desk: weakref.ref[Desk], closed: threading.Event) -> None:
+    """Poll until the desk is closed, or nobody has it any more."""
+    while not closed.wait(POLL_EVERY) and (found := desk()) is not None:
+        found.poll()
+        del found

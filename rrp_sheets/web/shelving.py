@@ -68,9 +68,9 @@ def _copy(library: Library, desk: Desk) -> Done:
 def _rename(library: Library, desk: Desk) -> Done:
     source = library.path(request.form.get("book", ""))
     target = _free(library, _name(request.form.get("name", ""), source.suffix))
-    desk.leave(source.name)
-    source.rename(target)
-    desk.renamed(source.name, target.name)
+    with desk.without(source.name):
+        source.rename(target)
+        desk.renamed(source.name, target.name)
     return f"{source.name} is now {target.name}.", target.name
 
 
@@ -81,8 +81,8 @@ def _archive(library: Library, desk: Desk) -> Done:
     target = folder / source.name
     if target.exists():
         target = _numbered(target)
-    desk.leave(source.name)
-    shutil.move(source, target)
+    with desk.without(source.name):
+        shutil.move(source, target)
     return f"{source.name} is in the folder {ARCHIVE} now.", ""
 
 

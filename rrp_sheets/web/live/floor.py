@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Mapping
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
@@ -33,6 +34,7 @@ class Floor:
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
         self._lock = threading.Lock()
+        self._unwritten: list[Session] = []  # the files of their folders are not all there yet
         self.session: Session | None = None
         desk.opened, desk.leaving = self._attach, self._leaving
 
@@ -61,7 +63,9 @@ class Floor:
             going = self.session
             if going is not None and going.is_going:
                 raise Taken(_taken(going), "Wait for its end, or stop it there.", going.book)
-            session = self.session = Session(room, book, wish, self._tell)
+            with self._desk.staying(room):  # a file is renamed before, and then it is not here, or after the run
+                session = self.session = Session(room, book, wish, self._tell)
+            self._unwritten = [s for s in self._unwritten if not s.written] + [session]
         self._tell(session)
         session.begin(self._over)
         return session
@@ -75,6 +79,15 @@ class Floor:
         """The names of the folders of runs that go on."""
         session = self.session
         return {session.folder} if session is not None and session.is_going and session.folder else set()
+
+    def joints(self, room: Room) -> Mapping[str, float]:
+        """The joints (rad) of the robot that runs a workbook now; none when none does."""
+        session = self.session
+        return session.hub.joints if session is not None and session.room is room and session.is_going else {}
+
+    def writing(self) -> set[str]:
+        """The names of the folders of runs that are over, and whose table and pictures are still being written."""
+        return {s.folder for s in list(self._unwritten) if s.folder and not s.is_going and not s.written}
 
     def clear(self, room: Room) -> None:
         """Forget the last run of a workbook: its values leave the grid."""

@@ -66,6 +66,7 @@ class Session:
         self.again_by = ""  # who wants it to start again when it has ended
         self.ended: Told | None = None
         self.folder = ""
+        self.written = False  # everything that it leaves is in its folder
         self._version = room.document.version
         self._tell = tell
         self._wall = time.time()
@@ -103,6 +104,7 @@ class Session:
         except SheetsError as error:
             words = failed(error)
         finally:
+            self.written = True
             self._end(words)
 
     def _end(self, words: Told) -> None:

@@ -116,6 +116,7 @@ class RecordPage:
         pictures: the names of the pictures that there are.
         edits: the first rows that were changed, `more_edits` the number of the others.
         trouble: why the events cannot be read.
+        writing: its last files are still being written.
         events: how many there are.
         window: the seconds that the marbles show at first.
     """
@@ -134,6 +135,7 @@ class RecordPage:
     edits: tuple[Edited, ...]
     more_edits: int
     trouble: str
+    writing: bool
     events: str
     window: tuple[str, str]
     curves: int

@@ -28,7 +28,7 @@ def make_records(library: Library, desk: Desk) -> Blueprint:
     """The routes."""
     pages = Blueprint("records", __name__)
     clerk = Clerk()
-    runs = Runs(library.folder, _going)
+    runs = Runs(library.folder, lambda: _names("going"), lambda: _names("writing"))
     drawings = Drawings()
 
     def have(run: str) -> str:
@@ -50,6 +50,10 @@ def make_records(library: Library, desk: Desk) -> Blueprint:
     @pages.get("/runs/<run>")
     def record(run: str) -> str:
         return show(record_page(runs, library, clerk, have(run)))
+
+    @pages.get("/runs/<run>/written")
+    def written(run: str) -> Response:
+        return jsonify(have(run) not in runs.writing())
 
     @pages.get("/runs/<run>/marbles")
     def marbles(run: str) -> str:
@@ -127,7 +131,7 @@ def make_records(library: Library, desk: Desk) -> Blueprint:
     return pages
 
 
-def _going() -> Collection[str]:
-    """The folders of the runs that this server has started and that go on now."""
-    going = current_app.extensions.get("going")
-    return cast(Collection[str], going()) if going else ()
+def _names(which: str) -> Collection[str]:
+    """The folders of the runs that this server has started and that go on now, or are still being written."""
+    found = current_app.extensions.get(which)
+    return cast(Collection[str], found()) if found else ()

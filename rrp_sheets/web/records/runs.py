@@ -97,7 +97,7 @@ def record_page(runs: Runs, library: Library, clerk: Clerk, run: str) -> RecordP
         downloads=_downloads(run, files), log=log, left_out=left_out,
         sounds=tuple(n for n in files if n.endswith(".wav") and n not in spoken), errors=facts.errors,
         edits=edits[:_EDITS], more_edits=max(0, len(edits) - _EDITS),
-        trouble=trouble, events=f"{told.get('count', 0):,}",
+        trouble=trouble, writing=run in runs.writing(), events=f"{told.get('count', 0):,}",
         window=("0", f"{_FIRST:g}") if seconds > _WHOLE else ("", ""), curves=len(told.get("curves", ())),
         compared_with=tuple(line_of(f, books) for f in others if f.run != run)[:_BESIDE],
     )  # fmt: skip

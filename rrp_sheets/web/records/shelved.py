@@ -25,10 +25,12 @@ class Runs:
     Args:
         folder: of the workbooks.
         going: the names of the folders of runs that go on now.
+        writing: those of runs that are over, and whose last files are not there yet.
     """
 
     folder: Path
     going: Callable[[], Collection[str]] = frozenset
+    writing: Callable[[], Collection[str]] = frozenset
 
     def names(self) -> list[str]:
         """All of them, the newest first."""

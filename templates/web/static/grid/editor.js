@@ -53,7 +53,6 @@ export class Editor {
     this.list.id = id;
     this.list.hidden = true;
     this.list.setAttribute("role", "listbox");
-    this.list.tabIndex = 0; // it scrolls
     this.list.tabIndex = 0; // as it scrolls; Tab never leads there
     this.list.setAttribute("aria-label", "Suggestions");
     this.hint = document.createElement("div");

@@ -1,4 +1,4 @@
-// The line on which the page is told what happens: says so when it is missing, and keeps trying.
+// The line on which the page is told what happens: says so when it is missing (and tells `rrp:line`), and keeps trying.
 
 const AGAIN = 5000; // milliseconds until the next try
 const WORDS = {
@@ -17,8 +17,12 @@ export function listening(listen) {
 
   const lost = (status, words) => {
     line.textContent = words || (WORDS[status] ?? WORDS[0]);
+    document.dispatchEvent(new CustomEvent("rrp:line", { detail: { lost: true } }));
   };
-  listen.addEventListener("htmx:sse:after:connection", () => { line.textContent = ""; });
+  listen.addEventListener("htmx:sse:after:connection", () => {
+    line.textContent = "";
+    document.dispatchEvent(new CustomEvent("rrp:line", { detail: { lost: false } }));
+  });
   listen.addEventListener("htmx:sse:error", ({ detail }) => lost(detail.status ?? 0)); // it tries again by itself
   listen.addEventListener("htmx:response:error", ({ detail: { ctx } }) => {
     lost(ctx.response.status, ctx.response.status === 503 ? ctx.text : "");

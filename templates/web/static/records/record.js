@@ -2,6 +2,7 @@
 
 const BEFORE = 2; // seconds that are shown before a moment, and after it
 const AFTER = 8;
+const AGAIN = 1000; // ms
 const FIRST = 8; // curves that are drawn at once
 
 /** Show the marbles around a moment. */
@@ -29,6 +30,13 @@ async function draw(section) {
   more.addEventListener("toggle", () => plotRecord(more.querySelector("div"), series.slice(FIRST)), { once: true });
 }
 
+/** Show the whole record when its last file is there. */
+async function look(address) {
+  const answer = await fetch(address).catch(() => null);
+  if (answer?.ok && (await answer.json())) location.reload();
+  else setTimeout(look, AGAIN, address);
+}
+
 /** Bring the page of a run to life; null on other pages. */
 export function record(root) {
   if (!root) return;
@@ -36,6 +44,8 @@ export function record(root) {
     const at = event.target.closest("[data-at]");
     if (at) show(Number(at.dataset.at));
   });
+  const writing = root.querySelector("[data-writing]");
+  if (writing) look(writing.dataset.writing);
   const curves = document.getElementById("curves");
   if (curves) draw(curves).catch((error) => console.warn(error));
 }

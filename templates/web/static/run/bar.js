@@ -9,6 +9,8 @@ const words = {
   none: "No run", starting: "Starting …", running: "Running", paused: "Paused", stopping: "Stopping …",
   finishing: "The robot comes to rest …", ended: "Run ended",
 };
+const UNKNOWN = "This page is not told any more what the run does. If the server has ended, the robot comes to rest by itself. "
+  + "If only the network is interrupted, the run goes on: it can be stopped at the computer of the server. Stop tries it from here.";
 const SHOWN = 12000; // ms that a refusal is told
 const modes = { simulated: "Simulated", pilot: "Pilot rehearsal", real: "Real robot" };
 
@@ -25,6 +27,7 @@ export function bar(root) {
   let vanishing = 0;
   let state = { phase: "none" };
   let elsewhere = { phase: "none" };
+  let lost = false; // the line on which the server tells what happens
   let errors = Number(root.dataset.errors);
   let onTheWay = false; // to the first error: their number is told before their list has come
   speed.value = localStorage.getItem("run-speed") ?? "1";
@@ -45,6 +48,10 @@ export function bar(root) {
     state = detail;
     show();
   });
+  document.addEventListener("rrp:line", ({ detail }) => {
+    lost = detail.lost;
+    show();
+  });
   document.addEventListener("rrp:elsewhere", ({ detail }) => {
     elsewhere = detail;
     show();
@@ -61,7 +68,10 @@ export function bar(root) {
     refused(line.text);
     if (acting()) speed.value = String(state.speed); // perhaps it was the speed that cannot be had
   });
-  document.addEventListener("htmx:after:swap", () => onTheWay && goToFirstError());
+  document.addEventListener("htmx:after:swap", () => {
+    if (onTheWay) goToFirstError();
+    show(); // the list of the problems has come: where the first one is
+  });
   setInterval(() => {
     if (!watch.hidden) put(watch, clock(now(), state.phase === "paused" ? 2 : 1));
   }, 100);
@@ -72,14 +82,17 @@ export function bar(root) {
 
   function show() {
     const going = !["none", "ended"].includes(state.phase);
-    put(phase, words[state.phase]);
-    watch.hidden = state.phase === "none";
+    const unknown = lost && going;
+    put(phase, unknown ? "Not known" : words[state.phase]);
+    phase.classList.toggle("is-warning", unknown);
+    watch.hidden = state.phase === "none" || unknown;
     put(watch, clock(now(), state.phase === "paused" ? 2 : 1));
     buttons.stop.disabled = !["starting", "running", "paused"].includes(state.phase);
-    buttons.pause.disabled = !acting();
+    buttons.pause.disabled = !acting() || lost;
     buttons.pause.lastElementChild.textContent = state.phase === "paused" ? "Go on" : "Pause";
     buttons.pause.querySelector("use").setAttribute("href", `${icons()}#i-${state.phase === "paused" ? "run" : "pause"}`);
-    buttons.step.disabled = state.phase !== "paused";
+    buttons.step.disabled = state.phase !== "paused" || lost;
+    speed.disabled = unknown;
     mode.hidden = state.phase === "none";
     put(mode, modes[state.mode] ?? "");
     if (acting() && document.activeElement !== speed) speed.value = String(state.speed);
@@ -92,7 +105,7 @@ export function bar(root) {
     const reason = startReason(going);
     buttons.start.ariaDisabled = String(Boolean(reason));
     why.hidden = !reason || going;
-    put(why, reason);
+    tellWhy(reason);
     if (reason) buttons.start.setAttribute("aria-describedby", "run-why");
     else buttons.start.removeAttribute("aria-describedby");
     shownEnd();
@@ -109,13 +122,15 @@ export function bar(root) {
   function shownEnd() {
     const { ended, restart } = state;
     const over = state.phase === "ended" && ended;
-    const unused = restart && ["running", "paused"].includes(state.phase);
-    const told = JSON.stringify([over, unused && restart, state.folder, errors > 0]);
+    const unknown = lost && !["none", "ended"].includes(state.phase);
+    const unused = !unknown && restart && acting();
+    const told = JSON.stringify([over, unknown, unused && restart, state.folder, errors > 0]);
     if (told === notice.dataset.told) return; // a button is not taken away from under a finger
     notice.dataset.told = told;
-    notice.hidden = !over && !unused;
-    notice.className = `run-notice notice ${over?.broken ? "is-error" : unused ? "is-warning" : ""}`;
-    if (over) {
+    notice.hidden = !over && !unused && !unknown;
+    notice.className = `run-notice notice ${over?.broken ? "is-error" : unused || unknown ? "is-warning" : ""}`;
+    if (unknown) notice.replaceChildren(make("span", { textContent: UNKNOWN }));
+    else if (over) {
       notice.replaceChildren(make("span", { textContent: `${ended.words} ${ended.remedy}`.trim() }),
         ...(state.folder ? [link("Look at the recording", `${root.dataset.runs}/${encodeURIComponent(state.folder)}`)] : []),
         button("Back to the examples", () => act("clear")));
@@ -137,8 +152,22 @@ export function bar(root) {
     }, SHOWN);
   }
 
+  /** Why a run cannot be started; of errors where the first one is, which may be on another sheet and below the edge. */
+  function tellWhy(reason) {
+    const place = errors && reason.startsWith("Run starts") ? firstError()?.textContent ?? "" : "";
+    if (why.dataset.told === reason + place) return; // a link is not taken away from under a finger
+    why.dataset.told = reason + place;
+    const go = make("button", { type: "button", textContent: `Go to ${place}`, className: "button small plain" });
+    go.addEventListener("click", goToFirstError);
+    why.replaceChildren(reason, ...(place ? [" ", go] : []));
+  }
+
+  function firstError() {
+    return [...document.querySelectorAll(".problem-list li")].find((li) => li.querySelector(".severity.is-error"))?.querySelector("a");
+  }
+
   function goToFirstError() {
-    const link = [...document.querySelectorAll(".problem-list li")].find((li) => li.querySelector(".severity.is-error"))?.querySelector("a");
+    const link = firstError();
     onTheWay = !link;
     link?.click();
   }

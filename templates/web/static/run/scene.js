@@ -10,6 +10,7 @@ const quick = {
   cup: ["appears", "disappears"], box: ["appears", "disappears"],
   table: ["appears", "disappears"], wall: ["appears", "disappears"],
 };
+const brings = ["appears", "enters"]; // what can be done to a thing that is not there
 const grounded = ["table", "wall"]; // they stay on the floor
 const levels = [["Light", "light", 1], ["Noise", "noise", 0]];
 
@@ -18,6 +19,8 @@ export function scene(root) {
   const known = JSON.parse(document.getElementById("acts").textContent);
   let things = new Map(); // name → what moves its sliders
   const room = levelsOf();
+  let running = false;
+  let lost = false; // the line to the server
 
   document.addEventListener("rrp:run", ({ detail }) => {
     const names = (detail.things ?? []).map((t) => `${t.kind} ${t.name}`).join("\n");
@@ -28,8 +31,12 @@ export function scene(root) {
       holder.replaceChildren(...parts.map((p) => p.element), room.element);
     }
     root.hidden = detail.phase === "none";
-    const on = ["running", "paused"].includes(detail.phase);
-    for (const part of holder.querySelectorAll("input, button, select")) part.disabled = !on;
+    running = ["running", "paused"].includes(detail.phase);
+    enable();
+  });
+  document.addEventListener("rrp:line", ({ detail }) => {
+    lost = detail.lost;
+    enable();
   });
   document.addEventListener("rrp:live", ({ detail }) => {
     if (!detail.robot) return;
@@ -39,9 +46,15 @@ export function scene(root) {
 
   document.addEventListener("rrp:moved", ({ detail }) => things.get(detail.thing)?.moved(detail.at));
 
+  function enable() {
+    const on = running && !lost;
+    for (const part of holder.querySelectorAll("input, button, select")) part.disabled = !on || part.closest("[data-absent] .hand-acts [data-needs]") !== null;
+  }
+
   function thing({ name, kind, at }) {
     const rows = ways.slice(0, grounded.includes(kind) ? 2 : 3).map(([word, min, max]) => slider(name, word, min, max));
     let held = 0; // until when the sliders are the user's
+    let absent = false;
     for (const row of rows) {
       row.input.addEventListener("input", () => {
         row.show();
@@ -55,6 +68,10 @@ export function scene(root) {
       name, element,
       at(place) {
         away.hidden = Boolean(place);
+        if (element.toggleAttribute("data-absent", !place) !== absent) {
+          absent = !place;
+          enable();
+        }
         if (place && performance.now() > held) rows.forEach((r, i) => r.set(place[i]));
       },
       moved(place) { // by hand, here or in the picture
@@ -73,6 +90,8 @@ export function scene(root) {
       const word = make("button", { type: "button", className: "button small", textContent: verb });
       const choice = verb === "says" ? make("input", { value: example, maxLength: 100, ariaLabel: `What ${name} says` })
         : verb === "touches" ? make("select", { ariaLabel: `What ${name} touches` }, ...known.zones.map((zone) => make("option", { textContent: zone }))) : null;
+      word.toggleAttribute("data-needs", !brings.includes(verb)); // the thing itself
+      if (choice) choice.toggleAttribute("data-needs", true);
       word.addEventListener("click", () => act("scene", { thing: name, verb, value: choice ? choice.value : example }));
       line.append(choice ? make("span", { className: "act" }, word, make("label", { className: "field" }, choice)) : word);
     }

@@ -14,6 +14,7 @@ export function session(root) {
   const send = document.getElementById("send");
   let state = { phase: "none" };
   let shape = "";
+  let lost = false;
 
   document.addEventListener("rrp:run", ({ detail }) => {
     const fresh = JSON.stringify([detail.id, detail.phase === "starting", detail.buttons, detail.sensors, detail.behaviours?.map((b) => b.name)]);
@@ -25,7 +26,11 @@ export function session(root) {
       if (box) box.checked = on;
     }
     if (detail.phase !== "paused") for (const button of press.children) count(button, Number(button.dataset.n));
-    enable(["running", "paused"].includes(detail.phase));
+    enable();
+  });
+  document.addEventListener("rrp:line", ({ detail }) => {
+    lost = detail.lost;
+    enable();
   });
   document.addEventListener("rrp:log", ({ detail }) => {
     for (const line of detail.lines) if (line.kind === "button" && now() - line.t < 0.05) wait(line.text); // on another page
@@ -83,8 +88,9 @@ export function session(root) {
     send.elements.text.value = found?.example ?? "";
   }
 
-  function enable(on) {
-    for (const part of root.querySelectorAll("#press button, #switches input, #mark button, #send button, #things input, #things button, #things select")) part.disabled = !on;
+  function enable() {
+    const on = ["running", "paused"].includes(state.phase) && !lost;
+    for (const part of root.querySelectorAll("#press button, #switches input, #mark button, #send button")) part.disabled = !on;
   }
 
   numberKeys(press);

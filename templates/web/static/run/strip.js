@@ -35,6 +35,7 @@ async function look() {
   if (document.hidden) return;
   const response = await fetch(strip.dataset.now).catch(() => null);
   if (response?.ok) show(await response.json());
+  else if (run.phase !== "none") strip.querySelector(".what").textContent = `Whether ${run.book} still runs is not known: the server cannot be reached.`;
 }
 
 if (document.getElementById("listen")) document.addEventListener("rrp:elsewhere", ({ detail }) => show(detail));

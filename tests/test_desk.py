@@ -1,0 +1,106 @@
+"""The desk: what is open, and what may happen to it while somebody begins a run or gives the file another name."""
+
+from __future__ import annotations
+
+import gc
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.worker import CheckWorker
+from rrp_sheets.web.desk import Desk
+from rrp_sheets.web.live.floor import Floor
+from rrp_sheets.web.live.session import Wish
+from rrp_sheets.workbook.maker import make_workbook
+
+HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
+
+
+@pytest.fixture(scope="module")
+def book(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    rows = [HEADER, ["", "Red ball", "subscribe", "", "Print", ""]]
+    return make_workbook({"T": rows}, tmp_path_factory.mktemp("desk") / "b.xlsx")
+
+
+@pytest.fixture
+def desk(book: Path, tmp_path: Path) -> Iterator[Desk]:
+    (tmp_path / book.name).write_bytes(book.read_bytes())
+    with CheckWorker() as worker:
+        made = Desk(tmp_path, worker)
+        yield made
+        made.close()
+
+
+def test_no_run_begins_of_a_workbook_whose_file_has_another_name_by_then(desk: Desk) -> None:
+    path = desk.folder / "b.xlsx"
+    floor, room = Floor(desk), desk.room(path)
+    renaming, goes_on = threading.Event(), threading.Event()
+
+    def rename() -> None:
+        with desk.without(path.name):
+            renaming.set()
+            assert goes_on.wait(20)
+            path.rename(desk.folder / "c.xlsx")
+
+    told: list[str] = []
+
+    def start() -> None:
+        try:
+            floor.start(room, path.name, Wish("Aya"))
+        except SheetsError as error:
+            told.append(error.message)
+
+    threads = [threading.Thread(target=each) for each in (rename, start)]
+    threads[0].start()
+    assert renaming.wait(20)
+    threads[1].start()
+    threads[1].join(0.2)
+    assert threads[1].is_alive(), "whether it can begin is known when the file has its new name"
+    goes_on.set()
+    for thread in threads:
+        thread.join(20)
+    assert told == ["This workbook was renamed or moved meanwhile."] and floor.session is None
+
+
+def test_nobody_opens_a_workbook_while_its_file_goes_away(desk: Desk) -> None:
+    path = desk.folder / "b.xlsx"
+    opened = threading.Event()
+
+    def come() -> None:
+        with pytest.raises(SheetsError):
+            desk.room(path)
+        opened.set()
+
+    with desk.without(path.name):
+        thread = threading.Thread(target=come)
+        thread.start()
+        assert not opened.wait(0.2)
+        path.rename(desk.folder / "c.xlsx")
+    assert opened.wait(20)
+    thread.join(20)
+
+
+def test_a_rename_that_fails_leaves_the_workbook_usable(desk: Desk) -> None:
+    path = desk.folder / "b.xlsx"
+    page = desk.room(path).join("a", "Aya")
+    with pytest.raises(OSError, match="there is such a file"), desk.without(path.name):
+        raise OSError("there is such a file")
+    assert "event: reload" in page.take(str)
+    assert "T" in desk.room(path).document.grids
+
+
+@pytest.mark.parametrize("end", ["closed", "forgotten"])
+def test_what_looks_after_the_files_ends(end: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rrp_sheets.web.desk.POLL_EVERY", 0.01)
+    before = set(threading.enumerate())
+    desk: Desk | None = Desk(tmp_path, CheckWorker())
+    (thread,) = set(threading.enumerate()) - before
+    if end == "closed" and desk is not None:
+        desk.close()
+    desk = None
+    gc.collect()
+    thread.join(20)
+    assert not thread.is_alive()
