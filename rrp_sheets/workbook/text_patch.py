@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 from rrp_sheets.errors import SheetsError
@@ -46,7 +47,7 @@ class EncodedText:
             return text.encode("utf-8-sig")
 
 
-class TextTable:
+class TextTable(ABC):
     """The rows of one sheet as lines of a text: `head`, one entry per row in `lines`, `tail`.
 
     Subclasses know how a row is written.
@@ -58,17 +59,17 @@ class TextTable:
         self.lines: list[str] = []
         self.first_movable = 1
 
+    @abstractmethod
     def cells(self, line: str) -> list[str]:
         """The texts of a row's cells."""
-        raise NotImplementedError
 
+    @abstractmethod
     def with_cell(self, line: str, column: int, text: str) -> str:
         """A row with another text in one cell."""
-        raise NotImplementedError
 
+    @abstractmethod
     def blank(self) -> str:
         """A blank row."""
-        raise NotImplementedError
 
     def apply(self, edit: SetCell | RowEdit) -> None:
         """Set a cell, or insert, delete or move rows; raises SheetsError where that cannot be."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import codecs
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -73,7 +74,7 @@ def _refuse_doctype(*_: Any) -> None:
     raise SheetsError("A part of the file declares its own document type.", "Save the workbook anew in Excel.")
 
 
-class Scanner:
+class Scanner(ABC):
     """Walks through XML once. Subclasses say in `begin` which elements they want and get them in `found`."""
 
     def __init__(self, data: bytes) -> None:
@@ -93,13 +94,13 @@ class Scanner:
         except expat.ExpatError as error:
             raise broken() from error
 
+    @abstractmethod
     def wants(self, path: list[str], attributes: Mapping[str, str]) -> bool:
         """Whether an element is wanted."""
-        raise NotImplementedError
 
+    @abstractmethod
     def found(self, element: Element) -> None:
         """A wanted element has ended."""
-        raise NotImplementedError
 
     def _start(self, name: str, attributes: dict[str, str]) -> None:
         self._path.append(name.rpartition(":")[2])
