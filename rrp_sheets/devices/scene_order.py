@@ -63,7 +63,8 @@ def check_presence(actions: Sequence[SceneAction], rows: Mapping[int, SceneRow],
         if action.verb in _NEEDS and name not in present:
             report.add("SCENE005", row.thing.address, thing=action.thing, are="they are" if they else "it is",
                        come="they enter" if they else "it appears")  # fmt: skip
-            present[name] = action.what  # told once
+            present[name] = action.what  # told once, and not that it comes twice
+            twice.add(name)
         if action.verb == "appear" and name in present and name not in twice:
             twice.add(name)
             report.add("SCENE009", row.thing.address, thing=action.thing, are="they are" if they else "it is",

@@ -83,7 +83,7 @@ class Cylinder(Solid):
         a = rays[:, 0] ** 2 + rays[:, 1] ** 2
         b = rays[:, 0] * x + rays[:, 1] * y
         c = x * x + y * y - self.radius**2
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             root = np.sqrt(b * b - a * c)
             upright = a < 1e-12
             enters = np.where(upright, np.where(c <= 0, -np.inf, np.nan), (-b - root) / a)
@@ -128,7 +128,7 @@ class Box(Solid):
 
 def _slab(start: float, way: Vector, size: float) -> tuple[Vector, Vector]:
     """Where rays enter and leave the space between two parallel planes around 0."""
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         one, two = (-size / 2 - start) / way, (size / 2 - start) / way
     inside = abs(start) <= size / 2
     still = np.abs(way) < 1e-12
