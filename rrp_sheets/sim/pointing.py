@@ -11,6 +11,7 @@ import numpy as np
 from rrp_sheets.sim.body import Body, Vector
 
 BESIDE = 0.12  # m, of the target to the other side: so far the arm that points keeps pointing, across the body
+HANGING, OFF = 1.1, 0.06  # rad: an arm that hangs lower keeps so far off the body
 OPEN, STRAIGHT = 1.0, {"ElbowYaw": 0.0, "ElbowRoll": 0.0, "WristYaw": 0.0}
 
 
@@ -35,11 +36,13 @@ class Pointing:
         y = y if side == "L" else -y
         wide = math.hypot(x, y)
         low, high = self._body.limits(f"{side}ShoulderRoll")
+        # Behind the shoulder it points up or down beside itself rather than through the body.
+        pitch = math.atan2(-up, ahead) if ahead > 0.05 else -math.copysign(math.pi / 2, up)
+        if pitch > HANGING:  # beside the thigh, not through it
+            low, high = (max(low, OFF), high) if side == "L" else (low, min(high, -OFF))
         reach = max(-1.0, min(1.0, left * math.hypot(wide, z) / wide))
         roll = min(max(math.asin(reach) - math.atan2(y, x), low), high)
         along = x * math.cos(roll) - y * math.sin(roll)
-        # Behind the shoulder it points up or down beside itself rather than through the body.
-        pitch = math.atan2(-up, ahead) if ahead > 0.05 else -math.copysign(math.pi / 2, up)
         pose = {"ShoulderPitch": pitch + math.atan2(z, along), "ShoulderRoll": roll, **STRAIGHT, "Hand": OPEN}
         joints = {}
         for joint, angle in pose.items():
