@@ -31,7 +31,7 @@ PAUSED_US = 1_000_000  # an actuator that had no command for so long begins some
 SPEAKS, BEGINS, SHINES, NOTED, TOLD = 2.0, 1.5, 1.0, 0.5, 0.2
 """What makes a moment worth showing: speech, a command that changes, other eyes, a note, anything else."""
 SEES, SAYS = 1.0, 1.0  # as much: that something is seen, that it speaks, without being new
-POSED, FAR = 5.0, 1.0  # as much: that arms or head are far (rad) from where they are when it stands
+POSED, FAR = 7.0, 1.2  # as much: that arms or head are so far (rad) from where they are when it stands
 AFTERWARDS = 3.0  # and so much less, when the run is over
 MOST_NEWS = 4.0  # so that a first moment with many beginnings does not outweigh all others
 
@@ -67,7 +67,7 @@ class Film:
         self._out = out
         self._title = spec.title
         self._names = {s.stream: s.name for s in spec.sensors}
-        self._camera = FilmCamera(bullet, *_view(spec.scene), SIZE)
+        self._camera = FilmCamera(bullet, *_view(spec.scene), SIZE, _hiding(spec.scene))
         self.shots: list[Shot] = []
         self._every = EVERY
         self._next = 0
@@ -80,7 +80,7 @@ class Film:
 
     def tell(self, notice: Happening) -> None:
         """Something happened: the next shot is worth showing."""
-        self._hurry({"say": SPEAKS, "note": NOTED}.get(notice.kind, TOLD))
+        self._hurry({"say": SPEAKS, "person": SHINES, "sound": SHINES, "note": NOTED}.get(notice.kind, TOLD))
 
     def ordered(self, us: int, order: Command) -> None:
         """A command came; it is news when it is the first for a while, or says something else than the one before.
@@ -143,7 +143,7 @@ class Film:
         body = self._world.body
         chains = body.robot.data["chains"]
         upper = [j.name for j in body.robot.joints.values() if chains[j.chain] != "legs" and j.unit]
-        return min(max((abs(body.position(j) - body.start[j]) for j in upper), default=0.0) / FAR, 1.0)
+        return min(max((abs(body.position(j) - body.start[j]) for j in upper), default=0.0) / FAR, 1.0) ** 2
 
     def shoot(self) -> Image:
         """The robot from outside, now."""
@@ -208,7 +208,14 @@ def _view(scene: Sequence[SceneAction]) -> tuple[list[Point], Sequence[float]]:
                 points += [
                     _near(place, (dx, dy, dz)) for dx in (-0.1, 0.1) for dy in (-0.1, 0.1) for dz in (-0.6, 0.12)
                 ]
-    return points, [math.radians(a) for a in ((-62, -70) if persons else (-26, -34, -42, -50, -58))]
+    return points, [math.radians(a) for a in ((-62, -70, 62, 70, -95, 95) if persons else (-26, -34, -42, -50, -58))]
+
+
+def _hiding(scene: Sequence[SceneAction]) -> list[tuple[float, float, float]]:
+    """Where persons and walls will stand, that could hide the robot: (x, y, radius) in m."""
+    radius = {"person": 0.35, "wall": 0.6}
+    places = ((a.what, a.values.get("at") or a.values.get("to")) for a in scene)
+    return [(float(place[0]), float(place[1]), radius[what]) for what, place in places if place and what in radius]
 
 
 def _near(place: Sequence[float], offset: Point = (0.0, 0.0, 0.0)) -> Point:
