@@ -176,3 +176,36 @@ def test_a_sheet_that_is_gone_is_told_kindly(shelf: Books) -> None:
     assert answer.status == 404
     grid.page.click("text=Open the workbook")
     grid.page.wait_for_selector("[role=grid]")
+
+
+def test_a_page_of_another_program_loads_again_when_nothing_is_typed(shelf: Books) -> None:
+    grid = shelf.open(SHEETS)
+    page, url = grid.page, grid.page.url
+
+    def old(route: Any) -> None:
+        answer = route.fetch()
+        route.fulfill(response=answer, body=answer.text().replace('data-program="', 'data-program="old'))
+
+    page.route(url, old, times=1)
+    page.add_init_script("window.begun = Date.now()")
+    page.goto(url, wait_until="commit")
+    page.wait_for_selector("#listen:not([data-program^=old])", state="attached")  # it has loaded again by itself
+    page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
+    grid.go("F2")
+    page.keyboard.type("being typed")
+    send = "v => document.getElementById('listen').dispatchEvent(new CustomEvent('program', { detail: { data: JSON.stringify({ version: v }) } }))"
+    page.evaluate(send, "another")
+    grid.status("when you have finished typing")
+    with page.expect_navigation():
+        grid.press("Enter")
+    grid.expect("F2", "being typed")
+
+
+def test_why_a_run_cannot_start_leads_to_the_place(shelf: Books) -> None:
+    wrong = {**SHEETS, "Check": [SHEETS["Check"][0], ["0", "Red ball", "", ""], ["0", "Nothing", "", "any"]]}
+    grid = shelf.open(wrong)
+    grid.page.set_viewport_size({"width": 1280, "height": 700})
+    grid.page.click("#run-why button:has-text('Go to Check!B3')")
+    opened(grid.page, "Check#*")
+    assert grid.here == "B3"
+    grid.page.set_viewport_size({"width": 1280, "height": 800})

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 
+_WORDS = ("words", "stream", "streams", "event", "events", "frame", "seed", "rad", "trace", "units")
 TOPICS = ("connectors", "formulas", "functions", "devices", "scene", "tests", "codes")
 _SYNONYMS = {
     "connector": "connectors", "operators": "connectors", "operator": "connectors",
@@ -15,6 +16,7 @@ _SYNONYMS = {
     "device": "devices", "sensors": "devices", "sensor": "devices", "actuators": "devices", "actuator": "devices",
     "test": "tests", "testing": "tests", "scenes": "scene", "errors": "codes", "error": "codes",
     "warnings": "codes", "messages": "codes", "code": "codes", "overview": "", "help": "",
+    **dict.fromkeys(_WORDS, "glossary"),
 }  # fmt: skip
 
 

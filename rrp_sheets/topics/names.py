@@ -28,6 +28,7 @@ _TOPICS = {
     "protocol": "the Protocol sheet: title, engine, seed, time limit",
     "engine": "how rows follow each other in time",
     "keys": "the keys of the grid",
+    "glossary": "what the words mean: stream, event, connector, subscribe, field, frame, seed, rad",
 }
 _SMALL = frozenset((
     "how", "can", "does", "did", "the", "and", "what", "why", "when", "where", "which", "who", "that", "this", "with",

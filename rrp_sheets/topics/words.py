@@ -8,7 +8,7 @@ from pathlib import Path
 from rrp_sheets.topics.layout import from_markdown, titled
 from rrp_sheets.topics.workbooks import grids
 
-WORDS = ("helpers", "priority", "total", "protocol", "engine", "keys")
+WORDS = ("helpers", "priority", "total", "protocol", "engine", "keys", "glossary")
 EXAMPLES = {
     "helpers": """
 ## Helpers

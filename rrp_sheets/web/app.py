@@ -6,12 +6,12 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-from flask import Flask, Response, abort, request, send_from_directory
+from flask import Flask, Response, abort, request
 from jinja2 import StrictUndefined
 from werkzeug.exceptions import HTTPException
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.resources import bundled, vendored
+from rrp_sheets.resources import bundled
 from rrp_sheets.runs.worker import CheckWorker
 from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.editing import make_editing
@@ -24,11 +24,13 @@ from rrp_sheets.web.login import make_login
 from rrp_sheets.web.pages import MessagePage, RefusedPage, show
 from rrp_sheets.web.pictures import picture
 from rrp_sheets.web.posing import make_posing
+from rrp_sheets.web.program import program
 from rrp_sheets.web.records.routes import make_records
 from rrp_sheets.web.sessions import Sessions
 from rrp_sheets.web.sheeting import make_sheeting
 from rrp_sheets.web.shelf import shelf_page
 from rrp_sheets.web.shelving import make_shelving
+from rrp_sheets.web.statics import serve_statics
 
 _REFUSALS = {
     400: ("This address does not lead here", "The page was asked for under a name that is not this computer’s own.",
@@ -61,12 +63,14 @@ def create_app(
         tell: is told, in a line, who comes with the password.
     """
     templates = bundled("templates", "web")
-    app = Flask("rrp_sheets.web", template_folder=str(templates), static_folder=str(templates / "static"))
+    app = Flask("rrp_sheets.web", template_folder=str(templates), static_folder=None)
+    serve_statics(app, templates / "static")
     app.config["MAX_CONTENT_LENGTH"] = 8_000_000
     app.config["MAX_FORM_MEMORY_SIZE"] = 8_000_000
     app.jinja_env.undefined = StrictUndefined
     app.jinja_env.trim_blocks = app.jinja_env.lstrip_blocks = True
     app.jinja_env.globals["known"] = lambda endpoint: endpoint in app.view_functions
+    app.jinja_env.globals["program"] = program
     worker = CheckWorker()
     desk = Desk(folder, worker)
     library = Library(folder, worker)
@@ -89,10 +93,6 @@ def create_app(
     @app.get("/")
     def shelf() -> str:
         return show(shelf_page(library, sort=request.args.get("sort", "")))
-
-    @app.get("/vendor/<path:name>")
-    def vendor(name: str) -> Response:
-        return send_from_directory(vendored(), name, max_age=86_400)
 
     @app.get("/book/<name>/diagram/<int:number>.svg")
     def diagram(name: str, number: int) -> Response:

@@ -11,6 +11,7 @@ from rrp_sheets.devices.scene_words import KINDS, verbs_of
 from rrp_sheets.documents.hindrance import hindrance
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.sentences import explain
+from rrp_sheets.web.browserwords import in_browser
 from rrp_sheets.web.looks import no_look
 from rrp_sheets.web.ownsheets import own_page
 from rrp_sheets.web.pages import GridPage, Panels, Problem
@@ -82,8 +83,9 @@ def panels(room: Room, name: str, sheet: str, icons: frozenset[str]) -> Panels:
         if d.address and grid is not None and 0 <= d.address.row - grid.first < len(grid.rows):
             row = grid.rows[d.address.row - grid.first]
         problems.append(
-            Problem(number, d.severity.value, d.code, place, d.address.cell if d.address else "", row, d.message,
-                    d.remedy, d.address.sheet if d.address else "", tuple(f.title for f in d.fixes))
+            Problem(number, d.severity.value, d.code, place, d.address.cell if d.address else "", row,
+                    in_browser(d.message), in_browser(d.remedy), d.address.sheet if d.address else "",
+                    tuple(f.title for f in d.fixes))
         )  # fmt: skip
     behaviour = look.behaviour(sheet)
     drawing, words, why = Markup(""), None, ""

@@ -14,6 +14,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.topics.finding import text_on
 from rrp_sheets.topics.layout import Block, paragraph
 from rrp_sheets.topics.names import Name, all_names, known, near, search
+from rrp_sheets.web.browserwords import of_help
 from rrp_sheets.web.marblepicture import marble_picture
 
 MOST = 6  # topics at once
@@ -95,7 +96,7 @@ def _parts(blocks: Iterator[str]) -> Iterator[Part]:
 
 def _part(block: str) -> Part:
     if not isinstance(block, Block):
-        block = paragraph(block)
+        block = paragraph(of_help(block))
     if block.kind == "marbles":
         return Part("marbles", picture=marble_picture([(row[0], row[1]) for row in block.rows]))
     linked = block.kind in ("entries", "columns")
@@ -120,7 +121,7 @@ def bits(text: str) -> Iterator[Bit]:
     >>> [(b.text, b.code, b.topic) for b in bits("see `rrp-sheets help sample` or `x > 1`")]
     [('see ', False, ''), ('sample', False, 'sample'), (' or ', False, ''), ('x > 1', True, '')]
     """
-    end = 0
+    end, text = 0, of_help(text)
     for match in _CODE.finditer(text):
         if match.start() > end:
             yield Bit(text[end : match.start()])

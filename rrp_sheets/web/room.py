@@ -14,6 +14,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.worker import CheckWorker
 from rrp_sheets.web.listeners import Listener, Told, message
 from rrp_sheets.web.looks import Look, look, no_look
+from rrp_sheets.web.program import program
 from rrp_sheets.web.rowviews import RowMaker
 from rrp_sheets.web.seats import Seats
 
@@ -79,18 +80,17 @@ class Room:
         rows = [self._rows(one) for one in (changed, *changed.then)]
         for one in rows:
             self.tell("grid", {**one, "tag": tag}, but=client)
-        sheets = self._sheets_changed(changed.change, author, client) if changed.change else {}
+        sheets = {"sheets": self._sheets_changed(changed.change, author, client)} if changed.change else {}
         self.check_soon()
-        return {"rows": rows, **({"sheets": sheets} if sheets else {})}
+        return {"rows": rows, **sheets}
 
     def _sheets_changed(self, change: SheetChange, author: str, client: str) -> dict[str, Any]:
-        """A sheet came, went, or has another name: told to all pages, which show other tabs then."""
+        """A sheet came, went, or has another name: all pages show other tabs then."""
         if change.was:
             with self._lock:
                 self.seats.rename(change.was, change.name)
                 self._makers.pop(change.was, None)
-        told = {**asdict(change), "by": author}
-        self.tell("sheets", told, but=client)
+        self.tell("sheets", told := {**asdict(change), "by": author}, but=client)
         return told
 
     def _fresh(self, rows: set[str]) -> list[dict[str, Any]]:
@@ -185,6 +185,7 @@ class Room:
             person: the key of the session.
         """
         listener = Listener(client, name, person)
+        listener.tell(message("program", {"version": program()}))
         if not knows and self.look().checked:  # the check has ended between the page and its event stream
             for sheet in list(self.document.grids):
                 with self._lock:

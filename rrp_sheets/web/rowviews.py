@@ -15,6 +15,7 @@ from rrp_sheets.documents.grid import Column, Grid
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.cells import column_letters
 from rrp_sheets.model.names import key
+from rrp_sheets.web.browserwords import in_browser
 from rrp_sheets.web.looks import Look
 from rrp_sheets.web.pages import Head
 
@@ -202,7 +203,7 @@ def _names(text: str) -> list[str]:
 
 
 def _mend(number: int, d: Diagnostic) -> str:
-    remedy = f'<span class="do">→ {escape(d.remedy)}</span>' if d.remedy else ""
+    remedy = f'<span class="do">→ {escape(in_browser(d.remedy))}</span>' if d.remedy else ""
     kind = d.severity.value
     fixes = "".join(
         f'<button class="button small" type="button" tabindex="-1" data-fix="{i}" data-code="{escape(d.code)}" '
@@ -212,5 +213,5 @@ def _mend(number: int, d: Diagnostic) -> str:
     )
     return (
         f'<div class="mend is-{kind}" id="p{number}" data-code="{escape(d.code)}"><b class="severity">'
-        f"{kind.capitalize()}</b> <span>{escape(d.message)}</span> {remedy}{fixes}</div>"
+        f"{kind.capitalize()}</b> <span>{escape(in_browser(d.message))}</span> {remedy}{fixes}</div>"
     )

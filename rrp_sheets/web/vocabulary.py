@@ -6,7 +6,7 @@ from functools import lru_cache
 from typing import Any
 
 from rrp_sheets.connectors import Parameter, connectors
-from rrp_sheets.devices import Robot
+from rrp_sheets.devices import Found, Robot
 from rrp_sheets.devices.scene_words import KINDS, verb_names
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.graph import Stream, StreamKind
@@ -58,7 +58,7 @@ def vocabulary(look: Look) -> dict[str, Any]:
         ],
         "devices": [
             {"text": name, "kind": kind, "help": _help(robot, name)}
-            for kind in ("sensor", "actuator") for name in robot.device_names(kind)
+            for kind in ("sensor", "actuator") for name in _offered(robot, kind)
         ],
     }  # fmt: skip
 
@@ -120,7 +120,7 @@ def _record(record: RecordType) -> dict[str, Any]:
 
 def _devices(look: Look, robot: Robot, kind: str, wanted: StreamKind) -> list[Word]:
     mine = [d.stream.text for d in look.workbook.devices if (f := robot.find(d.device.text)) and f.type.kind == kind]
-    offered = [n for n in robot.device_names(kind) if key(n) not in {key(m) for m in mine}]
+    offered = [n for n in _offered(robot, kind) if key(n) not in {key(m) for m in mine}]
     declared = {key(d.stream.text): d.device.text for d in look.workbook.devices}
     return [
         *(
@@ -136,6 +136,27 @@ def _devices(look: Look, robot: Robot, kind: str, wanted: StreamKind) -> list[Wo
     ]
 
 
+def _offered(robot: Robot, kind: str) -> list[str]:
+    """The devices in their order; of two names for one thing the shorter one first."""
+    names = robot.device_names(kind)
+    firsts = [_first(robot, name) for name in names]
+    return sorted(names, key=lambda name: (firsts.index(_first(robot, name)), len(name)))
+
+
+def _first(robot: Robot, name: str) -> str:
+    """The shortest name of the thing that a name stands for."""
+    found = robot.find(name)
+    alike = [f.name for f in robot.names.values() if f.offered and found and _same(f, found)]
+    return min(alike, key=len, default=name)
+
+
+def _same(one: Found, other: Found) -> bool:
+    return one.type.name == other.type.name and dict(one.preset) == dict(other.preset)
+
+
 def _help(robot: Robot, name: str) -> str:
+    first = _first(robot, name)
+    if key(first) != key(name) and robot.find(name) is not None:
+        return f"the same as {first}"
     found = robot.find(name)
     return found.type.help if found else ""

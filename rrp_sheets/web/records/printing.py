@@ -18,6 +18,7 @@ from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model.names import key
 from rrp_sheets.render.diagram import draw_diagram
 from rrp_sheets.render.sentences import explain
+from rrp_sheets.web.browserwords import in_browser
 from rrp_sheets.web.library import Book
 from rrp_sheets.web.pages import Problem, Words
 from rrp_sheets.web.pictures import MOST_ROWS
@@ -25,7 +26,7 @@ from rrp_sheets.web.records.pages import Drawn, DrawnPart, PrintBehaviour, Print
 from rrp_sheets.web.words import words_of
 
 _SECONDS = 20.0  # for a diagram's layout
-_ORDER = ("devices", "helpers", "scene", "gestures", "table")
+_ORDER = ("devices", "helpers", "scene", "gestures", "table", "test")
 _MOST_PROBLEMS = 200
 _MOST_PRINTED = 2_000  # rows of a table
 _KEPT = 16  # drawn behaviours
@@ -45,7 +46,16 @@ def print_page(book: Book) -> PrintPage:
     fields = tuple((protocol.names.get(k, k), cell.text) for k, cell in protocol.fields.items() if cell.text)
     found = [d for d in enumerate(look.findings, 1) if d[1].severity.value != "info"]
     problems = tuple(
-        Problem(number, d.severity.value, d.code, str(d.address) if d.address else "", "", "", d.message, d.remedy)
+        Problem(
+            number,
+            d.severity.value,
+            d.code,
+            str(d.address) if d.address else "",
+            "",
+            "",
+            in_browser(d.message),
+            in_browser(d.remedy),
+        )
         for number, d in found[:_MOST_PROBLEMS]
     )
     tests = [t.name for t in workbook.tests]

@@ -7,6 +7,7 @@ import { help } from "./help.js";
 import { listening } from "./listening.js";
 import { menu } from "./menu.js";
 import { people } from "./people.js";
+import { renewed } from "./renewed.js";
 import { splitter } from "./splitter.js";
 import { tabs } from "./tabs.js";
 
@@ -27,12 +28,15 @@ if (grid) {
   help(grid);
   splitter();
   tabs(grid, listen);
+  renewed(grid, listen);
   fetchWords();
   fetchRest(grid.table.body).then(() => document.body.toggleAttribute("data-ready", true));
-  const wanted = location.hash.length > 1 && document.getElementById(location.hash.slice(1));
+  const [id, place] = decodeURIComponent(location.hash.slice(1)).split("~"); // a row, perhaps with the cell in it
+  const wanted = id && document.getElementById(id);
   const first = (wanted && wanted.closest("tr")) || grid.table.rows[0];
   const begin = grid.table.headers.findIndex((header) => header.dataset.kind !== "on");
-  grid.selection.go(first, Math.max(begin, 0), false, Boolean(wanted) || !(location.hash || document.getElementById("session")));
+  const at = grid.table.headers.findIndex((header) => header.dataset.letter === /^[A-Z]+/.exec(place ?? "")?.[0]);
+  grid.selection.go(first, Math.max(at < 0 ? begin : at, 0), false, Boolean(wanted) || !(location.hash || document.getElementById("session")));
 }
 
 // a long sheet comes in pieces: its beginning is in the page

@@ -1,0 +1,36 @@
+"""Texts that name commands of the terminal, worded for the browser: there is a Help to open, and a button to press."""
+
+from __future__ import annotations
+
+import re
+
+_HELP = re.compile(r"`rrp-sheets help ([^`]+)`", re.DOTALL)
+_WORDS = (
+    (re.compile(r"\s*`rrp-sheets --help` lists the commands\."), ""),
+    (re.compile(r" \(`rrp-sheets (?:serve|new FILE)`(?: makes one)?\)"), ""),
+    (re.compile(r" with\s+`rrp-sheets new FILE`"), " on the shelf"),
+    (re.compile(r"made with `rrp-sheets new`"), "made on the shelf"),
+    (re.compile(r"`rrp-sheets check --fix`"), "The button below the message"),
+    (re.compile(r" \(`rrp-sheets help [^`]+`\)"), ""),
+    (re.compile(r"`rrp-sheets help`"), "Help (F1)"),
+)  # fmt: skip
+
+
+def in_browser(text: str) -> str:
+    """A message or a remedy as a page shows it, where what stands between backticks leads nowhere.
+
+    >>> in_browser("See `rrp-sheets help devices`."), in_browser("Make one with `rrp-sheets new FILE`.")
+    ('See Help (F1): devices.', 'Make one on the shelf.')
+    """
+    return _HELP.sub(r"Help (F1): \1", of_help(text)) if "rrp-sheets" in text else text
+
+
+def of_help(text: str) -> str:
+    """A text of the help, whose links stay.
+
+    >>> of_help("The grid in the browser (`rrp-sheets serve`) has keys. `rrp-sheets --help` lists the commands.")
+    'The grid in the browser has keys.'
+    """
+    for pattern, new in _WORDS if "rrp-sheets" in text else ():
+        text = pattern.sub(new, text)
+    return text
