@@ -11,7 +11,7 @@ import numpy as np
 from rrp_sheets.sim.body import Body, Vector
 
 BESIDE = 0.12  # m, of the target to the other side: so far the arm that points keeps pointing, across the body
-HANGING, OFF = 1.1, 0.06  # rad: an arm that hangs lower keeps so far off the body
+HANGING, RAISED, OFF = 1.1, 0.9, 0.06  # rad: an arm that hangs lower or is raised higher keeps so far off the body
 OPEN, STRAIGHT = 1.0, {"ElbowYaw": 0.0, "ElbowRoll": 0.0, "WristYaw": 0.0}
 
 
@@ -38,7 +38,7 @@ class Pointing:
         low, high = self._body.limits(f"{side}ShoulderRoll")
         # Behind the shoulder it points up or down beside itself rather than through the body.
         pitch = math.atan2(-up, ahead) if ahead > 0.05 else -math.copysign(math.pi / 2, up)
-        if pitch > HANGING:  # beside the thigh, not through it
+        if pitch > HANGING or pitch < -RAISED:  # beside the thigh or the head, not through it
             low, high = (max(low, OFF), high) if side == "L" else (low, min(high, -OFF))
         reach = max(-1.0, min(1.0, left * math.hypot(wide, z) / wide))
         roll = min(max(math.asin(reach) - math.atan2(y, x), low), high)
