@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from rrp_sheets.devices.gestures import Keyframe
@@ -36,13 +37,14 @@ class Posture(Keyframed):
         speed = float(self.settings["speed"])
         motion = Motion(self.parts.body, frames, returns=False, share=speed, peak=CALM * speed)
         lean = robot.data.get("posture_leans", {}).get(name, 0.0)
-        late, leaning = 0, False
+        late, leaning = 0, math.nan
 
         def during(motion: Motion) -> None:
             nonlocal leaning
-            if not leaning and (not lean or motion.passed >= len(route) - 1):
-                leaning = True
-                self.parts.stance.follow_legs(lean)
+            wanted = lean if motion.passed >= len(route) - 1 else 0.0  # up from the floor first
+            if wanted != leaning:
+                leaning = wanted
+                self.parts.stance.follow_legs(wanted)
 
         def arrived(us: int) -> bool | None:
             nonlocal late
