@@ -26,6 +26,8 @@ AMBIENT, DIFFUSE, SPECULAR = 0.68, 0.38, 0.03
 RUG = 0.85  # m, radius of the rug that the robot stands on
 TILE = 0.5  # m, between the lines on the floor: they help to judge distances
 ROOM_FADE = 5.0  # m, over which the floor becomes the wall's colour
+ELSEWHERE = tuple(math.radians(a) for a in (62, 75, -95, 95, -35, 35, 130, -130))
+"""From where the robot is filmed when it is hidden from the best places, rad."""
 CLOSEST = 0.7  # m from the film's camera to anything
 SMOOTHING = 1.5  # how much larger the film is drawn
 LEAST_LIGHT = 0.35  # of a film in the dark
@@ -139,7 +141,12 @@ class FilmCamera:
     """A camera that stands still and films the robot, smoothed by drawing it larger than it is shown."""
 
     def __init__(
-        self, bullet: Any, points: Sequence[Sequence[float]], azimuths: Sequence[float], size: tuple[int, int]
+        self,
+        bullet: Any,
+        points: Sequence[Sequence[float]],
+        azimuths: Sequence[float],
+        size: tuple[int, int],
+        hiding: Sequence[tuple[float, float, float]] = (),
     ) -> None:
         width, height = size
         self._b = bullet
@@ -147,8 +154,17 @@ class FilmCamera:
         hfov = 2 * math.atan(math.tan(vfov / 2) * width / height)
         self._size = (width, height)
         self.lens = Lens(hfov, vfov, round(width * SMOOTHING), round(height * SMOOTHING))
-        views = [_viewpoint(np.array(points, dtype=np.float64), azimuth, self.lens) for azimuth in azimuths]
-        self.pose = min(views, key=lambda view: view[0])[1]  # the nearest shows the robot largest
+        corners = np.array(points, dtype=np.float64)
+
+        def best(ways: Sequence[float]) -> tuple[int, float, Pose]:
+            """Nothing should hide the robot; then the nearest shows it largest."""
+            views = [_viewpoint(corners, azimuth, self.lens) for azimuth in ways]
+            return min(((_hidden(hiding, pose), far, pose) for far, pose in views), key=lambda view: view[:2])
+
+        view = best(azimuths)
+        if view[0]:
+            view = min(view, best(ELSEWHERE), key=lambda one: one[:2])
+        self.pose = view[2]
         self._room = room(self.pose, self.lens.rays()).astype(np.uint8)
         self._x, self._y, _ = floor_points(self.pose, self.lens.rays(6))
 
@@ -165,6 +181,17 @@ class FilmCamera:
         behind = cv2.multiply(self._room, cv2.cvtColor(shade, cv2.COLOR_GRAY2RGB), scale=1 / 255)
         small = cv2.resize(cv2.copyTo(behind, empty, picture), self._size, interpolation=cv2.INTER_AREA)
         return dimmed(np.asarray(small, dtype=np.uint8), LEAST_LIGHT + (1 - LEAST_LIGHT) * light)
+
+
+def _hidden(hiding: Sequence[tuple[float, float, float]], pose: Pose) -> int:
+    """How many of those who stand there (x, y, radius) hide the robot, or what it has before it."""
+    count = 0
+    for ahead in (0.0, 0.5):
+        way = pose.position[:2] - (ahead, 0.0)
+        for x, y, radius in hiding:
+            along = min(max(float(way @ (x - ahead, y)) / float(way @ way), 0.0), 1.0)
+            count += along > 0.0 and math.hypot(x - ahead - along * way[0], y - along * way[1]) < radius
+    return count
 
 
 def _viewpoint(points: Vector, azimuth: float, lens: Lens) -> tuple[float, Pose]:

@@ -48,6 +48,7 @@ class Shot:
         eyes: the colour of its eyes, 0 to 1.
         sees: what it detected, in words.
         weight: how much happened: the strip prefers moments where something did.
+        from_left: whether it is filmed from the robot's left, which then is to the right in the picture.
     """
 
     us: int
@@ -57,6 +58,7 @@ class Shot:
     eyes: tuple[float, float, float]
     sees: str
     weight: float
+    from_left: bool = False
 
 
 class Film:
@@ -135,8 +137,8 @@ class Film:
         weight = min(self._news, MOST_NEWS) + (SEES if sees else 0.0) + (SAYS if world.voice.saying else 0.0)
         weight += POSED * self._posed() - (AFTERWARDS if self.over else 0.0)
         self._news = 0.0
-        outside = self.shoot()
-        self.shots.append(Shot(us, outside, inside, world.voice.saying, eyes, ", ".join(sees), weight))
+        outside, from_left = self.shoot(), bool(self._camera.pose.position[1] > 0)
+        self.shots.append(Shot(us, outside, inside, world.voice.saying, eyes, ", ".join(sees), weight, from_left))
 
     def _posed(self) -> float:
         """How much of a gesture is to be seen: 0 when it stands as at the start, 1 when it is in the midst of one."""
@@ -208,7 +210,7 @@ def _view(scene: Sequence[SceneAction]) -> tuple[list[Point], Sequence[float]]:
                 points += [
                     _near(place, (dx, dy, dz)) for dx in (-0.1, 0.1) for dy in (-0.1, 0.1) for dz in (-0.6, 0.12)
                 ]
-    return points, [math.radians(a) for a in ((-62, -70, 62, 70, -95, 95) if persons else (-26, -34, -42, -50, -58))]
+    return points, [math.radians(a) for a in ((-62, -70) if persons else (-26, -34, -42, -50, -58))]
 
 
 def _hiding(scene: Sequence[SceneAction]) -> list[tuple[float, float, float]]:

@@ -63,7 +63,8 @@ def _film_frame(shot: Shot, font: Font, small: Font) -> Image.Image:
     frame = Image.new("RGB", (outside.width, outside.height + BAR), PAPER)
     frame.paste(outside, (0, 0))
     draw = ImageDraw.Draw(frame)
-    left, top = outside.width - INSET[0] - 10, outside.height - INSET[1] - 10
+    left = 10 if shot.from_left else outside.width - INSET[0] - 10  # where the robot is not
+    top = outside.height - INSET[1] - 10
     draw.rectangle((left - 3, top - LABEL, left + INSET[0] + 2, top + INSET[1] + 2), fill=PAPER, outline=EDGE)
     frame.paste(Image.fromarray(shot.inside).resize(INSET, Image.Resampling.BILINEAR), (left, top))
     draw.text((left + INSET[0] // 2, top - LABEL // 2), "what the robot sees", INK, small, anchor="mm")
