@@ -16,6 +16,7 @@ from werkzeug.wrappers import Response as AnyResponse
 from rrp_sheets.web.headers import HEADERS
 from rrp_sheets.web.password import Password
 from rrp_sheets.web.sessions import Person, Sessions
+from rrp_sheets.web.statics import KEPT, plain_name
 
 HOSTS = ("127.0.0.1", "localhost")
 _HOST = re.compile(r"(?:\[([0-9a-f:.]+)\]|([a-z0-9.-]+))(?::[0-9]{1,5})?")
@@ -82,7 +83,7 @@ def protect(app: Flask, token: str, lan: Lan | None, sessions: Sessions, once: s
     @app.after_request
     def finish(response: Response) -> Response:
         response.headers.update(HEADERS)
-        if request.endpoint != "static" or response.status_code >= 400:
+        if request.endpoint not in KEPT or response.status_code >= 400:
             response.headers["Cache-Control"] = "no-store"
         person: Person | None = g.get("person")
         if person and person.key and response.mimetype == "text/event-stream":
@@ -111,7 +112,7 @@ def _sent_away(lan: Lan | None) -> AnyResponse:
 
 def _is_for_everyone() -> bool:
     if request.endpoint == "static":
-        return (request.view_args or {}).get("filename") in _LOGIN_FILES
+        return plain_name((request.view_args or {}).get("filename", "")) in _LOGIN_FILES
     return request.endpoint in _OPEN
 
 

@@ -1,0 +1,43 @@
+"""Scripts, styles and icons: under an address that names the version, so that a browser asks for each of them once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from flask import Flask, Response, send_from_directory
+
+from rrp_sheets.resources import vendored
+from rrp_sheets.web.program import program
+
+KEPT = ("static", "vendor")  # endpoints whose files a browser may keep: they are the same for everyone
+_A_YEAR = 365 * 86_400  # seconds
+
+
+def serve_statics(app: Flask, folder: Path) -> None:
+    """The routes `/static/…` and `/vendor/…`; `url_for("static", filename=…)` gives the address with the version."""
+
+    @app.get("/static/<path:filename>")
+    def static(filename: str) -> Response:
+        name = plain_name(filename)
+        answer = send_from_directory(folder, name, max_age=_A_YEAR if name != filename else 0)
+        answer.cache_control.immutable = name != filename
+        return answer
+
+    @app.get("/vendor/<path:name>")
+    def vendor(name: str) -> Response:
+        return send_from_directory(vendored(), name, max_age=0)  # asked for each time, and sent when it has changed
+
+    @app.url_defaults
+    def add_version(endpoint: str, values: dict[str, Any]) -> None:
+        if endpoint == "static":
+            values["filename"] = f"{program()}/{values['filename']}"
+
+
+def plain_name(filename: str) -> str:
+    """The name of a file without the version before it.
+
+    >>> plain_name(f"{program()}/grid/main.js"), plain_name("grid/main.js")
+    ('grid/main.js', 'grid/main.js')
+    """
+    return filename.removeprefix(f"{program()}/")
