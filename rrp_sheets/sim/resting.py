@@ -58,7 +58,9 @@ class Resting:
         soles = [(f"{s}_ankle", (x, y, SOLE, 0.0)) for s, inner, outer in (("l", -INNER, OUTER), ("r", -OUTER, INNER))
                  for x in (FRONT, BACK) for y in (inner, outer)]  # fmt: skip
         balls = [(link, ball) for link, many in BALLS.items() for ball in many]
-        self._links = [body.links.get(link, -1) for link, _ in (*soles, *balls)]
+        links = [body.links.get(link, -1) for link, _ in (*soles, *balls)]  # the torso is none
+        self._used = sorted(set(links) - {-1})
+        self._frames = [self._used.index(link) + 1 if link >= 0 else 0 for link in links]
         self._local = np.array([ball[:3] for _, ball in (*soles, *balls)])
         self._radius = np.array([ball[3] for _, ball in (*soles, *balls)])
         self._soles = len(soles)
@@ -124,17 +126,14 @@ class Resting:
         centre, _ = b.getBasePositionAndOrientation(body.id)
         masses = np.array([centre, *(s[0] for s in states)])
         weight = torso.rotation.T @ (self._masses @ masses / self._masses.sum() - torso.position)
-        frames = {-1: (np.eye(3), np.zeros(3))}
-        for index in set(self._links) - {-1}:
-            rotation = np.array(b.getMatrixFromQuaternion(states[index][5])).reshape(3, 3)
-            frames[index] = (
-                torso.rotation.T @ rotation,
-                torso.rotation.T @ (np.array(states[index][4]) - torso.position),
-            )
-        points = np.array([frames[i][0] @ p + frames[i][1] for i, p in zip(self._links, self._local, strict=True)])
-        wider = points.copy()
-        for k in range(self._soles):
-            wider[k] += frames[self._links[k]][0] @ self._beyond[k]
+        back = torso.rotation.T
+        turns, places = [np.eye(3)], [np.zeros(3)]
+        for index in self._used:
+            turns.append(back @ np.array(b.getMatrixFromQuaternion(states[index][5])).reshape(3, 3))
+            places.append(back @ (np.array(states[index][4]) - torso.position))
+        turned = np.array(turns)[self._frames]
+        points = np.einsum("nij,nj->ni", turned, self._local) + np.array(places)[self._frames]
+        wider = points + np.einsum("nij,nj->ni", turned, self._beyond)
         return points, weight, wider
 
     def _rest(self, wider: Vector, weight: Vector) -> float:
