@@ -19,12 +19,12 @@ MARGIN = 0.03  # m: the robot does not tip over its soles' ends before its weigh
 ROLL_VELOCITY, ROLL_ACCELERATION = 1.0, 4.0  # rad/s, rad/s²: of the torso that settles
 SINK_VELOCITY = 0.6  # m/s, of the torso on its way down or up
 TOUCHES = 0.01  # m: what is nearer to the floor stands on it, the nearer the firmer
-WITHIN = 0.7  # rad around where it is to settle: it does not tip over, as a guide holds it
+WITHIN = 0.5  # rad around where it is to settle: it does not tip over, as a guide holds it
 SAME = 5e-4  # rad: a rest that is nearer is the same
 SEARCH_EVERY = 4  # steps of the physics
 AROUND, SHARPENINGS = 57, 4  # leans that are tried, and how often nearer ones are
 BALLS = {  # link, place on it and radius (m) of what may touch the floor besides the soles
-    "torso": ((-0.028, 0.034, -0.088, 0.038), (-0.028, -0.034, -0.088, 0.038), (-0.015, 0.035, 0.09, 0.03),
+    "torso": ((-0.024, 0.025, -0.088, 0.037), (-0.024, -0.025, -0.088, 0.037), (-0.015, 0.035, 0.09, 0.03),
               (-0.015, -0.035, 0.09, 0.03), (0.015, 0.035, 0.09, 0.03), (0.015, -0.035, 0.09, 0.03)),
     "Head": ((0.0, 0.0, 0.058, 0.057),),
     "LThigh": ((0.006, 0.003, -0.02, 0.033), (0.006, 0.003, -0.081, 0.033)),
