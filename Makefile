@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: help setup demo test lint bench soak serve lock clean
+.PHONY: help setup demo test lint bench strips soak serve lock clean
 
 help:  ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -38,6 +38,9 @@ lint: setup  ## style, types, layers
 
 bench: setup  ## the benchmarks, with their ratios
 	$(BIN)/python -m pytest tests/benchmarks -s -o python_files='bench_*.py' -o addopts=-q
+
+strips: setup  ## film strips of every gesture and posture, in runs/strips, to be looked at
+	$(BIN)/python tests/benchmarks/strips.py runs/strips
 
 soak: setup  ## what is too long for every day
 	$(BIN)/python -m pytest -m soak

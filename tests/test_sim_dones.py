@@ -16,6 +16,9 @@ from test_sim_run import RED, ROBOT, scene_of
 from rrp_sheets import api
 from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.model.exchange import DONE, Command, DeviceUse
+from rrp_sheets.sim.actuators import ACTUATORS
+from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.world import SimWorld
 
 RATE = 30
 BALL = "| 0 | Red ball | appears | at 1, 0.3, 0.45 |"
@@ -28,7 +31,6 @@ PITCH = DeviceUse("pitch", "Pitch", "SetJointPosition", {"joint": "HeadPitch"})
 HEAD = DeviceUse("head", "Head", "SetJointPosition", {"joint": "Head"})
 TRACK = DeviceUse("track", "Track", "Tracker", {"mode": "Head"})
 ARM = DeviceUse("arm", "Arm", "Tracker", {"mode": "Move", "effector": "Left arm"})
-WAVE = DeviceUse("wave", "Wave", "Gesture", {"name": "Wave"})
 
 
 class Play:
@@ -154,10 +156,17 @@ def test_a_tracker_that_gets_no_more_events_gives_way_to_another_mode():
     assert p.short == [("track", 1, False)]
 
 
-def test_what_the_simulator_lacks_is_told_once_and_done_at_once():
-    p = Play((WAVE,), {0: [("wave", 1)], 5: [("wave", 2)], 9: [("wave", None)]}, 12)
-    assert p.dones == [(1, "wavedone", 1, False, 0.0), (6, "wavedone", 2, False, 0.0)]
-    assert p.told == [(1, "note", "T!2")]
+def test_what_the_simulator_lacks_is_told_once_and_done_at_once(monkeypatch):
+    monkeypatch.delitem(ACTUATORS, "Print")
+    world = SimWorld(Spec(ROBOT, actuators=(PRINT,), dones={"print": "printdone"}))
+    try:
+        first = world.advance(33_333, [Command("print", 1, "T!2")])
+        second = world.advance(66_667, [Command("print", 2, "T!2"), Command("print", None, "T!2")])
+    finally:
+        world.close()
+    ends = [(v["value"], v["completed"], v["seconds"]) for one in (first, second) for _, v in one.events]
+    assert ends == [(1, False, 0.0), (2, False, 0.0)]
+    assert [(n.kind, n.row) for n in (*first.notices, *second.notices)] == [("note", "T!2")]
 
 
 def test_rows_that_command_each_other_in_a_circle_do_not_send_a_growing_value(tmp_path):

@@ -137,4 +137,6 @@ def _default(setting: Setting) -> str:
 
     if setting.kind == "duration" and isinstance(setting.default, int):
         return show_duration(setting.default)
+    if isinstance(setting.default, bool):
+        return str(setting.default).upper()
     return f"{setting.default:g}" if isinstance(setting.default, float) else str(setting.default)

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
-import numpy as np
-
 from rrp_sheets.devices.gestures import Gesture as Keyframes
 from rrp_sheets.devices.gestures import Keyframe
 from rrp_sheets.model.exchange import Command
@@ -13,7 +9,9 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record
 from rrp_sheets.sim.actuators.base import as_number
 from rrp_sheets.sim.actuators.keyframed import Keyframed
+from rrp_sheets.sim.body import Vector
 from rrp_sheets.sim.keyframes import Motion
+from rrp_sheets.sim.pointing import Pointing
 from rrp_sheets.sim.tracker import Detection
 
 RAISED, HELD = 0.8, 1.9  # s: when an arm points, and until when
@@ -45,20 +43,13 @@ class Gesture(Keyframed):
     def _point(self, order: Command, us: int, seen: Record) -> None:
         place = self._place(order, seen)
         body = self.parts.body
-        torso = body.torso()
-        side = "L" if float((torso.rotation.T @ (place - torso.position))[1]) >= 0 else "R"
-        towards = torso.rotation.T @ (place - body.link(f"{side}Shoulder").position)
-        ahead, left, up = towards / max(float(np.linalg.norm(towards)), 1e-6)
-        pose = {
-            f"{side}ShoulderPitch": math.atan2(-up, max(ahead, 0.05)), f"{side}ShoulderRoll": math.asin(left),
-            f"{side}ElbowYaw": 0.0, f"{side}ElbowRoll": 0.0, f"{side}WristYaw": 0.0, f"{side}Hand": 1.0,
-        }  # fmt: skip
-        pose = {joint: min(max(angle, low), high) for joint, angle in pose.items()
-                for low, high in (body.limits(joint),)}  # fmt: skip
+        pointing = Pointing(body)
+        side = pointing.nearer(place, "")
+        pose = pointing.joints(side, place)
         frames = (Keyframe(RAISED, pose), Keyframe(HELD, pose))
         self.move(order, us, f"point {side}", Motion(body, frames), home=True)
 
-    def _place(self, order: Command, seen: Record) -> np.typing.NDArray[np.float64]:
+    def _place(self, order: Command, seen: Record) -> Vector:
         """Where it is: seen from where the head looked when it was seen, as far as that is known, else from here."""
         x, y = (as_number(seen.values[axis]) or 0.0 for axis in "xy")
         known = [self.parts.trackers.seen[s] for s in order.sensors if s in self.parts.trackers.seen]
