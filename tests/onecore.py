@@ -20,9 +20,17 @@ SECONDS, RATE = 20, 30
 
 @dataclass(frozen=True)
 class Went:
-    """Simulated seconds per second, the start and the stop not counted; the most memory of the simulator, MB; events."""
+    """How a world went, the start and the stop not counted.
+
+    Attributes:
+        ratio: simulated seconds per second of the processor, both processes together: on one idle core that is time.
+        wall: simulated seconds per second of the clock, with whatever else the machine did.
+        megabytes: the most memory of the simulator.
+        events: how many sensor values came.
+    """
 
     ratio: float
+    wall: float
     megabytes: float
     events: int
 
@@ -49,15 +57,24 @@ def go(sensor: DeviceUse, mode: str, scene: tuple[SceneAction, ...], film: bool)
         count = 0
         try:
             arrivals = world.start()
-            before = time.perf_counter()
+            before, used = time.perf_counter(), _used(world.pid)
             for frame in range(1, SECONDS * RATE + 1):
                 orders = [Command("tracker", True, "Bench!1", (sensor.stream,)) for _ in arrivals.events]
                 arrivals = world.advance(frame * 1_000_000 // RATE, orders)
                 count += len(arrivals.events)
-            passed = time.perf_counter() - before
+            passed, worked = time.perf_counter() - before, _used(world.pid) - used
             status = Path(f"/proc/{world.pid}/status")
             peak = status.read_text() if status.is_file() else ""
         finally:
             world.stop()
     kilobytes = next((line.split()[1] for line in peak.splitlines() if line.startswith("VmHWM")), "0")
-    return Went(SECONDS / passed, int(kilobytes) / 1024, count)
+    return Went(SECONDS / (worked or passed), SECONDS / passed, int(kilobytes) / 1024, count)
+
+
+def _used(pid: int | None) -> float:
+    """Seconds of the processor that this process and that one have used; 0 where that is not told."""
+    stat = Path(f"/proc/{pid}/stat")
+    if not stat.is_file():
+        return 0.0
+    fields = stat.read_text().rpartition(")")[2].split()
+    return time.process_time() + (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

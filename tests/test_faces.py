@@ -175,7 +175,7 @@ def test_without_a_face_sensor_no_network_is_loaded(monkeypatch: pytest.MonkeyPa
 
 
 def test_the_same_run_tells_the_same() -> None:
-    scene = (enters(0, "Mia", 1.1, 0.2), enters(0.5, "Child", 1.4, -0.3, name="Ben"),
+    scene = (enters(0, "Mia", 1.1, 0.2), enters(0, "Child", 1.4, -0.3, name="Ben"),
              SceneAction(SECOND, "Mia", "move", {"to": (1.2, 0.5), "seconds": 2.0}, kind="person"))  # fmt: skip
     told = []
     for _ in range(2):

@@ -25,7 +25,7 @@ DIGITS = 6  # after the point, of the numbers in a file
 GUEST = "Guest"
 
 
-@dataclass
+@dataclass(eq=False)
 class Person:
     """Somebody who is remembered.
 

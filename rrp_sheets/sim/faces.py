@@ -37,7 +37,7 @@ AROUND = 1.0  # of a face's box, kept around it for remembering
 SHRUNK = 0.5  # a remembered face is also looked at as if it were farther away
 
 
-@dataclass
+@dataclass(eq=False)
 class _Track:
     """A face that is followed.
 
