@@ -11,7 +11,7 @@ import openpyxl
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from lossless import FEATURES, make, parts
+from lossless import FEATURES, make, parts, repack
 
 from rrp_sheets import api
 from rrp_sheets.errors import SheetsError
@@ -215,6 +215,16 @@ def test_the_last_sheet_to_be_seen_stays(tmp_path: Path) -> None:
         edit(path, [DeleteSheet("Tracking")])
     with pytest.raises(SheetsError, match="no sheet “Nothing”"):
         edit(path, [DeleteSheet("Nothing")])
+    locked = b'<workbookProtection lockStructure="1"/><sheets>'
+    repack(path, {"xl/workbook.xml": lambda data: data.replace(b"<sheets>", locked)})
+    for wrong in (
+        AddSheet("New", HEAD),
+        RenameSheet("Mine", "Yours"),
+        DeleteSheet("Mine"),
+        MoveSheet("Mine", "Tracking"),
+    ):
+        with pytest.raises(SheetsError, match="structure is protected"):
+            edit(path, [wrong])
 
 
 def test_every_kind_begins_as_what_it_is(tmp_path: Path) -> None:

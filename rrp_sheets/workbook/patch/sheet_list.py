@@ -7,10 +7,11 @@ from collections.abc import Callable, Mapping
 from html import escape
 from typing import Any
 
+from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook.patch.markup import Element, as_utf8, find, inner_text, splice, text_xml
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
 from rrp_sheets.workbook.patch.pieces import NAMES, RELATIONS, SHEETS, Path, Piece, change, children, paste
-from rrp_sheets.workbook.xlsx_parts import number
+from rrp_sheets.workbook.xlsx_parts import number, truth
 
 TYPES_PART = "[Content_Types].xml"
 VIEWS = ("workbook", "bookViews")
@@ -22,6 +23,16 @@ _LAST = 1_000_000
 def entries(package: PackageEdit) -> list[Element]:
     """The sheets, those with a chart only too."""
     return children(as_utf8(package.read(package.book.part)), SHEETS)
+
+
+def refuse_protected(package: PackageEdit) -> None:
+    """Raise SheetsError when somebody has locked which sheets there are."""
+    for e in children(as_utf8(package.read(package.book.part)), ("workbook",)):
+        if e.local == "workbookProtection" and truth(e.attributes.get("lockStructure")):
+            raise SheetsError(
+                "The workbook's structure is protected: its sheets stay as they are.",
+                "Take the protection off in Excel (Review, Protect Workbook).",
+            )
 
 
 def names(package: PackageEdit) -> list[str]:

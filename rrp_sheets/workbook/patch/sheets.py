@@ -27,6 +27,7 @@ def change_sheets(package: PackageEdit, edit: SheetEdit) -> str:
     Raises:
         SheetsError: there is no such sheet, it cannot have that name, or it cannot go.
     """
+    listed.refuse_protected(package)
     match edit:
         case AddSheet():
             _add(package, edit)

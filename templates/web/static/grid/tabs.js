@@ -186,6 +186,8 @@ export function tabs(grid, listen) {
     grid.table.grid.setAttribute("aria-label", name);
     document.querySelector("section.sheet")?.setAttribute("aria-label", `Sheet ${name}`);
     if (document.title.startsWith(was)) document.title = name + document.title.slice(was.length);
+    grid.here = ""; // the others see the cursor on the sheet of the new name
+    grid.look();
     history.replaceState(null, "", location.pathname.includes("/sheet/") ? address(name) : location.href);
   }
 
