@@ -62,7 +62,7 @@ class Cues:
     def left(self) -> list[Happening]:
         """Notes on the rows that have not had their event, for the end of the run."""
         return [
-            Happening("note", f"{a.thing} did not do this: what the row waits for has not come.", row=f"Scene!{a.row}")
+            Happening("note", f"{a.thing}: what this row waits for has not come.", row=f"Scene!{a.row}")
             for a in (self._rows[i] for i in sorted(self._open))
         ]
 

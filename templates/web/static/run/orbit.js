@@ -3,6 +3,8 @@
 import * as THREE from "/vendor/js/three.module.js";
 
 const FRONT = { azimuth: -0.5, elevation: 0.2 }; // rad: from the robot's right front, a little from above
+const ELSEWHERE = [-0.5, 1.05, 0.5, -1.05, -1.6, 1.6]; // rad: where else to look from when somebody hides the robot
+const BROAD = 0.35; // m: half as wide as somebody is
 const ASIDE = -1.05; // rad: when persons sit before the robot, they and it are seen from the side
 const NEAREST = 0.45;
 const FARTHEST = 6; // m
@@ -33,6 +35,7 @@ export class Orbit {
   /** The view from the front; from then on it frames things by itself again. */
   front() {
     this.azimuth = FRONT.azimuth;
+    this.other = null; // the side to look from when somebody stands in the way
     this.elevation = FRONT.elevation;
     this.byHand = false;
     if (this.framed) this.settle(1);
@@ -40,11 +43,31 @@ export class Orbit {
   }
 
   /** Frame these groups of points, the first always, the others in their order while it can stay near enough. */
-  frame(groups, base, aside) {
+  frame(groups, base, aside, hiding = []) {
     if (this.base && this.byHand) this.target.add(base.clone().sub(this.base).setZ(0)); // it goes along
     this.base = base.clone();
     this.framed = groups;
     this.aside = aside;
+    this.hiding = hiding;
+  }
+
+  /** How many of those who stand there (x, y) hide the robot, or what it has before it, seen from an azimuth. */
+  hidden(azimuth) {
+    const [ca, sa] = [Math.cos(azimuth), Math.sin(azimuth)];
+    return [0, 0.5].reduce((sum, ahead) => sum + this.hiding.filter(([x, y]) => {
+      const [dx, dy] = [x - this.base.x - ahead, y - this.base.y];
+      return dx * ca + dy * sa > 0.1 && Math.abs(dx * sa - dy * ca) < BROAD;
+    }).length, 0);
+  }
+
+  /** From where to look: the wanted side, or the first one from which nobody hides the robot. */
+  side(wanted) {
+    if (!this.hidden(wanted)) this.other = null;
+    else if (this.other === null || this.hidden(this.other)) {
+      const sides = [wanted, ...ELSEWHERE].map((azimuth) => [this.hidden(azimuth), azimuth]);
+      this.other = sides.reduce((best, one) => (one[0] < best[0] ? one : best))[1];
+    }
+    return this.other ?? wanted;
   }
 
   /** From where these points just fill the picture: the middle to look at, and the distance. */
@@ -69,7 +92,7 @@ export class Orbit {
     if (this.byHand || this.held || !this.framed) return false;
     part ??= 1 - Math.exp(-since / EASE);
     const beside = this.aside && this.fit(this.framed.flat(), ASIDE).distance <= WIDEST;
-    const turn = (beside ? ASIDE : FRONT.azimuth) - this.azimuth;
+    const turn = this.side(beside ? ASIDE : FRONT.azimuth) - this.azimuth;
     this.azimuth += turn * part;
     let [points, ...more] = this.framed;
     let best = this.fit(points);

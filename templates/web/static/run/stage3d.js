@@ -165,7 +165,13 @@ export class Stage {
       position.clone().addScalar(-radius).setZ(Math.min(position.z, HIGHEST) - (tall > 0 ? 0 : radius)),
       position.clone().addScalar(radius).setZ(Math.min(position.z + (tall > 0 ? tall : radius), HIGHEST)),
     ];
-    this.orbit.frame([robot, ...near.map(around)], base, near.some((o) => o.userData.kind === "person"));
+    this.orbit.frame([robot, ...near.map(around)], base, near.some((o) => o.userData.kind === "person"), this.hiding());
+  }
+
+  // those who can hide the robot
+  hiding() {
+    const tall = [...this.things.values()].filter(({ object }) => ["person", "wall"].includes(object.userData.kind));
+    return tall.map(({ object: { position } }) => [position.x, position.y]);
   }
 
   /** Draw soon. */
