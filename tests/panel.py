@@ -62,3 +62,17 @@ def trace(folder: Path, book: str) -> list[dict[str, Any]]:
 
 def row(page: Any, number: int) -> Any:
     return page.locator(f"tbody tr:has(th.number:text-is('{number}'))")
+
+
+def told_of_stop(page: Any) -> dict[str, float]:
+    """Press Esc twice; by phase, the milliseconds from the second press until the page told it."""
+    page.evaluate("""() => {
+        window.addEventListener('keydown', () => { window.pressed = performance.now(); }, { capture: true });
+        const told = window.told = {};
+        new MutationObserver(() => { told[document.body.dataset.run] ??= performance.now() - window.pressed; })
+            .observe(document.body, { attributeFilter: ['data-run'] });
+    }""")
+    for _ in range(2):
+        page.keyboard.press("Escape")
+    ended(page)
+    return dict(page.evaluate("window.told"))

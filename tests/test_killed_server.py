@@ -16,9 +16,11 @@ import urllib.request
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import openpyxl
 import pytest
+from playwright.sync_api import expect
 
 from rrp_sheets.workbook.editing import read_sheets
 from rrp_sheets.workbook.maker import make_workbook
@@ -213,15 +215,26 @@ def test_a_server_killed_while_a_version_comes_back_or_a_file_is_uploaded(tmp_pa
         assert "the first" in server.get("book/b.xlsx/versions")
 
 
-def test_a_server_killed_during_a_run_leaves_a_record_that_can_be_read(tmp_path: Path) -> None:
+def test_a_server_killed_during_a_run_leaves_a_record_that_can_be_read(tmp_path: Path, browser: Any) -> None:
     rows = [["", "Red ball", "map", "redBall.x", "X", ""], ["", "X", "subscribe", "", "Say", ""]]
     make_workbook({"T": [HEADER, *rows]}, tmp_path / "b.xlsx")
     with Served(tmp_path) as server:
         asked = {"client": "c", "name": "n", "mode": "simulated", "until": "stop", "speed": 1}
         wait_for(lambda: "where" in server.post_or_refused("book/b.xlsx/run/start", asked))
         wait_for(lambda: list(tmp_path.glob("runs/*/trace.jsonl")) and trace_of(tmp_path).count("\n") > 30)
+        page = browser.new_page()
+        page.goto(server.address)
+        page.goto(f"{server.home}/book/b.xlsx/run")
+        page.wait_for_selector("body[data-run=running]")
+        expect(page.locator("#run-phase")).to_have_text("Running")
         server.process.kill()
         server.process.wait()
+        # whether it still runs cannot be known, nothing is offered that cannot work, and it is said what happens
+        expect(page.locator("#run-phase")).to_have_text("Not known", timeout=20_000)
+        expect(page.locator("#run-notice")).to_contain_text("the robot comes to rest by itself")
+        assert page.locator("[data-run=pause]:enabled, #mark button:enabled, #things button:enabled").count() == 0
+        page.click("[data-run=stop]")
+        expect(page.locator("#run-problem")).to_contain_text("The server cannot be reached.")
         run = next(tmp_path.glob("runs/*"))
         wait_for(lambda: '"summary"' in trace_of(tmp_path).splitlines()[-1])
         end = json.loads(trace_of(tmp_path).splitlines()[-1])

@@ -6,6 +6,7 @@ import json
 import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -255,6 +256,19 @@ def hear(page: Listener, words: str) -> str:
         assert time.monotonic() < until, heard[-2000:]
         heard += page.take(str)
     return heard
+
+
+def test_a_picture_is_told_by_its_number_and_who_joins_hears_how_old_it_is(hub: Hub, monkeypatch) -> None:
+    now = 100.0
+    monkeypatch.setattr("rrp_sheets.web.live.hub.time", SimpleNamespace(monotonic=lambda: now))
+    hub.state(0, State({}, (), (), "", {}))
+    hub.picture(0, b"first")
+    hub.picture(0, b"second")
+    told, _ = hub.news()
+    assert told is not None and (told["eye"], "eye_age" in told, hub.jpeg) == (2, False, b"second")
+    now += 7.5
+    told, _ = hub.all()
+    assert (told["eye"], told["eye_age"]) == (2, 7.5)
 
 
 def test_a_refusal_speaks_of_the_help_of_the_page_and_of_the_speed_there_is(hub: Hub) -> None:

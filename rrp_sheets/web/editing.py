@@ -9,6 +9,7 @@ from werkzeug.exceptions import BadRequest
 from werkzeug.wrappers import Response as BaseResponse
 
 from rrp_sheets.documents import CellText, Changed, Document, Refused
+from rrp_sheets.web.addressed import RoomOf, rooms
 from rrp_sheets.web.asked import Asked, asked, text_of
 from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.fixing import make_fix
@@ -29,11 +30,14 @@ def make_editing(library: Library, desk: Desk, icons: frozenset[str]) -> Bluepri
     """The routes of the grid."""
     pages = Blueprint("editing", __name__)
 
-    def room_of(name: str) -> Room:
-        if not library.has(name):
-            abort(404)
-        return desk.room(library.path(name))
+    room_of = rooms(library, desk)
+    _add_pages(pages, room_of, icons)
+    _add_events(pages, room_of, desk)
+    _add_edits(pages, room_of)
+    return pages
 
+
+def _add_pages(pages: Blueprint, room_of: RoomOf, icons: frozenset[str]) -> None:
     @pages.get("/book/<name>")
     @pages.get("/book/<name>/sheet/<sheet>")
     def book(name: str, sheet: str = "") -> str | BaseResponse | tuple[str, int]:
@@ -68,6 +72,8 @@ def make_editing(library: Library, desk: Desk, icons: frozenset[str]) -> Bluepri
 
         return jsonify(vocabulary(room_of(name).look()))
 
+
+def _add_events(pages: Blueprint, room_of: RoomOf, desk: Desk) -> None:
     @pages.get("/book/<name>/events")
     def events(name: str) -> Response:
         room = room_of(name)
@@ -92,6 +98,8 @@ def make_editing(library: Library, desk: Desk, icons: frozenset[str]) -> Bluepri
         answer.headers["X-Accel-Buffering"] = "no"
         return answer
 
+
+def _add_edits(pages: Blueprint, room_of: RoomOf) -> None:
     @pages.post("/book/<name>/<any(cells, insert, delete, move, undo, redo, lock, unlock, stand, part, fix):action>")
     def change(name: str, action: str) -> Response:
         room, given = room_of(name), asked()
@@ -113,13 +121,9 @@ def make_editing(library: Library, desk: Desk, icons: frozenset[str]) -> Bluepri
             return jsonify(_seat(room, client, author, given, take=action == "lock"))
         return jsonify(room.change(client, author, tag, lambda document: _make(document, author, action, given)))
 
-    return pages
-
 
 def _no_sheet(book: str, sheet: str) -> MessagePage:
-    message = (
-        f"The workbook has no sheet “{printable(sheet)}”: somebody has deleted or renamed it."
-    )
+    message = f"The workbook has no sheet “{printable(sheet)}”: somebody has deleted or renamed it."
     return MessagePage("There is no such sheet", message, "Look at the workbook’s other sheets.", book=book)
 
 

@@ -15,6 +15,8 @@ from rrp_sheets.web.password import LONGEST
 from rrp_sheets.web.sessions import Sessions, clean_name
 from rrp_sheets.web.tries import Tries
 
+Answer = AnyResponse | tuple[str, int] | tuple[str, int, dict[str, str]]
+
 
 @dataclass(frozen=True, slots=True)
 class LoginPage:
@@ -54,31 +56,8 @@ def make_login(
         return _shown(LoginPage(next=_inside(request.args.get("next", "/"))))
 
     @pages.post("/login")
-    def enter() -> AnyResponse | tuple[str, int] | tuple[str, int, dict[str, str]]:
-        name, given = clean_name(request.form.get("name", "")), request.form.get("password", "")
-        place = _inside(request.form.get("next", "/"))
-        if not name:
-            return _shown(LoginPage("Type your name: the others see it beside what you do.", place)), 400
-        address = request.remote_addr or ""
-        with lan.password.place() as free:
-            wait = counted.begin(address) if free else 2
-            fits = not wait and len(given) <= LONGEST and lan.password.fits(given)
-        if wait:
-            why = "Too many wrong passwords came from here." if free else "Many log in at this moment."
-            words = f"{why} Wait {_told(wait)}, then try again."
-            return _shown(LoginPage(words, place, name)), 429, {"Retry-After": str(wait)}
-        if not fits:
-            tell(f"A wrong password came from {address}.")
-            words = "This is not the password. Whoever started the server knows it."
-            return _shown(LoginPage(words, place, name)), 403
-        counted.right(address)
-        if g.person is not None:
-            sessions.close(g.person)
-        secret, person = sessions.open(name, address)
-        tell(f"{person.name} has logged in from {address}.")
-        response = redirect(place, 303)
-        response.set_cookie(cookie, secret, httponly=True, samesite="Strict")
-        return response
+    def enter() -> Answer:
+        return _entered(lan, sessions, cookie, tell, counted)
 
     @pages.post("/logout")
     def leave() -> AnyResponse:
@@ -90,6 +69,34 @@ def make_login(
         return response
 
     return pages
+
+
+def _entered(lan: Lan, sessions: Sessions, cookie: str, tell: Callable[[str], None], tries: Tries) -> Answer:
+    """Somebody logs in, or is told why not."""
+    name, given = clean_name(request.form.get("name", "")), request.form.get("password", "")
+    place = _inside(request.form.get("next", "/"))
+    if not name:
+        return _shown(LoginPage("Type your name: the others see it beside what you do.", place)), 400
+    address = request.remote_addr or ""
+    with lan.password.place() as free:
+        wait = tries.begin(address) if free else 2
+        fits = not wait and len(given) <= LONGEST and lan.password.fits(given)
+    if wait:
+        why = "Too many wrong passwords came from here." if free else "Many log in at this moment."
+        words = f"{why} Wait {_told(wait)}, then try again."
+        return _shown(LoginPage(words, place, name)), 429, {"Retry-After": str(wait)}
+    if not fits:
+        tell(f"A wrong password came from {address}.")
+        words = "This is not the password. Whoever started the server knows it."
+        return _shown(LoginPage(words, place, name)), 403
+    tries.right(address)
+    if g.person is not None:
+        sessions.close(g.person)
+    secret, person = sessions.open(name, address)
+    tell(f"{person.name} has logged in from {address}.")
+    response = redirect(place, 303)
+    response.set_cookie(cookie, secret, httponly=True, samesite="Strict")
+    return response
 
 
 def _shown(page: LoginPage) -> str:

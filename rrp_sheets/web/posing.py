@@ -18,6 +18,7 @@ from rrp_sheets.documents.undo import Cells, Gone
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.web.addressed import rooms
 from rrp_sheets.web.asked import asked, text_of
 from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.guard import visitor
@@ -35,10 +36,7 @@ def make_posing(library: Library, desk: Desk, now: Callable[[Room], Joints]) -> 
     """The routes; `now` gives the joints of the robot that runs a room's workbook, none when none does."""
     pages = Blueprint("posing", __name__)
 
-    def room_of(name: str) -> Room:
-        if not library.has(name):
-            abort(404)
-        return desk.room(library.path(name))
+    room_of = rooms(library, desk)
 
     @pages.get("/book/<name>/gesture/<sheet>/<row>")
     def play(name: str, sheet: str, row: str) -> Response:

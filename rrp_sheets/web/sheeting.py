@@ -8,6 +8,7 @@ from flask import Blueprint, Response, abort, jsonify, request
 
 from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.web.addressed import rooms
 from rrp_sheets.web.asked import Asked, asked, number_of, text_of
 from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.guard import visitor
@@ -25,10 +26,7 @@ def make_sheeting(library: Library, desk: Desk) -> Blueprint:
     """The routes of the tabs."""
     pages = Blueprint("sheeting", __name__)
 
-    def room_of(name: str) -> Room:
-        if not library.has(name):
-            abort(404)
-        return desk.room(library.path(name))
+    room_of = rooms(library, desk)
 
     @pages.get("/book/<name>/tabs/<sheet>")
     def tabs(name: str, sheet: str) -> str:

@@ -16,6 +16,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,7 @@ from rrp_sheets.resources import bundled
 LISTENERS = 20
 WINDOW = 4.0  # seconds
 PAIRS = 5
+ROUNDS = 3  # until the pairs agree
 MOST = 0.10  # of the speed
 
 
@@ -60,11 +62,16 @@ class Crowd:
             key.fileobj.close()  # type: ignore[union-attr]
 
 
+def wait(seconds: float) -> None:
+    """Let time go by: it is what is measured."""
+    threading.Event().wait(seconds)
+
+
 def wait_for(holds: Callable[[], object]) -> None:
     deadline = time.monotonic() + 90
     while not holds():
         assert time.monotonic() < deadline
-        time.sleep(0.2)
+        wait(0.2)
 
 
 def started(server: Served, speed: float) -> None:
@@ -85,9 +92,51 @@ def computed(server: Served) -> float:
 def factor(server: Served) -> tuple[float, float]:
     """Seconds of the robot for a second of the clock, in a window; and seconds that the server computes for it."""
     begun, first, work = time.perf_counter(), json.loads(server.get("run/now"))["t"], computed(server)
-    time.sleep(WINDOW)
+    wait(WINDOW)
     ended, last = time.perf_counter(), json.loads(server.get("run/now"))["t"]
     return float(last - first) / (ended - begun), (computed(server) - work) / (ended - begun)
+
+
+@dataclass
+class Measured:
+    """Windows in pairs: without listeners and with them."""
+
+    alone: list[float] = field(default_factory=list)
+    heard: list[float] = field(default_factory=list)
+    work: tuple[list[float], list[float]] = field(default_factory=lambda: ([], []))
+    read: int = 0
+
+    def take(self, server: Served, cookie: str) -> None:
+        """Measure a pair."""
+        for listeners in (False, True):
+            crowd = Crowd(server.home, cookie) if listeners else None
+            wait(0.5)
+            speed, work = factor(server)
+            (self.heard if listeners else self.alone).append(speed)
+            self.work[listeners].append(work)
+            if crowd is not None:
+                crowd.leave()
+                self.read += crowd.bytes
+
+    @property
+    def falls(self) -> list[float]:
+        """By what part the run is slower with listeners, pair by pair."""
+        return [1 - b / a for a, b in zip(self.alone, self.heard, strict=True)]
+
+    @property
+    def noise(self) -> float:
+        """How far the pairs are apart; listeners make no run faster, so what they seem to win is noise as well."""
+        return max(max(self.falls) - min(self.falls), -statistics.median(self.falls))
+
+    def __str__(self) -> str:
+        each = self.read / len(self.alone) / LISTENERS / WINDOW / 1000
+        return (
+            f"{statistics.median(self.alone):.2f} s a second alone, {statistics.median(self.heard):.2f} with {LISTENERS} "
+            f"listeners ({each:.0f} kB/s each): {statistics.median(self.falls):+.1%} "
+            f"(each pair: {', '.join(f'{f:+.1%}' for f in self.falls)}); "
+            f"the server computes {statistics.median(self.work[0]):.1%} of a core alone, "
+            f"{statistics.median(self.work[1]):.1%} with them"
+        )
 
 
 @pytest.mark.parametrize("speed", [0, 1], ids=["fast", "in real time"])
@@ -96,31 +145,16 @@ def test_a_run_goes_on_as_fast_with_twenty_listeners(tmp_path: Path, speed: floa
     with Served(tmp_path) as server:
         started(server, speed)
         cookie = server.cookie()
-        alone: list[float] = []
-        heard: list[float] = []
-        busy: tuple[list[float], list[float]] = ([], [])
-        read = 0
-        for _ in range(PAIRS):
-            speed_now, work = factor(server)
-            alone.append(speed_now)
-            busy[0].append(work)
-            crowd = Crowd(server.home, cookie)
-            time.sleep(0.5)
-            speed_now, work = factor(server)
-            heard.append(speed_now)
-            busy[1].append(work)
-            crowd.leave()
-            read += crowd.bytes
-            time.sleep(0.5)
+        for _ in range(ROUNDS):
+            measured = Measured()
+            for _ in range(PAIRS):
+                measured.take(server, cookie)
+            print(f"\n{'as fast as it can' if speed == 0 else 'in real time'}: {measured}")
+            if measured.noise <= MOST:
+                break
+            print(f"too noisy: the pairs are {measured.noise:.1%} apart, more than the {MOST:.0%} to be seen")
         server.post("book/b.xlsx/run/stop", {"name": "n"})
         wait_for(lambda: json.loads(server.get("run/now"))["phase"] == "none")
-    falls = [1 - b / a for a, b in zip(alone, heard, strict=True)]
-    fall = statistics.median(falls)
-    print(
-        f"\n{'as fast as it can' if speed == 0 else 'in real time'}: {statistics.median(alone):.2f} s a second alone, "
-        f"{statistics.median(heard):.2f} with {LISTENERS} listeners ({read / PAIRS / LISTENERS / WINDOW / 1000:.0f} kB/s "
-        f"each): {fall:+.1%} (each pair: {', '.join(f'{f:+.1%}' for f in falls)}); "
-        f"the server computes {statistics.median(busy[0]):.1%} of a core alone, {statistics.median(busy[1]):.1%} with them"
-    )
-    assert read > LISTENERS * PAIRS * 1_000, "they were told nothing"
-    assert fall < MOST
+    assert measured.read > LISTENERS * PAIRS * 1_000, "they were told nothing"
+    assert measured.noise <= MOST, "too noisy: nothing was measured. Let this machine do nothing else"
+    assert statistics.median(measured.falls) < MOST

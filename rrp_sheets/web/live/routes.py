@@ -10,6 +10,7 @@ from werkzeug.exceptions import BadRequest
 
 from rrp_sheets.devices import robot_names
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.web.addressed import RoomOf, rooms
 from rrp_sheets.web.asked import Asked, asked, number_of, text_of, truth_of
 from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.gridpage import run_page
@@ -19,7 +20,6 @@ from rrp_sheets.web.live.floor import Floor, Taken
 from rrp_sheets.web.live.session import FOREVER, Session, Wish
 from rrp_sheets.web.pages import show
 from rrp_sheets.web.robotmodel import face_picture, robot_json
-from rrp_sheets.web.room import Room
 from rrp_sheets.web.sessions import clean_name
 
 SPEEDS = (0.0, 0.5, 1.0, 2.0, 4.0)
@@ -28,18 +28,19 @@ TEXT = 2_000  # letters of a value to send
 REACH = 10.0  # m: how far a thing may be put from the robot
 SOMEBODY = "Somebody"  # who has no name on the page
 MODES = ("simulated", "pilot")
-_SOUND = re.compile(r"say-\d{3,6}\.wav")
+_SOUND = re.compile(r"(say|sound|person)-\d{3,6}\.wav")
 
 
 def make_live(library: Library, desk: Desk, floor: Floor, icons: frozenset[str]) -> Blueprint:
     """The routes of the run panel."""
     pages = Blueprint("live", __name__)
 
-    def room_of(name: str) -> Room:
-        if not library.has(name):
-            abort(404)
-        return desk.room(library.path(name))
+    _add_panel(pages, rooms(library, desk), floor, icons)
+    _add_views(pages, floor)
+    return pages
 
+
+def _add_panel(pages: Blueprint, room_of: RoomOf, floor: Floor, icons: frozenset[str]) -> None:
     @pages.get("/book/<name>/run")
     @pages.get("/book/<name>/run/<sheet>")
     def panel(name: str, sheet: str = "") -> str:
@@ -78,6 +79,8 @@ def make_live(library: Library, desk: Desk, floor: Floor, icons: frozenset[str])
         _ACTIONS[action](session, _by(sent), sent)
         return jsonify({}), 200
 
+
+def _add_views(pages: Blueprint, floor: Floor) -> None:
     @pages.get("/run/now")
     def now() -> Response:
         return jsonify(floor.now())
@@ -108,8 +111,6 @@ def make_live(library: Library, desk: Desk, floor: Floor, icons: frozenset[str])
         if not picture:
             abort(404)
         return Response(picture, mimetype="image/png", headers={"Cache-Control": "max-age=3600"})
-
-    return pages
 
 
 def _by(sent: Asked) -> str:

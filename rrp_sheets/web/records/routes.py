@@ -10,6 +10,7 @@ from flask import Blueprint, Response, abort, current_app, jsonify, request, sen
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs.records.clerk import Clerk
+from rrp_sheets.web.addressed import RoomOf, rooms
 from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.library import Library
 from rrp_sheets.web.records import versions as kept
@@ -19,7 +20,6 @@ from rrp_sheets.web.records.pages import show
 from rrp_sheets.web.records.printing import Drawings, paper_style, print_page, today
 from rrp_sheets.web.records.runs import marbles_page, record_page, runs_page
 from rrp_sheets.web.records.shelved import Runs
-from rrp_sheets.web.room import Room
 
 _MOST_ROWS = 200  # that marbles are asked for
 
@@ -29,18 +29,21 @@ def make_records(library: Library, desk: Desk) -> Blueprint:
     pages = Blueprint("records", __name__)
     clerk = Clerk()
     runs = Runs(library.folder, lambda: _names("going"), lambda: _names("writing"))
-    drawings = Drawings()
+    _add_runs(pages, library, runs, clerk)
+    _add_files(pages, runs, clerk)
+    _add_comparison(pages, library, desk, runs, clerk)
+    _add_versions(pages, rooms(library, desk))
+    _add_paper(pages, library)
+    return pages
 
-    def have(run: str) -> str:
-        if run not in runs.names():
-            abort(404)
-        return run
 
-    def room_of(name: str) -> Room:
-        if not library.has(name):
-            abort(404)
-        return desk.room(library.path(name))
+def _have(runs: Runs, run: str) -> str:
+    if run not in runs.names():
+        abort(404)
+    return run
 
+
+def _add_runs(pages: Blueprint, library: Library, runs: Runs, clerk: Clerk) -> None:
     @pages.get("/runs", endpoint="runs")
     def all_runs() -> str:
         book, words = (request.args.get(n, "")[:200] for n in ("book", "words"))
@@ -49,36 +52,40 @@ def make_records(library: Library, desk: Desk) -> Blueprint:
 
     @pages.get("/runs/<run>")
     def record(run: str) -> str:
-        return show(record_page(runs, library, clerk, have(run)))
+        return show(record_page(runs, library, clerk, _have(runs, run)))
 
     @pages.get("/runs/<run>/written")
     def written(run: str) -> Response:
-        return jsonify(have(run) not in runs.writing())
+        return jsonify(_have(runs, run) not in runs.writing())
 
     @pages.get("/runs/<run>/marbles")
     def marbles(run: str) -> str:
         rows = [int(r) for r in request.args.getlist("row") if r.isdecimal() and len(r) < 7]
-        return show(marbles_page(runs, clerk, have(run), request.args, rows[:_MOST_ROWS]))
+        return show(marbles_page(runs, clerk, _have(runs, run), request.args, rows[:_MOST_ROWS]))
 
     @pages.get("/runs/<run>/series.json")
     def series(run: str) -> Response:
         try:
-            return jsonify(clerk.course(runs.place(have(run)))["curves"])
+            return jsonify(clerk.course(runs.place(_have(runs, run)))["curves"])
         except SheetsError:  # the page says what is wrong with it
             return jsonify([])
 
+
+def _add_files(pages: Blueprint, runs: Runs, clerk: Clerk) -> None:
     @pages.get("/runs/<run>/file/<file>")
     def file(run: str, file: str) -> Response:
-        return run_file(runs, have(run), file, take="take" in request.args)
+        return run_file(runs, _have(runs, run), file, take="take" in request.args)
 
     @pages.get("/runs/<run>/trace.csv")
     def csv(run: str) -> Response:
-        return trace_csv(runs, clerk, have(run))
+        return trace_csv(runs, clerk, _have(runs, run))
 
     @pages.get("/runs/<run>/everything.zip")
     def zipped(run: str) -> Response:
-        return everything(runs, clerk, have(run))
+        return everything(runs, clerk, _have(runs, run))
 
+
+def _add_comparison(pages: Blueprint, library: Library, desk: Desk, runs: Runs, clerk: Clerk) -> None:
     @pages.get("/compare")
     def compare() -> str:
         refs = (request.args.get("first", "")[:400], request.args.get("second", "")[:400])
@@ -88,6 +95,8 @@ def make_records(library: Library, desk: Desk) -> Blueprint:
     def changes_style() -> Response:
         return send_file(bundled("templates", "compare", "changes.css"), mimetype="text/css")
 
+
+def _add_versions(pages: Blueprint, room_of: RoomOf) -> None:
     @pages.get("/book/<name>/versions")
     def versions(name: str) -> str:
         room = room_of(name)
@@ -109,6 +118,10 @@ def make_records(library: Library, desk: Desk) -> Blueprint:
         answer.headers.set("Content-Disposition", "attachment", filename=kept.file_name(name, found))
         return answer
 
+
+def _add_paper(pages: Blueprint, library: Library) -> None:
+    drawings = Drawings()
+
     @pages.get("/book/<name>/print", endpoint="print_page")
     def paper_page(name: str) -> str:
         if not library.has(name):
@@ -127,8 +140,6 @@ def make_records(library: Library, desk: Desk) -> Blueprint:
         if not library.has(name):
             abort(404)
         return Response(paper_style(name, library.open(name).reading.digest, today()), mimetype="text/css")
-
-    return pages
 
 
 def _names(which: str) -> Collection[str]:

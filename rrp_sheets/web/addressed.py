@@ -1,0 +1,24 @@
+"""The workbook that an address names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from flask import abort
+
+from rrp_sheets.web.desk import Desk
+from rrp_sheets.web.library import Library
+from rrp_sheets.web.room import Room
+
+RoomOf = Callable[[str], Room]
+
+
+def rooms(library: Library, desk: Desk) -> RoomOf:
+    """What gives the room of a workbook by the name in an address; a name that the folder has not is answered 404."""
+
+    def room_of(name: str) -> Room:
+        if not library.has(name):
+            abort(404)
+        return desk.room(library.path(name))
+
+    return room_of
