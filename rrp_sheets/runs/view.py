@@ -56,7 +56,7 @@ class RunStart:
         behaviours: those that are loaded, each with whether it is on.
         sensors: the streams that values can be sent into: name, device, and an example as a Send cell has it.
         buttons: the operator's: stream name and label.
-        things: of the scene: name, kind (`ball`, `person`, `cup`, …), and where it is at the beginning (m) if it is there.
+        things: of the scene: name, kind (`ball`, `person`, `cup`, …), and where it is at the beginning (m), if it is.
         hfov, vfov: opening angles of the robot's camera, rad; 0 when it has none.
         resources: what each actuator stream (its id) needs of the robot.
     """

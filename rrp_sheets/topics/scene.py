@@ -62,8 +62,8 @@ def scene() -> Iterator[str]:
     robot = load_robot()
     yield heading("Good to know")
     yield paragraph(
-        f"{robot.title} feels a touch on: {', '.join(robot.touch_zones)}. A thing that comes against one of them touches "
-        "it as well."
+        f"{robot.title} feels a touch on: {', '.join(robot.touch_zones)}. A thing that comes against one touches it "
+        "as well."
     )
     yield paragraph(
         f"Colours: {', '.join(COLOURS)}. Several things of one kind have numbers: Red ball 2, Wall 2. There may be "
