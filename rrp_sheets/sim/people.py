@@ -93,7 +93,6 @@ def _torso(bullet: Any, figure: Figure, colours: Colours, low: float, neck: floa
         (0.042, tall * 0.98), (0.0, tall * 0.98),
     ]  # fmt: skip
     figure.add(turned(bullet, outline, colours[0], (0.68, 1.0)), (0, 0, low))
-    figure.add(ellipsoid(bullet, (0.036, 0.036, 0.05), colours[2]), (0, 0, neck))
 
 
 def _arm(bullet: Any, figure: Figure, colours: Colours, shoulder: Spot, elbow: Spot, hand: Spot, size: float) -> None:

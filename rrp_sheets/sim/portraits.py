@@ -28,6 +28,8 @@ LEAST = 64  # pixels of either side
 FINE = 800  # pixels: larger pictures are made smaller before faces are looked for
 PALE: RGB = (0.93, 0.93, 0.94)  # behind a head, as in the room
 NEAR, FAR = 118, 62  # pixels of a head's height from about 1 m and 2 m
+FADES = 0.84  # of a head's half width: from there outwards a photograph goes over into skin and hair
+HAIRLINE = -0.25  # of half a portrait, downwards from its middle: above it that is hair
 REMEDY = "Use a PNG or JPEG picture of one person who looks into the camera."
 # Eyes, nose and corners of the mouth as a portrait has them: parts of half its side from its middle, y up.
 _PLACES = ((-0.33, 0.04), (0.33, 0.04), (0.0, -0.22), (-0.23, -0.53), (0.23, -0.53))
@@ -104,7 +106,7 @@ def from_file(path: Path, models: FaceModels) -> Portrait:
     square = _upright(roomy, face)
     skin = _colour_of(square[SIDE * 55 // 100 : SIDE * 65 // 100, SIDE // 4 : SIDE * 3 // 4])
     hair = _colour_of(square[SIDE // 50 : SIDE // 8, SIDE // 3 : SIDE * 2 // 3])
-    return Portrait(path.name, square, lambda h: outline(_ANYBODY, h), skin, hair, "short")
+    return Portrait(path.name, _faded(square, skin, hair), lambda h: outline(_ANYBODY, h), skin, hair, "short")
 
 
 def read_picture(path: Path) -> Image:
@@ -163,6 +165,17 @@ def _upright(picture: Image, face: Found) -> Image:
         cv2.warpAffine(picture, matrix, (SIDE, SIDE), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE),
         dtype=np.uint8,
     )
+
+
+def _faded(picture: Image, skin: RGB, hair: RGB) -> Image:
+    """What was behind the person goes over into skin and hair towards the outline: it lies on the head's sides."""
+    along = (np.arange(SIDE) + 0.5) / SIDE * 2 - 1
+    half = np.array([max(outline(_ANYBODY, -float(y)), 1e-3) for y in along])
+    across = np.abs(along)[None, :] / half[:, None]
+    mask = np.clip((across - FADES) / (1 - FADES), 0, 1)[:, :, None]
+    high = np.clip((HAIRLINE - along) / 0.2 + 0.5, 0, 1)[:, None, None]
+    colour = 255 * (high * np.array(hair) + (1 - high) * np.array(skin) * 0.85)
+    return np.asarray(picture * (1 - mask) + colour * mask, dtype=np.uint8)
 
 
 def _colour_of(patch: Image) -> RGB:

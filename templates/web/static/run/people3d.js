@@ -33,7 +33,7 @@ export function person(name, height, look, model) {
 
 function sit(body, neck, clothes, trousers, skin) {
   const wide = 0.27 * neck + 0.02;
-  torso(body, clothes, 0.02, neck, wide, skin);
+  torso(body, clothes, 0.02, neck, wide);
   const thick = 0.105 * neck + 0.01;
   for (const side of [1, -1]) {
     const [hip, knee] = [[-0.02, side * 0.55 * wide, thick], [0.44 * neck, side * 1.35 * wide, thick * 1.05]];
@@ -48,7 +48,7 @@ function sit(body, neck, clothes, trousers, skin) {
 
 function stand(body, neck, clothes, trousers, skin) {
   const wide = 0.115 * neck + 0.045;
-  torso(body, clothes, 0.51 * neck, neck, wide, skin);
+  torso(body, clothes, 0.51 * neck, neck, wide);
   for (const side of [1, -1]) {
     const thick = 0.052 * neck + 0.012;
     const [hip, knee, ankle] = [0.55, 0.29, 0.05].map((part) => [0, side * 0.5 * wide, part * neck]);
@@ -60,7 +60,7 @@ function stand(body, neck, clothes, trousers, skin) {
   }
 }
 
-function torso(body, clothes, low, neck, wide, skin) {
+function torso(body, clothes, low, neck, wide) {
   const tall = neck - low;
   const outline = [
     [0.001, 0], [0.8, 0.005], [0.9, 0.06], [0.84, 0.25], [0.8, 0.42], [0.9, 0.66], [0.94, 0.8], [0.82, 0.89], [0.46, 0.955],
@@ -69,7 +69,6 @@ function torso(body, clothes, low, neck, wide, skin) {
   made.scale.x = 0.68;
   made.position.z = low;
   body.add(made);
-  round(body, [0.036, 0.036, 0.05], skin, [0, 0, neck]);
 }
 
 function arm(body, clothes, shoulder, elbow, hand, size, skin) {
@@ -81,6 +80,7 @@ function arm(body, clothes, shoulder, elbow, hand, size, skin) {
 
 // a head without a drawn face
 function plain(made, hair) {
+  round(made, [0.036, 0.036, 0.05], SKIN, [0, 0, -1.1 * HEAD]);
   round(made, [HEAD * 0.94, HEAD * 0.9, HEAD], SKIN, [0, 0, 0]);
   round(made, [HEAD * 0.98, HEAD * 0.98, HEAD * 0.92], hair, [-0.02, 0, 0.024]);
   for (const side of [1, -1]) {
