@@ -42,8 +42,7 @@ class Served:
         jar = urllib.request.HTTPCookieProcessor()
         self.jar = jar.cookiejar
         self._opener = urllib.request.build_opener(jar)
-        self._opener.open(line, timeout=30).read()
-        page = self._opener.open(f"{self.home}/book/b.xlsx", timeout=30).read().decode()
+        page = self.get(f"book/b.xlsx?{line.partition('?')[2]}")  # with the token, as any page may be opened
         self.rows = re.findall(r'<tr role="row" id="([^"]+)"', page)
 
     def put(self, row: int, text: str) -> bool:
@@ -92,7 +91,7 @@ class Served:
         """Change something, as our script does."""
         headers = {"X-RRP": "grid", "Origin": self.home, **headers}
         request = urllib.request.Request(f"{self.home}/{address}", body, headers)
-        return str(self._opener.open(request, timeout=30).read().decode())
+        return str(self._opener.open(request, timeout=60).read().decode())
 
     def cookie(self) -> str:
         """What lets a client in."""
@@ -100,7 +99,7 @@ class Served:
 
     def get(self, address: str) -> str:
         """A page."""
-        return str(self._opener.open(f"{self.home}/{address}", timeout=30).read().decode())
+        return str(self._opener.open(f"{self.home}/{address}", timeout=60).read().decode())
 
 
 def kill_at_random(server: Served, chance: random.Random, expected: dict[int, list[str]], round_: int) -> None:
