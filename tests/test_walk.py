@@ -106,6 +106,22 @@ def test_what_it_cannot_walk_is_told():
     robot.order(("walk", None))
 
 
+def test_it_gets_up_from_the_floor_before_it_walks():
+    robot = Robot([WALK, use("posture", "Posture", name="LyingBack", speed=1.0)])
+    robot.order(("posture", 1))
+    while not robot.dones("posture"):
+        robot.go(0.2, every=48)
+    robot.order(("walk", (0.07, 0, 0)))
+    steepest, before = 0.0, robot.body.torso().position
+    while len(robot.dones("walk")) < 1 and robot.steps < 240 * 20:
+        robot.go(0.05, every=12)
+        here = robot.body.torso().position
+        steepest, before = max(steepest, float(np.linalg.norm(here - before)) / 0.05), here
+    assert robot.dones("walk")[-1]["completed"] is True
+    assert robot.stance.on_feet
+    assert steepest < 0.9  # m/s: it gets up, it does not jump up
+
+
 def test_it_stands_up_to_walk_and_trackers_know_where_they_look_afterwards():
     ball = SceneAction(0, "Red ball", "appear", {"at": (1.2, -0.3, 0.45), "size": 0.06, "colour": "red"})
     knees = use("knees", "SetJointPosition", joint="LKneePitch", speed=0.5)

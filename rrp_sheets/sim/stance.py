@@ -120,8 +120,8 @@ class Stance:
 
     def walk(self, forward: float, left: float, turn: float) -> None:
         """Walk some way (m, m), then turn (rad), then stand; upright first, when it is not."""
-        if not self.upright and self._gait is None:
-            self.follow_legs()
+        if self._gait is None and not (self.upright and self.on_feet):
+            self.follow_legs(0.0)
             for joint in self._joints:
                 self._body.go(joint, self._body.start[joint], EASY)
         self._way = (forward, left, turn)
@@ -203,7 +203,7 @@ class Stance:
         """Whether it can walk now: it does, or it stands upright."""
         if self._gait is not None:
             return True
-        return not self.loose and self.settled and not self._legs_move() and self.upright
+        return self.on_feet and self.settled and not self._legs_move() and self.upright
 
     def _legs_move(self) -> bool:
         return any(self._body.stirs(joint) for joint in self._joints)
