@@ -61,18 +61,6 @@ def test_a_zone_that_is_touched_again_is_touched_longer():
     assert events == [(0.5, "t", True, "Head"), (1.3, "t", False, "Head")]
 
 
-def test_words_are_told_but_not_while_the_robot_speaks():
-    words = DeviceUse("w", "W", "WordRecognized", {"words": ("yes", "no", "blood test")})
-    say = DeviceUse("say", "Say", "SayInput", {})
-    events, notes = given((words,), "| 0.2 | Child | says | yes |\n| 3 | Child | says | The blood test, no? Yes! |\n"
-                          "| 3.5 | Child | says | yesterday |", 4, actuators=(say,), commands={0.1: [("say", "Hello, robot.")]})  # fmt: skip
-    assert events == [(3.0, "w", w, 0.9) for w in ("blood test", "no", "yes")]
-    assert notes == [
-        "Child says yes: the robot does not hear it while it speaks.",
-        "Child says yesterday: no sensor of this workbook notices it.",
-    ]
-
-
 def test_the_torso_turns():
     tilt = DeviceUse("tilt", "Tilt", "Orientation", {})
     tracker = DeviceUse("tracker", "Tracker", "Tracker", {"mode": "Whole body", "effector": "None"})
@@ -112,13 +100,12 @@ def test_a_press_of_a_button_that_is_not_there(label, expected):
 def test_what_people_do_by_hand_is_noticed_like_the_scene():
     sensors = (
         DeviceUse("go", "Go", "OperatorButton", {"label": "Go"}), DeviceUse("t", "T", "Touch", {}),
-        DeviceUse("w", "W", "WordRecognized", {"words": ("yes",)}), RED,
+        RED,
     )  # fmt: skip
     world = SimulatedWorld(ROBOT, sensors, (), scene_of("| 0 | Red ball | appears | at 1, 0, 0.4 |"), frame_rate=RATE)
     acts = {
         3: [SceneAction(0, "Anna", "press", {"label": "go"}), SceneAction(0, "Anna", "press", {"label": "Stop"})],
         4: [SceneAction(4_000_000 // 30, "Anna", "touch", {"zone": "Head"})],
-        5: [SceneAction(0, "Mia", "say", {"words": "Yes!"})],
     }
     try:
         world.start()
@@ -129,7 +116,7 @@ def test_what_people_do_by_hand_is_noticed_like_the_scene():
             events += [(frame, s, *v.as_dict().values()) for s, v in arrivals.events if s != "redball"]
             notes += [h for h in arrivals.happenings if h.kind == "note"]
         assert events == [
-            (3, "go", "Go", 1), (4, "t", True, "Head"), (5, "w", "yes", 0.9), (19, "t", False, "Head")
+            (3, "go", "Go", 1), (4, "t", True, "Head"), (19, "t", False, "Head")
         ]  # fmt: skip
         assert [(n.text, n.row) for n in notes] == [("Anna presses Stop: no sensor of this workbook notices it.", "")]
         before = world.show(True)

@@ -9,6 +9,7 @@ from pathlib import Path
 from rrp_sheets.checks.facts import Fact
 from rrp_sheets.checks.formulas import check_formulas
 from rrp_sheets.checks.lints import lint
+from rrp_sheets.checks.material import check_device_material
 from rrp_sheets.checks.protocol import RunPlan, check_protocol
 from rrp_sheets.checks.rivals import judge_proposals
 from rrp_sheets.checks.scene import find_cues
@@ -64,11 +65,12 @@ def check_workbook(workbook: Workbook, report: Report, *, lints: bool = True) ->
     robot = robot_of(workbook, report)
     graph = build_graph(workbook, robot, connectors(), report)
     compiled = check_formulas(workbook, robot, graph, report)
-    scene = None if workbook.scene is None else parse_scene(workbook.scene, report, robot, _folder(workbook))
+    scene = None if workbook.scene is None else parse_scene(workbook.scene, report, robot, folder_of(workbook))
     cues: tuple[Stream, ...] = ()
     if scene:
         scene, cues = find_cues(workbook.scene or (), scene, graph, report)
         check_presses(workbook.scene or (), scene, _buttons(workbook, graph, robot), report)
+    check_device_material(workbook, robot, folder_of(workbook), report)
     run = check_protocol(workbook, report)
     tests = check_tests(workbook, robot, graph, run.behaviours, compiled.records, compiled.scope, report)
     if lints:
@@ -81,7 +83,7 @@ def check_workbook(workbook: Workbook, report: Report, *, lints: bool = True) ->
     )
 
 
-def _folder(workbook: Workbook) -> Path:
+def folder_of(workbook: Workbook) -> Path:
     """Where the files are that the workbook names."""
     source = Path(workbook.source)
     return source if source.is_dir() else source.parent

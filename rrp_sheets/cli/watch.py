@@ -81,8 +81,9 @@ class Watch(RunView):
 
     def happening(self, us: int, happening: Happening) -> None:
         """Speech, clamped commands, notes."""
-        colour = {"say": "green", "error": "red", "clamp": "yellow"}.get(happening.kind)
-        text = f"says “{happening.text}”" if happening.kind == "say" else happening.text
+        verb = {"say": "says", "sound": "plays"}.get(happening.kind)
+        colour = "green" if verb else {"person": "cyan", "error": "red", "clamp": "yellow"}.get(happening.kind)
+        text = f"{verb} “{happening.text}”" if verb else happening.text
         self._line(us, f"{text}{f'  ({happening.row})' if happening.row else ''}", colour)
 
     def frame(self, us: int) -> None:

@@ -45,7 +45,8 @@ class Setting:
     Attributes:
         kind: `text`, `number`, `choice`, `joint`, `colour`, `zone` (where the robot feels a touch), `posture`,
             `gesture` (also the workbook's own), `behaviour` (of the workbook), `angle` (rad; `30°` too), `words` (a
-            list of texts), `label` (a text; blank is the stream's name), `truth`, or `duration` (whole microseconds).
+            list of texts), `label` (a text; blank is the stream's name), `truth`, `language`
+            (its code), `sound file` (a .wav beside the workbook), or `duration` (whole microseconds).
         unit: of a number.
         choices: of a choice.
         default: when the cell is blank; None when there is none.
@@ -189,6 +190,12 @@ class Robot:
             return self
         motions = {**{key(g.name): g for g in own}, **self.motions} | {key(g.name): g for g in own}
         return _assemble(self.name, self.folder, self.data, motions, self.talking)
+
+    @property
+    def languages(self) -> Mapping[str, str]:
+        """The languages that it speaks: their codes, each with its name."""
+        languages: Mapping[str, str] = self.data.get("languages", {})
+        return languages
 
     @property
     def touch_zones(self) -> tuple[str, ...]:

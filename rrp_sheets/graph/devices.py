@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from rrp_sheets.devices import DeviceType, Found, Robot, Setting
+from rrp_sheets.devices.sound_files import is_plain
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.fix import Fix, Put
 from rrp_sheets.model.cells import Address, Cell
@@ -230,10 +231,31 @@ def understand(setting: Setting, text: str, robot: Robot, mine: Sequence[str] = 
         words = tuple(dict.fromkeys(w for part in re.split(r"[,;\n]", text) if (w := part.strip())))
         good = bool(words) and len(text) <= LONGEST_SETTING
         return words, "" if good else "words with commas between them, for example yes, no"
+    if setting.kind in ("language", "sound file"):
+        return _language(text, robot) if setting.kind == "language" else _sound_file(text.strip())
     if setting.kind == "duration":
         us = parse_duration(text, bare="s")
         return us, "" if us is not None else f"a time such as {meant_duration(text, 's') or '2 s'}"
     return text, "" if len(text) <= LONGEST_SETTING else f"a text of at most {LONGEST_SETTING} characters"
+
+
+def _sound_file(name: str) -> tuple[Value, str]:
+    wants = "the name of a .wav file beside the workbook, such as song.wav, without a folder"
+    return name, "" if is_plain(name) else wants
+
+
+def _language(text: str, robot: Robot) -> tuple[Value, str]:
+    """A language's code, from that or from its name (`German`); a robot without a list takes any."""
+    languages = robot.languages
+    code = text.strip().casefold().replace("_", "-")
+    if code in languages or not languages:
+        return code, ""
+    names = {key(name): code for code, name in reversed(list(languages.items()))}
+    if key(text) in names:
+        return names[key(text)], ""
+    guess = nearest(text, languages.values()) or nearest(text, languages)
+    near = names.get(key(guess), guess) if guess else "de"
+    return None, f"a language such as {near} ({languages[near]})"
 
 
 def _names_for(setting: Setting, robot: Robot, mine: Sequence[str]) -> tuple[str, ...] | None:

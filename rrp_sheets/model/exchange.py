@@ -78,10 +78,12 @@ class Command:
 
 @dataclass(frozen=True, slots=True)
 class Happening:
-    """Something to tell besides the events: `kind` is `say`, `clamp`, `note` or `error`.
+    """Something to tell besides the events: `kind` is `say`, `sound`, `person`, `clamp`, `note` or `error`.
+
+    A `person` is somebody who speaks to the robot; a `sound` is what it plays.
 
     Attributes:
-        sound: the file in the run's folder with what is said; empty where there is none.
+        sound: the file in the run's folder with what is said or played; empty where there is none.
     """
 
     kind: str

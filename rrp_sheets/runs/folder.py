@@ -99,7 +99,7 @@ def files_in(path: Path) -> dict[str, str]:
     """The files of a run's folder, with what each is."""
     files = {name: what for name, what in _WHAT.items() if (path / name).is_file()}
     for wav in sorted(path.glob("*.wav")):
-        files[wav.name] = "what the robot said"
+        files[wav.name] = describe(wav.name)
     return files
 
 
@@ -109,7 +109,9 @@ def describe(name: str) -> str:
     >>> describe("film.gif"), describe("say-002.wav")
     ('the robot, filmed', 'what the robot said')
     """
-    return _WHAT.get(name, "what the robot said" if name.endswith(".wav") else "")
+    heard = {"person": "what a person said", "sound": "a sound that the robot played"}
+    sound = heard.get(name.partition("-")[0], "what the robot said") if name.endswith(".wav") else ""
+    return _WHAT.get(name, sound)
 
 
 def _table(path: Path, checked: Checked) -> None:

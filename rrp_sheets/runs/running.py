@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from rrp_sheets import __version__
 from rrp_sheets.checks import Checked
+from rrp_sheets.checks.check import folder_of
 from rrp_sheets.devices.default_scene import default_scene
 from rrp_sheets.devices.scene import scene_end_us
 from rrp_sheets.devices.scene_draw import draw_scene
@@ -283,7 +284,7 @@ def _simulated(settings: RunSettings) -> WorldMaker:
             checked.robot, plan.outer_sensors, plan.outer_actuators, scene, dones=plan.dones, seed=seed,
             frame_rate=checked.run.frame_rate, out=out, film=settings.film,
             title=checked.workbook.protocol.text("Title"),
-            beside=Path(checked.workbook.source).absolute().parent,
+            beside=folder_of(checked.workbook).absolute(),
             faces=faces_file(Path(checked.workbook.source)) if checked.run.keeps_faces else None,
         )  # fmt: skip
 

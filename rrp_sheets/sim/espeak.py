@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -10,12 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 Audio = NDArray[np.int16]
+LONGEST = 2_000  # letters that are spoken of one text: two or three minutes
 # Numbers of the C interface (espeak-ng's speak_lib.h).
 SYNCHRONOUS = 2
-RATE, VOLUME = 1, 2
+RATE, VOLUME, PITCH = 1, 2, 3
+USUAL_PITCH = 50
 UTF8 = 1
 BY_CHARACTER = 1
+IPA = 2
 OK = 0
+_UNSPEAKABLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff]")  # the library stops at the first, or refuses them
 
 
 class NoSpeech(Exception):
@@ -46,17 +51,27 @@ class Espeak:
 
         self._callback: Callable[..., int] = kind(take)  # kept alive as long as the library may call it
         self._lib.espeak_SetSynthCallback(self._callback)
+        self._lib.espeak_TextToPhonemes.restype = ctypes.c_char_p
 
-    def voice(self, language: str) -> bool:
-        """Choose a language; False when there is no voice for it."""
-        return bool(self._lib.espeak_SetVoiceByName(language.encode()) == OK)
+    def voice(self, name: str) -> bool:
+        """Choose a language (`de`) or a voice of it (`en-us+f2`); False when there is none of that name."""
+        return bool(self._lib.espeak_SetVoiceByName(name.encode("utf-8", "replace")) == OK)
 
-    def say(self, text: str, words_a_minute: float, volume: float) -> Audio:
-        """The audio of a text; volume in percent."""
+    def say(self, text: str, words_a_minute: float, volume: float, pitch: int = USUAL_PITCH) -> Audio:
+        """The audio of a text, of which at most `LONGEST` letters are spoken; volume in percent, pitch 0 to 100."""
         self._lib.espeak_SetParameter(RATE, round(words_a_minute), 0)
         self._lib.espeak_SetParameter(VOLUME, round(volume), 0)
+        self._lib.espeak_SetParameter(PITCH, pitch, 0)
         self._parts = []
-        data = text.encode()
+        data = _UNSPEAKABLE.sub(" ", text[:LONGEST]).encode()
         self._lib.espeak_Synth(data, len(data) + 1, 0, BY_CHARACTER, 0, UTF8, None, None)
         self._lib.espeak_Synchronize()
         return np.concatenate(self._parts) if self._parts else np.zeros(0, np.int16)
+
+    def phonemes(self, text: str) -> str:
+        """How the chosen voice pronounces a text, in letters of the phonetic alphabet."""
+        found = []
+        rest = ctypes.c_char_p(_UNSPEAKABLE.sub(" ", text[:LONGEST]).encode())
+        while rest.value:  # clause by clause
+            found.append(self._lib.espeak_TextToPhonemes(ctypes.byref(rest), UTF8, IPA) or b"")
+        return b" ".join(found).decode("utf-8", "replace")

@@ -13,14 +13,14 @@ from rrp_sheets.sim.body import Body, Pose
 from rrp_sheets.sim.camera import Eye, Image
 from rrp_sheets.sim.colours import parse_colour
 from rrp_sheets.sim.faces import Faces
-from rrp_sheets.sim.signals import Signals, words_in
+from rrp_sheets.sim.hearing import Hearing
+from rrp_sheets.sim.signals import Signals
 from rrp_sheets.sim.sonar import Sonar
 from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.vision import Detector, Spot
 
 STEPS_A_SECOND = 240
 DEGREE = 0.0175  # rad: a torso that turns less has not turned
-SURE = 0.9  # the confidence of a word that the scene tells
 STILL = 2.5e-4  # rad: a joint that moves less has not moved (the physics trembles less than that when standing)
 
 
@@ -86,7 +86,7 @@ class Senses:
     sight: Sight
     faces: Faces
     signals: Signals
-    deaf: Callable[[], bool]  # whether the robot speaks
+    hearing: Hearing
     stage: Stage
 
 
@@ -235,18 +235,17 @@ class Touched(_Base):
 
 
 class Words(_Base):
-    """Words that somebody says, told by the scene; deaf while the robot speaks."""
+    """Words that are recognised in what people have just said."""
+
+    def __init__(self, spec: DeviceUse, senses: Senses) -> None:
+        super().__init__(spec, senses)
+        self._listener = senses.hearing.listen(spec.stream, tuple(spec.settings.get("words") or ()))
 
     def read(self) -> list[Value]:
-        """The words of now."""
-        if self.senses.deaf():
+        """The words of what is over now."""
+        if self._listener is None:
             return []
-        values: list[Value] = []
-        for said in self.senses.signals.sayings:
-            for word in words_in(said, tuple(self.spec.settings.get("words") or ())):
-                self.senses.signals.noticed("say", said)
-                values.append({"word": word, "confidence": SURE})
-        return values
+        return [{"word": word, "confidence": sure} for word, sure in self.senses.hearing.words(self._listener)]
 
 
 SENSORS: Mapping[str, Callable[[DeviceUse, Senses], Sensor]] = {

@@ -1,11 +1,9 @@
-"""What people do to the robot and to the run panel, as the scene tells it: presses, touches, words.
+"""What people do to the robot and to the run panel, as the scene tells it: presses and touches.
 
 Knowledge, not perception: the catalogue marks the sensors that are fed from here. A touch lasts half a second.
 """
 
 from __future__ import annotations
-
-import re
 
 from rrp_sheets.devices.catalogue import Robot
 from rrp_sheets.model.exchange import Happening
@@ -13,16 +11,15 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
 
 TOUCH_US = 500_000
-_DOES = {"press": "presses", "touch": "touches", "say": "says"}
+_DOES = {"press": "presses", "touch": "touches"}
 
 
 class Signals:
-    """What is pressed, touched and said at the present step.
+    """What is pressed and touched at the present step.
 
     Attributes:
         presses: the buttons' labels.
         touches: the zones, and whether the touch begins (else it ends).
-        sayings: what is said.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -32,11 +29,10 @@ class Signals:
         self._open: list[tuple[SceneAction, str, str]] = []  # what nothing has noticed yet, and what it says
         self.presses: list[str] = []
         self.touches: list[tuple[str, bool]] = []
-        self.sayings: list[str] = []
 
     def begin(self, us: int) -> None:
         """A new step: what was is over, and touches end."""
-        self.presses, self.touches, self.sayings = [], [], []
+        self.presses, self.touches = [], []
         for zone, until in list(self._until.items()):
             if until <= us:
                 del self._until[zone]
@@ -55,8 +51,6 @@ class Signals:
         verb, what = action.verb, str(next(iter(action.values.values()), ""))
         if verb == "press":
             self.presses.append(what)
-        elif verb == "say":
-            self.sayings.append(what)
         elif verb == "touch":
             what = self._zones.get(key(what), what)
             if what not in self._until and what not in self._resting:  # one that is touched is only touched longer
@@ -70,35 +64,12 @@ class Signals:
         """A sensor has noticed something."""
         self._open = [(a, v, w) for a, v, w in self._open if (v, w) != (verb, what)]
 
-    def unnoticed(self, deaf: bool) -> list[Happening]:
-        """What no sensor has noticed, as notes; `deaf` while the robot speaks."""
+    def unnoticed(self) -> list[Happening]:
+        """What no sensor has noticed, as notes."""
         notes = []
         for action, verb, what in self._open:
             why = "no sensor of this workbook notices it."
-            if verb == "say" and deaf:
-                why = "the robot does not hear it while it speaks."
             notes.append(Happening("note", f"{action.thing} {_DOES.get(verb, verb)} {what}: {why}",
                                    row=f"Scene!{action.row}" if action.row else ""))  # fmt: skip
         self._open.clear()
         return notes
-
-
-def words_in(text: str, words: tuple[str, ...]) -> list[str]:
-    """Those of some words (or phrases) that a text says, in the text's order.
-
-    >>> words_in("Yes, okay! Yesterday…", ("no", "okay", "yes"))
-    ['yes', 'okay']
-    """
-    said = _spoken(text)
-    places = []
-    for word in words:
-        place = said.find(_spoken(word))
-        if place < 0 and not word.isascii():  # languages that write without spaces
-            place = text.casefold().find(word.casefold())
-        if place >= 0 and word:
-            places.append((place, word))
-    return [word for _, word in sorted(places, key=lambda p: p[0])]
-
-
-def _spoken(text: str) -> str:
-    return " " + " ".join(re.findall(r"\w+", text.casefold())) + " "

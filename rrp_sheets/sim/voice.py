@@ -1,114 +1,148 @@
-"""The robot's voice: one sentence at a time; real audio, kept as .wav files."""
+"""The robot's voice: one sentence or sound at a time; real audio, kept as .wav files."""
 
 from __future__ import annotations
 
-import wave
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from rrp_sheets.model.exchange import Command, Happening
 from rrp_sheets.model.values import Value
-from rrp_sheets.sim.espeak import Audio, Espeak, NoSpeech
+from rrp_sheets.sim.espeak import LONGEST, Audio, Espeak, NoSpeech
+from rrp_sheets.sim.sounds import louder, write_wave
 
 Tell = Callable[[Happening], None]
 GUESSED_WORD_LENGTH = 6  # characters, with the space: for the duration when there is no speech library
 FALLBACK = "en"
+NO_SPEECH = "There is no sound: the package espeakng-loader is not installed. Durations are estimated."
 
 
-@dataclass
-class Sentence:
-    """Something to say, for an order, with the actuator's settings."""
+class Speech:
+    """The speech library that the robot and the persons share, loaded when somebody first speaks."""
 
-    text: str
-    order: Command
-    settings: Mapping[str, Value]
-    start_us: int = 0
-    end_us: int = 0
-    audio: Audio | None = None
-    file: Path | None = None
-
-
-class Voice:
-    """Speaks sentences; how long that takes comes from the audio."""
-
-    def __init__(self, out: Path | None, tell: Tell) -> None:
-        self._out = out
+    def __init__(self, tell: Tell) -> None:
         self._tell = tell
-        self._speaking: Sentence | None = None
-        self._count = 0
         self._library: Espeak | None = None
         self._missing = False
 
-    @property
-    def saying(self) -> str:
-        """The sentence being spoken, or empty."""
-        return self._speaking.text if self._speaking else ""
-
-    def say(self, text: str, order: Command, settings: Mapping[str, Value], us: int) -> None:
-        """Begin a sentence."""
-        self._speaking = Sentence(text, order, settings)
-        self._start(self._speaking, us)
-
-    def over(self, us: int) -> bool | None:
-        """TRUE when the sentence has come to its end, else None."""
-        if self._speaking is not None and us < self._speaking.end_us:
-            return None
-        self._speaking = None
-        return True
-
-    def stop(self, us: int) -> None:
-        """Break the sentence off."""
-        if self._speaking is not None:
-            self._cut(self._speaking, us)
-            self._speaking = None
-
-    def _start(self, sentence: Sentence, us: int) -> None:
-        order = sentence.order
-        speed = float(sentence.settings["speed"])
-        library = self._load(order)
-        if library is None:
-            seconds = len(sentence.text) / GUESSED_WORD_LENGTH / speed * 60
-        else:
-            language = str(sentence.settings["language"] or FALLBACK)
-            if not library.voice(language):
-                library.voice(FALLBACK)
-                text = f"There is no voice for the language “{language}”; it is spoken in English."
-                self._tell(Happening("error", text, order.stream, order.row))
-            sentence.audio = library.say(sentence.text, speed, float(sentence.settings["volume"]))
-            seconds = len(sentence.audio) / library.rate
-            self._count += 1
-            if self._out is not None:
-                sentence.file = self._out / f"say-{self._count:03}.wav"
-                self._write(sentence.file, sentence.audio)
-        sentence.start_us, sentence.end_us = us, us + round(seconds * 1e6)
-        sound = sentence.file.name if sentence.file is not None else ""
-        self._tell(Happening("say", sentence.text, order.stream, order.row, sound))
-
-    def _load(self, order: Command) -> Espeak | None:
+    def library(self, stream: str = "", row: str = "") -> Espeak | None:
+        """The library; None when it is not installed, which is told once, for a row."""
         if self._library is None and not self._missing:
             try:
                 self._library = Espeak()
             except NoSpeech:
                 self._missing = True
-                text = "There is no sound: the package espeakng-loader is not installed. Durations are estimated."
-                self._tell(Happening("error", text, order.stream, order.row))
+                self._tell(Happening("error", NO_SPEECH, stream, row))
         return self._library
 
-    def _cut(self, sentence: Sentence, us: int) -> None:
-        """What was not spoken any more is not in the file either."""
-        if sentence.file is not None and sentence.audio is not None and self._library is not None:
-            spoken = (us - sentence.start_us) * self._library.rate // 1_000_000
-            self._write(sentence.file, sentence.audio[: max(0, spoken)])
 
-    def _write(self, path: Path, audio: Audio) -> None:
-        assert self._library is not None
-        try:
-            with path.open("wb") as data, wave.open(data, "wb") as file:
-                file.setnchannels(1)
-                file.setsampwidth(2)
-                file.setframerate(self._library.rate)
-                file.writeframes(audio.astype("<i2").tobytes())
-        except OSError as error:  # the robot speaks all the same
-            path.unlink(missing_ok=True)
-            self._tell(Happening("error", f"{path.name} could not be written ({error.strerror})."))
+@dataclass
+class Sounding:
+    """What is spoken or played, for an order.
+
+    Attributes:
+        text: the sentence; the name of a sound.
+        spoken: whether it is a sentence.
+    """
+
+    text: str
+    order: Command
+    spoken: bool
+    start_us: int = 0
+    end_us: int = 0
+    audio: Audio | None = None
+    rate: int = 0
+    file: Path | None = None
+
+
+class Voice:
+    """Speaks sentences and plays sounds; how long that takes comes from the audio.
+
+    Args:
+        out: the folder of the run; None keeps no files.
+        tell: takes what is to be told.
+        speech: the speech library.
+    """
+
+    def __init__(self, out: Path | None, tell: Tell, speech: Speech) -> None:
+        self._out = out
+        self._tell = tell
+        self._speech = speech
+        self._now: Sounding | None = None
+        self._counts = {"say": 0, "sound": 0}
+
+    @property
+    def saying(self) -> str:
+        """The sentence being spoken, or empty."""
+        return self._now.text if self._now and self._now.spoken else ""
+
+    @property
+    def is_playing(self) -> bool:
+        """Whether it plays a sound."""
+        return self._now is not None and not self._now.spoken
+
+    def say(self, text: str, order: Command, settings: Mapping[str, Value], us: int) -> None:
+        """Begin a sentence."""
+        self._now = Sounding(text, order, True)
+        if len(text) > LONGEST:
+            told = f"Only the first {LONGEST:,} of {len(text):,} letters are said."
+            self._tell(Happening("clamp", told, order.stream, order.row))
+        speed = float(settings["speed"])
+        library = self._speech.library(order.stream, order.row)
+        if library is None:
+            self._begin(self._now, us, len(text[:LONGEST]) / GUESSED_WORD_LENGTH / speed * 60)
+            return
+        language = str(settings["language"] or FALLBACK).strip().casefold().replace("_", "-")
+        if not library.voice(language):
+            library.voice(FALLBACK)
+            told = f"There is no voice for the language “{language}”; it is spoken in English."
+            self._tell(Happening("error", told, order.stream, order.row))
+        self._now.audio = library.say(text, speed, float(settings["volume"]))
+        self._now.rate = library.rate
+        self._begin(self._now, us)
+
+    def play(self, name: str, audio: Audio, rate: int, volume: float, order: Command, us: int) -> None:
+        """Begin a sound; volume in percent."""
+        self._now = Sounding(name, order, False, audio=louder(audio, volume), rate=rate)
+        self._begin(self._now, us)
+
+    def over(self, us: int) -> bool | None:
+        """TRUE when the sentence or sound has come to its end, else None."""
+        if self._now is not None and us < self._now.end_us:
+            return None
+        self._now = None
+        return True
+
+    def stop(self, us: int) -> None:
+        """Break it off."""
+        if self._now is not None:
+            self._cut(self._now, us)
+            self._now = None
+
+    def _begin(self, sounding: Sounding, us: int, seconds: float = 0.0) -> None:
+        kind = "say" if sounding.spoken else "sound"
+        if sounding.audio is not None:
+            seconds = len(sounding.audio) / sounding.rate
+            self._counts[kind] += 1
+            if self._out is not None:
+                sounding.file = self._out / f"{kind}-{self._counts[kind]:03}.wav"
+                keep(sounding.file, sounding.audio, sounding.rate, self._tell)
+        sounding.start_us, sounding.end_us = us, us + round(seconds * 1e6)
+        file = sounding.file.name if sounding.file is not None else ""
+        order = sounding.order
+        self._tell(Happening(kind, sounding.text, order.stream, order.row, file))
+
+    def _cut(self, sounding: Sounding, us: int) -> None:
+        """What was not heard any more is not in the file either."""
+        if sounding.file is not None and sounding.audio is not None:
+            heard = (us - sounding.start_us) * sounding.rate // 1_000_000
+            keep(sounding.file, sounding.audio[: max(0, heard)], sounding.rate, self._tell)
+
+
+def keep(path: Path, audio: Audio, rate: int, tell: Tell) -> None:
+    """Write audio into the run's folder; when that cannot be done, it is told, and the run goes on."""
+    try:
+        write_wave(path, audio, rate)
+    except OSError as error:
+        path.unlink(missing_ok=True)
+        tell(Happening("error", f"{path.name} could not be written ({error.strerror})."))

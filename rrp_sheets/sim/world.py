@@ -21,6 +21,7 @@ from rrp_sheets.sim.face_start import make_faces
 from rrp_sheets.sim.falling import Falling
 from rrp_sheets.sim.film import STALE_US, Film
 from rrp_sheets.sim.heads import Heads
+from rrp_sheets.sim.hearing import Hearing
 from rrp_sheets.sim.keyframes import Motions
 from rrp_sheets.sim.messages import Outcome, Shown, Spec, State
 from rrp_sheets.sim.pushing import force
@@ -30,8 +31,9 @@ from rrp_sheets.sim.sensors import SENSORS, Clock, Senses, Sight, tidy
 from rrp_sheets.sim.signals import Signals
 from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.stance import Stance
+from rrp_sheets.sim.talk import Talk
 from rrp_sheets.sim.tracker import Detection, Trackers
-from rrp_sheets.sim.voice import Voice
+from rrp_sheets.sim.voice import Speech, Voice
 
 STEPS_A_SECOND = 240
 SOLVER_ROUNDS = 30  # of 50 usual: joints stay within 0.003 rad, a fifth faster
@@ -67,6 +69,7 @@ class SimWorld:
         self._us = 0
         self._notices: list[Happening] = []
         self._told: dict[tuple[str, str, str], int] = {}
+        self._film: Film | None = None
         self.body = Body(self._b, spec.robot)
         for _ in range(SETTLING):
             self._b.stepSimulation()
@@ -81,11 +84,13 @@ class SimWorld:
         self.sight = Sight(Eye(self._b, lens), Eye(self._b, fine), self.body, self.stage)
         self.faces = make_faces(spec, self.sight, self.stage, heads, fine, models)
         self.eyes = Eyes(self.body)
-        self.voice = Voice(out, self._tell)
+        speech = Speech(self._tell)
+        self.voice = Voice(out, self._tell, speech)
+        self.talk = Talk(self.stage, speech, out, self._tell, spec.seed)
+        self.hearing = Hearing(self.talk, speech, self._tell, spec.sensors)
         self.trackers = Trackers(self.body, self.stance)
         self.motions = Motions()
-        senses = Senses(self.body, self.sight, self.faces, self.signals, lambda: bool(self.voice.saying),
-                        self.stage)  # fmt: skip
+        senses = Senses(self.body, self.sight, self.faces, self.signals, self.hearing, self.stage)
         self._sensors = [
             (s.stream, SENSORS[s.device](s, senses), Clock(s)) for s in spec.sensors if s.device in SENSORS
         ]
@@ -94,7 +99,8 @@ class SimWorld:
         self._relaxing = Relaxing(self.body, self.stance, self.arbiter)
         self.falling = Falling(self._b, self.body, self.stance, self.arbiter, self._tell)
         parts = Parts(self.body, self.stance, self.eyes, self.voice, self.faces, self.trackers, self.motions,
-                      self.arbiter, self._tell, seeing, self.stage)  # fmt: skip
+                      self.arbiter, self._tell, seeing, self.stage,
+                      Path(spec.beside) if spec.beside else None)  # fmt: skip
         made = {a.stream: make_actuator(a, parts) for a in spec.actuators}
         self._actuators = {stream: actuator for stream, actuator in made.items() if actuator is not None}
         self._film = Film(self._b, self, spec, out) if spec.film else None
@@ -177,6 +183,8 @@ class SimWorld:
         """Somebody does something without moving: presses, touches, speaks, pushes."""
         if action.verb == "push":
             self.falling.push(force(action.values, self.body.tilt()[2]))
+        elif action.verb == "say":
+            self.talk.say(action)
         else:
             self.signals.act(action)
 
@@ -194,6 +202,7 @@ class SimWorld:
         """What happens at the present step: scene, voice, sensors, film."""
         self.signals.begin(self._us)
         self.stage.go_on(self._us)
+        self.talk.go_on(self._us, bool(self.voice.saying), self.voice.is_playing)
         if self.contacts.due(self._step):
             self.signals.contact(self.contacts.zones())
         events: list[tuple[str, Value]] = []
@@ -208,7 +217,7 @@ class SimWorld:
                     self._film.saw(self._us, stream, values[0] if values else None)
                 if values:
                     seen[stream] = self._detection(values[0])
-        for note in self.signals.unnoticed(bool(self.voice.saying)):
+        for note in (*self.signals.unnoticed(), *self.hearing.notes()):
             self._tell(note)
         if seen:
             self.trackers.detected(seen)

@@ -71,7 +71,7 @@ def _choices(setting: Setting, robot: Robot, workbook: Workbook) -> list[Word]:
     listed = {
         "joint": [*(j.name for j in robot.joints.values()), *robot.groups], "zone": robot.touch_zones,
         "posture": robot.postures, "gesture": robot.gestures, "colour": setting.choices or BALL_COLOURS,
-        "behaviour": [b.name for b in workbook.behaviours],
+        "language": robot.languages, "behaviour": [b.name for b in workbook.behaviours],
     }.get(setting.kind, setting.choices)  # fmt: skip
     return [{"text": c} for c in listed]
 

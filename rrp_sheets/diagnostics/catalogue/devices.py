@@ -18,6 +18,9 @@ _DEVICES: tuple[Code, ...] = (
     Code("DEV009", _I, "Not simulated yet", "The simulated robot does not carry out {device} yet ({streams}). {then}",
          "Nothing needs to be changed: the rows are checked, drawn and tested like any others."),
     Code("DEV010", _E, "No such behaviour", "There is no behaviour “{name}” in this workbook.", "Write {wants}."),
+    Code("DEV011", _W, "Word that cannot be heard", "The robot cannot hear “{word}”: it recognises English only.",
+         "Write an English word; for another language the operator types the word in the run panel: Send a value."),
+    Code("DEV012", _W, "Sound cannot be played", "The file “{name}” {problem}.", "{remedy}"),
 )  # fmt: skip
 _SCENE: tuple[Code, ...] = (
     Code(

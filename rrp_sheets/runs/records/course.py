@@ -129,9 +129,9 @@ class _Log:
         if self._goes_on(t, entry, text):
             return
         line = Line(t, kind, text, row, text_of(entry.get("by")), text_of(entry.get("detail")), until=t)
-        if kind == "say":
-            self._said += 1
-            sound = text_of(entry.get("sound")) or f"say-{self._said:03}.wav"
+        if kind in ("say", "sound", "person"):
+            self._said += kind == "say"
+            sound = text_of(entry.get("sound")) or (f"say-{self._said:03}.wav" if kind == "say" else "/")
             line.sound = sound if "/" not in sound and (self._place / sound).is_file() else ""
         if len(self.lines) >= MOST_LINES:
             self.left_out += 1

@@ -14,6 +14,7 @@ from rrp_sheets.sim.actuators.memory import RememberFace
 from rrp_sheets.sim.actuators.moving import SetJointPosition, Track
 from rrp_sheets.sim.actuators.other import Later, Print
 from rrp_sheets.sim.actuators.posture import Posture
+from rrp_sheets.sim.actuators.sound import PlaySound
 from rrp_sheets.sim.actuators.speech import SayInput, SayParameter
 from rrp_sheets.sim.actuators.walk import Walk
 
@@ -24,6 +25,7 @@ ACTUATORS: Mapping[str, Callable[[DeviceUse, Parts], Actuator]] = {
     "SayParameter": SayParameter, "RememberFace": RememberFace, "Tracker": Track,
     "SetJointPosition": SetJointPosition, "Print": Print,
     "Posture": Posture, "Gesture": Gesture, "Walk": Walk,
+    "PlaySound": PlaySound,
 }  # fmt: skip
 
 

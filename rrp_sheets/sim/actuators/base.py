@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
 from rrp_sheets.model.exchange import Command, DeviceUse, Happening
@@ -38,6 +39,7 @@ class Parts:
     tell: Tell
     seeing: frozenset[str]  # the sensor streams that tell where something is
     stage: Stage
+    beside: Path | None = None  # the folder of the workbook
 
 
 class Actuator(Protocol):

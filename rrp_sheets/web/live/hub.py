@@ -26,6 +26,8 @@ from rrp_sheets.web.live.told import clock
 Told = dict[str, Any]
 _COMMAND = re.compile(r"See `rrp-sheets help ([^`]+)`")  # of the terminal; here there is a Help to open
 
+_HEARD = {"say": "speech", "sound": "sound", "person": "person"}  # what can be heard again, and its kind of line
+
 
 class Hub(RunView):
     """A run as its pages are told it.
@@ -103,8 +105,9 @@ class Hub(RunView):
         known = self._streams.get(happening.stream)
         name = known.name if known else ""
         with self._lock:
-            if happening.kind == "say":
-                self.log.add(us, "speech", happening.text, row=happening.row, stream=name, sound=happening.sound)
+            if happening.kind in _HEARD:
+                kind = _HEARD[happening.kind]
+                self.log.add(us, kind, happening.text, row=happening.row, stream=name, sound=happening.sound)
                 return
             if happening.kind == "error" and happening.row:
                 self._newest.failed(us, happening.row, happening.text)

@@ -34,7 +34,8 @@ _EDITS = 4  # rows that are named as changed
 _WHOLE = 40.0  # s: a run that is longer shows its first half minute
 _FIRST = 30.0
 _KINDS = {
-    "say": ("said", "say"), "error": ("error", "error"), "clamp": ("cut to its limit", "warning"),
+    "say": ("said", "say"), "person": ("a person", "say"), "sound": ("played", "sound"),
+    "error": ("error", "error"), "clamp": ("cut to its limit", "warning"),
     "mark": ("mark", "flag"), "edit": ("edited", "sheet"), "button": ("button", "button"),
     "press": ("button", "button"),
     "send": ("sent by hand", "send"), "scene": ("scene, by hand", "ball"), "put": ("moved by hand", "ball"),

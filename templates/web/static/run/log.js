@@ -4,14 +4,14 @@ import { make, icon } from "./make.js";
 import { clock } from "./time.js";
 
 const KEPT = 300;
-const icons = { speech: "say", error: "error", refused: "error", clamp: "warning", note: "flag", mark: "flag", button: "button", send: "send", scene: "ball", switch: "subscribe", edit: "sheet", start: "run", end: "stop" };
+const icons = { speech: "say", person: "say", sound: "sound", error: "error", refused: "error", clamp: "warning", note: "flag", mark: "flag", button: "button", send: "send", scene: "ball", switch: "subscribe", edit: "sheet", start: "run", end: "stop" };
 const said = { mark: "Mark", button: "Pressed", send: "Sent", scene: "Scene", switch: "Switched", edit: "Edited" };
 
 export function log(root) {
   const address = document.querySelector("[role=grid]")?.dataset;
   const panel = document.getElementById("runbar").dataset.url;
   const sound = document.getElementById("sound");
-  const voice = new Audio();
+  const voices = { robot: new Audio(), person: new Audio() }; // both can be heard at the same time
   let joined = true; // what was said before this page came is not said again
   let id = "";
 
@@ -25,8 +25,10 @@ export function log(root) {
     for (const { instead } of detail.lines) if (instead) root.querySelector(`[data-line="${instead}"]`)?.remove();
     root.prepend(...detail.lines.toReversed().map(entry));
     while (root.children.length > KEPT) root.lastElementChild.remove();
-    const spoken = detail.lines.findLast((line) => line.sound);
-    if (spoken && !joined && document.body.dataset.sound === "on") play(spoken.sound);
+    for (const isPerson of [false, true]) {
+      const spoken = detail.lines.findLast((line) => line.sound && (line.kind === "person") === isPerson);
+      if (spoken && !joined && document.body.dataset.sound === "on") play(spoken.sound);
+    }
     joined = false;
   });
 
@@ -48,6 +50,7 @@ export function log(root) {
   }
 
   function words(kind, text) {
+    if (kind === "sound") return `plays “${text}”`;
     if (kind === "speech") return `“${text}”`;
     if (kind === "mark") return text ? `Mark: ${text}` : "Mark";
     return text || said[kind] || "";
@@ -65,6 +68,7 @@ export function log(root) {
   }
 
   function play(file) {
+    const voice = voices[file.startsWith("person") ? "person" : "robot"];
     voice.src = `/run/sound/${file}?run=${id}`;
     voice.play().catch(() => {}); // the browser lets no page speak before it was touched
   }
@@ -74,7 +78,7 @@ export function log(root) {
     sound.ariaPressed = String(on);
     sound.querySelector("span").textContent = on ? "Sound on" : "Sound off";
     localStorage.setItem("sound", on ? "on" : "off");
-    if (!on) voice.pause();
+    if (!on) for (const voice of Object.values(voices)) voice.pause();
   }
   sound.addEventListener("click", () => show(document.body.dataset.sound !== "on"));
   show(localStorage.getItem("sound") !== "off");

@@ -1,0 +1,289 @@
+"""What the robot understands of what it hears: pocketsphinx, with the words of a sensor and decoys beside them.
+
+A recogniser that knows only the words it waits for takes everything for one of them; with other words to choose from
+it leaves most of what it does not know alone. Its own probabilities say little about how sure a word is; the confidence
+given here is how well its sounds fit, in the mean, beside those that would fit best at each moment (`sure`).
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from rrp_sheets.model.exchange import DeviceUse, Happening
+from rrp_sheets.sim.pronouncing import Pronunciations, pieces
+from rrp_sheets.sim.talk import RATE, Said, Signal, Talk, Utterance
+from rrp_sheets.sim.voice import Speech, Tell
+
+if TYPE_CHECKING:
+    from pocketsphinx import Decoder
+
+MISSING = "Words are not recognised: the package {package} is not installed. Type them in the run panel: Send a value."
+ENGLISH = "only English words are recognised. Type it in the run panel: Send a value."
+MOST_TOLD = 5
+DECOYS = 48
+WORTH = 15.0  # times as likely as a decoy
+LEAST = -4.2  # fit of a word that is taken for recognised
+_POOL = (
+    "mountain", "seven", "window", "under", "purple", "children", "table", "question", "river", "yesterday",
+    "picture", "sugar", "machine", "travel", "country", "little", "number", "story", "beautiful",
+    "different", "which", "jump", "chair", "good", "ask", "music", "paper", "yellow", "orange", "winter", "kitchen",
+    "pencil", "teacher", "building", "sister", "birthday", "coffee", "hospital", "finger", "carpet", "tomorrow",
+    "nobody", "weather", "potato", "market", "holiday", "letter",
+)  # fmt: skip
+_ALIKE = 0.65  # of the sounds: a decoy that is so like a word would take its place
+_ONE_WORD = 1.4  # s: what is longer is listened to as several words
+_PAUSE, _FRAME = 0.2, 0.02  # s: of silence between two pieces; of a look at the loudness
+_QUIET = 0.012  # of full scale: never taken for speech
+_EDGE = RATE // 8  # samples kept before and after a piece
+MOST_WORDS = 1_000
+
+
+@dataclass(frozen=True)
+class Word:
+    """A word of a sensor as the recogniser knows it: tokens, which no cell can write into its grammar."""
+
+    text: str
+    tokens: tuple[str, ...]
+
+
+class Listener:
+    """The words of one sensor."""
+
+    def __init__(self, name: str, words: Sequence[Word]) -> None:
+        self.name = name
+        self.words = words
+
+    def among(self, tokens: Sequence[str]) -> list[tuple[Word, int]]:
+        """The words in what was recognised, with the place of each; where one begins another, the longer one."""
+        found, place = [], 0
+        while place < len(tokens):
+            fits = [w for w in self.words if tuple(tokens[place : place + len(w.tokens)]) == w.tokens]
+            best = max(fits, key=lambda w: len(w.tokens), default=None)
+            if best is not None:
+                found.append((best, place))
+            place += len(best.tokens) if best is not None else 1
+        return found
+
+
+class Ear:
+    """The recogniser, loaded once; its dictionary has only words that somebody listens for, and decoys.
+
+    Raises:
+        ImportError: it is not installed.
+    """
+
+    def __init__(self, wanted: Sequence[str], speech: Speech) -> None:
+        import soxr  # noqa: F401  # the microphone needs it
+        from pocketsphinx import Decoder, get_model_path
+
+        model = Path(get_model_path()) / "en-us"
+        self._decoder: Decoder = Decoder(hmm=str(model / "en-us"), dict=None, lm=None, samprate=RATE, loglevel="FATAL")
+        self._sounds = Pronunciations(model / "cmudict-en-us.dict", [*wanted, *_POOL], speech.library())
+        self._tokens: dict[str, str] = {}
+
+    def listener(self, name: str, words: Sequence[str]) -> tuple[Listener, list[str], list[tuple[str, str]]]:
+        """Listen for words; those that cannot be heard, and pairs that sound the same."""
+        known: dict[tuple[str, ...], Word] = {}
+        deaf, same = list[str](), list[tuple[str, str]]()
+        for text in words[:MOST_WORDS]:
+            tokens = tuple(self._token(piece) for piece in pieces(text))
+            sounds = tuple(" ".join(self._sounds.of(piece)[:1]) for piece in pieces(text))
+            if not tokens or not all(sounds):
+                deaf.append(text)
+            elif sounds in known:
+                same.append((known[sounds].text, text))
+            else:
+                known[sounds] = Word(text, tokens)
+        found = Listener(name, tuple(known.values()))
+        if known:
+            alternatives = [f"/{WORTH}/ {' '.join(w.tokens)}" for w in found.words]
+            alternatives += [f"/1/ {token}" for token in self._decoys(found.words)]
+            for kind, end in (("one", ""), ("many", "+")):
+                grammar = f"#JSGF V1.0;\ngrammar g;\npublic <said> = ( {' | '.join(alternatives)} ){end};\n"
+                self._decoder.add_jsgf_string(f"{name} {kind}", grammar)
+        return found, deaf, same
+
+    def recognise(self, listener: Listener, sound: Signal) -> list[tuple[str, float]]:
+        """The words in what came to the microphone, in order, each with a confidence from 0 to 1."""
+        if not listener.words:
+            return []
+        return [found for piece in split(sound) for found in self._piece(listener, piece)]
+
+    def _piece(self, listener: Listener, sound: Signal) -> list[tuple[str, float]]:
+        kind = "one" if len(sound) < _ONE_WORD * RATE else "many"
+        segments = self._decode(f"{listener.name} {kind}", sound)
+        spoken = [s for s in segments if s[0].startswith("w")]
+        found = listener.among([s[0] for s in spoken])
+        fits = [
+            (word.text, sum(s[3] for s in part) / sum(s[2] for s in part))
+            for word, place in found
+            if (part := spoken[place : place + len(word.tokens)])
+        ]
+        return [(text, sure(fit)) for text, fit in fits if fit >= LEAST]
+
+    def _decode(self, name: str, sound: Signal) -> list[tuple[str, int, int, float]]:
+        """What was recognised: (token, first frame, frames, logarithm of how well it fits)."""
+        decoder: Any = self._decoder
+        decoder.activate_search(name)
+        decoder.start_utt()
+        data = (np.clip(sound, -1, 1) * 32767).astype(np.int16).tobytes()
+        decoder.process_raw(data, no_search=False, full_utt=True)
+        decoder.end_utt()
+        if decoder.hyp() is None:
+            return []
+        return [
+            (s.word.partition("(")[0], s.start_frame, s.end_frame - s.start_frame + 1, math.log(max(s.ascore, 1e-300)))
+            for s in decoder.seg()
+        ]
+
+    def _token(self, piece: str) -> str:
+        token = self._tokens.get(piece)
+        if token is None:
+            token = self._tokens[piece] = f"w{len(self._tokens)}"
+            for place, sounds in enumerate(self._sounds.of(piece)):
+                self._decoder.add_word(token if place == 0 else f"{token}({place + 1})", sounds, False)
+        return token
+
+    def _decoys(self, words: Sequence[Word]) -> list[str]:
+        """Tokens of words that sound unlike those that are listened for."""
+        known = {token: piece for piece, token in self._tokens.items()}
+        mine = [self._sounds.of(known[t])[0].split() for t in {t for w in words for t in w.tokens}]
+        unlike = [
+            piece for piece in _POOL
+            if not any(_ratio(self._sounds.of(piece)[0].split(), sounds) >= _ALIKE for sounds in mine)
+        ]  # fmt: skip
+        return [self._token(piece) for piece in (unlike or _POOL)[:DECOYS]]
+
+
+def _ratio(one: list[str], other: list[str]) -> float:
+    return difflib.SequenceMatcher(None, one, other, autojunk=False).ratio()
+
+
+def sure(fit: float) -> float:
+    """A confidence from 0 to 1 for how well a word fits (its mean over 10 ms, as a logarithm).
+
+    >>> sure(-1.0) > sure(-3.0) > sure(-6.0)
+    True
+    """
+    return round(1 / (1 + math.exp(-1.5 * (fit + 3.0))), 3)
+
+
+def split(sound: Signal) -> list[Signal]:
+    """The pieces of speech between pauses."""
+    frame = round(_FRAME * RATE)
+    count = len(sound) // frame
+    loud = np.sqrt((sound[: count * frame].reshape(count, frame) ** 2).mean(axis=1)) if count else np.zeros(0)
+    if not count:
+        return []
+    speaks = loud > max(_QUIET, 3 * float(np.quantile(loud, 0.05)))
+    found: list[list[int]] = []
+    for k in np.flatnonzero(speaks):
+        if found and k - found[-1][1] <= _PAUSE / _FRAME:
+            found[-1][1] = int(k)
+        else:
+            found.append([int(k), int(k)])
+    return [sound[max(0, a * frame - _EDGE) : (b + 1) * frame + _EDGE] for a, b in found]
+
+
+class Hearing:
+    """The robot's hearing: what people say goes to the sensors that listen for words.
+
+    Args:
+        talk: the people.
+        speech: the speech library, which knows how words sound.
+        tell: takes what is to be told.
+        sensors: the sensors in use.
+    """
+
+    def __init__(self, talk: Talk, speech: Speech, tell: Tell, sensors: Sequence[DeviceUse]) -> None:
+        wanted = [str(word) for s in sensors for word in s.settings.get("words") or ()]
+        self._talk = talk
+        self._tell = tell
+        self._ear: Ear | None = None
+        self._listeners: list[tuple[tuple[str, ...], Listener]] = []
+        self._heard: dict[int, Signal] = {}
+        if wanted:
+            try:
+                self._ear = Ear([piece for word in wanted for piece in pieces(word)], speech)
+            except ImportError as error:
+                self._tell(Happening("error", MISSING.format(package=error.name or "pocketsphinx")))
+
+    def listen(self, stream: str, words: Sequence[str]) -> Listener | None:
+        """Listen for a sensor's words; None when nothing can be recognised."""
+        if self._ear is None:
+            return None
+        listener, deaf, same = self._ear.listener(f"s{len(self._listeners)}", words)
+        if deaf:
+            told = f"{', '.join(f'“{text}”' for text in deaf[:MOST_TOLD])} cannot be heard: {ENGLISH}"
+            self._tell(Happening("error", told, stream))
+        for one, other in same:
+            self._tell(Happening("note", f"“{other}” sounds like “{one}”: it is heard as “{one}”.", stream))
+        self._listeners.append((tuple(words), listener))
+        return listener
+
+    def words(self, listener: Listener) -> list[tuple[str, float]]:
+        """What a sensor recognises in what is over at this step."""
+        found = []
+        for utterance in self._talk.over:
+            assert self._ear is not None
+            words = self._ear.recognise(listener, self._sound(utterance))
+            found += words
+            for said in utterance.said if words else ():
+                said.heard = True
+        return found
+
+    def notes(self) -> list[Happening]:
+        """What people said of which nothing came, as notes; to be asked for after the sensors were."""
+        self._heard.clear()
+        return [
+            Happening("note", f"{said.action.thing} says “{said.text}”: {self._why(said, utterance)}",
+                      row=f"Scene!{said.action.row}" if said.action.row else "")
+            for utterance in self._talk.over if utterance.is_last
+            for said in utterance.said if not said.heard
+        ]  # fmt: skip
+
+    def _sound(self, utterance: Utterance) -> Signal:
+        if id(utterance) not in self._heard:
+            self._heard[id(utterance)] = self._talk.microphone(utterance)
+        return self._heard[id(utterance)]
+
+    def _why(self, said: Said, utterance: Utterance) -> str:
+        if not self._listeners:
+            return "no sensor of this workbook listens for words."
+        if said.cut:
+            return "the robot does not hear while it speaks."
+        if not any(words_in(said.text, words) for words, _ in self._listeners):
+            return "no sensor of this workbook listens for that."
+        if not said.text.isascii():
+            return "the robot has not understood it; it knows only English words."
+        loud = f" The noise is {utterance.noise:.0%}." if utterance.noise >= 0.05 else ""
+        return f"the robot has not understood it.{loud}"
+
+
+def words_in(text: str, words: tuple[str, ...]) -> list[str]:
+    """Those of some words (or phrases) that a text has, in the text's order.
+
+    >>> words_in("Yes, okay! Yesterday…", ("no", "okay", "yes"))
+    ['yes', 'okay']
+    """
+    said = _spoken(text)
+    places = []
+    for word in words:
+        place = said.find(_spoken(word))
+        if place < 0 and not word.isascii():  # languages that write without spaces
+            place = text.casefold().find(word.casefold())
+        if place >= 0 and word:
+            places.append((place, word))
+    return [word for _, word in sorted(places, key=lambda p: p[0])]
+
+
+def _spoken(text: str) -> str:
+    return " " + " ".join(re.findall(r"\w+", text.casefold())) + " "

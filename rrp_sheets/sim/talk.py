@@ -1,0 +1,244 @@
+"""People who speak: each with a voice; what they say is real audio, kept as .wav, and comes to the robot's microphone.
+
+The microphone hears everybody at once, quieter from farther away, with the noise of the room, and nothing while the
+robot itself speaks and a moment longer; a sound that it plays is noise. Where an utterance begins and ends is taken
+from the audio of those who speak; what is said in it is for the recogniser (`hearing`) to find out.
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.names import key
+from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.sim.espeak import Audio, Espeak
+from rrp_sheets.sim.stage import Stage
+from rrp_sheets.sim.voice import Speech, keep
+
+Signal = NDArray[np.float32]
+RATE = 16_000  # samples a second, of the microphone
+AFTER_US = 250_000  # the robot hears again so long after it has spoken
+LONGEST_US = 10_000_000  # of audio that is recognised at once; longer speech comes in parts
+PAD = RATE // 5  # samples of noise before and after an utterance, for the recogniser
+NEAR = 0.5  # m: nearer than that nobody is louder
+FAR_AWAY = 1.0  # m, of who speaks without being seen
+SELF_NOISE, NOISE = 0.0025, 0.04  # of full scale: the microphone's own; of a room at 100 %: half as loud as speech
+OWN_SOUND = 0.3  # of a sound that the robot plays, as noise: it knows the sound, and takes most of it away
+MOST_AT_ONCE = 6  # people whose speech is heard at the same time
+SPEED = 140  # words a minute
+_CHILDREN = ("child", "kid", "boy", "girl")
+_WOMEN = ("a", "ie", "woman", "therapist", "mother")  # how names end
+_VOICES = {  # espeak-ng's variants, each with a pitch (0 to 100); those with breath differ from run to run
+    "female": (("en-us+f1", 48), ("en-us+f1", 55), ("en-us+f1", 62)),
+    "male": (("en-us", 50), ("en-us+m3", 50), ("en-us+m1", 50), ("en-us+m6", 50)),
+    "child": (("en-us+f1", 72), ("en-us+f1", 80), ("en-us+f1", 88)),
+}
+
+
+def voice_of(name: str, kind: str = "") -> tuple[str, int]:
+    """The voice of somebody: of the kind that the scene says, else as the name suggests; always the same.
+
+    >>> voice_of("Child 2") in _VOICES["child"], voice_of("Mia", "male") in _VOICES["male"]
+    (True, True)
+    """
+    if not kind:
+        woman = key(name).endswith(_WOMEN)
+        kind = "child" if key(name).startswith(_CHILDREN) else "female" if woman else "male"
+    voices = _VOICES.get(kind, _VOICES["female"])
+    return voices[zlib.crc32(key(name).encode("utf-8", "replace")) % len(voices)]
+
+
+@dataclass
+class Said:
+    """What somebody says: to be told when nothing comes of it.
+
+    Attributes:
+        cut: whether the robot could not hear all of it, since it spoke itself.
+        heard: whether a sensor recognised a word in it.
+    """
+
+    action: SceneAction
+    text: str
+    cut: bool = False
+    heard: bool = False
+
+
+@dataclass
+class Utterance:
+    """What comes to the microphone until nobody speaks any more.
+
+    Attributes:
+        sound: without noise.
+        noise: of the room, 0 to 1, in the mean.
+        is_last: False for the first parts of a long speech.
+    """
+
+    start_us: int
+    sound: Signal
+    said: list[Said] = field(default_factory=list)
+    deaf: list[tuple[int, int]] = field(default_factory=list)
+    noise: float = 0.0
+    steps: int = 0
+    is_last: bool = True
+
+    @property
+    def end_us(self) -> int:
+        """When its audio ends."""
+        return self.start_us + len(self.sound) * 1_000_000 // RATE
+
+    def mix(self, sound: Signal, us: int) -> None:
+        """Somebody else speaks as well, from a time on."""
+        first = (us - self.start_us) * RATE // 1_000_000
+        whole = np.zeros(max(len(self.sound), first + len(sound)), np.float32)
+        whole[: len(self.sound)] = self.sound
+        whole[first : first + len(sound)] += sound
+        self.sound = whole
+
+
+class Talk:
+    """Lets people speak, and gives what the robot's microphone took.
+
+    Args:
+        stage: who is where, and the noise.
+        speech: the speech library.
+        out: the folder of the run; None keeps no files.
+        tell: takes what is to be told.
+        seed: of the run, for the noise.
+    """
+
+    def __init__(
+        self, stage: Stage, speech: Speech, out: Path | None, tell: Callable[[Happening], None], seed: int
+    ) -> None:
+        self._stage, self._speech, self._out, self._tell, self._seed = stage, speech, out, tell, seed
+        self._busy: dict[str, int] = {}  # until when everybody speaks
+        self._waiting: list[tuple[int, SceneAction]] = []
+        self._open: Utterance | None = None
+        self._deaf_until = 0
+        self._count = 0
+        self._us = 0
+        self.over: list[Utterance] = []  # at the present step
+
+    def say(self, action: SceneAction) -> None:
+        """Somebody says something, now or after what they are saying."""
+        begins = max(self._busy.get(key(action.thing), 0), action.time_us)
+        self._waiting.append((begins, action))
+
+    def go_on(self, us: int, speaking: bool, playing: bool) -> None:
+        """Let time pass until `us`, while the robot speaks, plays a sound, or is silent."""
+        self.over = []
+        if speaking:
+            self._deaf_until = us + AFTER_US
+        now = self._open
+        if now is not None:
+            now.noise += max(self._stage.noise, OWN_SOUND if playing else 0.0)
+            now.steps += 1
+            if us < self._deaf_until:
+                now.deaf.append((self._us, us + 1))
+            if us >= now.end_us or us - now.start_us >= LONGEST_US:
+                self._end(now, us)
+        waiting, self._waiting = self._waiting, []
+        for begins, action in waiting:
+            busy = self._busy.get(key(action.thing), 0)
+            if max(begins, busy) > us:
+                self._waiting.append((max(begins, busy), action))
+            else:
+                self._begin(action, us)
+        self._us = us
+
+    def _begin(self, action: SceneAction, us: int) -> None:
+        text = str(action.values.get("words", ""))
+        row = f"Scene!{action.row}" if action.row else ""
+        speaking = [name for name, until in self._busy.items() if until > us]
+        if len(speaking) >= MOST_AT_ONCE:
+            told = f"{action.thing} says “{text}”: nobody hears it, too many speak at the same time."
+            self._tell(Happening("note", told, row=row))
+            return
+        library = self._speech.library()
+        audio = np.zeros(0, np.int16) if library is None else self._speak(library, action, text)
+        rate = RATE if library is None else library.rate
+        self._busy[key(action.thing)] = us + len(audio) * 1_000_000 // rate
+        file = ""
+        if len(audio):
+            self._count += 1
+            file = f"person-{self._count:03}.wav"
+            if self._out is not None:
+                keep(self._out / file, audio, rate, self._tell)
+        self._tell(Happening("person", f"{action.thing} says “{text}”", row=row, sound=file if self._out else ""))
+        sound = self._at_microphone(action, audio, rate)
+        if self._open is None:
+            self._open = Utterance(us, sound)
+        else:
+            self._open.mix(sound, us)
+        self._open.said.append(Said(action, text))
+
+    def _speak(self, library: Espeak, action: SceneAction, text: str) -> Audio:
+        person = self._stage.persons.get(key(action.thing))
+        voice, pitch = voice_of(action.thing, person.voice if person is not None else "")
+        if not library.voice(voice):
+            library.voice("en")
+        audio = library.say(text, SPEED, 100, pitch)
+        library.voice("en")
+        return audio
+
+    def _at_microphone(self, action: SceneAction, audio: Audio, rate: int) -> Signal:
+        person = self._stage.persons.get(key(action.thing))
+        far = FAR_AWAY
+        if person is not None:
+            far = max(NEAR, math.dist(person.face(self._stage.us)[:2], (0.0, 0.0)))
+        return np.asarray(resampled(audio.astype(np.float32) / 32768, rate) / far, np.float32)
+
+    def _end(self, now: Utterance, us: int) -> None:
+        """What was said until now goes to the recogniser; the rest of a long speech comes later."""
+        self._open = None
+        taken = (us - now.start_us) * RATE // 1_000_000
+        rest = now.sound[taken:]
+        if len(rest):
+            self._open = Utterance(us, rest, now.said)
+            now.is_last = False
+        now.sound = now.sound[:taken].copy()
+        for begin, end in now.deaf:
+            first, last = ((t - now.start_us) * RATE // 1_000_000 for t in (begin, end))
+            now.sound[max(0, first) : max(0, last)] = 0
+        for said in now.said:
+            said.cut = said.cut or bool(now.deaf)
+        now.noise /= max(1, now.steps)
+        self.over.append(now)
+
+    def microphone(self, heard: Utterance) -> Signal:
+        """An utterance with the noise of the room and of the microphone, as the recogniser gets it."""
+        sound = np.concatenate([np.zeros(PAD, np.float32), heard.sound, np.zeros(PAD, np.float32)])
+        return np.asarray(sound + noise(len(sound), heard.noise, (self._seed, heard.start_us)), np.float32)
+
+
+def resampled(sound: Signal, rate: int) -> Signal:
+    """A sound at the microphone's rate. Without soxr, without which nothing is recognised, only its length is right."""
+    try:
+        import soxr
+    except ImportError:
+        return np.zeros(len(sound) * RATE // rate, np.float32)
+    return np.asarray(soxr.resample(sound, rate, RATE), np.float32)
+
+
+def noise(count: int, level: float, seed: tuple[int, int]) -> Signal:
+    """Noise of a room, deeper tones stronger, as many samples as wanted; the same for the same seed.
+
+    Args:
+        count: of samples.
+        level: 0 (only the microphone's own) to 1 (as loud as speech).
+        seed: of the run and of the place in it.
+    """
+    chance = np.random.default_rng([abs(n) for n in seed])
+    tones = np.fft.rfft(chance.standard_normal(count))
+    low = max(1.0, count * 60 / RATE)
+    tones /= np.sqrt(np.maximum(np.arange(len(tones)), low))
+    room = np.fft.irfft(tones, count) if count > 1 else np.zeros(count)
+    room /= max(float(room.std()), 1e-12)
+    return np.asarray(room * (SELF_NOISE + NOISE * level), np.float32)
