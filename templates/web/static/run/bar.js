@@ -157,7 +157,7 @@ export function bar(root) {
     const place = errors && reason.startsWith("Run starts") ? firstError()?.textContent ?? "" : "";
     if (why.dataset.told === reason + place) return; // a link is not taken away from under a finger
     why.dataset.told = reason + place;
-    const go = make("button", { type: "button", textContent: `Go to ${place}`, className: "button small plain" });
+    const go = make("button", { type: "button", textContent: `Go to ${place}`, className: "button small" });
     go.addEventListener("click", goToFirstError);
     why.replaceChildren(reason, ...(place ? [" ", go] : []));
   }
