@@ -70,11 +70,16 @@ def test_a_run_whose_process_dies_says_so_and_can_run_again(browser, url: str, f
     assert at.page.inner_text("#run-operator b") == "OP-1" and at.page.locator("#run-by").is_hidden()
     assert at.page.inner_text("[data-do=name] span") == "OP-1"
     expect(row(at.page, 2).locator(LIVE)).to_have_text(re.compile(r"^\d"), timeout=15_000)
-    (process,) = [pid for pid in _children() - before if b"runs.child" in Path(f"/proc/{pid}/cmdline").read_bytes()]
-    os.kill(process, signal.SIGKILL)
-    assert "The run broke off at " in ended(at.page)
-    assert at.page.locator("#run-notice.is-error").count() == 1
-    run(at.page)
+    for which in ("the run's process", "the simulator"):
+        (process,) = [pid for pid in _children() - before if b"runs.child" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+        if which == "the simulator":
+            (process,) = map(int, Path(f"/proc/{process}/task/{process}/children").read_text().split())
+            assert b"rrp_sheets.sim.child" in Path(f"/proc/{process}/cmdline").read_bytes()
+        os.kill(process, signal.SIGKILL)
+        assert "The run broke off at " in ended(at.page)
+        assert at.page.locator("#run-notice.is-error").count() == 1
+        assert ("simulator has ended" in at.page.inner_text("#run-notice")) == (which == "the simulator")
+        run(at.page)
     at.page.click("[data-run=stop]")
     assert ended(at.page).startswith("Stopped by OP-1")
     # Stop that comes after the end is no mistake
