@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 
-from rrp_sheets.model.exchange import Command, DeviceUse
+from rrp_sheets.model.exchange import Command, DeviceUse, Happening
 from rrp_sheets.model.names import key
 from rrp_sheets.sim.actuators.base import Base, Parts, as_number
 from rrp_sheets.sim.arbitration import Job
+from rrp_sheets.sim.body import COUPLED
 
 REACHED = 0.03  # rad: nearer than this a joint is where it was sent
 PATIENCE_US = 1_000_000  # a joint that is not there so long after its motion is blocked: given up
@@ -75,9 +76,20 @@ class SetJointPosition(Base):
                 return True
             return None if us < late else False
 
-        job = Job(order, self.uses, lambda order, us: self._move(order, goals), cease, over, joints=frozenset(goals),
+        self._tell_coupled(order, goals)
+        moved = frozenset({*goals, *(COUPLED[name] for name in goals if name in COUPLED)})
+        job = Job(order, self.uses, lambda order, us: self._move(order, goals), cease, over, joints=moved,
                   refused=self.refused)  # fmt: skip
         self.parts.arbiter.take(job, us)
+
+    def _tell_coupled(self, order: Command, goals: dict[str, float]) -> None:
+        """One motor moves two joints: the angle that is named last goes for both."""
+        for other in [name for name in goals if name in COUPLED][1:]:
+            name = COUPLED[other]
+            asked, goals[name] = goals[name], goals[other]
+            if asked != goals[other]:
+                text = f"{name}: {asked:.4g} → {goals[other]:.4g} rad, as one motor moves it together with {other}."
+                self.parts.tell(Happening("clamp", text, order.stream, order.row))
 
     def _move(self, order: Command, angles: dict[str, float]) -> None:
         body = self.parts.body
