@@ -6,11 +6,13 @@ import json
 from typing import Any
 
 import pytest
+from chromium import FLAGS_3D
 from grid_books import HEADER, Books, Shared
 from panel import run, running
 
 from rrp_sheets.workbook import read
 
+BROWSER_FLAGS = FLAGS_3D  # the robot is looked at
 GESTURES = [
     ["Name", "Time (s)", "RShoulderPitch", "HeadYaw", "HeadPitch", "Notes"],
     ["Greet", "0.8", "-0.6", "20°", "", ""],
