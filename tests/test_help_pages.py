@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime as dt
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import openpyxl
@@ -15,6 +16,7 @@ from test_hostile_files import REFUSED
 
 from rrp_sheets import api
 from rrp_sheets.cli.formula import command as formula_command
+from rrp_sheets.devices import load_robot
 from rrp_sheets.diagnostics import CODES, Severity
 from rrp_sheets.diagnostics.page import PAGES, completed, load_page, parse_page
 from rrp_sheets.formulas import compile_formula, make_scope
@@ -148,11 +150,20 @@ def found(markdown: str) -> set[str]:
     return {d.code for d in check(markdown).report}
 
 
+def a_device_that_is_not_simulated(path):
+    robot = load_robot()
+    names = {n: replace(f, type=replace(f.type, simulated=f.type.name != "Sonar")) for n, f in robot.names.items()}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("rrp_sheets.checks.check.load_robot", lambda name: replace(robot, names=names))
+        return found(rows("| Sonar | sample | 1 s | Ahead |\n| Ahead | subscribe | | Print |"))
+
+
 TABLE = "\n## Parts\n| Ask |\n|---|\n" + "| Who? |\n" * 1001
 MANY = [f"S{i}" for i in range(51)]
 MAKERS = {
     "SHEET001": lambda path: found("## Mine\n| When | Do | With |\n|---|---|---|\n| 1 | 2 | 3 |\n"),
     "SHEET006": a_date,
+    "DEV009": a_device_that_is_not_simulated,
     "SHEET008": merged,
     "SHEET009": hidden_row,
     "SHEET010": hidden_sheet,
