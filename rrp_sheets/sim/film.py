@@ -23,6 +23,7 @@ SIZE = (560, 320)  # pixels
 EVERY = 80  # physics steps between two pictures: 3 a second
 MOST = 120  # pictures kept; of a longer run the duller one of each two is dropped, again and again
 ROBOT_BOX = ((-0.12, 0.16), (-0.20, 0.20), (0.0, 0.60))  # m, what must be in the picture
+AWAY = 0.2  # m: a robot that has walked farther is filmed from another place
 INTERESTING = 2.3  # m from the robot: things farther away need not be in the picture
 HIGHEST = 1.25  # m: what is higher need not be in the picture
 RECENT_US = 700_000  # a detection is shown so long, unless the sensor's next picture has nothing
@@ -69,7 +70,9 @@ class Film:
         self._out = out
         self._title = spec.title
         self._names = {s.stream: s.name for s in spec.sensors}
-        self._camera = FilmCamera(bullet, *_view(spec.scene), SIZE, _hiding(spec.scene))
+        self._b, self._scene = bullet, spec.scene
+        self._place = (0.0, 0.0)  # m, of the robot, where the camera expects it
+        self._camera = FilmCamera(bullet, *_view(spec.scene, self._place), SIZE, _hiding(spec.scene))
         self.shots: list[Shot] = []
         self._every = EVERY
         self._next = 0
@@ -150,6 +153,10 @@ class Film:
     def shoot(self) -> Image:
         """The robot from outside, now."""
         self._world.stage.place()
+        x, y, _ = (float(c) for c in self._world.body.torso().position)
+        if math.dist((x, y), self._place) > AWAY:  # it has walked
+            self._place = (x, y)
+            self._camera = FilmCamera(self._b, *_view(self._scene, self._place), SIZE, _hiding(self._scene))
         return self._camera.shoot(self._shadows(self._world.stage.us), self._world.stage.light)
 
     def _shadows(self, us: int) -> list[tuple[float, float, float, float]]:
@@ -184,13 +191,13 @@ class Film:
                 six.unlink(missing_ok=True)
 
 
-def _view(scene: Sequence[SceneAction]) -> tuple[list[Point], Sequence[float]]:
+def _view(scene: Sequence[SceneAction], robot: tuple[float, float]) -> tuple[list[Point], Sequence[float]]:
     """What should be in the picture, and from which sides (rad) it may be seen.
 
-    The robot and the places where things near it will be; from its right front, or more from the side when persons
-    sit in front of it.
+    The robot, where it is now, and the places where things near its start will be; from its right front, or more from
+    the side when persons sit in front of it.
     """
-    points = [(x, y, z) for x in ROBOT_BOX[0] for y in ROBOT_BOX[1] for z in ROBOT_BOX[2]]
+    points = [(robot[0] + x, robot[1] + y, z) for x in ROBOT_BOX[0] for y in ROBOT_BOX[1] for z in ROBOT_BOX[2]]
     persons = False
     last: dict[str, Sequence[float]] = {}
     for action in scene:
