@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
 
@@ -26,7 +27,8 @@ from rrp_sheets.sim import face_models
 from rrp_sheets.sim.face_memory import FaceMemory, read_memory, write_memory
 from rrp_sheets.sim.face_models import FaceModels
 from rrp_sheets.sim.looks import FACES, Looks
-from rrp_sheets.sim.portraits import from_file, read_picture
+from rrp_sheets.sim.portraits import drawn, from_file, read_picture
+from rrp_sheets.web.robotmodel import face_picture, robot_model
 
 REMEMBER = DeviceUse("remember", "Remember face", "RememberFace", {"name": ""})
 
@@ -203,3 +205,13 @@ def test_people_of_a_scene_look_different() -> None:
     assert [(k.number, k.name) for k in Looks([mia(name="Mia", id=7)]).known] == [(7, "Mia")]
     again = Looks(scene)
     assert [again.number(action) for action in scene] == [again.number(action) for action in scene]
+
+
+def test_the_view_in_the_browser_has_the_same_faces() -> None:
+    heads = robot_model(load_robot())["scene"]["heads"]
+    assert len(heads["faces"]) == FACES and all(f["style"] in heads["hair"] for f in heads["faces"])
+    for face in range(FACES):
+        with Image.open(io.BytesIO(face_picture(face))) as picture:
+            assert picture.format == "PNG" and picture.size == (192, 192)
+            assert np.array_equal(np.asarray(picture), drawn(face).picture)
+    assert face_picture(FACES) == face_picture(-1) == b""
