@@ -13,16 +13,12 @@ from panel import LIVE, ended, row, run, running, told_of_stop, trace
 from playwright.sync_api import expect
 
 BOOKS = panel.BOOKS
+EYE = "fetch('/run/eye.jpg').then(async r => [r.status, ...new Uint8Array(await r.arrayBuffer()).slice(0, 2)])"
 
 
-def test_a_session_from_run_to_its_recording(browser, url: str, folder: Path) -> None:
-    at = GridPage(browser, url, "session.xlsx", name="Aya")
+def it_is_shown(at: GridPage) -> None:
+    """Who runs it for whom, and its values with their age."""
     page = at.page
-    expect(page.locator("[data-run=stop]")).to_be_visible()
-    page.select_option("#run-speed", "4")
-    run(page, participant="P-07", condition="<b>ball</b>")
-    assert page.url.endswith("/book/session.xlsx/run/Tracking")
-    # who, for whom, how: on the bar, as it was typed
     assert page.inner_text("#run-participant b") == "P-07" and page.inner_text("#run-condition b") == "<b>ball</b>"
     assert page.inner_text("#run-by b") == "Aya" and page.inner_text("#run-mode") == "Simulated"
     # live values with their age, an error in its row, rows that are off
@@ -32,6 +28,11 @@ def test_a_session_from_run_to_its_recording(browser, url: str, folder: Path) ->
     expect(row(page, 5).locator(LIVE)).to_have_text("off")
     expect(row(page, 6).locator(LIVE)).to_have_text("This divides by zero.")
     assert page.inner_text("th.of-example .title") == "Live value and age"
+
+
+def it_speaks_and_sees(at: GridPage) -> None:
+    """A button makes it speak, and its eye is open."""
+    page = at.page
     # the operator's buttons, by key; numbers go to the page and not into the grid
     page.keyboard.press("2")
     expect(page.locator("#press button").nth(1).locator("small")).to_have_text("pressed once", timeout=10_000)
@@ -39,10 +40,15 @@ def test_a_session_from_run_to_its_recording(browser, url: str, folder: Path) ->
     speech = page.locator("#log li[data-kind=speech]")
     expect(speech).to_contain_text("“Well done <i>you</i>”", timeout=10_000)
     assert speech.locator("button").count() == 1
-    eye = "fetch('/run/eye.jpg').then(async r => [r.status, ...new Uint8Array(await r.arrayBuffer()).slice(0, 2)])"
-    assert page.evaluate(eye) == [200, 0xFF, 0xD8], "what the robot sees, as the page asks for it"
+    page.wait_for_selector("#eye img")
+    assert page.evaluate(EYE) == [200, 0xFF, 0xD8], "what the robot sees, as the page asks for it"
     sound = page.evaluate("fetch('/run/sound/say-001.wav').then(async r => [r.status, (await r.blob()).size])")
     assert sound[0] == 200 and sound[1] > 10_000
+
+
+def it_is_acted_upon(at: GridPage) -> None:
+    """Marks, values, things and behaviours, as somebody wants them."""
+    page = at.page
     # a mark, a value by hand, a thing that is moved, a behaviour that is switched off
     page.fill("#mark input", "Kai <laughs>")
     page.keyboard.press("Enter")
@@ -72,7 +78,11 @@ def test_a_session_from_run_to_its_recording(browser, url: str, folder: Path) ->
     # the row number in the log leads to the row
     page.locator("#log a", has_text="Row 6").first.click()
     assert at.here.endswith("6")
-    # paused, nothing goes on; one frame at a time
+
+
+def it_stands_still(at: GridPage) -> None:
+    """Paused, and one frame on."""
+    page = at.page
     page.click("[data-run=pause]")
     page.wait_for_selector("body[data-run=paused]")
     before = page.inner_text("#run-clock")
@@ -83,7 +93,11 @@ def test_a_session_from_run_to_its_recording(browser, url: str, folder: Path) ->
     page.click("[data-run=pause]")
     running(page)
     expect(page.locator("#press small").first).to_have_text("pressed once")
-    # twice Esc, wherever one is; in the end while a cell is edited
+
+
+def it_is_stopped(at: GridPage) -> None:
+    """Twice Esc, in every part of the page; in the end while a cell is edited."""
+    page = at.page
     asked: list[str] = []
     page.route("**/run/stop", lambda route: (asked.append(route.request.url), route.fulfill(json={})))
     for place in (
@@ -106,10 +120,24 @@ def test_a_session_from_run_to_its_recording(browser, url: str, folder: Path) ->
     page.keyboard.type("x")
     at.press("Escape", "Escape")
     assert ended(page).startswith("Stopped by Aya at ")
+
+
+def test_a_session_from_run_to_its_recording(browser, url: str, folder: Path) -> None:
+    at = GridPage(browser, url, "session.xlsx", name="Aya")
+    page = at.page
+    expect(page.locator("[data-run=stop]")).to_be_visible()
+    page.select_option("#run-speed", "4")
+    run(page, participant="P-07", condition="<b>ball</b>")
+    assert page.url.endswith("/book/session.xlsx/run/Tracking")
+    it_is_shown(at)
+    it_speaks_and_sees(at)
+    it_is_acted_upon(at)
+    it_stands_still(at)
+    it_is_stopped(at)
     # its record is there at once, and shows the table when that has been written
     record = at.context.new_page()
     record.goto(f"{url}{page.get_by_role('link', name='Look at the recording').get_attribute('href')}")
-    assert page.evaluate(eye) == [204], "nothing is seen when nothing runs"
+    assert page.evaluate(EYE) == [204], "nothing is seen when nothing runs"
     assert page.inner_text("th.of-example .title") == "Last value, run ended"
     assert page.locator("#log li").first.inner_text().count("Stopped by Aya") == 1
     lines = trace(folder, "session")

@@ -78,6 +78,7 @@ def record_page(runs: Runs, library: Library, clerk: Clerk, run: str) -> RecordP
     facts = runs.facts([run])[0]
     books = set(library.names())
     others = [f for f in runs.facts(runs.names()[:300]) if f.workbook == facts.workbook and f.readable]
+    writing = run in runs.writing()  # before one looks which files there are: what comes meanwhile is not missed
     files = runs.files(run)
     told: Mapping[str, Any] = {}
     trouble = "" if facts.readable else f"{facts.why} {facts.remedy}"
@@ -98,7 +99,7 @@ def record_page(runs: Runs, library: Library, clerk: Clerk, run: str) -> RecordP
         downloads=_downloads(run, files), log=log, left_out=left_out,
         sounds=tuple(n for n in files if n.endswith(".wav") and n not in spoken), errors=facts.errors,
         edits=edits[:_EDITS], more_edits=max(0, len(edits) - _EDITS),
-        trouble=trouble, writing=run in runs.writing(), events=f"{told.get('count', 0):,}",
+        trouble=trouble, writing=writing, events=f"{told.get('count', 0):,}",
         window=("0", f"{_FIRST:g}") if seconds > _WHOLE else ("", ""), curves=len(told.get("curves", ())),
         compared_with=tuple(line_of(f, books) for f in others if f.run != run)[:_BESIDE],
     )  # fmt: skip
