@@ -217,7 +217,7 @@ def test_people_cells_and_suggestions_are_shown_as_text(browser: Any, folder: Pa
         eve.keyboard.press("Control+F")
         eve.keyboard.insert_text(CELL)
         for page in pages:
-            page.wait_for_timeout(500)
+            page.wait_for_function("() => document.getElementById('panels').textContent.includes('<script>alert(1)')")
             assert page.evaluate("window.seen") == [] and page.evaluate(STRANGERS) == []
             assert page.query_selector("img[src=x], svg[onload], b:text-is('bold')") is None
         assert not troubles

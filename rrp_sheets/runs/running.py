@@ -7,7 +7,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rrp_sheets import __version__
 from rrp_sheets.checks import Checked
@@ -153,16 +153,7 @@ def run(
         RunBroken: when a device does not start; then nothing is left.
     """
     settings, view = settings or RunSettings(), view or RunView()
-    if checked.report.errors:
-        raise SheetsError("This workbook has errors and cannot run.", "See `rrp-sheets check`.")
-    if settings.fast and checked.run.engine != "frame":
-        raise SheetsError(
-            "This workbook asks for the engine “event loop”, which goes by the wall clock and cannot be fast.",
-            "Leave out --fast, or write frame as the Engine of its Protocol.",
-        )
-    plan = make_plan(checked, everything=settings.everything)
-    if not plan.steps:
-        raise SheetsError("No row of this workbook is switched on.", "Write TRUE in the On cells of some rows.")
+    plan = _plan(checked, settings)
     seed = checked.run.seed if settings.seed is None else settings.seed
     scene, drawn = draw_scene(checked.scene or (), seed)
     if checked.scene is None:
@@ -176,14 +167,7 @@ def run(
     try:
         folder.make()
         folder.keep_workbook(checked)
-        header = {
-            "program": __version__, "workbook": reading.digest, "name": Path(reading.workbook.source).name,
-            "robot": checked.robot.name, "engine": checked.run.engine, "frame_rate": checked.run.frame_rate,
-            "mode": settings.mode, "seed": seed, "participant": settings.participant,
-            "condition": settings.condition, "operator": settings.operator,
-            "began": datetime.now(UTC).isoformat(timespec="milliseconds"),
-        }  # fmt: skip
-        trace = TraceWriter(folder.path / "trace.jsonl", plan, header)
+        trace = TraceWriter(folder.path / "trace.jsonl", plan, _header(reading, checked, settings, seed))
         recorder.begin(trace, course.engine)
         for one in drawn:
             recorder.happening(0, Happening("note", one.text, row=f"Scene!{one.row}"))
@@ -195,6 +179,32 @@ def run(
     view.rested(summary, broken)
     files, problems = folder.finish(checked)
     return RunResult(folder.path, files, summary, broken, problems)
+
+
+def _plan(checked: Checked, settings: RunSettings) -> Plan:
+    """What runs; raises SheetsError when nothing can, or not in this way."""
+    if checked.report.errors:
+        raise SheetsError("This workbook has errors and cannot run.", "See `rrp-sheets check`.")
+    if settings.fast and checked.run.engine != "frame":
+        raise SheetsError(
+            "This workbook asks for the engine “event loop”, which goes by the wall clock and cannot be fast.",
+            "Leave out --fast, or write frame as the Engine of its Protocol.",
+        )
+    plan = make_plan(checked, everything=settings.everything)
+    if not plan.steps:
+        raise SheetsError("No row of this workbook is switched on.", "Write TRUE in the On cells of some rows.")
+    return plan
+
+
+def _header(reading: Reading, checked: Checked, settings: RunSettings, seed: int) -> dict[str, Any]:
+    """The first line of the trace."""
+    return {
+        "program": __version__, "workbook": reading.digest, "name": Path(reading.workbook.source).name,
+        "robot": checked.robot.name, "engine": checked.run.engine, "frame_rate": checked.run.frame_rate,
+        "mode": settings.mode, "seed": seed, "participant": settings.participant,
+        "condition": settings.condition, "operator": settings.operator,
+        "began": datetime.now(UTC).isoformat(timespec="milliseconds"),
+    }  # fmt: skip
 
 
 def _begin(

@@ -100,7 +100,13 @@ export class Editor {
     this.grow();
   }
 
+  /** As tall as its text; measured only when that can have changed, as each measure lays the page out. */
   grow() {
+    const { value, style } = this.field;
+    const [letters, lines] = [value.length, value.split("\n").length];
+    const less = letters < this.letters || lines < this.lines;
+    [this.letters, this.lines] = [letters, lines];
+    if (style.height && !less && this.field.scrollHeight <= this.field.clientHeight) return;
     this.field.style.height = "auto";
     this.field.style.height = `${this.field.scrollHeight + 4}px`;
   }
