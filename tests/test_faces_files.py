@@ -153,6 +153,7 @@ def test_remembered_faces_are_kept_when_the_protocol_says_so(tmp_path: Path) -> 
         finally:
             world.stop()
     assert kept_faces.kept(tmp_path) == ["Guest 1"]
+    assert kept.stat().st_mode & 0o077 == 0, "nobody else may read it"
     told = CliRunner().invoke(command, [str(tmp_path)])
     assert told.output == "Guest 1\n"
     with pytest.raises(SheetsError, match="Nobody called “Anna” is remembered"):

@@ -96,7 +96,7 @@ def read_memory(path: Path) -> FaceMemory:
     except (OSError, ValueError, TypeError, KeyError, RecursionError):
         raise SheetsError(
             f"The remembered faces in “{path}” cannot be read.",
-            "Delete that file (the robot then begins without), or let it be written by a run again.",
+            "Wipe them with `rrp-sheets faces --forget-all` in the workbook’s folder; the robot then begins without.",
         ) from None
 
 
@@ -117,6 +117,7 @@ def write_memory(path: Path, memory: FaceMemory) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         half = path.with_suffix(".new")
         half.write_text(json.dumps({"persons": persons}, ensure_ascii=False), encoding="utf-8")
+        half.chmod(0o600)  # faces are personal data
         half.replace(path)
     except OSError as error:
         raise SheetsError(

@@ -72,7 +72,7 @@ def robot_json(name: str) -> str:
 
 
 def _heads() -> dict[str, Any]:
-    """The heads of people: their shape, and each drawn face's outline (half widths from below to the top) and colours."""
+    """The heads of people: their shape, and each drawn face's outline (half widths from below up) and colours."""
     heights = [-math.cos(math.pi * ring / RINGS) for ring in range(RINGS + 1)]
     return {
         "size": HEAD, "front": FRONT, "back": BACK, "nose": NOSE, "hair": HAIR,
