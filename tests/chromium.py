@@ -6,7 +6,8 @@ import json
 import shutil
 import subprocess
 import threading
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import lru_cache
 from pathlib import Path
@@ -109,6 +110,20 @@ def violations(page: Any) -> list[str]:
         page.evaluate(axe())
     found = page.evaluate("() => axe.run(document, { resultTypes: ['violations'], preload: false })")
     return [f"{v['id']}: {n['html'][:120]}" for v in found["violations"] for n in v["nodes"]]
+
+
+def frames(page: Any, count: int = 1) -> None:
+    """Let the browser draw so many pictures."""
+    for _ in range(count):
+        page.evaluate("() => new Promise((done) => requestAnimationFrame(() => done()))")
+
+
+def until(page: Any, holds: Callable[[], object], seconds: float = 15.0) -> None:
+    """Wait, picture by picture, until something holds that the page does not know."""
+    deadline = time.monotonic() + seconds
+    while not holds():
+        assert time.monotonic() < deadline, f"it does not hold after {seconds:g} s"
+        frames(page)
 
 
 def listening(page: Any) -> None:

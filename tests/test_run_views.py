@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import FLAGS_3D, GridPage, let_in
+from chromium import FLAGS_3D, GridPage, frames, let_in, until
 
 pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
@@ -19,6 +19,7 @@ import numpy as np
 import panel as sessions
 from panel import ended, run, trace
 from PIL import Image
+from playwright.sync_api import TimeoutError
 
 from rrp_sheets.devices import load_robot
 from rrp_sheets.model.scene import SceneAction
@@ -158,7 +159,7 @@ def test_the_robot_is_drawn_when_it_moves_and_only_then(panel: Panel, real: Real
     second = panel.picture()
     changed = (np.abs(first - second).sum(axis=2) > 60).mean()
     assert changed > 0.005, f"head and arm have moved, but only {changed:.2%} of the picture"
-    panel.page.wait_for_timeout(400)
+    frames(panel.page, 20)
     assert panel.still() == drawn, "nothing moves, and it is drawn all the same"
 
 
@@ -198,6 +199,7 @@ def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: Pa
     page.route("**/run/put", lambda route: (puts.append((time.monotonic(), route.request.post_data_json)),
                                             route.fulfill(json={})))  # fmt: skip
     begin = real.robot["things"]["Red ball"]
+    page.evaluate("document.addEventListener('rrp:moved', ({ detail }) => { window.moved = detail.at; })")
 
     def drag(right: int, down: int, finger: Any = None) -> list[float]:
         """Drag the ball by pixels; where it is put in the end."""
@@ -214,18 +216,15 @@ def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: Pa
             page.mouse.down()
             page.mouse.move(x + right, y + down, steps=20)
             page.mouse.up()
-        page.wait_for_timeout(300)
+        until(page, lambda: puts and [puts[-1][1][n] for n in "xyz"] == page.evaluate("window.moved"))
         panel.still()
         assert len(puts) <= 2 + 15 * (puts[-1][0] - puts[0][0]), "at most 15 a second"
         assert {p["thing"] for _, p in puts} == {"Red ball"}
         place = [puts[-1][1][n] for n in "xyz"]
         panel.live(t=1.9, robot={**real.robot, "things": {"Red ball": place}})  # as the world does
         pointer = pytest.approx((x + right, y + down), abs=9)
-        for _ in range(20):  # a busy machine shows what was drawn a little later
-            if red_place(page) == pointer:
-                return place
-            page.wait_for_timeout(100)
-        pytest.fail(f"the ball is at {red_place(page)} and the pointer at {pointer}")
+        until(page, lambda: red_place(page) == pointer)  # a busy machine shows what was drawn a little later
+        return place
 
     assert caption.inner_text() == "Drag a thing to move it, elsewhere to look around"
     x, y, z = drag(0, -40)
@@ -243,6 +242,21 @@ def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: Pa
     before = page.evaluate("scrollY")
     assert drag(0, 30, finger)[2] < aside[2] - 0.03, "a finger moves it down"
     assert page.evaluate("scrollY") == before, "and not the page"
+    # two fingers: apart is nearer, as if it were drawn larger
+    x, y = red_place(page)
+    large = red_pixels(page)
+    points = [{"x": x, "y": y, "id": 1}, {"x": x + 40, "y": y, "id": 2}]
+    session.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": points[:1]})
+    session.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": points})
+    for wide in (44, 48, 52, 56):
+        apart = [points[0], {**points[1], "x": x + wide}]
+        session.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": apart})
+    session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    until(page, lambda: puts and [puts[-1][1][n] for n in "xyz"] == page.evaluate("window.moved"))
+    place = [puts[-1][1][n] for n in "xyz"]
+    panel.live(t=1.9, robot={**real.robot, "things": {"Red ball": place}})
+    until(page, lambda: red_pixels(page) > 1.2 * large)
+    panel.live(t=1.9, robot=real.robot)
     # elsewhere, and when nothing runs, the view turns
     puts.clear()
     box = canvas.bounding_box()
@@ -263,18 +277,29 @@ def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: Pa
     canvas.press("0")
 
 
+def red(page: Any) -> tuple[Any, Any]:
+    """Rows and columns of what is red in the robot's picture."""
+    picture = page.locator("#robot3d canvas").screenshot()
+    pixels = np.asarray(Image.open(io.BytesIO(picture)).convert("RGB"), dtype=int)
+    return np.nonzero((pixels[:, :, 0] > 120) & (pixels[:, :, 1] < 70) & (pixels[:, :, 2] < 70))
+
+
+def red_pixels(page: Any) -> int:
+    """How large the red ball is drawn."""
+    return len(red(page)[0])
+
+
 def red_place(page: Any) -> tuple[float, float]:
     """Where on the screen the middle of the red ball is."""
-    canvas = page.locator("#robot3d canvas")
-    box, picture = canvas.bounding_box(), canvas.screenshot()
-    pixels = np.asarray(Image.open(io.BytesIO(picture)).convert("RGB"), dtype=int)
-    v, u = np.nonzero((pixels[:, :, 0] > 120) & (pixels[:, :, 1] < 70) & (pixels[:, :, 2] < 70))
+    box, (v, u) = page.locator("#robot3d canvas").bounding_box(), red(page)
     assert len(u), "there is no red ball"
     return box["x"] + float(u.mean()), box["y"] + float(v.mean())
 
 
 def test_what_is_dragged_moves_in_the_world(browser: Any, url: str, folder: Path) -> None:
-    at = GridPage(browser, url, "session.xlsx", name="Aya")
+    at = GridPage(
+        browser, url, "session.xlsx", name="Aya", reduced_motion="reduce"
+    )  # draws what comes, nothing between
     page = at.page
     run(page)
     page.wait_for_selector("#robot3d[data-ready]")
@@ -340,12 +365,9 @@ def test_the_eye_goes_on_asking_whatever_comes(panel: Panel, real: Real) -> None
             route.fulfill(body=real.jpeg, content_type="image/jpeg", headers={"Cache-Control": "no-store"})
 
     def asks(more: int) -> None:
-        until = len(asked) + more
-        for _ in range(60):
-            if len(asked) >= until:
-                return
-            page.wait_for_timeout(100)
-        pytest.fail(f"asked {len(asked) - until + more} times instead of {more}")
+        for _ in range(more):
+            with page.expect_request("**/run/eye.jpg*", timeout=6_000):
+                pass
 
     page.route("**/run/eye.jpg*", answer)
     panel.live(t=2.7, eye=70)
@@ -359,10 +381,9 @@ def test_the_eye_goes_on_asking_whatever_comes(panel: Panel, real: Real) -> None
     page.wait_for_selector("#eye img[src$='&n=71']")
     page.wait_for_function("!document.querySelector('#eye figcaption').innerText.includes('old')")
     panel.run(real, "ended")
-    page.wait_for_timeout(200)
-    before = len(asked)
-    page.wait_for_timeout(1_500)
-    assert len(asked) == before, "nobody asks when nothing runs"
+    frames(page, 10)  # what was asked before is answered
+    with pytest.raises(TimeoutError), page.expect_request("**/run/eye.jpg*", timeout=1_500):
+        pass  # nobody asks when nothing runs
     panel.run(real)
     page.unroute("**/run/eye.jpg*", answer)
 
@@ -409,9 +430,7 @@ def test_plots_and_drives(panel: Panel) -> None:
     shown = page.locator("#plots li")
     assert shown.locator(".head span").all_text_contents() == ["Distance", "Red ball.x"], "an id is no curve"
     assert shown.first.locator("canvas").count() == 1
-    page.wait_for_timeout(300)
-    panel.live(t=70.0)
-    assert shown.first.locator("b").text_content() == "1.19 m"
+    until(page, lambda: (panel.live(t=70.0), shown.first.locator("b").text_content())[1] == "1.19 m")
     colours = shown.first.locator("canvas").evaluate(
         "c => { const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let n = 0;"
         " for (let i = 0; i < d.length; i += 4) if (d[i + 3] > 200 && d[i + 1] > d[i] + 40) n++; return n; }"

@@ -24,7 +24,7 @@ export class Drag {
     element.addEventListener("pointerdown", (event) => this.down(event), first);
     element.addEventListener("pointermove", (event) => this.move(event), first);
     for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) {
-      element.addEventListener(name, (event) => event.pointerId === this.grip?.pointer && this.drop(), first);
+      element.addEventListener(name, (event) => this.up(event), first);
     }
     element.addEventListener("pointerleave", () => this.grip || this.mark(null));
     element.addEventListener("wheel", (event) => this.wheel(event), { capture: true, passive: false });
@@ -48,7 +48,7 @@ export class Drag {
   }
 
   down(event) {
-    if (this.grip) return event.stopImmediatePropagation(); // another finger
+    if (this.grip) return this.second(event);
     if (event.button !== 0 || this.stage.orbit.pointers.size) return undefined;
     const name = this.under(event);
     if (!name) return undefined;
@@ -60,6 +60,7 @@ export class Drag {
     const at = object.position.toArray();
     this.grip = {
       name, object, pointer: event.pointerId, at: object.position.clone(), last: { x: event.clientX, y: event.clientY },
+      fingers: { [event.pointerId]: event }, gap: 0,
       limits: this.limits.map(([least, most], i) => [Math.min(least, at[i]), Math.max(most, at[i])]), // it does not jump
     };
     this.take(event);
@@ -89,10 +90,44 @@ export class Drag {
       return;
     }
     event.stopImmediatePropagation();
+    const { object, fingers } = this.grip;
+    if (event.pointerId in fingers) fingers[event.pointerId] = event;
+    if (this.grip.gap) return this.pinch();
     if (event.pointerId !== this.grip.pointer) return;
-    const { object } = this.grip;
     const wish = object.userData.ball ? this.meet(event)?.add(this.grip.off) : this.along(event);
     if (wish) this.go(wish);
+  }
+
+  /** A second finger: from now on both say how near the thing is. */
+  second(event) {
+    event.stopImmediatePropagation();
+    const { object, fingers, gap } = this.grip;
+    if (gap || !object.userData.ball) return;
+    fingers[event.pointerId] = event;
+    this.grip.gap = this.apart();
+  }
+
+  apart() {
+    const [one, other] = Object.values(this.grip.fingers);
+    return Math.max(Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY), 1);
+  }
+
+  // fingers apart: nearer, as if it were drawn larger
+  pinch() {
+    const apart = this.apart();
+    const eye = this.camera.position;
+    const share = Math.min(Math.max(this.grip.gap / apart, 0.8), 1.25);
+    this.grip.gap = apart;
+    this.go(this.grip.object.position.clone().sub(eye).multiplyScalar(share).add(eye));
+  }
+
+  up({ pointerId }) {
+    if (pointerId === this.grip?.pointer) this.drop();
+    else if (this.grip?.gap && pointerId in this.grip.fingers) {
+      delete this.grip.fingers[pointerId];
+      this.grip.gap = 0;
+      this.take(this.grip.fingers[this.grip.pointer]);
+    }
   }
 
   /** Where a person goes: aside as the pointer does, and away from the viewer as it goes up; it stays on the floor. */
