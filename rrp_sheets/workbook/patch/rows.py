@@ -14,8 +14,9 @@ from rrp_sheets.workbook.patch.markup import find, splice, text_xml, with_attrib
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
 from rrp_sheets.workbook.patch.reach import grow, note
 from rrp_sheets.workbook.patch.references import Moves, adapted
+from rrp_sheets.workbook.patch.row_xml import RowXml
 from rrp_sheets.workbook.patch.shared import formula_elements, formula_text, write_out
-from rrp_sheets.workbook.patch.sheet_xml import DATA_TABLE, RowXml, SheetXml
+from rrp_sheets.workbook.patch.sheet_xml import DATA_TABLE, SheetXml
 from rrp_sheets.workbook.patch.tables import sheet_tables
 from rrp_sheets.workbook.raw import Range
 
