@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 MISSING = "Words are not recognised: the package {package} is not installed. Type them in the run panel: Send a value."
 ENGLISH = "only English words are recognised. Type it in the run panel: Send a value."
 MOST_TOLD = 5
-DECOYS = 48
+DECOYS = 24
 WORTH = 15.0  # times as likely as a decoy
-LEAST = -4.2  # fit of a word that is taken for recognised
+LEAST = -4.6  # fit of a word that is taken for recognised
 _POOL = (
     "mountain", "seven", "window", "under", "purple", "children", "table", "question", "river", "yesterday",
     "picture", "sugar", "machine", "travel", "country", "little", "number", "story", "beautiful",

@@ -19,7 +19,7 @@ _DEVICES: tuple[Code, ...] = (
          "Nothing needs to be changed: the rows are checked, drawn and tested like any others."),
     Code("DEV010", _E, "No such behaviour", "There is no behaviour “{name}” in this workbook.", "Write {wants}."),
     Code("DEV011", _W, "Word that cannot be heard", "The robot cannot hear “{word}”: it recognises English only.",
-         "Write an English word; for another language the operator types the word in the run panel: Send a value."),
+         "Leave out this word, or write an English one. Words of other languages are typed by the operator: Send a value."),
     Code("DEV012", _W, "Sound cannot be played", "The file “{name}” {problem}.", "{remedy}"),
 )  # fmt: skip
 _SCENE: tuple[Code, ...] = (
