@@ -8,8 +8,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
 import xlsxwriter
 from PIL import Image
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.workbook.editing import Edit, edit, read_sheets
 
 HEADERS = ["Input streams", "Connector", "Formula", "Output stream", "On", "Notes", "Mine"]
 ROWS = [
@@ -184,3 +188,19 @@ def add_part(path: Path, name: str, data: bytes, content_type: str, source: str,
             ),
         },
     )
+
+
+def cell(path: Path, row: int, column: int, sheet: int = 0) -> str:
+    """What was typed into a cell of the file."""
+    found = read_sheets(path)[sheet].cells.get((row, column))
+    return found.typed if found else ""
+
+
+def refused(path: Path, *edits: Edit) -> SheetsError:
+    """Why edits are refused, with a remedy; the file stays as it was."""
+    before = path.read_bytes()
+    with pytest.raises(SheetsError) as told:
+        edit(path, edits)
+    assert path.read_bytes() == before
+    assert told.value.remedy
+    return told.value

@@ -1,0 +1,181 @@
+"""The file whose cells are set: open elsewhere, changed meanwhile, odd or swollen; and it is never half-written."""
+
+from __future__ import annotations
+
+import io
+import os
+import stat
+import subprocess
+import sys
+import zipfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+from lossless import SHEET, cell, make, parts, refused, repack
+
+from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.workbook import atomic, read
+from rrp_sheets.workbook.editing import (
+    FileChanged,
+    InsertRows,
+    SetCell,
+    edit,
+    read_sheets,
+)
+
+PART = "xl/worksheets/sheet1.xml"
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return make(tmp_path / "a b プロトコル.xlsx")
+
+
+def test_a_change_meanwhile_is_a_conflict(path):
+    digest = read(path).digest
+    changed = edit(path, [SetCell(SHEET, 3, 3, "theirs")])
+    assert changed.changed and changed.digest == read(path).digest != digest
+    with pytest.raises(FileChanged) as told:
+        edit(path, [SetCell(SHEET, 3, 3, "mine")], expected_digest=digest)
+    assert "changed by somebody else" in told.value.message
+    assert cell(path, 3, 3) == "theirs"
+    edit(path, [SetCell(SHEET, 3, 3, "mine")], expected_digest=changed.digest)
+
+
+@pytest.mark.parametrize(("lock", "program"), [("~${}", "Excel"), (".~lock.{}#", "LibreOffice")])
+def test_a_file_that_is_open_elsewhere(path, lock, program):
+    beside = path.with_name(lock.format(path.name))
+    beside.write_text("")
+    assert f"open in {program}" in refused(path, SetCell(SHEET, 3, 3, "x")).message
+    beside.unlink()
+    edit(path, [SetCell(SHEET, 3, 3, "x")])
+
+
+def test_a_change_in_the_last_moment(path, monkeypatch):
+    """The file is replaced by another program after it was read and before it is written."""
+    real = atomic.os.fsync
+
+    def slow(handle):
+        path.write_bytes(path.read_bytes() + b"")
+        os.utime(path, ns=(1, 1))
+        real(handle)
+
+    monkeypatch.setattr(atomic.os, "fsync", slow)
+    assert "at this moment" in refused(path, SetCell(SHEET, 3, 3, "x")).message
+    assert [p.name for p in path.parent.iterdir()] == [path.name]
+
+
+def test_permissions_and_links_stay(path):
+    os.chmod(path, 0o640)
+    link = path.parent / "link.xlsx"
+    link.symlink_to(path)
+    edit(link, [SetCell(SHEET, 3, 3, "through the link")])
+    assert link.is_symlink() and cell(path, 3, 3) == "through the link"
+    assert stat.S_IMODE(path.stat().st_mode) == 0o640
+    os.chmod(path, 0o440)
+    assert "write-protected" in refused(path, SetCell(SHEET, 3, 3, "x")).message
+
+
+def test_a_full_disk_leaves_the_file(path, monkeypatch):
+    def full(handle):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(atomic.os, "fsync", full)
+    assert "No space left" in refused(path, SetCell(SHEET, 3, 3, "x")).message
+    assert [p.name for p in path.parent.iterdir()] == [path.name]
+
+
+def test_killed_in_mid_writing(path):
+    """The file is as it was, and what was left beside it is swept away some time later."""
+    before = path.read_bytes()
+    code = (
+        "import os, sys\nfrom rrp_sheets.workbook import atomic\nfrom rrp_sheets.workbook.editing import *\n"
+        "atomic.os.fsync = lambda handle: os._exit(9)\n"
+        f"edit(sys.argv[1], [SetCell({SHEET!r}, 3, 3, 'x')])"
+    )
+    assert subprocess.run([sys.executable, "-c", code, str(path)]).returncode == 9
+    assert path.read_bytes() == before
+    (left,) = (p for p in path.parent.iterdir() if p != path)
+    assert left.name.startswith(".") and left.suffix == ".part"
+    edit(path, [SetCell(SHEET, 3, 3, "y")])
+    assert left.exists()  # somebody may still be writing
+    os.utime(left, (1, 1))
+    edit(path, [SetCell(SHEET, 3, 3, "z")])
+    assert not left.exists() and cell(path, 3, 3) == "z"
+
+
+def test_missing_and_refused_files(tmp_path):
+    with pytest.raises(UnreadableFile):
+        edit(tmp_path / "none.xlsx", [])
+    (tmp_path / "x.xlsx").write_bytes(b"PK nothing")
+    with pytest.raises(UnreadableFile):
+        edit(tmp_path / "x.xlsx", [SetCell(SHEET, 1, 1, "x")])
+
+
+@pytest.mark.parametrize("way", ["stored", "descriptors", "comment", "extra"])
+def test_odd_zips(path, way):
+    """Uncompressed entries, data descriptors, a comment, extra fields: the other entries keep their contents."""
+    old = parts(path)
+    out = io.BytesIO()
+
+    class Stream:  # no seeking: sizes are written behind the data
+        def write(self, data):
+            return out.write(data)
+
+        def flush(self):
+            pass
+
+    kind = zipfile.ZIP_STORED if way == "stored" else zipfile.ZIP_DEFLATED
+    with zipfile.ZipFile(Stream() if way == "descriptors" else out, "w", kind) as package:
+        for name, data in old.items():
+            entry = zipfile.ZipInfo(name, (1999, 12, 31, 23, 59, 58))
+            entry.compress_type = kind
+            entry.extra = b"\x99\x99\x02\x00ab" if way == "extra" else b""
+            package.writestr(entry, data)
+        package.comment = b"hello" if way == "comment" else b""
+    path.write_bytes(out.getvalue())
+    edit(path, [SetCell(SHEET, 3, 3, "x")])
+    with zipfile.ZipFile(path) as package:
+        assert package.testzip() is None
+        assert [e.filename for e in package.infolist()] == list(old)
+        assert {e.date_time for e in package.infolist()} == {(1999, 12, 31, 23, 59, 58)}
+        assert {e.compress_type for e in package.infolist()} == {kind}
+        assert package.comment == (b"hello" if way == "comment" else b"")
+        assert all(e.extra == (b"\x99\x99\x02\x00ab" if way == "extra" else b"") for e in package.infolist())
+    assert cell(path, 3, 3) == "x"
+
+
+def test_utf_16_and_cells_with_cdata(path):
+    def wide(data: bytes) -> bytes:
+        text = data.decode().replace('encoding="UTF-8"', 'encoding="UTF-16"')
+        return text.replace("<v>1.5</v>", "<v><![CDATA[1.5]]></v><!-- </c></row> -->").encode("utf-16")
+
+    repack(path, {PART: wide})
+    before = {at: c.text for at, c in read_sheets(path)[0].cells.items()}
+    edit(path, [SetCell(SHEET, 2, 1, "new"), InsertRows(SHEET, 2)])
+    moved = {(r + (r > 1), c): text for (r, c), text in (before | {(2, 1): "new"}).items()}
+    assert {at: c.text for at, c in read_sheets(path)[0].cells.items()} == moved
+
+
+def test_swollen_sheets_are_refused(path):
+    """Elements beside the table that would fill the memory."""
+    many = b"<x/>" * 1_600_000 + b"</worksheet>"
+    repack(path, {PART: lambda data: data.replace(b"</worksheet>", many)})
+    assert path.stat().st_size < 100_000
+    with pytest.raises(SheetsError):
+        edit(path, [SetCell(SHEET, 3, 3, "x")])
+
+
+def test_special_files(tmp_path):
+    os.mkfifo(tmp_path / "x.xlsx")
+    with pytest.raises(UnreadableFile):
+        edit(tmp_path / "x.xlsx", [SetCell(SHEET, 3, 3, "x")])
+
+
+def test_editors_at_the_same_time(path):
+    """Ten threads, each its own cell: every edit is in the file at the end."""
+    with ThreadPoolExecutor(10) as pool:
+        list(pool.map(lambda n: edit(path, [SetCell(SHEET, 20 + n, 1, f"by {n}")]), range(10)))
+    assert [cell(path, 20 + n, 1) for n in range(10)] == [f"by {n}" for n in range(10)]
+    assert [p.name for p in path.parent.iterdir()] == [path.name]
