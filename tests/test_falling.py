@@ -153,3 +153,20 @@ def test_nothing_falls_in_any_workbook(book, tmp_path):
         pytest.skip("a workbook with mistakes")
     lines = [json.loads(line) for line in (tmp_path / "o" / "trace.jsonl").read_text().splitlines()]
     assert not [line for line in lines if "has fallen" in str(line.get("text", ""))]
+
+
+@pytest.mark.soak
+def test_no_gesture_makes_it_fall():
+    robot = Robot([GESTURE])
+    least = 1.0
+    for name in ROBOT.gestures:
+        done = len(robot.dones("gesture"))
+        robot.order(("gesture", name))
+        while len(robot.dones("gesture")) == done:
+            robot.go(0.2, every=24)
+            least = min(least, upright(robot))
+        assert robot.dones("gesture")[-1]["completed"] is True, name
+        for side in "LR":
+            assert robot.ends(side)[:, 2].min() > -0.001, name
+        assert upright(robot) > 0.99, name
+    assert least > 0.7  # bowing
