@@ -171,6 +171,38 @@ def test_hostile_words_are_told_and_do_no_harm():
     )
 
 
+def test_most_words_are_right_and_few_others_are_taken_for_one():
+    """The benchmark says how many, for more words, voices and noise."""
+    world = SimWorld(Spec(NAO, (ear("yes", "no", "doctor", "stop", "hello", "seven"),)))
+    sensor = world._sensors[0][1]
+    try:
+        said = (
+            "yes",
+            "no",
+            "doctor",
+            "stop",
+            "hello",
+            "seven",
+            "garden",
+            "music",
+            "window",
+            "tomorrow",
+            "paper",
+            "tree",
+        )
+        right = []
+        for place, text in enumerate(said):
+            listener, talk = sensor._listener, world.talk
+            talk.say(SceneAction(place * 9_000_000, f"Person {place}", "say", {"words": text}))
+            for us in range(place * 9_000_000, place * 9_000_000 + 3_000_000, 100_000):
+                talk.go_on(us, False, False)
+                if talk.over:
+                    right.append([w for w, _ in world.hearing.words(listener)] == ([text] if place < 6 else []))
+        assert len(right) == 12 and sum(right[:6]) >= 5 and sum(right[6:]) >= 4
+    finally:
+        world.close()
+
+
 def test_many_words():
     speech = Speech(lambda h: None)
     words = [f"{a} {b}" for a in ("red", "green", "happy", "little", "seven") for b in
