@@ -193,7 +193,7 @@ class Talk:
         far = FAR_AWAY
         if person is not None:
             far = max(NEAR, math.dist(person.face(self._stage.us)[:2], (0.0, 0.0)))
-        return np.asarray(resampled(audio.astype(np.float32) / 32768, rate) / far, np.float32)
+        return np.asarray(resampled(np.asarray(audio / 32768, np.float32), rate) / far, np.float32)
 
     def _end(self, now: Utterance, us: int) -> None:
         """What was said until now goes to the recogniser; the rest of a long speech comes later."""
