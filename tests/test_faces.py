@@ -118,7 +118,7 @@ def test_where_a_face_is_told_and_followed() -> None:
     assert face["x"] == pytest.approx(left / ahead, abs=0.05)
     assert face["y"] == pytest.approx(-up / ahead, abs=0.07), "the middle of what is found is a little lower"
     assert 0.10 < face["width"] < 0.20 and 0.14 < face["height"] < 0.26 and 0.8 < face["score"] <= 1
-    for _ in range(5):
+    for _ in range(4):
         run.go(0.5, Command("tracker", True, "A!3", ("face",)))
     assert abs(run.faces[0]["x"]) < 0.03 and abs(run.faces[0]["y"]) < 0.03
     assert run.world.body.position("HeadYaw") > 0.25
@@ -126,9 +126,9 @@ def test_where_a_face_is_told_and_followed() -> None:
 
 
 def test_another_person_in_the_same_place_is_another() -> None:
-    run = Run(enters(0, "Mia", 1.0, 0.0, name="Mia"), leaves(2.2, "Mia"), enters(2.2, "Ken", 1.05, 0.12))
-    before = run.go(2.0)[-1][0]
-    after = run.go(2.0)[-1][0]
+    run = Run(enters(0, "Mia", 1.0, 0.0, name="Mia"), leaves(0.7, "Mia"), enters(0.7, "Ken", 1.05, 0.12))
+    before = run.go(0.5)[-1][0]
+    after = run.go(1.0)[-1][0]
     assert before["recognised"] and not after["recognised"] and after["new"]
     assert before["id"] != after["id"]
     run.world.close()
@@ -176,11 +176,11 @@ def test_without_a_face_sensor_no_network_is_loaded(monkeypatch: pytest.MonkeyPa
 
 def test_the_same_run_tells_the_same() -> None:
     scene = (enters(0, "Mia", 1.1, 0.2), enters(0, "Child", 1.4, -0.3, name="Ben"),
-             SceneAction(SECOND, "Mia", "move", {"to": (1.2, 0.5), "seconds": 2.0}, kind="person"))  # fmt: skip
+             SceneAction(SECOND // 3, "Mia", "move", {"to": (1.2, 0.5), "seconds": 1.0}, kind="person"))  # fmt: skip
     told = []
     for _ in range(2):
         run = Run(*scene)
-        told.append(repr([run.faces, *run.go(1.5)]))
+        told.append(repr([run.faces, *run.go(1.0)]))
         run.world.close()
     assert told[0] == told[1] and "Ben" in told[0]
 
