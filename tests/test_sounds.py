@@ -17,7 +17,7 @@ from rrp_sheets import api
 from rrp_sheets.devices import load_robot
 from rrp_sheets.devices.sound_files import BadSoundError, Wave, read_wave
 from rrp_sheets.model.exchange import Command, DeviceUse
-from rrp_sheets.sim.espeak import LONGEST, Espeak
+from rrp_sheets.sim.espeak import LONGEST, espeak
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.sounds import RATE, SOUNDS, from_wave, louder, own_sound
 from rrp_sheets.sim.world import SimWorld
@@ -188,7 +188,7 @@ def test_languages_are_checked_at_their_cell(language, expected):
 
 
 def test_every_language_of_the_catalogue_can_be_spoken():
-    library = Espeak()
+    library = espeak()
     assert [code for code in NAO.languages if not library.voice(code)] == []
     sounds = {}
     for code, text in (("en", "Hello, robot"), ("de", "Guten Tag"), ("fr", "Bonjour"), ("ja", "こんにちは")):
@@ -199,7 +199,7 @@ def test_every_language_of_the_catalogue_can_be_spoken():
 
 
 def test_extremes_of_speech(tmp_path):
-    library = Espeak()
+    library = espeak()
     library.voice("en")
     slow, fast = (len(library.say("one two three four", speed, 100)) for speed in (80, 400))
     assert slow > 2 * fast

@@ -92,7 +92,7 @@ def head_up(out: Path, place: int) -> bool:
     """Whether the film shows the robot's head where it is when the robot stands, in its first or last (-1) picture."""
     with Image.open(out / "film.gif") as film:
         film.seek(place % film.n_frames)
-        return ImageStat.Stat(film.convert("L").crop((60, 40, 170, 78))).stddev[0] > 15
+        return ImageStat.Stat(film.convert("L").crop((60, 26, 170, 66))).stddev[0] > 15
 
 
 def check_broken(done, out):

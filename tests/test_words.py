@@ -234,7 +234,7 @@ def test_without_a_speech_library_nobody_speaks(monkeypatch):
     def broken():
         raise voices.NoSpeech
 
-    monkeypatch.setattr(voices, "Espeak", broken)
+    monkeypatch.setattr(voices, "espeak", broken)
     heard = Heard([ear("yes")], [says(0.1, "Child", "yes")], 1)
     assert heard.words == [] and heard.texts("error") == [voices.NO_SPEECH]
 

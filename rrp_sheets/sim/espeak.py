@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import re
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -27,8 +28,18 @@ class NoSpeech(Exception):
     """The speech library is not there."""
 
 
+@cache
+def espeak() -> Espeak:
+    """The speech library of this process. It must not be started twice: that frees the sounds of the voice in use.
+
+    Raises:
+        NoSpeech: it is not there.
+    """
+    return Espeak()
+
+
 class Espeak:
-    """The speech library, loaded once per process."""
+    """The speech library; `espeak()` gives the one of this process."""
 
     def __init__(self) -> None:
         try:

@@ -66,7 +66,7 @@ class Course:
 
     >>> course = Course()
     >>> for us in (0, 100_000, 200_000, 300_000): ahead = course.seen(us, np.array([us / 1e6, 0.0]))
-    >>> 0.42 < ahead[0] < 0.46
+    >>> 0.42 < float(ahead[0]) < 0.46
     True
     """
 

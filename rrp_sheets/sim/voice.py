@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rrp_sheets.model.exchange import Command, Happening
 from rrp_sheets.model.values import Value
-from rrp_sheets.sim.espeak import LONGEST, Audio, Espeak, NoSpeech
+from rrp_sheets.sim.espeak import LONGEST, Audio, Espeak, NoSpeech, espeak
 from rrp_sheets.sim.sounds import louder, write_wave
 
 Tell = Callable[[Happening], None]
@@ -29,7 +29,7 @@ class Speech:
         """The library; None when it is not installed, which is told once, for a row."""
         if self._library is None and not self._missing:
             try:
-                self._library = Espeak()
+                self._library = espeak()
             except NoSpeech:
                 self._missing = True
                 self._tell(Happening("error", NO_SPEECH, stream, row))
