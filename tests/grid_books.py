@@ -39,7 +39,7 @@ class Shared(GridPage):
 
     def checked(self) -> None:
         """Wait until the check has ended and the page knows it."""
-        self.page.wait_for_selector("#panels:not([aria-busy=true])")
+        self.page.wait_for_selector("body[data-words] #panels:not([aria-busy=true])")
 
     @property
     def spoken(self) -> str:

@@ -34,7 +34,7 @@ def at(shelf: Books):
             path = next(iter(found.values())).path if found else None
             found.clear()
             found[sheet] = shelf.open(SHEETS, sheet=sheet, path=path)
-            found[sheet].page.wait_for_function("() => document.getElementById('panels').ariaBusy !== 'true'")
+            found[sheet].page.wait_for_selector("body[data-words] #panels:not([aria-busy=true])")
 
         return found[sheet].offered(address, typed)
 

@@ -58,14 +58,15 @@ listen.addEventListener("grid", (event) => {
   grid?.server.receive(JSON.parse(event.detail.data));
 });
 listen.addEventListener("checked", async () => {
-  document.getElementById("panels").removeAttribute("aria-busy");
   if (!("orphan" in document.body.dataset)) htmx.trigger("#panels", "recheck"); // else its sheet is gone
   await fetchWords();
+  document.getElementById("panels").removeAttribute("aria-busy");
 });
 
 async function fetchWords() {
   const response = await fetch(`${grid.server.url}/vocabulary`);
   if (response.ok) grid.words = await response.json();
+  document.body.toggleAttribute("data-words", true); // what can be suggested is here
 }
 
 // who closes the page is gone for the others at once; a page that comes back from the browser's memory begins anew
