@@ -6,6 +6,7 @@ Plain geometry beside the physics: things never push the robot, and moving one c
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -17,7 +18,7 @@ Point = Sequence[float] | Vector
 
 
 @dataclass(frozen=True)
-class Solid:
+class Solid(ABC):
     """A shape in the world. Lengths in m.
 
     Attributes:
@@ -28,13 +29,13 @@ class Solid:
     name: str
     middle: tuple[float, float, float]
 
+    @abstractmethod
     def distance(self, point: Point) -> float:
         """How far a point is from it; 0 inside."""
-        raise NotImplementedError
 
+    @abstractmethod
     def hits(self, origin: Point, rays: Vector) -> Vector:
         """How far each ray (rows of unit vectors) goes from `origin` until it meets it; infinite where it does not."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)
