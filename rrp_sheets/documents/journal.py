@@ -14,30 +14,14 @@ from contextlib import closing
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
-from rrp_sheets.workbook.edits import (
-    AddSheet,
-    BringSheet,
-    DeleteRows,
-    DeleteSheet,
-    Edit,
-    InsertRows,
-    MoveRows,
-    MoveSheet,
-    RenameSheet,
-    SetCell,
-)  # fmt: skip
+from rrp_sheets.workbook.edits import AddSheet, Edit, RenameSheet
 
 FOLDER = ".rrp-sheets"
-_KINDS: dict[str, type[Edit]] = {
-    kind.__name__: kind
-    for kind in (
-        SetCell, InsertRows, DeleteRows, MoveRows, AddSheet, RenameSheet, MoveSheet, DeleteSheet, BringSheet
-    )
-}  # fmt: skip
+_KINDS: dict[str, type[Edit]] = {kind.__name__: kind for kind in get_args(Edit)}
 _TABLES = """
 create table if not exists edits (
   seq integer primary key, book text not null, author text not null, at text not null,

@@ -31,17 +31,13 @@ def make_sheeting(library: Library, desk: Desk) -> Blueprint:
     @pages.get("/book/<name>/tabs/<sheet>")
     def tabs(name: str, sheet: str) -> str:
         document = room_of(name).document
-        sheet = document.current(sheet)
-        if sheet not in document.grids and sheet not in document.own:
-            abort(404)
+        sheet = _known(document, sheet)
         return show(strip_of(document, name, sheet, live=request.args.get("live") == "yes"))
 
     @pages.get("/book/<name>/sheets/about/<sheet>")
     def about(name: str, sheet: str) -> Response:
         document = room_of(name).document
-        sheet = document.current(sheet)
-        if sheet not in document.grids and sheet not in document.own:
-            abort(404)
+        sheet = _known(document, sheet)
         try:
             named = document.sheets.naming(sheet)
         except SheetsError as error:
@@ -62,6 +58,14 @@ def make_sheeting(library: Library, desk: Desk) -> Blueprint:
         return jsonify(room.change(client, author, tag, lambda document: make(room, document, author, given)))
 
     return pages
+
+
+def _known(document: Document, sheet: str) -> str:
+    """The present name of a sheet that a page names; 404 when there is none."""
+    sheet = document.current(sheet)
+    if sheet not in document.grids and sheet not in document.own:
+        abort(404)
+    return sheet
 
 
 def _of(document: Document, given: Asked) -> str:

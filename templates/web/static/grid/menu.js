@@ -1,5 +1,7 @@
 // The menu of the rows: by the right mouse button, the menu key, or the button above the grid.
 
+import { walk } from "./popup.js";
+
 const ITEMS = [
   ["Insert above", "Ctrl +", (grid) => grid.rows.insert()],
   ["Insert below", "", (grid) => grid.rows.insert(true)],
@@ -41,16 +43,7 @@ export function menu(grid) {
     box.style.top = `${Math.min(event.detail.y, innerHeight - box.offsetHeight - 8)}px`;
     box.firstElementChild.focus();
   });
-  box.addEventListener("keydown", (event) => {
-    const items = [...box.children];
-    const at = items.indexOf(document.activeElement);
-    const to = { ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: items.length - 1 }[event.key];
-    if (to !== undefined) items[(to + items.length) % items.length].focus();
-    else if (event.key === "Escape" || event.key === "Tab") close();
-    else return;
-    event.preventDefault();
-    event.stopPropagation();
-  });
+  box.addEventListener("keydown", (event) => walk(event, [...box.children], close));
   document.addEventListener("pointerdown", (event) => {
     if (!box.hidden && !box.contains(event.target)) close(false);
   });

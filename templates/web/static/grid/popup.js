@@ -13,15 +13,7 @@ export function popup(box, at, back) {
   items[0]?.focus();
   const away = new AbortController();
   const { signal } = away;
-  box.addEventListener("keydown", (event) => {
-    const now = items.indexOf(document.activeElement);
-    const to = { ArrowDown: now + 1, ArrowUp: now - 1, Home: 0, End: items.length - 1 }[event.key];
-    if (to !== undefined) items[(to + items.length) % items.length].focus();
-    else if (event.key === "Escape" || event.key === "Tab") close();
-    else return;
-    event.preventDefault();
-    event.stopPropagation();
-  }, { signal });
+  box.addEventListener("keydown", (event) => walk(event, items, close), { signal });
   box.addEventListener("click", (event) => event.target.closest("[role=menuitem]") && close(false), { signal });
   document.addEventListener("pointerdown", (event) => box.contains(event.target) || close(false), { signal });
 
@@ -51,4 +43,15 @@ export function menuOf(label, entries) {
     box.append(item);
   }
   return box;
+}
+
+/** The keys of an open menu: arrows, Home and End go through its items, Escape and Tab close it. */
+export function walk(event, items, close) {
+  const now = items.indexOf(document.activeElement);
+  const to = { ArrowDown: now + 1, ArrowUp: now - 1, Home: 0, End: items.length - 1 }[event.key];
+  if (to !== undefined) items[(to + items.length) % items.length].focus();
+  else if (event.key === "Escape" || event.key === "Tab") close();
+  else return;
+  event.preventDefault();
+  event.stopPropagation();
 }
