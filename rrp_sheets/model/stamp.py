@@ -1,0 +1,70 @@
+"""What every export says of itself: which workbook ran, by which program, in which session."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+PROGRAM = "RRP Sheets"
+SHORT = 12  # hexadecimal digits of a hash that is read by people
+_NAMES = {
+    "run": "Run", "workbook": "Workbook", "digest": "Workbook SHA-256", "program": "Program", "mode": "Mode",
+    "seed": "Seed", "participant": "Participant", "condition": "Condition", "operator": "Operator", "began": "Began",
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Stamp:
+    """Where an export comes from; what is not known, or does not apply, is blank.
+
+    Attributes:
+        run: the name of the run's folder; blank for an export of a workbook that has not run.
+        workbook: its file.
+        digest: SHA-256 of that file, in hexadecimal.
+        program: the program's version, `0.2.0`.
+        mode: `simulated`, `pilot`, `real`.
+        began: the wall clock at time 0, `2026-11-21 20:54:55+00:00`.
+    """
+
+    workbook: str = ""
+    digest: str = ""
+    program: str = ""
+    mode: str = ""
+    seed: str = ""
+    participant: str = ""
+    condition: str = ""
+    operator: str = ""
+    began: str = ""
+    run: str = ""
+
+    @staticmethod
+    def names() -> list[str]:
+        """What the fields are called, in the order of `values`."""
+        return list(_NAMES.values())
+
+    def values(self) -> list[str]:
+        """The texts, in the order of `names`; the version has the program's name with it."""
+        told = {f.name: str(getattr(self, f.name)) for f in fields(self)}
+        told["program"] = told["program"] and f"{PROGRAM} {told['program']}"
+        return [told[name] for name in _NAMES]
+
+    def pairs(self) -> list[tuple[str, str]]:
+        """Names and texts of what is known: for properties of a file, and for a page about the run.
+
+        >>> Stamp("greeter.xlsx", seed="7").pairs()
+        [('Workbook', 'greeter.xlsx'), ('Seed', '7')]
+        """
+        return [(name, text) for name, text in zip(self.names(), self.values(), strict=True) if text]
+
+    def line(self) -> str:
+        """One line for the foot of a page or picture.
+
+        >>> Stamp("greeter.xlsx", "37c20efdee336143", "0.2.0", "pilot", "7", "P07", began="2026-11-21 20:54:55").line()
+        'greeter.xlsx · 37c20efdee33 · RRP Sheets 0.2.0 · pilot: never data · seed 7 · P07 · began 2026-11-21 20:54:55'
+        """
+        mode = "pilot: never data" if self.mode == "pilot" else self.mode
+        parts = (
+            self.workbook, self.digest[:SHORT], self.program and f"{PROGRAM} {self.program}", mode,
+            self.seed and f"seed {self.seed}", self.participant, self.condition,
+            self.operator and f"operator {self.operator}", self.began and f"began {self.began}",
+        )  # fmt: skip
+        return " · ".join(filter(None, parts))
