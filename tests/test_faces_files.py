@@ -15,6 +15,7 @@ from click.testing import CliRunner
 from PIL import Image
 from portraits import FACE, photographs
 
+from rrp_sheets import api
 from rrp_sheets.cli.faces import command
 from rrp_sheets.cli.main import group
 from rrp_sheets.devices import load_robot
@@ -22,6 +23,7 @@ from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.errors import MissingPart, SheetsError
 from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.runs import RunSettings
 from rrp_sheets.runs import faces as kept_faces
 from rrp_sheets.sim import face_models
 from rrp_sheets.sim.face_memory import FaceMemory, read_memory, write_memory
@@ -91,6 +93,33 @@ def test_pictures_of_all_kinds_are_read(tmp_path: Path, models: FaceModels) -> N
         portrait = from_file(path, models)
         eyes = models.find(portrait.cut_out(150))[0].points[:2]
         assert abs(eyes[0][1] - eyes[1][1]) < 4, f"{path.name} is upright"
+
+
+BOOK = """
+# Known
+## Behaviour
+| Input streams | Connector | Formula | Output stream |
+|---|---|---|---|
+| Face | subscribe | | Hello |
+## Devices
+| Stream | Device | Text |
+|---|---|---|
+| Face | Face detection | |
+| Hello | Say parameter | Hello |
+## Scene
+| Time (s) | Thing | Does | Value |
+|---|---|---|---|
+| 0 | Anna | enters | at 1.2, 0, 0.6 with picture wall.png |
+"""
+
+
+def test_a_run_that_does_not_begin_leaves_no_folder(tmp_path: Path) -> None:
+    Image.new("RGB", (200, 200), "grey").save(tmp_path / "wall.png")  # in which there is no face
+    book = tmp_path / "known.md"
+    book.write_text(BOOK)
+    with pytest.raises(SheetsError, match=r"wall\.png"):
+        api.run(book, RunSettings(seconds=1.0, fast=True, film=False))
+    assert not list((tmp_path / "runs").glob("*"))
 
 
 def test_a_run_with_a_bad_picture_does_not_begin(tmp_path: Path) -> None:

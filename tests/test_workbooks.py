@@ -203,7 +203,8 @@ def test_with_timestamps_the_arm_is_never_driven_later_than_a_second_after_close
 def test_a_run_leaves_everything_in_its_folder(ran):
     folder = ran("simple-tracking").folder
     names = {p.name for p in folder.iterdir()}
-    assert names == {"trace.jsonl", "protocol.xlsx", "robot.toml", "run.xlsx", "diagram.svg", "film.gif", "strip.png"}
+    kept = {"trace.jsonl", "protocol.xlsx", "robot.toml", "gestures.toml", "run.xlsx", "diagram.svg"}
+    assert names == kept | {"film.gif", "strip.png"}
     assert (folder / "protocol.xlsx").read_bytes() == (FOLDER / "simple-tracking.xlsx").read_bytes()
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 from collections.abc import Iterator
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,7 @@ _WHAT = {
     "trace.jsonl": "every event of the run",
     "protocol.xlsx": "the workbook that ran",
     "robot.toml": "the robot's catalogue",
+    "gestures.toml": "the robot's gestures",
     "run.xlsx": "the run as a table, one row per event",
     "diagram.svg": "the diagram of the behaviours",
     "film.gif": "the robot, filmed",
@@ -40,6 +42,7 @@ class RunFolder:
         self.reading = reading
         self.source = Path(reading.workbook.source)
         self.path = (out or self._default()).absolute()
+        self._was_there = self.path.exists()
         if (self.path / "trace.jsonl").exists():
             raise SheetsError(f"There is a run in “{self.path}” already.", "Name another folder with --out.")
 
@@ -61,6 +64,12 @@ class RunFolder:
             number += 1
         return folder
 
+    def drop(self) -> None:
+        """Take the folder away again, if it is new and there is nothing in it: the run has not begun."""
+        if not self._was_there:
+            with suppress(OSError):
+                self.path.rmdir()
+
     def keep_workbook(self, checked: Checked) -> None:
         """Copy the workbook that runs, as .xlsx, and the robot's catalogue."""
         from rrp_sheets.runs.copies import as_xlsx
@@ -71,7 +80,9 @@ class RunFolder:
                 shutil.copyfile(self.source, target)
             else:
                 as_xlsx(self.reading, checked.robot, target)
-            shutil.copyfile(checked.robot.folder / "robot.toml", self.path / "robot.toml")
+            for name in ("robot.toml", "gestures.toml"):
+                if (checked.robot.folder / name).is_file():  # a robot need not have gestures
+                    shutil.copyfile(checked.robot.folder / name, self.path / name)
         except OSError as error:
             message = f"Nothing can be written into “{self.path}” ({error.strerror})."
             raise SheetsError(message, "Make room, or name another folder with --out.") from None

@@ -160,9 +160,13 @@ def run(
         scene = default_scene(plan.outer_sensors, checked.robot)
     folder = RunFolder(reading, settings.out)
     until = _until(checked, settings)
-    live = (world or _simulated(settings))(plan, scene, seed, folder.path)
     recorder = _Recorder(view, control or Control())
-    course = _begin(plan, live, recorder, seed, settings, cell)
+    try:
+        live = (world or _simulated(settings))(plan, scene, seed, folder.path)
+        course = _begin(plan, live, recorder, seed, settings, cell)
+    except SheetsError:
+        folder.drop()
+        raise
     view.started(start_of(plan, scene, until, folder.path, getattr(live, "pid", None)))
     try:
         folder.make()
@@ -292,7 +296,8 @@ def _simulated(settings: RunSettings) -> WorldMaker:
         checked = plan.checked
         return SimulatedWorld(
             checked.robot, plan.outer_sensors, plan.outer_actuators, scene, dones=plan.dones, seed=seed,
-            frame_rate=checked.run.frame_rate, out=out, film=settings.film,
+            frame_rate=checked.run.frame_rate, out=out, film=settings.film, record=True,
+            camera=settings.camera and checked.run.keeps_pictures,
             title=checked.workbook.protocol.text("Title"),
             beside=folder_of(checked.workbook).absolute(),
             faces=faces_file(Path(checked.workbook.source)) if checked.run.keeps_faces else None,

@@ -136,7 +136,8 @@ def _same(facts: Facts, library: Library) -> str:
 
 def _downloads(run: str, files: Mapping[str, tuple[Path, str]]) -> tuple[Download, ...]:
     found = [Download(n, n, describe(n), _size(path)) for n, (path, _) in files.items()]
-    order = ("run.xlsx", "protocol.xlsx", "diagram.svg", "strip.png", "film.gif", "trace.jsonl", "robot.toml")
+    order = ("run.xlsx", "protocol.xlsx", "diagram.svg", "strip.png", "film.gif", "trace.jsonl", "robot.toml",
+             "gestures.toml")  # fmt: skip
     return tuple(sorted(found, key=lambda d: (order.index(d.name) if d.name in order else len(order), d.name)))
 
 

@@ -14,7 +14,8 @@ PICTURES = {"strip.png": "image/png", "film.gif": "image/gif", "diagram.svg": "i
 _WAV = "audio/wav"
 _SHEET = "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet"
 _OTHERS = {
-    "run.xlsx": _SHEET, "protocol.xlsx": _SHEET, "robot.toml": "text/plain", "trace.jsonl": "application/x-ndjson",
+    "run.xlsx": _SHEET, "protocol.xlsx": _SHEET, "robot.toml": "text/plain", "gestures.toml": "text/plain",
+    "trace.jsonl": "application/x-ndjson",
 }  # fmt: skip
 
 
