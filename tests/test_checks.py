@@ -235,6 +235,8 @@ PROTOCOL = "## Protocol\n| Field | Value |\n|---|---|\n"
         ("| Seed | abc |", [("PROT005", "B2")]),
         ("| Time limit | soon |", [("PROT006", "B2")]),
         ("| Face memory | a week |", [("PROT007", "B2")]),
+        ("| Language | Klingon |", [("PROT008", "B2")]),
+        ("| Language | 日本語 |", []),
         ("| Face memory | Kept |", []),
         ("| Time limit | 10 min |", []),
         ("| Favourite colour | blue |", []),

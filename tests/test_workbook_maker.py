@@ -37,7 +37,7 @@ def test_the_template_is_read_without_a_finding(template: Path) -> None:
     assert [d.stream.text for d in workbook.devices] == ["Red ball", "Head tracker"]
     assert len(workbook.tests[0].rows) == 4
     fields = "title authors version purpose participants ethicsreference contact datakept retention robot engine"
-    fields += " framerate run seed timelimit facememory"
+    fields += " framerate run seed timelimit facememory language"
     assert set(workbook.protocol.fields) == set(fields.split())
 
 
@@ -92,6 +92,8 @@ def test_drop_downs_offer_and_never_refuse(template: Path) -> None:
         sheet, _, cells = book.defined_names[name].attr_text.partition("!")
         assert book[sheet.strip("'")][cells.replace("$", "")][0][0].value
     assert [c.value for c in book["Lists"]["A"]][:4] == ["Connectors", "map", "filter", "subscribe"]
+    fields = {r.prompt.split(".")[0]: r.formula1 for r in book["Protocol"].data_validations.dataValidation}
+    assert '"English,日本語"' in fields.values() and '"ends with the run,kept"' in fields.values()
     modes = [r for r in book["Devices"].data_validations.dataValidation if r.formula1 == "List_mode"]
     assert [str(r.sqref) for r in modes] == ["C2:C201"]
 

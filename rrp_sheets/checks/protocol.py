@@ -1,4 +1,4 @@
-"""What the Protocol sheet says about running: which behaviours, frame rate, seed, time limit."""
+"""What the Protocol sheet says about running (which behaviours, frame rate, seed, time limit) and its language."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.model.durations import meant_duration, parse_duration
+from rrp_sheets.model.languages import language_code
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Workbook
 
@@ -27,6 +28,7 @@ class RunPlan:
         time_limit_us: when the run ends by itself; None for no limit.
         engine: `frame` or `event loop`.
         keeps_faces: whether remembered faces are kept beyond the run.
+        language: the code of the one that explanations, diagrams and the printed protocol are in.
     """
 
     behaviours: frozenset[str]
@@ -35,6 +37,7 @@ class RunPlan:
     time_limit_us: int | None = None
     engine: str = "frame"
     keeps_faces: bool = False
+    language: str = "en"
 
 
 def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
@@ -67,7 +70,14 @@ def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
         memory = next((m for m in (FORGETS, KEEPS) if key(m) == key(text)), "")
         if not memory:
             report.add("PROT007", protocol.fields["facememory"].address, text=text)
-    return RunPlan(_behaviours(workbook, report), rate, seed, limit or None, engine or "frame", memory == KEEPS)
+    language = "en"
+    if text := protocol.text("Language"):
+        language = language_code(text)
+        if not language:
+            report.add("PROT008", protocol.fields["language"].address, text=text)
+    return RunPlan(
+        _behaviours(workbook, report), rate, seed, limit or None, engine or "frame", memory == KEEPS, language or "en"
+    )
 
 
 def _behaviours(workbook: Workbook, report: Report) -> frozenset[str]:

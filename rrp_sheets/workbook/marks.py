@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,6 +34,17 @@ def add_prompt(sheet: Any, cells: str, title: str, look: style.Column, lists: Ma
         rule.promptTitle = title[:_TITLE_LENGTH]
         rule.prompt = look.prompt[:_PROMPT_LENGTH]
     rule.add(cells)
+    sheet.add_data_validation(rule)
+
+
+def add_choices(sheet: Any, cell: str, title: str, choices: Sequence[str], prompt: str) -> None:
+    """Give one cell a drop-down of a few words (without commas in them), and a prompt."""
+    from openpyxl.worksheet.datavalidation import DataValidation
+
+    rule = DataValidation(type="list", formula1='"' + ",".join(choices) + '"', allow_blank=True)
+    rule.showErrorMessage = False
+    rule.showInputMessage, rule.promptTitle, rule.prompt = True, title[:_TITLE_LENGTH], prompt[:_PROMPT_LENGTH]
+    rule.add(cell)
     sheet.add_data_validation(rule)
 
 

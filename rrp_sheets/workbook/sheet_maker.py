@@ -8,9 +8,10 @@ from typing import Any
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.cells import column_letters
+from rrp_sheets.model.names import key
 from rrp_sheets.workbook import limits, style
 from rrp_sheets.workbook.headers import Recognised
-from rrp_sheets.workbook.marks import Block, add_name_marks, add_prompt, add_row_marks
+from rrp_sheets.workbook.marks import Block, add_choices, add_name_marks, add_prompt, add_row_marks
 
 _LETTER = 0.75  # the mean width of a letter, in widths of a digit, with room to spare
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
@@ -133,6 +134,12 @@ class SheetMaker:
             device = columns["Device"]
             cells = f"{device}{row}:{device}{self.last}"
             add_name_marks(self.sheet, cells, f"${device}{row}", [self.lists["All devices"]])
+        if self.kind == "protocol":
+            for number, fields in enumerate(self.rows[self.header :], row):
+                name = fields[self.what.columns["Field"] - 1] if fields else ""
+                choices, prompt = style.FIELDS.get(key(name), ((), ""))
+                if choices:
+                    add_choices(self.sheet, f"{columns['Value']}{number}", name, choices, prompt)
         on = columns.get("On", "") if self.kind == "behaviour" else ""
         add_row_marks(self.sheet, Block(first, last, row, self.last), on)
 

@@ -85,6 +85,14 @@ COLUMNS: dict[str, dict[str, Column]] = {
 }  # fmt: skip
 
 
+FIELDS: dict[str, tuple[tuple[str, ...], str]] = {
+    "engine": (("frame", "event loop"), "frame: every frame takes all that has come. event loop: each value at once."),
+    "facememory": (("ends with the run", "kept"), "How long the robot remembers faces."),
+    "language": (("English", "日本語"), "In which the workbook is explained, drawn and printed. Blank: English."),
+}
+"""Fields of the Protocol sheet, by key, that say one of a few things: these, and a prompt."""
+
+
 def column(kind: str, header: str, choices: frozenset[str] = frozenset()) -> Column:
     """The look of a column; columns of the user's own, and settings, have a plain one.
 

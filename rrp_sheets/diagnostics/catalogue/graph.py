@@ -60,4 +60,6 @@ CODES: tuple[Code, ...] = (
     Code("PROT006", _E, "Time limit", "“{text}” is not a time.", "Write for example {meant}."),
     Code("PROT007", _E, "Face memory", "“{text}” does not say how long faces are remembered.",
          "Write ends with the run, or kept."),
+    Code("PROT008", _E, "Language", "“{text}” is no language that a protocol can be printed in.",
+         "Write English or Japanese, or leave the cell blank. What the robot speaks stands in the Devices sheet."),
 )  # fmt: skip

@@ -2,6 +2,8 @@
 
 import { key, named, pick } from "./suggest.js";
 
+const CHOSEN = ["robot", "engine", "facememory", "language"]; // fields that take nothing but one of these
+
 /** Suggestions for a cell of the Devices, Scene, test or Protocol sheets; null for another kind of cell. */
 export function inCell(words, where, before, text) {
   const { kind } = where;
@@ -13,7 +15,7 @@ export function inCell(words, where, before, text) {
   if (kind === "amount" && where.table.kind === "scene") return free(times(words), text);
   if (kind === "fieldvalue") {
     const field = key(named(where, "fieldname"));
-    return field === "run" ? after(words.values.run, before) : free(words.values?.[field] ?? [], text, ["robot", "engine"].includes(field));
+    return field === "run" ? after(words.values.run, before) : free(words.values?.[field] ?? [], text, CHOSEN.includes(field));
   }
   if (kind === "send" || kind === "expect") return sent(words, where, before);
   return null;
