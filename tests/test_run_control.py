@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from play import check, example, rows
 
 from rrp_sheets.model.scene import SceneAction
-from rrp_sheets.runs.folder import tidy
+from rrp_sheets.runs.records.tidy import tidy
 from rrp_sheets.runs.marbles import trace_scores
 from rrp_sheets.runs.starting import start_of
 from rrp_sheets.runs.watchdog import Watchdog

@@ -9,7 +9,7 @@ from play import check, rows
 
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.exchange import Happening
-from rrp_sheets.runs.folder import tidy
+from rrp_sheets.runs.records.tidy import tidy
 from rrp_sheets.runtime.frame import FrameEngine
 from rrp_sheets.runtime.loop import run_loop
 from rrp_sheets.runtime.plan import make_plan

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Iterator
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rrp_sheets.checks import Checked
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runtime.trace import read_trace
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
 
-SENT = "sent by hand"  # the kind of a value that somebody sent into a sensor stream
 _WHAT = {
     "trace.jsonl": "every event of the run",
     "protocol.xlsx": "the workbook that ran",
@@ -25,6 +22,8 @@ _WHAT = {
     "gestures.toml": "the robot's gestures",
     "run.xlsx": "the run as a table, one row per event",
     "diagram.svg": "the diagram of the behaviours",
+    "poses.jsonl": "how the robot and the things around it stood",
+    "camera.zip": "pictures of the robot's camera",
     "film.gif": "the robot, filmed",
     "strip.png": "six moments of the run, and what the robot saw",
 }
@@ -38,8 +37,9 @@ def faces_file(workbook: Path) -> Path:
 class RunFolder:
     """A run's folder; `path` is where it will be, :meth:`make` makes it."""
 
-    def __init__(self, reading: Reading, out: Path | None) -> None:
+    def __init__(self, reading: Reading, out: Path | None, home: Path | None = None) -> None:
         self.reading = reading
+        self._home = home
         self.source = Path(reading.workbook.source)
         self.path = (out or self._default()).absolute()
         self._was_there = self.path.exists()
@@ -57,7 +57,7 @@ class RunFolder:
     def _default(self) -> Path:
         name = re.sub(r"[^\w.-]+", "-", self.source.stem).strip("-") or "run"
         stem = f"{datetime.now():%Y-%m-%d-%H%M%S}-{name}"
-        folder = self.source.absolute().parent / "runs" / stem
+        folder = (self._home or self.source.absolute().parent) / "runs" / stem
         number = 2
         while folder.exists():  # two runs in one second
             folder = folder.with_name(f"{stem}-{number}")
@@ -126,61 +126,12 @@ def describe(name: str) -> str:
 
 
 def _table(path: Path, checked: Checked) -> None:
-    from rrp_sheets.workbook.table import write_table
+    from rrp_sheets.runs.records.table import write_xlsx
 
-    header, rows, widths = tidy(path / "trace.jsonl")
-    write_table(path / "run.xlsx", "run", header, rows, widths)
+    write_xlsx([path / "trace.jsonl"], path / "run.xlsx")
 
 
 def _draw(path: Path, checked: Checked) -> None:
     from rrp_sheets.runs.drawings import draw
 
     draw(checked, path / "diagram.svg")
-
-
-def tidy(trace: Path) -> tuple[list[str], Iterator[list[Any]], list[float]]:
-    """A trace as a tidy table: header, rows (one per event), column widths.
-
-    A record's fields stand in columns of their own, so that a plain value is always in the column Value. A run in which
-    people did something has a column more, which says who.
-    """
-    fields: dict[str, None] = {}
-    people = False
-    kinds: dict[str, str] = {}
-    for line in read_trace(trace):
-        if line.get("type") == "header":
-            kinds = {s["stream"]: s["kind"] for s in line["streams"]}
-        if isinstance(line.get("value"), dict):
-            fields.update(dict.fromkeys(line["value"]))
-        people = people or ("by" in line and "type" not in line)
-    by = ["By"] if people else []
-    header = ["Time (s)", "Kind", "Stream", "Row", "Value", "Message", *by, *fields]
-    widths = [10, 11, 24, 16, 18, 40, *[12.0] * (len(by) + len(fields))]
-    return header, _rows(trace, kinds, list(fields), people), widths
-
-
-def _rows(trace: Path, kinds: dict[str, str], fields: list[str], people: bool) -> Iterator[list[Any]]:
-    for line in read_trace(trace):
-        if "type" in line:
-            continue
-        value = line.get("value")
-        record = value if isinstance(value, dict) else {}
-        message = line.get("error") or line.get("text")
-        plain = None if record else _plain(value)
-        row = [line["t"], _kind(line, kinds), line.get("stream"), line.get("row") or None, plain, message]
-        by = [line.get("by") or None] if people else []
-        yield [*row, *by, *(_plain(record.get(f)) for f in fields)]
-
-
-def _kind(line: dict[str, Any], kinds: dict[str, str]) -> str:
-    if line.get("stimulated"):
-        return SENT
-    return "error" if "error" in line else line.get("happening") or kinds.get(line.get("stream", ""), "stream")
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, bool):
-        return value
-    if isinstance(value, (list, dict)):
-        return str(value)
-    return value

@@ -4,18 +4,31 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 _MOST_ROWS = 1_000_000  # a sheet holds 1,048,576
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 _LONGEST = 32_767
+_LONGEST_PROPERTY = 255
+
+
+@dataclass(frozen=True)
+class MoreSheet:
+    """A further, short sheet of a table's file."""
+
+    title: str
+    header: Sequence[str]
+    rows: Sequence[Sequence[Any]]
+    widths: Sequence[float]
 
 
 def write_table(
-    path: Path, title: str, header: Sequence[str], rows: Iterable[Sequence[Any]], widths: Sequence[float]
-) -> None:
+    path: Path, title: str, header: Sequence[str], rows: Iterable[Sequence[Any]], widths: Sequence[float],
+    more: Sequence[MoreSheet] = (), properties: Mapping[str, str] | None = None,
+) -> None:  # fmt: skip
     """Write the table atomically; more than a million rows go on in further sheets.
 
     Args:
@@ -24,6 +37,8 @@ def write_table(
         header: the column names.
         rows: numbers stay numbers, everything else is text (never a live formula), None is an empty cell.
         widths: of the columns, in characters.
+        more: further sheets, behind it.
+        properties: of the document: `title`, `subject`, `description`, `keywords`, `creator`.
     """
     from openpyxl import Workbook
     from openpyxl.cell import WriteOnlyCell
@@ -45,9 +60,19 @@ def write_table(
     if sheet is None:
         sheet = _new_sheet(book, title, widths, get_column_letter)
         sheet.append([_head(WriteOnlyCell(sheet, name), Font, PatternFill) for name in header])
+    for one in more:
+        sheet = _new_sheet(book, one.title, one.widths, get_column_letter)
+        sheet.append([_head(WriteOnlyCell(sheet, name), Font, PatternFill) for name in one.header])
+        for row in one.rows:
+            sheet.append([_cell(WriteOnlyCell, sheet, value) for value in row])
+    for name, text in (properties or {}).items():
+        setattr(book.properties, name, _CONTROL.sub("\ufffd", text)[:_LONGEST_PROPERTY])
     half = path.with_name(path.name + ".part")
-    book.save(half)
-    os.replace(half, path)
+    try:
+        book.save(half)
+        os.replace(half, path)
+    finally:
+        half.unlink(missing_ok=True)
 
 
 def _new_sheet(book: Any, title: str, widths: Sequence[float], letter: Any) -> Any:

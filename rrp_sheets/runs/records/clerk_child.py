@@ -41,7 +41,7 @@ def _marbles(place: str, behaviour: str, rows: list[int], window: list[float | N
 def _csv(place: str, target: str) -> None:
     from rrp_sheets.runs.records.table import write_csv
 
-    write_csv(Path(place), Path(target))
+    write_csv([Path(place) / TRACE], Path(target))
 
 
 def _compare(first: str, second: str) -> dict[str, Any]:
