@@ -236,6 +236,8 @@ PROTOCOL = "## Protocol\n| Field | Value |\n|---|---|\n"
         ("| Time limit | soon |", [("PROT006", "B2")]),
         ("| Face memory | a week |", [("PROT007", "B2")]),
         ("| Language | Klingon |", [("PROT008", "B2")]),
+        ("| Camera pictures | sometimes |", [("PROT009", "B2")]),
+        ("| Camera pictures | Not kept |", []),
         ("| Language | 日本語 |", []),
         ("| Face memory | Kept |", []),
         ("| Time limit | 10 min |", []),

@@ -37,7 +37,7 @@ def test_the_template_is_read_without_a_finding(template: Path) -> None:
     assert [d.stream.text for d in workbook.devices] == ["Red ball", "Head tracker"]
     assert len(workbook.tests[0].rows) == 4
     fields = "title authors version purpose participants ethicsreference contact datakept retention robot engine"
-    fields += " framerate run seed timelimit facememory language"
+    fields += " framerate run seed timelimit facememory camerapictures language"
     assert set(workbook.protocol.fields) == set(fields.split())
 
 

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.languages import language_code
 from rrp_sheets.model.names import key, nearest
-from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.model.workbook import Protocol, Workbook
 
 ENGINES = ("frame", "event loop")
 FORGETS, KEEPS = "ends with the run", "kept"
 """What Face memory may say."""
+NOT_KEPT = "not kept"
+"""What Camera pictures may say besides `kept`."""
 PHYSICS_RATE = 240  # Hz; frames are whole steps of the physics
 
 
@@ -29,6 +32,7 @@ class RunPlan:
         engine: `frame` or `event loop`.
         keeps_faces: whether remembered faces are kept beyond the run.
         language: the code of the one that explanations, diagrams and the printed protocol are in.
+        keeps_pictures: whether pictures of the robot's camera may be kept with the record of a run.
     """
 
     behaviours: frozenset[str]
@@ -38,6 +42,7 @@ class RunPlan:
     engine: str = "frame"
     keeps_faces: bool = False
     language: str = "en"
+    keeps_pictures: bool = True
 
 
 def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
@@ -50,11 +55,7 @@ def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
             rate = int(digits[1])
         else:
             report.add("PROT003", protocol.fields["framerate"].address, text=text)
-    engine = "frame"
-    if text := protocol.text("Engine"):
-        engine = next((e for e in ENGINES if key(e) == key(text)), "")
-        if not engine:
-            report.add("PROT002", protocol.fields["engine"].address, name=text)
+    engine = _meant(protocol, "Engine", "PROT002", lambda t: _one_of(ENGINES, t), report) or "frame"
     if text := protocol.text("Seed"):
         if re.fullmatch(r"\d{1,15}", text):
             seed = int(text)
@@ -65,19 +66,26 @@ def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
         if not limit:
             meant = meant_duration(text, "s") or "10 min or 90 s"
             report.add("PROT006", protocol.fields["timelimit"].address, text=text, meant=meant)
-    memory = FORGETS
-    if text := protocol.text("Face memory"):
-        memory = next((m for m in (FORGETS, KEEPS) if key(m) == key(text)), "")
-        if not memory:
-            report.add("PROT007", protocol.fields["facememory"].address, text=text)
-    language = "en"
-    if text := protocol.text("Language"):
-        language = language_code(text)
-        if not language:
-            report.add("PROT008", protocol.fields["language"].address, text=text)
+    memory = _meant(protocol, "Face memory", "PROT007", lambda t: _one_of((FORGETS, KEEPS), t), report)
+    pictures = _meant(protocol, "Camera pictures", "PROT009", lambda t: _one_of((KEEPS, NOT_KEPT), t), report)
+    language = _meant(protocol, "Language", "PROT008", language_code, report) or "en"
+    behaviours = _behaviours(workbook, report)
     return RunPlan(
-        _behaviours(workbook, report), rate, seed, limit or None, engine or "frame", memory == KEEPS, language or "en"
+        behaviours, rate, seed, limit or None, engine, memory == KEEPS, language, keeps_pictures=pictures != NOT_KEPT
     )
+
+
+def _meant(protocol: Protocol, field: str, code: str, meaning: Callable[[str], str], report: Report) -> str:
+    """What a field means that says one of a few things; empty when it is blank, or is reported."""
+    text = protocol.text(field)
+    found = meaning(text) if text else ""
+    if text and not found:
+        report.add(code, protocol.fields[key(field)].address, text=text, name=text)
+    return found
+
+
+def _one_of(words: Sequence[str], text: str) -> str:
+    return next((word for word in words if key(word) == key(text)), "")
 
 
 def _behaviours(workbook: Workbook, report: Report) -> frozenset[str]:

@@ -11,13 +11,14 @@ from types import FrameType
 
 import click
 
+from rrp_sheets.cli.bundled import Workbook, home_of
 from rrp_sheets.cli.main import BROKEN, INTERRUPTED
 from rrp_sheets.cli.watch import Watch
 from rrp_sheets.model.durations import parse_duration
 
 
 @click.command(name="run")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=Workbook())
 @click.option(
     "--for",
     "duration",
@@ -30,12 +31,15 @@ from rrp_sheets.model.durations import parse_duration
 @click.option("--seed", type=int, help="of everything random; the Protocol's otherwise")
 @click.option("--mode", type=click.Choice(["simulated", "pilot"]), default="simulated", show_default=True,
               help="pilot: a rehearsal whose data never counts as a session")  # fmt: skip
+@click.option(
+    "--no-camera", is_flag=True, help="keep no picture of the robot's camera  [default: as the Protocol says]"
+)
 @click.option("--participant", default="", help="the participant's code")
 @click.option("--condition", default="", help="the experimental condition")
 @click.option("--operator", default="", help="who operates the session")
 def command(
     file: Path, duration: str, fast: bool, out: Path | None, as_json: bool, seed: int | None, mode: str,
-    participant: str, condition: str, operator: str,
+    no_camera: bool, participant: str, condition: str, operator: str,
 ) -> None:  # fmt: skip
     """Check FILE, run it on the simulated robot, and leave a folder with all there is to see of the run.
 
@@ -48,8 +52,9 @@ def command(
     from rrp_sheets.cli.check import print_findings
 
     settings = api.RunSettings(
+        home=home_of(click.get_current_context()),
         seconds=_seconds(duration), fast=fast, out=out, seed=seed, mode=mode, participant=participant,
-        condition=condition, operator=operator,
+        condition=condition, operator=operator, camera=not no_camera,
     )  # fmt: skip
     watch = Watch()
     _stop_on_interrupt(watch)

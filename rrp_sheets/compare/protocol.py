@@ -23,6 +23,7 @@ _ACTED_ON: Mapping[str, Callable[[Side], Hashable]] = {
     "timelimit": lambda side: side.checked.run.time_limit_us,
     "run": lambda side: side.checked.run.behaviours,
     "facememory": lambda side: key(side.workbook.protocol.text("Face memory", "ends with the run")),
+    "camerapictures": lambda side: key(side.workbook.protocol.text("Camera pictures", "kept")),
 }
 
 

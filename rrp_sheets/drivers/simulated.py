@@ -33,6 +33,8 @@ class SimulatedWorld(World):
         frame_rate: frames a second of the engine; divides 240.
         out: the folder of the run, for `say-001.wav`, …, `film.gif` and `strip.png`; None writes nothing.
         film: whether to record the film and the strip of moments.
+        record: whether to write down poses and what the camera sees, to be looked back at.
+        camera: whether pictures of the robot's camera may be kept.
         title: shown on the strip.
         beside: the folder of the workbook, for its sounds.
         faces: the file that keeps remembered faces beyond the run; None keeps none.
@@ -53,6 +55,8 @@ class SimulatedWorld(World):
         frame_rate: int = 30,
         out: Path | None = None,
         film: bool = False,
+        record: bool = False,
+        camera: bool = True,
         title: str = "",
         beside: Path | None = None,
         faces: Path | None = None,
@@ -72,7 +76,8 @@ class SimulatedWorld(World):
         spec = Spec(
             robot=robot, sensors=_specs(sensors, robot), actuators=_specs(actuators, robot),
             dones={of: done for done, of in (dones or {}).items()}, scene=tuple(scene), seed=seed,
-            frame_rate=frame_rate, out=str(out.resolve()) if out is not None else "", film=film, title=title,
+            frame_rate=frame_rate, out=str(out.resolve()) if out is not None else "", film=film, record=record,
+            camera=camera, title=title,
             beside=str(beside.resolve()) if beside is not None else "",
             faces=str(faces.resolve()) if faces is not None else "",
         )  # fmt: skip

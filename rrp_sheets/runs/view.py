@@ -25,7 +25,9 @@ class RunSettings:
         mode: `simulated`, or `pilot` for a rehearsal whose data never counts as a session.
         participant, condition, operator: of the session, as codes.
         film: whether to film the robot.
+        camera: whether pictures of the robot's camera may be kept; the Protocol may say no as well.
         everything: whether behaviours that no row can switch on are loaded too, for somebody who can by hand.
+        home: the folder whose `runs` keeps the run and the faces; None: that of the workbook.
     """
 
     seconds: float | None = None
@@ -37,7 +39,9 @@ class RunSettings:
     condition: str = ""
     operator: str = ""
     film: bool = True
+    camera: bool = True
     everything: bool = False
+    home: Path | None = None
 
 
 @dataclass(frozen=True)

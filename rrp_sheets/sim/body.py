@@ -181,6 +181,11 @@ class Body:
         """Where the joint is, rad."""
         return float(self._b.getJointState(self.id, self.index[joint])[0])
 
+    def positions(self) -> dict[str, float]:
+        """Where all joints are, rad."""
+        states = self._b.getJointStates(self.id, [self.index[name] for name in self.start])
+        return {name: float(state[0]) for name, state in zip(self.start, states, strict=True)}
+
     def on_its_way(self, joint: str) -> bool:
         """Whether a joint's motion is not over yet."""
         return joint in self._moving

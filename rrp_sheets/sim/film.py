@@ -44,7 +44,7 @@ class Shot:
     Attributes:
         us: when.
         outside: the robot from outside.
-        inside: what the robot saw.
+        inside: what the robot saw; None when no picture of its camera may be kept.
         saying: what it was saying, or empty.
         eyes: the colour of its eyes, 0 to 1.
         sees: what it detected, in words.
@@ -54,7 +54,7 @@ class Shot:
 
     us: int
     outside: Image
-    inside: Image
+    inside: Image | None
     saying: str
     eyes: tuple[float, float, float]
     sees: str
@@ -74,6 +74,7 @@ class Film:
         self._place = (0.0, 0.0)  # m, of the robot, where the camera expects it
         self._camera = FilmCamera(bullet, *_view(spec.scene, self._place), SIZE, _hiding(spec.scene))
         self.shots: list[Shot] = []
+        self._camera_kept = spec.camera
         self._every = EVERY
         self._next = 0
         self._news = 0.0
@@ -131,7 +132,7 @@ class Film:
     def _take(self) -> None:
         world = self._world
         us = world.stage.us
-        inside = world.sight.recent(STALE_US)
+        inside = world.sight.recent(STALE_US) if self._camera_kept else None
         eyes = world.eyes.shining
         if eyes != self._eyes:
             self._news += SHINES

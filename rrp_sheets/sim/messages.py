@@ -24,6 +24,8 @@ class Spec:
         frame_rate: frames a second; divides 240.
         out: the folder for sound and film, or empty for none.
         film: whether to record the film and the strip of moments.
+        record: whether to write down poses and what the camera sees, to be looked back at.
+        camera: whether pictures of the robot's camera may be kept.
         title: shown on the strip.
         beside: the folder of the workbook, for its sounds; empty for none.
         faces: the file that keeps remembered faces beyond the run, or empty.
@@ -38,6 +40,8 @@ class Spec:
     frame_rate: int = 30
     out: str = ""
     film: bool = False
+    record: bool = False
+    camera: bool = True
     title: str = ""
     beside: str = ""
     faces: str = ""

@@ -63,11 +63,12 @@ def _film_frame(shot: Shot, font: Font, small: Font) -> Image.Image:
     frame = Image.new("RGB", (outside.width, outside.height + BAR), PAPER)
     frame.paste(outside, (0, 0))
     draw = ImageDraw.Draw(frame)
-    left = 10 if shot.from_left else outside.width - INSET[0] - 10  # where the robot is not
-    top = outside.height - INSET[1] - 10
-    draw.rectangle((left - 3, top - LABEL, left + INSET[0] + 2, top + INSET[1] + 2), fill=PAPER, outline=EDGE)
-    frame.paste(Image.fromarray(shot.inside).resize(INSET, Image.Resampling.BILINEAR), (left, top))
-    draw.text((left + INSET[0] // 2, top - LABEL // 2), "what the robot sees", INK, small, anchor="mm")
+    if shot.inside is not None:
+        left = 10 if shot.from_left else outside.width - INSET[0] - 10  # where the robot is not
+        top = outside.height - INSET[1] - 10
+        draw.rectangle((left - 3, top - LABEL, left + INSET[0] + 2, top + INSET[1] + 2), fill=PAPER, outline=EDGE)
+        frame.paste(Image.fromarray(shot.inside).resize(INSET, Image.Resampling.BILINEAR), (left, top))
+        draw.text((left + INSET[0] // 2, top - LABEL // 2), "what the robot sees", INK, small, anchor="mm")
     middle = outside.height + BAR // 2
     draw.text((12, middle), f"{shot.us / 1e6:.1f} s", INK, font, anchor="lm")
     _dot(draw, 78, middle, 8, shot.eyes)
@@ -101,9 +102,11 @@ def _tile(strip: Image.Image, shot: Shot, place: tuple[int, int], font: Font, sm
     strip.paste(Image.fromarray(shot.outside).resize(TILE, Image.Resampling.LANCZOS), (left, top))
     draw.rectangle((left, top, left + TILE[0] - 1, top + TILE[1] - 1), outline=EDGE)
     top += TILE[1] + 12
-    strip.paste(Image.fromarray(shot.inside).resize(EYE, Image.Resampling.LANCZOS), (left, top))
-    draw.rectangle((left, top, left + EYE[0] - 1, top + EYE[1] - 1), outline=EDGE)
-    x, room = left + EYE[0] + 12, TILE[0] - EYE[0] - 12
+    seen = EYE[0] + 12 if shot.inside is not None else 0
+    if shot.inside is not None:
+        strip.paste(Image.fromarray(shot.inside).resize(EYE, Image.Resampling.LANCZOS), (left, top))
+        draw.rectangle((left, top, left + EYE[0] - 1, top + EYE[1] - 1), outline=EDGE)
+    x, room = left + seen, TILE[0] - seen
     _dot(draw, x + 9, top + 10, 9, shot.eyes)
     draw.text((x + 26, top + 10), "eyes", FAINT, small, anchor="lm")
     lines = [(line, FAINT) for line in _wrap(draw, f"sees {shot.sees}", small, room, 2)] if shot.sees else []
@@ -139,7 +142,9 @@ def _unlike(shot: Shot, other: Shot) -> float:
     """How different two moments look and sound: 0 the same, 1 clearly different."""
     if (shot.saying, shot.eyes) != (other.saying, other.eyes):
         return 1.0
-    pairs = ((shot.outside, other.outside), (shot.inside, other.inside))
+    pairs = [(shot.outside, other.outside)]
+    if shot.inside is not None and other.inside is not None:
+        pairs.append((shot.inside, other.inside))
     changed = [float((np.abs(a[::4, ::4].astype(int) - b[::4, ::4]).max(axis=2) > PALER).mean()) for a, b in pairs]
     return min(1.0, max(changed) / CHANGED)
 

@@ -26,6 +26,7 @@ from rrp_sheets.sim.keyframes import Motions
 from rrp_sheets.sim.messages import Outcome, Shown, Spec, State
 from rrp_sheets.sim.pushing import force
 from rrp_sheets.sim.quiet import quiet
+from rrp_sheets.sim.recording import Recording
 from rrp_sheets.sim.relaxing import Relaxing
 from rrp_sheets.sim.sensors import SENSORS, Clock, Senses, Sight, tidy
 from rrp_sheets.sim.signals import Signals
@@ -104,6 +105,7 @@ class SimWorld:
         made = {a.stream: make_actuator(a, parts) for a in spec.actuators}
         self._actuators = {stream: actuator for stream, actuator in made.items() if actuator is not None}
         self._film = Film(self._b, self, spec, out) if spec.film else None
+        self._recording = Recording(self, out, spec.camera and bool(seeing)) if spec.record and out else None
 
     def start(self) -> Outcome:
         """The outcome of time 0."""
@@ -134,6 +136,9 @@ class SimWorld:
         """Silence, a moment's hold, then the rest posture; the film is written. What has ended with the run."""
         if self._film is not None:
             self._film.over = True
+        if self._recording is not None:
+            self._recording.close()
+            self._recording = None
         self.arbiter.stop(None, self._us)
         last = Outcome(tuple(self.arbiter.ended()))
         self.body.freeze()
@@ -167,7 +172,7 @@ class SimWorld:
         """The world as it is."""
         place = self.body.torso().position
         return State(
-            joints={name: self.body.position(name) for name in self.body.start},
+            joints=self.body.positions(),
             base=(*(float(c) for c in place), *self.body.tilt()),
             eyes=self.eyes.shining, saying=self.voice.saying, things=self.stage.places(),
             driving=self.arbiter.driving(), looks=self.stage.looks(), light=self.stage.light, noise=self.stage.noise,
@@ -239,6 +244,8 @@ class SimWorld:
         self.arbiter.go_on(self._us)
         if self._film is not None:
             self._film.go_on(self._step)
+        if self._recording is not None:
+            self._recording.go_on(self._step)
 
     def _detection(self, values: dict[str, Value]) -> Detection:
         return Detection(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from rrp_sheets.checks.protocol import FORGETS, KEEPS
+from rrp_sheets.checks.protocol import FORGETS, KEEPS, NOT_KEPT
 from rrp_sheets.devices import Joint, Robot, Setting, robot_names
 from rrp_sheets.devices.scene import BALL_COLOURS
 from rrp_sheets.devices.scene_words import KINDS
@@ -39,6 +39,8 @@ def cell_words(workbook: Workbook, robot: Robot) -> dict[str, Any]:
             "seed": [{"text": "0", "help": "a whole number that PICK and the simulator draw by"}],
             "facememory": [{"text": FORGETS, "help": "what blank means"},
                            {"text": KEEPS, "help": "for the next runs too, in runs/faces.json"}],
+            "camerapictures": [{"text": KEEPS, "help": "with the record of a run; what blank means"},
+                               {"text": NOT_KEPT, "help": "no picture of the robot's camera is stored"}],
             "language": [{"text": "English", "help": "of explanations, diagrams and the printed protocol"},
                          {"text": "日本語", "help": "the same in Japanese"}],
             "timelimit": [{"text": t} for t in ("30 s", "90 s", "5 min", "10 min")],

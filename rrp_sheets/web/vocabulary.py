@@ -22,7 +22,7 @@ from rrp_sheets.web.looks import Look
 Word = dict[str, str]
 FIELDS = (
     "Title", "Authors", "Version", "Purpose", "Participants", "Ethics reference", "Contact", "Data kept", "Retention",
-    "Robot", "Engine", "Frame rate", "Run", "Seed", "Time limit", "Face memory", "Language",
+    "Robot", "Engine", "Frame rate", "Run", "Seed", "Time limit", "Face memory", "Camera pictures", "Language",
 )  # fmt: skip
 
 

@@ -88,6 +88,7 @@ COLUMNS: dict[str, dict[str, Column]] = {
 FIELDS: dict[str, tuple[tuple[str, ...], str]] = {
     "engine": (("frame", "event loop"), "frame: every frame takes all that has come. event loop: each value at once."),
     "facememory": (("ends with the run", "kept"), "How long the robot remembers faces."),
+    "camerapictures": (("kept", "not kept"), "Whether pictures of the robot's camera are kept with a run's record."),
     "language": (("English", "日本語"), "In which the workbook is explained, drawn and printed. Blank: English."),
 }
 """Fields of the Protocol sheet, by key, that say one of a few things: these, and a prompt."""

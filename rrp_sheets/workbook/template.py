@@ -83,6 +83,7 @@ _PROTOCOL = (
     ("Seed", "1"),
     ("Time limit", "10 min"),
     ("Face memory", "ends with the run"),
+    ("Camera pictures", "kept"),
     ("Language", "English"),
 )
 

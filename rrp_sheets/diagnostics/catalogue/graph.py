@@ -62,4 +62,6 @@ CODES: tuple[Code, ...] = (
          "Write ends with the run, or kept."),
     Code("PROT008", _E, "Language", "“{text}” is no language that a protocol can be printed in.",
          "Write English or Japanese, or leave the cell blank. What the robot speaks stands in the Devices sheet."),
+    Code("PROT009", _E, "Camera pictures", "“{text}” does not say whether pictures of the robot's camera are kept.",
+         "Write kept, or not kept."),
 )  # fmt: skip

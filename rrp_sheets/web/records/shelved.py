@@ -16,6 +16,7 @@ _SHEET = "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet"
 _OTHERS = {
     "run.xlsx": _SHEET, "protocol.xlsx": _SHEET, "robot.toml": "text/plain", "gestures.toml": "text/plain",
     "trace.jsonl": "application/x-ndjson",
+    "poses.jsonl": "application/x-ndjson", "camera.zip": "application/zip",
 }  # fmt: skip
 
 
