@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from rrp_sheets.render.score import Score
     from rrp_sheets.runs import RunResult, RunSettings, RunView
     from rrp_sheets.runs.apart import Ended
+    from rrp_sheets.runs.bundle.packing import Packed
     from rrp_sheets.runs.changes import CellSet
     from rrp_sheets.runs.posing import Posed
     from rrp_sheets.testing import TestReport
@@ -38,6 +39,7 @@ __all__ = [
     "fix",
     "mark",
     "new",
+    "pack",
     "pose",
     "read",
     "run",
@@ -179,7 +181,7 @@ def diff(first: Path | str, second: Path | str) -> Comparison:
     return compare(open_checked(Path(first)), open_checked(Path(second)))
 
 
-def draw(path: Path | str, target: Path | str, behaviour: str = "") -> tuple[Checked, list[str]]:
+def draw(path: Path | str, target: Path | str, behaviour: str = "", language: str = "") -> tuple[Checked, list[str]]:
     """Draw a workbook's behaviours (or one of them) into an .svg, .pdf, .png or .dot file.
 
     Returns:
@@ -188,15 +190,30 @@ def draw(path: Path | str, target: Path | str, behaviour: str = "") -> tuple[Che
     from rrp_sheets.runs.drawings import draw as draw_checked
 
     checked = check(path)
-    return checked, draw_checked(checked, Path(target), behaviour)
+    return checked, draw_checked(checked, Path(target), behaviour, language)
 
 
-def explain(path: Path | str, behaviour: str = "") -> tuple[str, Checked]:
-    """What a workbook does, in plain words."""
+def explain(path: Path | str, behaviour: str = "", language: str = "") -> tuple[str, Checked]:
+    """What a workbook does, in plain words: `language` is en or ja, by default what its Protocol says."""
     from rrp_sheets.runs.drawings import explain as explain_checked
 
     checked = check(path)
-    return explain_checked(checked, behaviour), checked
+    return explain_checked(checked, behaviour, language), checked
+
+
+def pack(
+    path: Path | str, target: Path | str | None = None, *, runs: Sequence[str] = (), against: Path | str | None = None
+) -> Packed:
+    """Make a bundle: a zip of a workbook and all that is needed to run it elsewhere; see `runs.bundle.packing.pack`.
+
+    Raises:
+        UnreadableFile: when the workbook cannot be read.
+        SheetsError: when there is no such run, or the bundle cannot be written.
+    """
+    from rrp_sheets.runs.bundle.packing import pack as pack_bundle
+
+    made, approved = (None if p is None else Path(p) for p in (target, against))
+    return pack_bundle(Path(path), made, runs, approved)
 
 
 def formula(text: str, inputs: Mapping[str, Any] | None = None) -> Answer:

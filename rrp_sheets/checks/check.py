@@ -17,6 +17,7 @@ from rrp_sheets.checks.tests import Case, MakeScope, check_tests, switchable
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import Robot, load_robot, robot_names
 from rrp_sheets.devices.gesture_sheet import parse_gestures
+from rrp_sheets.devices.own_robot import own_robot
 from rrp_sheets.devices.scene import check_presses, parse_scene
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.formulas import Formula, make_scope
@@ -105,6 +106,8 @@ def robot_of(workbook: Workbook, report: Report) -> Robot:
 
 def _robot(workbook: Workbook, report: Report) -> Robot:
     name = workbook.protocol.robot
+    if workbook.source and Path(workbook.source).exists() and (own := own_robot(folder_of(workbook), name)) is not None:
+        return own
     if name in robot_names():
         return load_robot(name)
     address = workbook.protocol.fields["robot"].address

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rrp_sheets.cli.bundled import Workbook
 from rrp_sheets.errors import UnreadableFile
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ class _Choice(click.ParamType):  # type: ignore[type-arg]  # generic for its stu
 
 
 @click.command(name="check")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=Workbook())
 @click.option("--json", "as_json", is_flag=True, help="print findings and example values as JSON")
 @click.option("--report", "out", type=click.Path(path_type=Path), help="write a copy (.xlsx) with the findings in it")
 @click.option("--fix", "mended", type=click.Path(path_type=Path), help="write a corrected copy, and say what changed")

@@ -7,12 +7,16 @@ from pathlib import Path
 
 import click
 
+from rrp_sheets.cli.bundled import Workbook
+from rrp_sheets.model.languages import LANGUAGES
+
 
 @click.command(name="diagram")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=Workbook())
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="the picture: .svg, .pdf, .png or .dot")
 @click.option("--behaviour", default="", help="only this behaviour (a sheet's name)")
-def command(file: Path, output: Path | None, behaviour: str) -> None:
+@click.option("--language", type=click.Choice(list(LANGUAGES)), default=None, help="instead of the Protocol's Language")
+def command(file: Path, output: Path | None, behaviour: str, language: str | None) -> None:
     """Draw the behaviours of FILE: sensors at the top, actuators at the bottom, rows numbered as in the sheet.
 
     A workbook with errors is drawn as far as it is understood, with flags at the rows in question.
@@ -23,7 +27,7 @@ def command(file: Path, output: Path | None, behaviour: str) -> None:
     from rrp_sheets.cli.check import print_findings
 
     target = output or Path(file.name).with_suffix(".svg")
-    checked, lacks = api.draw(file, target, behaviour)
+    checked, lacks = api.draw(file, target, behaviour, language or "")
     print_findings(checked.report.errors, err=True)
     for note in lacks:
         click.echo(f"Note: {note}", err=True)

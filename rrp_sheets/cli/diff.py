@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rrp_sheets.cli.bundled import Workbook
 from rrp_sheets.errors import SheetsError, UnreadableFile
 
 if TYPE_CHECKING:
@@ -21,8 +22,8 @@ _STYLES: dict[str, dict[str, Any]] = {
 
 
 @click.command(name="diff")
-@click.argument("first", metavar="A", type=click.Path(path_type=Path))
-@click.argument("second", metavar="[B]", required=False, type=click.Path(path_type=Path))
+@click.argument("first", metavar="A", type=Workbook())
+@click.argument("second", metavar="[B]", required=False, type=Workbook())
 @click.option("--json", "as_json", is_flag=True, help="print everything as JSON")
 @click.option("--html", "as_html", is_flag=True, help="make a page to read, print or send")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="the page's file (.html) instead of printing it")

@@ -7,14 +7,17 @@ from pathlib import Path
 
 import click
 
+from rrp_sheets.cli.bundled import Workbook
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.languages import LANGUAGES
 
 
 @click.command(name="explain")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=Workbook())
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="a text file to write instead of printing")
 @click.option("--behaviour", default="", help="only this behaviour (a sheet's name)")
-def command(file: Path, output: Path | None, behaviour: str) -> None:
+@click.option("--language", type=click.Choice(list(LANGUAGES)), default=None, help="instead of the Protocol's Language")
+def command(file: Path, output: Path | None, behaviour: str, language: str | None) -> None:
     """Say in plain words what FILE does: a paragraph per behaviour and a sentence per row.
 
     Exit code: 0, or 1 when the workbook has errors (what is understood is told), 2 when it cannot be read.
@@ -25,7 +28,7 @@ def command(file: Path, output: Path | None, behaviour: str) -> None:
 
     if output is not None:
         refuse_workbook(output, file)
-    text, checked = api.explain(file, behaviour)
+    text, checked = api.explain(file, behaviour, language or "")
     print_findings(checked.report.errors, err=True)
     if output is None:
         click.echo(text)

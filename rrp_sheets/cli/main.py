@@ -27,10 +27,12 @@ _COMMANDS = {
     "run": "Run a workbook on the simulated robot.",
     "test": "Run the tests that stand in a workbook.",
     "marbles": "Draw what came on the streams of a run or of a workbook's tests.",
+    "pack": "Make one zip of a workbook and all that is needed to run it elsewhere: a bundle.",
     "faces": "List the faces that are remembered beyond a run, or wipe them.",
     "serve": "Edit the workbooks of a folder in the browser.",
 }
-_EVALUATING = frozenset(("check", "diff", "formula", "test"))  # formulas of strangers, in the command's own process
+# formulas of strangers, in the command's own process:
+_EVALUATING = frozenset(("check", "diff", "formula", "pack", "test"))
 UNREADABLE, BROKEN, INTERRUPTED = 2, 3, 130
 
 
@@ -66,7 +68,7 @@ class _Lazy(click.Group):
 def group() -> None:
     """Robot behaviours as rows of a spreadsheet: checked, drawn, explained, and run on a simulated NAO.
 
-    FILE is an .xlsx workbook, a folder of CSV files, or a Markdown file.
+    FILE is an .xlsx workbook, a folder of CSV files, or a Markdown file; to look at and to run also a bundle (.zip).
     """
 
 

@@ -13,12 +13,14 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.devices.gestures import Gesture, load_gestures, resources
+from rrp_sheets.devices.spoken import DeviceWords, words_of
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Field, RecordType, Value
 from rrp_sheets.resources import bundled
 
+CATALOGUE = "robot.toml"
 ANY = "*"
 """In `resources_by`: what is used when the setting says anything else."""
 
@@ -83,6 +85,7 @@ class DeviceType:
         engine: True when the engine itself carries it out, whatever the robot (`Wait`).
         simulated: False when the simulated robot does not carry it out yet.
         says: a sentence template for the plain-language description.
+        spoken: what is printed about it in other languages, by their codes; see `words`.
     """
 
     name: str
@@ -100,6 +103,7 @@ class DeviceType:
     engine: bool = False
     simulated: bool = True
     says: str = ""
+    spoken: Mapping[str, DeviceWords] = field(default_factory=dict)
 
     def resources_for(self, settings: Mapping[str, Value]) -> frozenset[str]:
         """What an actuator with these settings (by key) uses: two that share a resource are in each other's way.
@@ -111,6 +115,21 @@ class DeviceType:
         for name, by_choice in self.resources_by.items():
             used.update(by_choice.get(key(str(settings.get(name))), by_choice.get(ANY, ())))
         return frozenset(used)
+
+    def words(self, language: str) -> DeviceWords:
+        """What is printed about it in a language; in English what has not been translated.
+
+        >>> load_robot().devices["redball"].words("en").says
+        'the robot sees a red ball'
+        """
+        found = self.spoken.get(language, DeviceWords())
+        mine = {key(f.name): (f.name.replace("_", " "), f.help) for f in self.payload.fields} if self.payload else {}
+        fields = {k: (found.fields.get(k, names)[0] or names[0], found.fields.get(k, names)[1] or names[1])
+                  for k, names in mine.items()}  # fmt: skip
+        return replace(
+            found, help=found.help or self.help, says=found.says or self.says, takes=found.takes or self.takes,
+            fields=fields,
+        )  # fmt: skip
 
     def with_defaults(self, settings: Mapping[str, Value]) -> dict[str, Value]:
         """The settings by key, with the catalogue's defaults where they say nothing."""
@@ -215,12 +234,17 @@ def robot_names() -> list[str]:
 @lru_cache(maxsize=8)
 def load_robot(name: str = "nao") -> Robot:
     """Read a robot's catalogue; raises SheetsError for an unknown robot."""
-    path = bundled("robots") / name / "robot.toml"
-    if not name.replace("_", "").isalnum() or not path.is_file():
+    folder = bundled("robots") / name
+    if not name.replace("_", "").isalnum() or not (folder / CATALOGUE).is_file():
         raise SheetsError(f"There is no robot “{name}”.", f"The robots are: {', '.join(robot_names())}.")
-    data = tomllib.loads(path.read_text(encoding="utf-8"))
-    motions, talking = load_gestures(path.parent / "gestures.toml", [j["name"] for j in data["joints"]])
-    return _assemble(name, path.parent, data, motions, talking)
+    return robot_in(folder, name)
+
+
+def robot_in(folder: Path, name: str) -> Robot:
+    """The robot whose catalogue is in that folder."""
+    data = tomllib.loads((folder / CATALOGUE).read_text(encoding="utf-8"))
+    motions, talking = load_gestures(folder / "gestures.toml", [j["name"] for j in data["joints"]])
+    return _assemble(name, folder, data, motions, talking)
 
 
 def _assemble(
@@ -238,7 +262,7 @@ def _assemble(
     names: dict[str, Found] = {}
     for kind in ("sensor", "actuator"):
         for entry in data[kind]:
-            device = _device(kind, entry, uses)
+            device = replace(_device(kind, entry, uses), spoken=words_of(folder, entry["name"]))
             devices[key(device.name)] = device
             title = entry.get("title", device.name)
             names[key(device.name)] = names[key(title)] = Found(title, device)

@@ -158,7 +158,7 @@ def run(
     scene, drawn = draw_scene(checked.scene or (), seed)
     if checked.scene is None:
         scene = default_scene(plan.outer_sensors, checked.robot)
-    folder = RunFolder(reading, settings.out)
+    folder = RunFolder(reading, settings.out, settings.home)
     until = _until(checked, settings)
     recorder = _Recorder(view, control or Control())
     try:
@@ -287,6 +287,12 @@ def _until(checked: Checked, settings: RunSettings) -> int:
     return wanted if limit is None else min(wanted, limit)
 
 
+def _faces(settings: RunSettings, checked: Checked) -> Path | None:
+    """The file that keeps faces beyond a run; None when none are kept."""
+    beside = settings.home / "any" if settings.home else Path(checked.workbook.source)
+    return faces_file(beside) if checked.run.keeps_faces else None
+
+
 def _simulated(settings: RunSettings) -> WorldMaker:
     def make(plan: Plan, scene: tuple[SceneAction, ...], seed: int, out: Path) -> World:
         from rrp_sheets.drivers.simulated import SimulatedWorld
@@ -300,7 +306,7 @@ def _simulated(settings: RunSettings) -> WorldMaker:
             camera=settings.camera and checked.run.keeps_pictures,
             title=checked.workbook.protocol.text("Title"),
             beside=folder_of(checked.workbook).absolute(),
-            faces=faces_file(Path(checked.workbook.source)) if checked.run.keeps_faces else None,
+            faces=_faces(settings, checked),
         )  # fmt: skip
 
     return make

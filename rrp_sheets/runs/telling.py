@@ -14,17 +14,18 @@ from rrp_sheets.model.values import Failure, Value
 from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView, Summary
 from rrp_sheets.runs.wire import Outbox, pack, pack_error, pack_finding, unpack, unpack_error, unpack_finding
 
+_PATHS = ("out", "home")  # of RunSettings
 _LISTS = ("behaviours", "sensors", "buttons", "things")  # of a RunStart
 
 
 def pack_settings(settings: RunSettings) -> dict[str, Any]:
     """The settings of a run."""
-    return {**vars(settings), "out": str(settings.out.absolute()) if settings.out else None}
+    return {**vars(settings), **{n: str(p.absolute()) if (p := getattr(settings, n)) else None for n in _PATHS}}
 
 
 def unpack_settings(packed: dict[str, Any]) -> RunSettings:
     """The settings that were packed."""
-    return RunSettings(**{**packed, "out": Path(packed["out"]) if packed["out"] else None})
+    return RunSettings(**{**packed, **{name: Path(packed[name]) if packed[name] else None for name in _PATHS}})
 
 
 def pack_result(result: RunResult) -> dict[str, Any]:

@@ -98,4 +98,14 @@ CODES = (
         "“{name}” could not be checked: {why}.",
         "Switch half of the rows off, check again, and so find the row that is to blame; then make it simpler.",
     ),
+    Code(
+        "FILE019", _E, "Catalogue refused",
+        "The robot's catalogue “{name}” beside the workbook is not used: {why}.",
+        "Remove that folder, and the program takes its own catalogue; or ask whoever sent it for another copy.",
+    ),
+    Code(
+        "FILE020", _E, "Not a bundle",
+        "“{name}” cannot be taken as a bundle: {why}.",
+        "Make it again with `rrp-sheets pack WORKBOOK`, or ask whoever sent it for another copy.",
+    ),
 )  # fmt: skip

@@ -1,0 +1,252 @@
+"""Packing a workbook as a bundle."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+import zipfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from rrp_sheets.checks import Checked, check_workbook
+from rrp_sheets.checks.check import folder_of
+from rrp_sheets.devices.own_robot import files_of
+from rrp_sheets.devices.sound_files import BadSoundError, look_at
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.bundle import form
+from rrp_sheets.runs.bundle.names import is_safe
+from rrp_sheets.runs.bundle.readme import readme
+from rrp_sheets.runs.bundle.versions import versions
+from rrp_sheets.workbook import Reading, read
+from rrp_sheets.workbook.atomic import refuse_open_file
+
+_FIXED = (1980, 1, 1, 0, 0, 0)  # the same bytes whenever it is packed; a zip knows no earlier time
+_MODE = 0o100644 << 16
+_PIECE = 1 << 20
+Content = Path | bytes
+Printer = Callable[[Path, Path, Path | None], Sequence[str]]
+"""Prints a workbook's protocol: its path, the file to write, the approved version; what that lacks, in words."""
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A bundle that was made.
+
+    Attributes:
+        path: of the zip.
+        files: the bytes of everything in it, by name.
+        notes: what it lacks or what to think of before it is passed on, in words.
+    """
+
+    path: Path
+    files: Mapping[str, int]
+    notes: tuple[str, ...]
+
+
+def pack(
+    path: Path, target: Path | None = None, runs: Sequence[str] = (), against: Path | None = None,
+    printer: Printer | None = None,
+) -> Packed:  # fmt: skip
+    """Make a bundle of a workbook.
+
+    Args:
+        path: of the workbook.
+        target: the zip; the workbook's name with .zip in the current folder by default.
+        runs: folders of runs to put in, or their names within `runs` beside the workbook.
+        against: the approved version that the printed protocol is compared with.
+        printer: prints the protocol; without one it is left out.
+
+    Raises:
+        UnreadableFile: when the workbook cannot be read.
+        SheetsError: when there is no such run, or the bundle cannot be written.
+    """
+    reading = read(path)
+    checked = check_workbook(reading.workbook, reading.report)
+    target = target or Path(f"{path.absolute().stem if path.is_file() else path.absolute().name}{form.SUFFIX}")
+    _refuse_target(target, path)
+    notes: list[str] = []
+    content = _workbook(path, reading)
+    name = next(iter(content)) if path.is_file() else path.absolute().name
+    home = "" if path.is_file() else f"{name}/"
+    content |= _beside(checked, home, notes)
+    folders = _run_folders(path, runs)
+    for folder in folders:
+        content |= _run(folder, notes)
+    _refuse_names(content)
+    if checked.report.errors:
+        count = len(checked.report.errors)
+        notes.append(f"The workbook has {count} error{'s' if count > 1 else ''}; it cannot run before they are mended.")
+    with tempfile.TemporaryDirectory() as scratch:
+        if printer is not None:
+            try:
+                notes += printer(path, Path(scratch) / form.PAPER, against)
+                content[form.PAPER] = Path(scratch) / form.PAPER
+            except SheetsError as error:
+                notes.append(f"{form.PAPER} is not in it: {error}")
+        told = versions(name, reading, checked, folders)
+        content[form.README] = readme(name, told, form.PAPER in content).encode()
+        files = _write(target, content, told)
+    return Packed(target, files, tuple(notes))
+
+
+def _refuse_target(target: Path, path: Path) -> None:
+    if target.suffix.casefold() != form.SUFFIX:
+        raise SheetsError(f"A bundle's name ends with {form.SUFFIX}, not “{target.suffix}”.", "Name it so with -o.")
+    if target.is_dir() or (target.exists() and path.exists() and target.samefile(path)):
+        raise SheetsError(f"“{target}” cannot be the bundle.", "Name another file with -o.")
+    refuse_open_file(target)
+
+
+def _workbook(path: Path, reading: Reading) -> dict[str, Content]:
+    """The workbook as it is, byte for byte: what was read must be what is packed."""
+    if path.is_file():
+        data = path.read_bytes()
+        if reading.format == "xlsx" and hashlib.sha256(data).hexdigest() != reading.digest:
+            raise SheetsError(f"“{path.name}” was changed just now.", "Pack it again.")
+        return {path.name: data}
+    files = sorted(
+        p for p in path.iterdir() if p.is_file() and (p.suffix.casefold() == ".csv" or p.name == "order.txt")
+    )
+    return {f"{path.absolute().name}/{p.name}": p.read_bytes() for p in files}
+
+
+def _beside(checked: Checked, home: str, notes: list[str]) -> dict[str, Content]:
+    """The robot's catalogue, and the sounds and pictures that the workbook names."""
+    robot, folder = checked.robot, folder_of(checked.workbook)
+    base = checked.workbook.protocol.robot if robot.name == checked.workbook.protocol.robot else robot.name
+    content: dict[str, Content] = {f"{home}{form.ROBOTS}/{base}/{p.name}": p for p in files_of(robot)}
+    for name in _sounds(checked):
+        try:
+            look_at(folder, name)
+            content[f"{home}{name}"] = folder / name
+        except BadSoundError as problem:
+            notes.append(f"The sound “{name}” is not in it: it {problem}.")
+    for action in checked.scene or ():
+        if picture := action.values.get("picture"):
+            content[f"{home}{Path(picture).name}"] = Path(picture)
+    return content
+
+
+def _sounds(checked: Checked) -> list[str]:
+    """The names of sound files in the settings of devices."""
+    names: dict[str, None] = {}
+    for device in checked.workbook.devices:
+        found = checked.robot.find(device.device.text)
+        for k, cell in device.settings.items() if found else ():
+            setting = found.type.settings.get(k) if found else None
+            if setting is not None and setting.kind == "sound file" and cell and cell.text.strip():
+                names[cell.text.strip()] = None
+    return list(names)
+
+
+def _run_folders(path: Path, runs: Sequence[str]) -> list[Path]:
+    folders = list(dict.fromkeys(_run_folder(path, run) for run in runs))
+    if len({f.name.casefold() for f in folders}) < len(folders):
+        raise SheetsError("Two of the runs' folders have the same name.", "Rename one of them, or make two bundles.")
+    return folders
+
+
+def _refuse_names(content: Mapping[str, Content]) -> None:
+    """A bundle that could not be unpacked on another system is not made."""
+    for name in content:
+        if not is_safe(name):
+            raise SheetsError(
+                f"“{name[:100]}” is no name that every system can have.",
+                'Rename that file: shorter, and without \\ : * ? " < > |.',
+            )
+    if len({name.casefold() for name in content}) < len(content):
+        raise SheetsError("Two files have names that only differ in capital letters.", "Rename one of them.")
+
+
+def _run_folder(path: Path, run: str) -> Path:
+    beside = path.absolute().parent / form.RUNS
+    for folder in (Path(run), beside / run) if run not in ("", ".", "..") else ():
+        if (folder / "trace.jsonl").is_file():
+            return folder.resolve()
+    hint = (
+        f"The runs of this folder: {', '.join(_names(beside)[-5:])}." if _names(beside) else "Run the workbook first."
+    )
+    raise SheetsError(f"There is no run “{run}”.", hint)
+
+
+def _names(beside: Path) -> list[str]:
+    with suppress(OSError):
+        return sorted(p.name for p in beside.iterdir() if (p / "trace.jsonl").is_file())
+    return []
+
+
+def _run(folder: Path, notes: list[str]) -> dict[str, Content]:
+    content: dict[str, Content] = {}
+    for path in sorted(folder.iterdir()):
+        if path.is_file() and not path.is_symlink():
+            content[f"{form.RUNS}/{folder.name}/{path.name}"] = path
+        else:
+            notes.append(f"“{path.name}” of the run {folder.name} is not in it: it is no file of that folder.")
+    return content
+
+
+def _write(target: Path, content: Mapping[str, Content], told: Mapping[str, object]) -> dict[str, int]:
+    """The zip: whole or not at all, with its files in the order of their names."""
+    files: dict[str, dict[str, object]] = {}
+    try:
+        handle, made = tempfile.mkstemp(dir=target.absolute().parent, prefix=f".{target.stem[:40]}-", suffix=".tmp")
+    except OSError as error:
+        raise _unwritable(target, error) from None
+    try:
+        with os.fdopen(handle, "w+b") as file:
+            with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=6, strict_timestamps=False) as archive:
+                for name in sorted(content, key=lambda n: (n != form.README, n)):
+                    files[name] = _add(archive, name, content[name])
+                everything = {**told, "files": dict(sorted(files.items()))}
+                text = json.dumps(everything, ensure_ascii=False, indent=1) + "\n"
+                files[form.LIST] = _add(archive, form.LIST, text.encode())
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(made, 0o666 & ~_umask())
+        os.replace(made, target)
+    except OSError as error:
+        raise _unwritable(target, error) from None
+    finally:
+        with suppress(OSError):
+            os.unlink(made)
+    return {name: int(str(about["bytes"])) for name, about in files.items()}
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _unwritable(target: Path, error: OSError) -> SheetsError:
+    what = f" ({error.filename})" if error.filename and Path(str(error.filename)).name != target.name else ""
+    return SheetsError(
+        f"“{target}” cannot be written: {error.strerror}{what}.", "Make room, or name another file with -o."
+    )
+
+
+def _add(archive: zipfile.ZipFile, name: str, content: Content) -> dict[str, object]:
+    """Put a file in; its hash and size are those of the bytes that went in."""
+    info = zipfile.ZipInfo(name, _FIXED)
+    info.compress_type, info.external_attr, info.create_system = zipfile.ZIP_DEFLATED, _MODE, 3
+    total, size = hashlib.sha256(), 0
+    with archive.open(info, "w", force_zip64=False) as into:
+        for piece in _pieces(content):
+            into.write(piece)
+            total.update(piece)
+            size += len(piece)
+    return {"sha256": total.hexdigest(), "bytes": size}
+
+
+def _pieces(content: Content) -> Iterator[bytes]:
+    """The bytes of a file, piece by piece."""
+    if isinstance(content, bytes):
+        yield content
+        return
+    with content.open("rb") as file:
+        while piece := file.read(_PIECE):
+            yield piece

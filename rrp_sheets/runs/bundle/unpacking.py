@@ -1,0 +1,182 @@
+"""Unpacking a bundle. It may be a stranger's: nothing is written before names, counts and sizes were judged."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import stat
+import tempfile
+import zipfile
+import zlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.runs.bundle import form
+from rrp_sheets.runs.bundle.catalogues import catalogue_note
+from rrp_sheets.runs.bundle.names import is_safe
+from rrp_sheets.runs.bundle.versions import differences
+from rrp_sheets.workbook.raw import unreadable
+
+_MOST_LIST = 2_000_000  # bytes of the list
+_RATIO, _RATIO_FROM = 400, 10_000_000  # a trace of one value that never changes is honest, and small
+_PIECE = 1 << 20
+_ENCRYPTED = 0x1
+_BROKEN = (zipfile.BadZipFile, OSError, EOFError, ValueError, RuntimeError, NotImplementedError, zlib.error)
+
+
+@dataclass(frozen=True)
+class Bundle:
+    """An unpacked bundle.
+
+    Attributes:
+        source: the zip.
+        folder: where its files are.
+        workbook: the file, or the folder of CSV files.
+        runs: the folders of the recorded runs in it, by name.
+        notes: what differs from its list or from the program here, in words.
+    """
+
+    source: Path
+    folder: Path
+    workbook: Path
+    runs: tuple[Path, ...]
+    notes: tuple[str, ...]
+
+
+class _Refused(Exception):
+    """Why it is no bundle; the text goes on after its name."""
+
+
+def is_zip(path: Path) -> bool:
+    """Whether a file is to be taken as a bundle: by its ending.
+
+    >>> is_zip(Path("study.ZIP")), is_zip(Path("study.xlsx"))
+    (True, False)
+    """
+    return path.suffix.casefold() == form.SUFFIX
+
+
+@contextmanager
+def unpacked(path: Path) -> Iterator[Bundle]:
+    """A bundle in a private folder, which is removed at the end; see :func:`unpack`."""
+    with tempfile.TemporaryDirectory(prefix="rrp-bundle-") as folder:
+        yield unpack(path, Path(folder))
+
+
+def unpack(path: Path, folder: Path) -> Bundle:
+    """Put the files of a bundle into an empty folder.
+
+    Raises:
+        UnreadableFile: when it is none, or is refused.
+    """
+    if not path.is_file():
+        raise unreadable("FILE001", name=path.name, hint="Check the spelling and the folder.")
+    try:
+        return _unpack(path, folder)
+    except _Refused as problem:
+        why = str(problem)
+    except _BROKEN as problem:
+        full = isinstance(problem, OSError) and problem.errno is not None
+        why = f"{problem.strerror}" if full and isinstance(problem, OSError) else "it is damaged, or cut off"
+    raise unreadable("FILE020", name=path.name, why=why)
+
+
+def _unpack(path: Path, folder: Path) -> Bundle:
+    with zipfile.ZipFile(path) as archive:
+        entries = {e.filename: e for e in _judged(archive)}
+        told = _list(archive, entries)
+        files = _files(told)
+        notes = []
+        for name, entry in entries.items():
+            if name == form.LIST:
+                continue
+            if name not in files:
+                notes.append(f"“{name}” is not in the bundle's list; it was left out.")
+                continue
+            if _put(archive, entry, folder / name) != files[name]:
+                notes.append(f"“{name}” has been changed since the bundle was made.")
+        notes += [f"“{name}” is missing in the bundle." for name in files if name not in entries]
+    workbook = told.get("workbook")
+    if not isinstance(workbook, str) or not is_safe(workbook) or "/" in workbook or not (folder / workbook).exists():
+        raise _Refused("the workbook that its list names is not in it")
+    others = differences(told)
+    if others:
+        notes.append(f"Not the same as where the bundle was made: {'; '.join(others)}.")
+    home = folder if (folder / workbook).is_file() else folder / workbook
+    notes += catalogue_note(home)
+    runs = tuple(sorted(p.parent for p in folder.glob(f"{form.RUNS}/*/trace.jsonl")))
+    return Bundle(path, folder, folder / workbook, runs, tuple(notes))
+
+
+def _judged(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
+    """The files of a zip of harmless names, number and size."""
+    entries = archive.infolist()
+    names = {e.filename.casefold() for e in entries}
+    if "[content_types].xml" in names:
+        raise _Refused("it is a workbook of Excel under another name: let its name end with .xlsx")
+    if form.LIST not in names:
+        raise _Refused(f"there is no {form.LIST} in it")
+    if len(names) != len(entries):
+        raise _Refused("two of its files have one name")
+    if len(entries) > form.MOST_FILES:
+        raise _Refused(f"it has {len(entries):,} files; {form.MOST_FILES:,} are possible")
+    if sum(e.file_size for e in entries) > form.MOST_BYTES:
+        raise _Refused(f"unpacked it would be larger than {form.MOST_BYTES // 10**9} GB")
+    for e in entries:
+        _judge(e)
+    return [e for e in entries if not e.is_dir()]
+
+
+def _judge(e: zipfile.ZipInfo) -> None:
+    if not is_safe(e.filename.removesuffix("/")):
+        raise _Refused("a file in it has a name that is not taken, or would be written outside of its folder")
+    if e.flag_bits & _ENCRYPTED:
+        raise _Refused("it is protected by a password")
+    kind = stat.S_IFMT(e.external_attr >> 16)
+    if kind not in (0, stat.S_IFREG, stat.S_IFDIR):
+        raise _Refused(f"“{e.filename}” is a link and no file")
+    if e.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise _Refused(f"“{e.filename}” is compressed in an unusual way")
+    if e.file_size > _RATIO_FROM and e.file_size > _RATIO * max(e.compress_size, 1):
+        raise _Refused(f"“{e.filename}” is compressed as no file of a bundle is")
+
+
+def _list(archive: zipfile.ZipFile, entries: Mapping[str, zipfile.ZipInfo]) -> dict[str, Any]:
+    if form.LIST not in entries or entries[form.LIST].file_size > _MOST_LIST:
+        raise _Refused(f"its {form.LIST} is no list")
+    try:
+        told = json.loads(archive.read(form.LIST).decode())
+    except (ValueError, RecursionError):
+        raise _Refused(f"its {form.LIST} is damaged") from None
+    if not isinstance(told, dict) or told.get("kind") != form.KIND:
+        raise _Refused(f"its {form.LIST} is another program's")
+    if told.get("schema") != form.SCHEMA:
+        raise _Refused("it was made by a newer version of this program; update it")
+    return told
+
+
+def _files(told: Mapping[str, Any]) -> dict[str, str]:
+    """The hash of every file, by name."""
+    files = told.get("files")
+    if not isinstance(files, dict):
+        raise _Refused(f"its {form.LIST} names no files")
+    return {
+        name: str(about.get("sha256", "")) for name, about in files.items() if isinstance(about, dict) and is_safe(name)
+    }
+
+
+def _put(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path) -> str:
+    """Write one file; its SHA-256. What a zip says of a file's size is not believed."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    total, left = hashlib.sha256(), entry.file_size
+    with archive.open(entry) as source, target.open("xb") as into:
+        while piece := source.read(_PIECE):
+            left -= len(piece)
+            if left < 0:
+                raise _Refused(f"“{entry.filename}” is larger than it says")
+            total.update(piece)
+            into.write(piece)
+    return total.hexdigest()
