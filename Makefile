@@ -39,7 +39,7 @@ lint: setup  ## style, types, layers
 bench: setup  ## the benchmarks, with their ratios
 	$(BIN)/python -m pytest tests/benchmarks -s -o python_files='bench_*.py' -o addopts=-q
 
-strips: setup  ## film strips of every gesture and posture, in runs/strips, to be looked at
+strips: setup  ## film strips of gestures, postures, walking and trackers, in runs/strips, to be looked at
 	$(BIN)/python tests/benchmarks/strips.py runs/strips
 
 soak: setup  ## what is too long for every day
