@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING
 
@@ -35,6 +35,7 @@ class Connector:
         help: one or two sentences for users.
         sentence: a template for the plain-language description, with `{input}`, `{inputs}`, `{formula}`, `{period}`,
             `{output}`.
+        sentences: the same in other languages, by their codes; the program's own connectors have theirs in its texts.
         build: wires the connector: from a :class:`Wiring` to the observable of its output.
         drives: True for `subscribe`, the only connector with a side effect.
         any_input: True when one fed input is enough to be of use (`merge`); switched-off inputs are then silent.
@@ -58,3 +59,4 @@ class Connector:
     first_input: bool = False
     extra: tuple[str, ...] = ()
     example: Sequence[str] = ()
+    sentences: Mapping[str, str] = field(default_factory=dict, compare=False)

@@ -85,6 +85,14 @@ class Arrow:
     world: bool = False
 
 
+@dataclass(frozen=True)
+class Note:
+    """Where a stream that is cut between two parts goes on, or (`entry`) where it comes from."""
+
+    words: str
+    entry: bool = False
+
+
 @dataclass
 class Drawing:
     """Boxes by id and arrows, in the order of the rows."""
@@ -114,7 +122,7 @@ def make_drawing(
     *,
     wrapping: Wrapping,
     marks: Marks,
-    notes: Mapping[str, str],
+    notes: Mapping[str, Note],
     part: int = 1,
     room: bool = False,
 ) -> Drawing:
@@ -131,7 +139,7 @@ def make_drawing(
         in_several = stream_id in notes or stream.kind in FROM_OUTSIDE
         box_id = ids[stream_id] + (f"-p{part}" if part > 1 and in_several else "")
         if box_id not in drawing.boxes:
-            drawing.boxes[box_id] = _stream_box(box_id, stream, notes.get(stream_id, ""), room)
+            drawing.boxes[box_id] = _stream_box(box_id, stream, notes.get(stream_id, Note("")), room)
         return box_id
 
     for step in steps:
@@ -154,9 +162,9 @@ def _through_the_world(graph: Graph, drawing: Drawing) -> list[Arrow]:
     return [Arrow(actuators[of].id, box.id, box.off, world=True) for box, of in dones if of in actuators]
 
 
-def _stream_box(box_id: str, stream: Stream, note: str, room: bool) -> Box:
+def _stream_box(box_id: str, stream: Stream, cut: Note, room: bool) -> Box:
     kind = _KINDS[stream.kind]
-    entry = note.startswith("from")
+    note, entry = cut.words, cut.entry
     if kind == "anonymous":
         size = (width(note, SMALL_PT) + 14, 12.0) if note else (7.0, 7.0)
         return Box(box_id, kind, "", (), *size, stream.id, note, entry, off=not stream.active)

@@ -9,38 +9,62 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
+from rrp_sheets.devices.spoken import DeviceWords
 from rrp_sheets.graph import Graph, Stream
-from rrp_sheets.model.durations import show_duration
+from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import show
 from rrp_sheets.render.contents import Content
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.texts import Texts
+from rrp_sheets.render.words import FieldNames
 
+_OURS = ("choice", "colour", "zone", "truth")  # kinds of settings whose words are the catalogue's own
 _CONDITIONS = re.compile(r"\s*((?:\w+=[\w ]*)(?:,\s*\w+=[\w ]*)*):\s+(.*)", re.DOTALL)
 
 
 def device_says(stream: Stream, texts: Texts, source: str = "") -> str:
     """What a device does, or what happens when it gives a value."""
     name = texts.get("name.quoted", name=clean(stream.name))
-    if stream.device is None or not stream.device.type.says:
+    words = stream.device.type.words(texts.language) if stream.device else None
+    if stream.device is None or words is None or not words.says:
         sensor = stream.kind.value == "sensor"
         ended = sensor and key(stream.name).endswith("done")
-        entry = "event.done" if ended else "event.unknown" if sensor else "does.unknown"
+        entry = "event.ended" if ended else "event.unknown" if sensor else "does.unknown"
         if ended:
             name = texts.get("name.quoted", name=re.sub(r"\s*done$", "", clean(stream.name), flags=re.IGNORECASE))
         return texts.get(entry, name=name)
     settings = {**stream.device.preset, **stream.settings}
-    durations = {k for k, s in stream.device.type.settings.items() if s.kind == "duration"}
-    shown = {k: show_duration(v) if k in durations and isinstance(v, int) else v for k, v in settings.items()}
-    return _filled(_chosen(stream.device.type.says, settings), shown, source, name)
+    kinds = {k: s.kind for k, s in stream.device.type.settings.items()}
+    shown = {k: _shown(v, kinds.get(k, ""), words, texts) for k, v in settings.items()}
+    return _filled(_chosen(words.says, settings), shown, source, name, texts)
+
+
+def device_title(stream: Stream, texts: Texts) -> str:
+    """What a stream's device is called in a language; empty when it has no name in it."""
+    return stream.device.type.words(texts.language).title if stream.device else ""
+
+
+def field_names(graph: Graph, texts: Texts) -> FieldNames:
+    """What the fields of records are called in a language, by the record's name and the field's key."""
+    done = {(DONE.name, key(f.name)): texts.get(f"done.{key(f.name)}") for f in DONE.fields}
+    kinds = [s.device.type for s in graph.streams.values() if s.device and s.device.type.payload]
+    words = [(t.payload.name, t.words(texts.language).fields) for t in kinds if t.payload]
+    return done | {(record, k): name for record, fields in words for k, (name, _) in fields.items()}
+
+
+def _shown(value: object, kind: str, words: DeviceWords, texts: Texts) -> object:
+    """A setting as it is printed: words of the catalogue in the language, users' texts as they are."""
+    if kind == "duration" and isinstance(value, int):
+        return texts.duration(value)
+    return words.value(value) if kind in _OURS and isinstance(value, str) else value
 
 
 def source_of(content: Content, graph: Graph, texts: Texts) -> str:
     """What a value comes from, in words: the things that the sensors behind it see."""
     streams = [graph.streams[i] for i in content.sensors]
     seen = [s for s in streams if s.device and s.device.type.payload]
-    names = [texts.get("name.sensor", name=_lowered(s.device.name)) for s in seen if s.device]
+    names = [texts.get("name.sensor", name=device_title(s, texts) or _lowered(s.device.name)) for s in seen if s.device]
     names = list(dict.fromkeys(names))
     if len(names) == 1:
         return names[0]
@@ -60,7 +84,7 @@ def _chosen(says: str, settings: Mapping[str, object]) -> str:
     return text
 
 
-def _filled(template: str, settings: Mapping[str, object], source: str, name: str) -> str:
+def _filled(template: str, settings: Mapping[str, object], source: str, name: str, texts: Texts) -> str:
     def value(match: re.Match[str]) -> str:
         if match[1] == "source":
             return source or name
@@ -68,7 +92,7 @@ def _filled(template: str, settings: Mapping[str, object], source: str, name: st
             return name
         found = settings.get(key(match[1]))
         if isinstance(found, tuple):
-            found = ", ".join(str(part) for part in found)
+            found = texts.in_a_row([str(part) for part in found])
         shown = found if isinstance(found, str) else show(found)
         return clean(shown)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from rrp_sheets.graph import BehaviourGraph, Graph
-from rrp_sheets.render.boxes import Drawing, Marks, make_drawing
+from rrp_sheets.render.boxes import Drawing, Marks, Note, make_drawing
 from rrp_sheets.render.dot import dot_text
 from rrp_sheets.render.layout import TIMEOUT, Layout, lay_out
 from rrp_sheets.render.measure import clean
@@ -24,6 +24,7 @@ from rrp_sheets.render.style import (
     WRAPPINGS,
 )
 from rrp_sheets.render.svg import draw_svg
+from rrp_sheets.render.texts import Texts, texts
 
 _AT_ONCE = 4  # Graphviz processes side by side
 
@@ -57,6 +58,7 @@ class Page:
     part: int = 1
     parts: int = 1
     elements: Mapping[str, str] = field(default_factory=dict)
+    language: str = "en"
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,7 @@ def draw_diagram(
     room: bool = False,
     binary: str | None = None,
     timeout: float = TIMEOUT,
+    language: str = "en",
 ) -> list[Page]:
     """Draw a behaviour for A4 pages, in parts when it is long.
 
@@ -96,6 +99,7 @@ def draw_diagram(
             stream, and boxes that can be chosen.
         binary: the Graphviz program; by default the best of this machine.
         timeout: of each layout, in seconds.
+        language: of the words that are not the workbook's.
 
     Raises:
         SheetsError: Graphviz is missing or took too long.
@@ -105,10 +109,11 @@ def draw_diagram(
         return []
     number = next((n for n, b in enumerate(graph.behaviours, 1) if b.key == behaviour.key), 1)
     job = _Job(graph, behaviour, marks, partial(lay_out, binary=binary, timeout=timeout), room)
+    said = texts(language)
     parts = split(graph, behaviour.steps, len(behaviour.steps) if whole else MOST_ROWS)
     while True:
         with ThreadPoolExecutor(_AT_ONCE) as pool:
-            fitted = list(pool.map(job.draw, parts, cut_notes(graph, parts), range(1, len(parts) + 1)))
+            fitted = list(pool.map(job.draw, parts, cut_notes(graph, parts, said), range(1, len(parts) + 1)))
         if whole or not any(_too_large(part, fit) for part, fit in zip(parts, fitted, strict=True)):
             break
         halves = [
@@ -118,7 +123,7 @@ def draw_diagram(
         parts = [half for pair in halves for half in pair]
     name = clean(title or behaviour.name)
     return [
-        _page(name, f"b{number}", (part, place, len(parts)), fit, room)
+        _page(name, f"b{number}", (part, place, len(parts)), fit, room, said)
         for place, (part, fit) in enumerate(zip(parts, fitted, strict=True), 1)
     ]
 
@@ -143,7 +148,7 @@ class _Job:
     lay_out: partial[Layout]
     room: bool = False
 
-    def draw(self, part: Part, notes: Mapping[str, str], number: int) -> _Fitted:
+    def draw(self, part: Part, notes: Mapping[str, Note], number: int) -> _Fitted:
         """The first way of setting the formulas that fits the page at full size, else the best one."""
         best: _Fitted | None = None
         for candidate in self._candidates(part, notes, number):
@@ -154,8 +159,8 @@ class _Job:
         assert best is not None
         return best
 
-    def _candidates(self, part: Part, notes: Mapping[str, str], number: int) -> Iterator[_Fitted]:
-        entries = any(note.startswith("from") for note in notes.values())
+    def _candidates(self, part: Part, notes: Mapping[str, Note], number: int) -> Iterator[_Fitted]:
+        entries = any(note.entry for note in notes.values())
         for wrapping in (BESIDE_A_TABLE,) if self.room else WRAPPINGS:
             drawing = make_drawing(
                 self.graph,
@@ -177,29 +182,29 @@ class _Job:
                     yield _Fitted(badness, drawing, dot, layout, scale, landscape)
 
 
-def _page(title: str, prefix: str, place: tuple[Part, int, int], fit: _Fitted, chosen: bool) -> Page:
+def _page(title: str, prefix: str, place: tuple[Part, int, int], fit: _Fitted, chosen: bool, words: Texts) -> Page:
     part, part_number, parts = place
     first, last = part[0].number, part[-1].number
-    caption = f"Part {part_number} of {parts}: rows {first} to {last}" if parts > 1 else ""
-    whole_title = f"{title}, part {part_number} of {parts}" if parts > 1 else title
-    alt = _alternative(fit.drawing, whole_title, first, last)
-    svg = draw_svg(fit.drawing, fit.layout, prefix=prefix, title=whole_title, description=alt, chosen=chosen)
+    caption = words.get("diagram.caption", n=part_number, m=parts, first=first, last=last) if parts > 1 else ""
+    whole_title = words.get("diagram.title", title=title, n=part_number, m=parts) if parts > 1 else title
+    alt = _alternative(fit.drawing, whole_title, first, last, words)
+    svg = draw_svg(
+        fit.drawing, fit.layout, prefix=prefix, title=whole_title, description=alt, chosen=chosen, words=words
+    )
     elements = {box.stream: f"{prefix}-{box.id}" for box in fit.drawing.boxes.values() if box.stream}
     return Page(
         title, caption, svg, fit.dot, fit.layout.width + 2 * PADDING, fit.layout.height + 2 * PADDING, fit.scale,
         fit.landscape, (first, last), alt, part_number, parts, elements,
+        words.language,
     )  # fmt: skip
 
 
-def _alternative(drawing: Drawing, title: str, first: int, last: int) -> str:
+def _alternative(drawing: Drawing, title: str, first: int, last: int, words: Texts) -> str:
     def names(kind: str) -> str:
-        return ", ".join(box.name for box in drawing.boxes.values() if box.kind == kind) or "none"
+        return words.in_a_row([b.name for b in drawing.boxes.values() if b.kind == kind]) or words.get("diagram.none")
 
-    rows = f"rows {first} to {last}" if first != last else f"row {first}"
-    return (
-        f"Diagram of the behaviour {title}, {rows}. Sensors at the top: {names('sensor')}. "
-        f"Actuators at the bottom: {names('actuator')}. The explanation of the rows says the same in words."
-    )
+    rows = words.get("diagram.rows" if first != last else "diagram.row", first=first, last=last, n=first)
+    return words.get("diagram.alt", title=title, rows=rows, sensors=names("sensor"), actuators=names("actuator"))
 
 
 def row_ids(behaviours: Sequence[BehaviourGraph]) -> dict[str, str]:

@@ -13,9 +13,9 @@ _LINE = 20.0
 _COLUMNS = (14.0, 170.0, 326.0)
 
 
-def draw_legend() -> tuple[str, float, float]:
+def draw_legend(language: str = "en") -> tuple[str, float, float]:
     """The legend as SVG, its width and its height in points."""
-    words = texts()
+    words = texts(language)
     wide = PAGE[0]
     parts = [text(_COLUMNS[0], 19, words.get("legend.title"), NAME_PT, bold=True)]
     y = 40.0
@@ -23,7 +23,7 @@ def draw_legend() -> tuple[str, float, float]:
     for kind, column, row in signs:
         size = (7.0, 7.0) if kind == "anonymous" else (28.0, 17.0)
         box = Box(f"sign-{kind}", kind, "", (), *size, stream="")
-        parts.append(draw_box(box, (_COLUMNS[column] + 14, y + row * 24), "legend"))
+        parts.append(draw_box(box, (_COLUMNS[column] + 14, y + row * 24), "legend", words=words))
         parts.append(text(_COLUMNS[column] + 36, y + row * 24 + 3.4, words.get(f"legend.{kind}"), NAME_PT))
     x = _COLUMNS[1]
     parts.append(
@@ -45,7 +45,8 @@ def draw_legend() -> tuple[str, float, float]:
     half = -(-len(known) // 2)
     for number, connector in enumerate(known):
         x, line = (_COLUMNS[0] if number < half else wide / 2 + 8), y + number % half * _LINE
-        meaning = f"{connector.name}: {words.get(f'legend.connector.{connector.name}')}"
+        about = words.get(f"legend.connector.{connector.name}")
+        meaning = words.get("legend.meaning", connector=connector.name, meaning=about)
         parts.append(draw_icon(connector.icon, x + 4, line - 9, INK, 1))
         parts.append(text(x + 26, line, meaning, NAME_PT - (1 if width(meaning, NAME_PT) > wide / 2 - 30 else 0)))
     high = y + half * _LINE - 6

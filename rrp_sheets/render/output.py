@@ -94,10 +94,10 @@ def stack(pages: Sequence[Page]) -> tuple[str, float, float]:
 
 
 def _pdf(pages: Sequence[Page], with_legend: bool) -> tuple[bytes, list[str]]:
-    legend, wide, high = draw_legend()
     last = pages[-1]
+    legend, wide, high = draw_legend(last.language)
     room = (PAGE[1] if not last.landscape else 0) - last.height * last.scale
-    words = texts()
+    words = texts(last.language)
     data = {
         "title": _title(pages),
         "lang": words.language,

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rrp_sheets.graph import Graph, Step, StreamKind
-from rrp_sheets.render.boxes import FROM_OUTSIDE
+from rrp_sheets.render.boxes import FROM_OUTSIDE, Note
+from rrp_sheets.render.texts import Texts
 
 _NEVER = 50.0  # the cost of cutting an anonymous stream: a dot that goes on elsewhere is hard to follow
 Part = tuple[Step, ...]
@@ -49,8 +50,8 @@ def _crossing(graph: Graph, steps: Sequence[Step]) -> list[float]:
     return costs
 
 
-def cut_notes(graph: Graph, parts: Sequence[Part]) -> list[dict[str, str]]:
-    """For each part, where its cut streams come from or go to: `{"tracking!far": "to part 2"}`."""
+def cut_notes(graph: Graph, parts: Sequence[Part], words: Texts) -> list[dict[str, Note]]:
+    """For each part, where its cut streams come from or go to: `{"tracking!far": Note("to part 2")}`."""
     made: dict[str, int] = {}
     used: dict[str, dict[int, None]] = {}
     for number, part in enumerate(parts, 1):
@@ -58,17 +59,17 @@ def cut_notes(graph: Graph, parts: Sequence[Part]) -> list[dict[str, str]]:
             made.setdefault(step.output, number)
             for stream in step.inputs:
                 used.setdefault(stream, {})[number] = None
-    notes: list[dict[str, str]] = []
+    notes: list[dict[str, Note]] = []
     for number, part in enumerate(parts, 1):
-        here: dict[str, str] = {}
+        here: dict[str, Note] = {}
         for stream in dict.fromkeys(i for step in part for i in (*step.inputs, step.output)):
             if graph.streams[stream].kind in FROM_OUTSIDE:
                 continue
             source = made.get(stream, number)
             elsewhere = [str(n) for n in used.get(stream, {}) if n != number]
             if source != number:
-                here[stream] = f"from part {source}"
+                here[stream] = Note(words.get("diagram.from_part", part=source), entry=True)
             elif elsewhere:
-                here[stream] = f"to part {', '.join(elsewhere)}"
+                here[stream] = Note(words.get("diagram.to_part", parts=words.in_a_row(elsewhere)))
         notes.append(here)
     return notes

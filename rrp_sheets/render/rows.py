@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from rrp_sheets.graph import Graph, Step, StreamKind
-from rrp_sheets.model.durations import show_duration
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import Workbook
 from rrp_sheets.render.contents import Content, contents
-from rrp_sheets.render.devices import device_says, source_of
+from rrp_sheets.render.devices import device_says, field_names, source_of
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.texts import Texts
 from rrp_sheets.render.words import Named, Wording, shown
@@ -21,6 +20,7 @@ class Rows:
         self.texts = texts
         self.contents = contents(graph)
         self.helpers = {key(h.name.text): h.name.text for h in workbook.helpers}
+        self.fields = field_names(graph, texts)
         self.makers = {s.output: s for b in graph.behaviours for s in b.steps}
 
     def sentence(self, step: Step) -> str:
@@ -30,10 +30,12 @@ class Rows:
             return self.texts.get("row.off", sentence=said)
         return said if step.active else self.texts.get("row.unfed", sentence=said)
 
-    def bare_sentence(self, step: Step) -> str:
-        """A row in words, as if it were on."""
+    def bare_sentence(self, step: Step, *, unnamed: bool = False) -> str:
+        """A row in words, as if it were on; `unnamed`: without the name of its result."""
         kind, get = step.connector.name, self.texts.get
         values = self._values(step)
+        if unnamed:
+            values["as"] = self.named("")
         if kind == "subscribe":
             return self.sentence_of_subscribe(step, event=self.event(step))
         if kind == "map":
@@ -48,7 +50,8 @@ class Rows:
         name = self._entry(step)
         if self.texts.has(name):
             return _capital(get(name, **values))
-        return _capital(step.connector.sentence.format_map(_Places(values)))
+        own = step.connector.sentences.get(self.texts.language, step.connector.sentence)
+        return _capital(own.format_map(_Places(values)))
 
     def _entry(self, step: Step) -> str:
         """The entry of a connector that has several ways of being used."""
@@ -142,23 +145,27 @@ class Rows:
                     names.setdefault(key(spelling), named)
             if len(step.inputs) == 1:
                 names.setdefault("value", named)
-        return Wording(self.texts, names, self.helpers)
+        return Wording(self.texts, names, self.helpers, self.fields)
 
     def _values(self, step: Step) -> dict[str, str]:
         """What the templates of rows may name."""
         nouns = [self.noun(i) for i in dict.fromkeys(step.inputs)]
         named = bool(self.graph.streams[step.output].name)
         output = self.noun(step.output) if named else ""
-        period = show_duration(step.period_us) if step.period_us is not None else clean(step.row.formula.text)
+        period = self.texts.duration(step.period_us) if step.period_us is not None else clean(step.row.formula.text)
         formula = self.texts.get("value.code", formula=shown(clean(step.row.formula.text)))
         plain = {
             "input": nouns[0] if nouns else "", "inputs": self.texts.listed(nouns), "formula": formula,
             "inputs_or": self.texts.listed(nouns, "or"), "others": self.texts.listed(nouns[1:], "or"),
             "period": period, "pace": self._pace(step), "output": output,
-            "as": self.texts.get("row.as", name=output) if named else "",
+            "as": self.named(output if named else ""),
             "onto": self.texts.get("row.onto", name=output) if named else "",
         }  # fmt: skip
         return {**plain, **{name.capitalize(): _capital(value) for name, value in plain.items()}}
+
+    def named(self, noun: str) -> str:
+        """What a sentence says of its result's name, or that it needs none."""
+        return self.texts.get("row.as", name=noun) if noun else self.texts.get("row.as_nothing")
 
     def _pace(self, step: Step) -> str:
         us, get = step.period_us, self.texts.get
@@ -167,7 +174,7 @@ class Rows:
         if us <= 1_000_000 and 1_000_000 % us == 0:
             times = 1_000_000 // us
             return get("pace.once") if times == 1 else get("pace.twice") if times == 2 else get("pace.times", n=times)
-        return get("pace.every", period=show_duration(us))
+        return get("pace.every", period=self.texts.duration(us))
 
 
 class _Places(dict[str, str]):

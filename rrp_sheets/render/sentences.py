@@ -8,7 +8,9 @@ from itertools import pairwise
 
 from rrp_sheets.devices import Robot
 from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream, StreamKind
+from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.render.devices import device_title
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.rows import Rows, one_stop
 from rrp_sheets.render.texts import Texts, texts
@@ -64,9 +66,7 @@ def explain_text(
     blocks = []
     for said in explain(graph, workbook, robot, behaviours, language=language):
         lists = [
-            words.get(f"behaviour.{kind}", list=words.listed(list(names)))
-            if names
-            else words.get(f"behaviour.no_{kind}")
+            words.get(f"behaviour.{kind}", list=words.listed(names)) if names else words.get(f"behaviour.no_{kind}")
             for kind, names in (("sensors", said.sensors), ("actuators", said.actuators))
         ]
         wide = max((len(str(row.number)) for row in said.rows), default=1)
@@ -85,16 +85,24 @@ def _behaviour(behaviour: BehaviourGraph, rows: Rows, words: Texts) -> Behaviour
         one_stop(_paragraph(behaviour, active, rows, words)),
         tuple(RowText(s.number, rows.sentence(s), s.row.on and s.active) for s in behaviour.steps),
         tuple(_sensor(streams[i], words) for i in used),
-        tuple(clean(streams[i].name) for i in driven),
+        tuple(_actuator(streams[i], words) for i in driven),
     )
 
 
 def _sensor(stream: Stream, words: Texts) -> str:
-    device = stream.device
+    device, name = stream.device, clean(stream.name)
+    title = device_title(stream, words)
+    if title and key(title) != key(name):
+        name = words.get("behaviour.about", name=name, about=title)
     if device is None or not device.type.knowledge:
-        return clean(stream.name)
+        return name
     entry = "pressed" if device.type.name == "OperatorButton" else "told"
-    return f"{clean(stream.name)} ({words.get(f'behaviour.{entry}')})"
+    return words.get("behaviour.about", name=name, about=words.get(f"behaviour.{entry}"))
+
+
+def _actuator(stream: Stream, words: Texts) -> str:
+    title, name = device_title(stream, words), clean(stream.name)
+    return words.get("behaviour.about", name=name, about=title) if title and key(title) != key(name) else name
 
 
 class _Chain:
@@ -138,7 +146,7 @@ def _paragraph(behaviour: BehaviourGraph, active: list[Step], rows: Rows, words:
     if off:
         name = words.get("behaviour.rows" if len(off) > 1 else "behaviour.row", n=words.listed(off))
         sentences.append(words.get("behaviour.rows_off", rows=name))
-    return " ".join(sentences) if active else " ".join([words.get("behaviour.nothing"), *sentences])
+    return words.sentences(sentences if active else [words.get("behaviour.nothing"), *sentences])
 
 
 def _follows(step: Step, before: Step) -> bool:
@@ -153,7 +161,7 @@ def _when(test: Step, act: Step, chained: bool, chain: _Chain, rows: Rows, words
     if act.connector.drives:
         return rows.sentence_of_subscribe(act, event=words.get("chain.does", condition=condition))
     work = rows.wording(act, pronoun=True).work(act.row.formula.text)
-    return words.get("chain.when", condition=condition, work=work, **{"as": _name(act, chain, rows, words)})
+    return words.get("chain.when", condition=condition, work=work, **{"as": _name(act, chain, rows)})
 
 
 def _sentence(step: Step, before: Step | None, chain: _Chain, rows: Rows, words: Texts) -> str:
@@ -164,21 +172,20 @@ def _sentence(step: Step, before: Step | None, chain: _Chain, rows: Rows, words:
             onto = words.get("row.onto", name=rows.noun(step.output)) if rows.graph.streams[step.output].name else ""
             return words.get("chain.filter", condition=condition, onto=onto)
         if step.connector.name == "map":
-            return words.get("chain.next", work=wording.work(formula), **{"as": _name(step, chain, rows, words)})
+            return words.get("chain.next", work=wording.work(formula), **{"as": _name(step, chain, rows)})
         return rows.sentence_of_subscribe(step, event=words.get("chain.then"))
-    said = rows.bare_sentence(step)
-    if step.connector.name == "map" and not _name(step, chain, rows, words):
-        name = words.get("row.as", name=rows.noun(step.output))
-        said = said.removesuffix(f"{name}.").removesuffix(".") + "."
-    return said
+    return rows.bare_sentence(step, unnamed=step.connector.name == "map" and not _needs_name(step, chain, rows))
 
 
-def _name(step: Step, chain: _Chain, rows: Rows, words: Texts) -> str:
-    """The result's name, when a later sentence uses it and not just "it"."""
+def _name(step: Step, chain: _Chain, rows: Rows) -> str:
+    """What is said of the result's name."""
+    return rows.named(rows.noun(step.output) if _needs_name(step, chain, rows) else "")
+
+
+def _needs_name(step: Step, chain: _Chain, rows: Rows) -> bool:
+    """Whether the result has a name, and a later sentence uses it and not just "it"."""
     following = chain.after(step)
     is_it = step.connector.name == "map" and following is not None and _follows(following, step)
     if is_it and following is not None and chain.only_use(step.output, following):
-        return ""
-    if not rows.graph.streams[step.output].name:
-        return ""
-    return words.get("row.as", name=rows.noun(step.output))
+        return False
+    return bool(rows.graph.streams[step.output].name)

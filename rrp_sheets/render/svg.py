@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 from rrp_sheets.render.boxes import ROW_TEXT_LEFT, Arrow, Box, Drawing
 from rrp_sheets.render.layout import Layout, Point, Way
 from rrp_sheets.render.measure import clean, escape, width
@@ -27,10 +30,18 @@ from rrp_sheets.render.style import (
     SOFT,
     VALUE_LINE,
 )  # fmt: skip
+from rrp_sheets.render.texts import Texts, texts
 
 
 def draw_svg(
-    drawing: Drawing, layout: Layout, *, prefix: str, title: str, description: str, chosen: bool = False
+    drawing: Drawing,
+    layout: Layout,
+    *,
+    prefix: str,
+    title: str,
+    description: str,
+    chosen: bool = False,
+    words: Texts | None = None,
 ) -> str:
     """The picture of a drawing; `prefix` starts every id, title and description are for screen readers.
 
@@ -39,7 +50,11 @@ def draw_svg(
     wide, high = layout.width + 2 * PADDING, layout.height + 2 * PADDING
     arrows = {(a.tail, a.head): a for a in drawing.arrows}
     parts = [draw_arrow(way, arrows[way.tail, way.head], prefix) for way in layout.ways]
-    parts += [draw_box(box, _moved(layout.places[box.id]), prefix, chosen=chosen) for box in drawing.boxes.values()]
+    said = words or texts()
+    parts += [
+        draw_box(box, _moved(layout.places[box.id]), prefix, chosen=chosen, words=said)
+        for box in drawing.boxes.values()
+    ]
     first = next(iter(drawing.boxes), "none")
     ident, role = f"{prefix}-{first}", "group" if chosen else "img"
     return frame("\n".join(parts), wide, high, ident=ident, title=title, description=description, role=role)
@@ -107,21 +122,22 @@ def draw_arrow(way: Way, arrow: Arrow, prefix: str) -> str:
     )
 
 
-_SPOKEN = {"sensor": "Sensor", "stream": "Stream", "actuator": "Actuator", "done": "Stream"}
+_SPOKEN = {"sensor": "sensor", "stream": "stream", "actuator": "actuator", "done": "stream"}
 
 
-def draw_box(box: Box, centre: Point, prefix: str, *, chosen: bool = False) -> str:
+def draw_box(box: Box, centre: Point, prefix: str, *, chosen: bool = False, words: Texts | None = None) -> str:
     """A box with its centre at that place, as a group with a stable id."""
+    said = words or texts()
     about = f' data-row="{box.row}"' if box.kind == "row" else f' data-stream="{escape(clean(box.stream))}"'
     if box.kind != "row":
         about += f' data-name="{escape(box.name)}"'
     if chosen and box.kind != "anonymous":
         about += ' role="button" tabindex="-1"'
-    told = _told(box)
+    told = _told(box, said)
     title = f"<title>{escape(told)}</title>" if told else ""
-    kinds = {
+    kinds: dict[str, Callable[[Box, Point], str]] = {
         "anonymous": _anonymous,
-        "row": _row,
+        "row": partial(_row, off=said.get("diagram.off")),
         "stream": _stream,
         "sensor": _stream,
         "done": _stream,
@@ -133,12 +149,16 @@ def draw_box(box: Box, centre: Point, prefix: str, *, chosen: bool = False) -> s
     return f'<g id="{prefix}-{box.id}" class="{box.kind}{" off" if box.off else ""}"{about}>{title}{inside}</g>'
 
 
-def _told(box: Box) -> str:
+def _told(box: Box, words: Texts) -> str:
     """What a box is, in words: for who points at it, and for screen readers."""
     if not box.row:
-        return f"{_SPOKEN[box.kind]} {box.name}" if box.kind in _SPOKEN and box.name else ""
-    told = f"Row {box.row}, {box.name}" + (f": {clean(box.formula)}" if box.formula else "")
-    return told + (", off" if box.switched_off else f", problem {box.flag}" if box.flag is not None else "")
+        kind = _SPOKEN.get(box.kind) if box.name else None
+        return words.get(f"diagram.told.{kind}", name=box.name) if kind else ""
+    entry = "diagram.told.formula" if box.formula else "diagram.told.row"
+    told = words.get(entry, n=box.row, connector=box.name, formula=clean(box.formula))
+    if box.switched_off:
+        return words.get("diagram.told.off", row=told)
+    return told if box.flag is None else words.get("diagram.told.problem", row=told, n=box.flag)
 
 
 def draw_flag(number: int, x: float, y: float) -> str:
@@ -190,7 +210,7 @@ def _stream(box: Box, centre: Point) -> str:
     return shape
 
 
-def _row(box: Box, centre: Point) -> str:
+def _row(box: Box, centre: Point, off: str) -> str:
     x, y, w, h = centre[0] - box.width / 2, centre[1] - box.height / 2, box.width, box.height
     ink = OFF_INK if box.off else INK
     fill, line = (OFF_FILL, OFF_LINE) if box.off else ("#fff", BOX)
@@ -207,8 +227,9 @@ def _row(box: Box, centre: Point) -> str:
         left = ROW_TEXT_LEFT + box.beside if box.beside else box.indent
         parts.append(text(x + left, y + line_y, words, MONO_PT, fill=ink, mono=True))
     if box.switched_off:
-        parts.append(_rect((x + w - 18, y - 6.5, 17, 10), "#fff", OFF_LINE, 0.7, radius=2))
-        parts.append(text(x + w - 9.5, y + 1.4, "off", 8, fill="#555", middle=True))
+        across = max(17.0, width(off, 8) + 4)
+        parts.append(_rect((x + w - across - 1, y - 6.5, across, 10), "#fff", OFF_LINE, 0.7, radius=2))
+        parts.append(text(x + w - across / 2 - 1, y + 1.4, off, 8, fill="#555", middle=True))
     if box.mark:
         across = width(box.mark, MONO_PT, bold=True) + 7
         parts.append(_rect((x + w - across - 4, y + 3.8, across, 11), INK, "none", 0, radius=2))

@@ -21,6 +21,9 @@ _TURNED: dict[type[ast.cmpop], type[ast.cmpop]] = {
 }  # fmt: skip
 
 
+FieldNames = Mapping[tuple[str, str], str]
+
+
 @dataclass(frozen=True)
 class Named:
     """An input as a formula sees it: its noun (“Distance”, or "it"), and what it carries."""
@@ -41,10 +44,14 @@ class Wording:
         texts: the language.
         names: the inputs, by the keys that formulas use for them.
         helpers: the helpers' names as spelt, by key.
+        fields: the fields' names in that language, by the record's name and the field's key.
     """
 
-    def __init__(self, texts: Texts, names: Mapping[str, Named], helpers: Mapping[str, str]) -> None:
+    def __init__(
+        self, texts: Texts, names: Mapping[str, Named], helpers: Mapping[str, str], fields: FieldNames | None = None
+    ) -> None:
         self.texts = texts
+        self.fields = fields or {}
         self.names = names
         self.helpers = helpers
 
@@ -123,9 +130,9 @@ class Wording:
         if isinstance(tree, ast.Compare):
             return self._comparison(tree)
         if isinstance(tree, ast.BoolOp):
-            return self._joined(tree.values, "and" if isinstance(tree.op, ast.And) else "or")
+            return self._joined(tree.values, "all" if isinstance(tree.op, ast.And) else "any")
         if called in ("and", "or") and isinstance(tree, ast.Call):
-            return self._joined(tree.args, called)
+            return self._joined(tree.args, "all" if called == "and" else "any")
         negated = tree.operand if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.Not) else None
         if called == "not" and isinstance(tree, ast.Call) and len(tree.args) == 1:
             negated = tree.args[0]
@@ -146,7 +153,7 @@ class Wording:
         return self.texts.get(f"condition.{negation}true", what=what)
 
     def _joined(self, parts: list[ast.expr], joiner: str) -> str:
-        between = self._between(parts) if joiner == "and" else ""
+        between = self._between(parts) if joiner == "all" else ""
         if any(isinstance(p, ast.BoolOp) or _called(p) in ("and", "or") for p in parts):
             raise _NotSimple  # brackets do not survive in a sentence
         return between or self.texts.listed([self._condition(p) for p in parts], joiner)
@@ -183,7 +190,7 @@ class Wording:
         if isinstance(right, ast.Constant) and not isinstance(right.value, (int, float)):
             if op not in (ast.Eq, ast.NotEq):
                 raise _NotSimple
-            shown_value = f"“{right.value}”" if isinstance(right.value, str) else self._value(right)
+            shown_value = get("value.text", text=right.value) if isinstance(right.value, str) else self._value(right)
         elif isinstance(right, ast.Constant) and isinstance(right.value, bool):
             shown_value = self._value(right)
         elif isinstance(right, (ast.Name, ast.Attribute)):
@@ -203,8 +210,10 @@ class Wording:
             if field is None:
                 raise _NotSimple
             name, unit, kind = field[0].replace("_", " "), field[1], field[2]
+            if named.content.record is not None:
+                name = self.fields.get((named.content.record.name, key(field[0])), name)
             if kind == "truth":
-                name = f"“{name}”"
+                name = self.texts.get("name.quoted", name=name)
             noun = self.texts.get("name.its", field=name)
             if not named.pronoun:
                 noun = self.texts.get("name.field", field=name, input=named.noun)

@@ -13,8 +13,10 @@ from rrp_sheets.model.names import key, nearest
 MOST_ROWS = 2_000  # a hundred pages; Graphviz takes half a minute for them
 
 
-def draw(checked: Checked, target: Path, behaviour: str = "") -> list[str]:
+def draw(checked: Checked, target: Path, behaviour: str = "", language: str = "") -> list[str]:
     """Draw the behaviours (or one) into a file; what the picture lacks (a font, say), in words.
+
+    The language is the Protocol's unless another one is given.
 
     Raises:
         SheetsError: when it cannot be written or drawn.
@@ -32,15 +34,18 @@ def draw(checked: Checked, target: Path, behaviour: str = "") -> list[str]:
             for n, d in enumerate(checked.report, 1)
             if d.address and key(d.address.sheet) == graph.key and d.severity is not Severity.INFO
         }
-        pages += draw_diagram(checked.graph, graph, problems=flags)
+        pages += draw_diagram(checked.graph, graph, problems=flags, language=language or checked.run.language)
     return write_diagram(pages, target)
 
 
-def explain(checked: Checked, behaviour: str = "") -> str:
-    """The behaviours (or one) in plain words."""
+def explain(checked: Checked, behaviour: str = "", language: str = "") -> str:
+    """The behaviours (or one) in plain words, in the Protocol's language or the one that is given."""
     from rrp_sheets.render.sentences import explain_text
 
-    return explain_text(checked.graph, checked.workbook, checked.robot, chosen(checked, behaviour))
+    behaviours = chosen(checked, behaviour)
+    return explain_text(
+        checked.graph, checked.workbook, checked.robot, behaviours, language=language or checked.run.language
+    )
 
 
 def chosen(checked: Checked, name: str) -> list[BehaviourGraph]:

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.durations import show_duration
+from rrp_sheets.model.languages import LANGUAGES
 
 
 @dataclass(frozen=True)
@@ -26,15 +30,30 @@ class Texts:
         text = self.entries[entry]
         return text.format(**values) if values else text
 
-    def listed(self, things: list[str], joiner: str = "and") -> str:
-        """`a, b and c`."""
-        word = f" {self.entries[f'list.{joiner}']} "
-        return word.join(filter(None, [", ".join(things[:-1]), *things[-1:]]))
+    def listed(self, things: Sequence[str], joiner: str = "and") -> str:
+        """`a, b and c`; `joiner` is `and` or `or` for nouns, `all` or `any` for conditions."""
+        start = self.entries["list.comma"].join(things[:-1])
+        return self.entries[f"list.{joiner}"].join(filter(None, [start, *things[-1:]]))
+
+    def in_a_row(self, things: Sequence[str]) -> str:
+        """`a, b, c`."""
+        return self.entries["list.comma"].join(things)
+
+    def sentences(self, sentences: Sequence[str]) -> str:
+        """Sentences one after the other, as a paragraph."""
+        return self.entries["list.sentence"].join(sentences)
+
+    def duration(self, us: int) -> str:
+        """A duration (µs): `10 s`."""
+        number, unit = show_duration(us).split(" ")
+        return self.get(f"duration.{unit}", n=number)
 
 
 @lru_cache(maxsize=8)
 def texts(language: str = "en") -> Texts:
-    """The catalogue of a language."""
+    """The catalogue of a language; raises SheetsError when there is none."""
+    if language not in LANGUAGES:
+        raise SheetsError(f"There are no texts in the language “{language}”.", f"There are: {', '.join(LANGUAGES)}.")
     tables = tomllib.loads((Path(__file__).parent / f"{language}.toml").read_text(encoding="utf-8"))
     return Texts(language, dict(_flat(tables, "")))
 
