@@ -6,8 +6,8 @@ from typing import Any
 
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.runs.apart import Ended
+from rrp_sheets.runs.told import clock
 from rrp_sheets.runs.view import Summary
-from rrp_sheets.web.live.told import clock
 
 Told = dict[str, Any]
 

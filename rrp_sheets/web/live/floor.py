@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.told import clock
 from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.listeners import message
 from rrp_sheets.web.live.session import Session, Wish
-from rrp_sheets.web.live.told import clock
 from rrp_sheets.web.room import Room
 
 NONE: dict[str, Any] = {"phase": "none", "book": ""}

@@ -15,13 +15,13 @@ from typing import Any
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.exchange import Act, Happening, State
 from rrp_sheets.model.values import Failure, Record, Value
+from rrp_sheets.runs.told import clock
 from rrp_sheets.runs.view import RunStart, RunView, Summary
 from rrp_sheets.web.live.drives import Drives
 from rrp_sheets.web.live.log import Line, Log
 from rrp_sheets.web.live.newest import Newest
 from rrp_sheets.web.live.plotting import Plots
 from rrp_sheets.web.live.streams import Known, known_streams
-from rrp_sheets.web.live.told import clock
 
 Told = dict[str, Any]
 _COMMAND = re.compile(r"See `rrp-sheets help ([^`]+)`")  # of the terminal; here there is a Help to open

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from rrp_sheets.model.values import Value
+from rrp_sheets.runs.told import told
 from rrp_sheets.web.live.streams import Known
-from rrp_sheets.web.live.told import told
 
 _FORGIVEN_US = 1_000_000  # a row's error is shown for at least so long, although a value comes
 _LONGEST = 200  # letters of an error's message

@@ -11,12 +11,12 @@ from typing import Any
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.apart import RunProcess
+from rrp_sheets.runs.told import unit_of
 from rrp_sheets.runs.view import RunSettings
 from rrp_sheets.web.listeners import message
 from rrp_sheets.web.live.ending import at_rest, failed, in_words, lost
 from rrp_sheets.web.live.hub import Hub
 from rrp_sheets.web.live.log import Line
-from rrp_sheets.web.live.told import unit_of
 from rrp_sheets.web.room import Room
 
 TELL_EVERY = 0.1  # seconds: as often as pages are told at most

@@ -1,4 +1,4 @@
-"""Values and times as the run panel shows them: short, and never as they were computed to the last digit."""
+"""Values and times as displays of a run show them: short, and never as they were computed to the last digit."""
 
 from __future__ import annotations
 
