@@ -1,6 +1,7 @@
 """A robot's words in other languages: `robots/<name>/ja.toml` beside its catalogue. What is missing there stays English.
 
-`[values]` translates what the catalogue's settings may say (colours, zones), `[fields.<name>]` the fields of all records,
+`[values]` translates what the catalogue's settings may say (colours, zones), `[names]` its postures and gestures,
+`[fields.<name>]` the fields of all records,
 `[device.<Name>]` a device: its title, help, `says` and `takes`, and fields of its own that mean something else.
 """
 
@@ -27,6 +28,7 @@ class DeviceWords:
         title: the device's name for people; empty when it has none but that of the catalogue.
         fields: name and help of its record's fields, by their keys.
         values: what its settings may say, by the key of the English word.
+        names: what the postures and gestures of the robot are called, by the key of their names.
     """
 
     title: str = ""
@@ -35,6 +37,11 @@ class DeviceWords:
     takes: str = ""
     fields: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     values: Mapping[str, str] = field(default_factory=dict)
+    names: Mapping[str, str] = field(default_factory=dict)
+
+    def name(self, text: str) -> str:
+        """What a posture or a gesture of the robot is called; any other text as it is."""
+        return self.names.get(key(text), text)
 
     def value(self, text: str) -> str:
         """A word of the catalogue in this language; any other text as it is."""
@@ -55,9 +62,12 @@ def _words(table: Table, device: str) -> DeviceWords:
                     _text({**_table(shared, name), **_table(own, name)}, "help"))
         for name in dict.fromkeys([*shared, *own])
     }  # fmt: skip
-    values = {key(name): text for name, text in _table(table, "values").items() if isinstance(text, str)}
+    values, names = (
+        {key(name): text for name, text in _table(table, part).items() if isinstance(text, str)}
+        for part in ("values", "names")
+    )
     title, about, says, takes = (_text(mine, name) for name in ("title", "help", "says", "takes"))
-    return DeviceWords(title, about, says, takes, fields, values)
+    return DeviceWords(title, about, says, takes, fields, values, names)
 
 
 @lru_cache(maxsize=8)

@@ -11,7 +11,7 @@ from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream, StreamKind
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
 from rrp_sheets.render.devices import device_title
-from rrp_sheets.render.measure import clean
+from rrp_sheets.render.measure import clean, columns
 from rrp_sheets.render.rows import Rows, one_stop
 from rrp_sheets.render.texts import Texts, texts
 
@@ -71,7 +71,7 @@ def explain_text(
         ]
         wide = max((len(str(row.number)) for row in said.rows), default=1)
         rows = [f"  {row.number:>{wide}}  {row.text}" for row in said.rows]
-        blocks.append("\n".join([said.name, "=" * len(said.name), said.paragraph, "", *lists, "", *rows]))
+        blocks.append("\n".join([said.name, "=" * columns(said.name), said.paragraph, "", *lists, "", *rows]))
     return "\n\n".join(blocks) + "\n"
 
 
@@ -90,14 +90,15 @@ def _behaviour(behaviour: BehaviourGraph, rows: Rows, words: Texts) -> Behaviour
 
 
 def _sensor(stream: Stream, words: Texts) -> str:
-    device, name = stream.device, clean(stream.name)
-    title = device_title(stream, words)
-    if title and key(title) != key(name):
-        name = words.get("behaviour.about", name=name, about=title)
-    if device is None or not device.type.knowledge:
-        return name
-    entry = "pressed" if device.type.name == "OperatorButton" else "told"
-    return words.get("behaviour.about", name=name, about=words.get(f"behaviour.{entry}"))
+    device, name, title = stream.device, clean(stream.name), device_title(stream, words)
+    about = [title] if title and key(title) != key(name) else []
+    if device is not None and device.type.knowledge:
+        about = (
+            [words.get("behaviour.pressed")]
+            if device.type.name == "OperatorButton"
+            else [*about, words.get("behaviour.told")]
+        )
+    return words.get("behaviour.about", name=name, about=words.in_a_row(about)) if about else name
 
 
 def _actuator(stream: Stream, words: Texts) -> str:
