@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import hypothesis
@@ -15,6 +13,13 @@ import pytest
 if "HYPOTHESIS_PROFILE" not in os.environ:  # how long one example takes says more about the machine than about us
     hypothesis.settings.register_profile("patient", deadline=None)
     hypothesis.settings.load_profile("patient")
+
+if os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):
+    # The hundreds of processes that the tests start would each compile the program anew: what is compiled is kept after
+    # all, but not among the sources.
+    sys.dont_write_bytecode = False
+    os.environ.setdefault("PYTHONPYCACHEPREFIX", str(Path(__file__).parents[1] / ".pytest_cache" / "bytecode"))
+    sys.pycache_prefix = os.environ["PYTHONPYCACHEPREFIX"]
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # started in the background by a shell without job control: what the tests start would be deaf to Ctrl-C too
@@ -59,34 +64,6 @@ def pytest_sessionfinish(session, exitstatus):
 def _no_limit_here(monkeypatch):
     """A command that is called within this process must not take the memory of all other tests."""
     monkeypatch.setattr("rrp_sheets.runs.limits.limit_memory", lambda *_: None)
-
-
-@contextmanager
-def _turn(folder: Path, *, alone: bool) -> Iterator[None]:
-    """Wait until this test may run beside those of the other workers, or without them.
-
-    Two locked files, as a turnstile before a door: who wants to be alone stays in the turnstile until the last of the
-    others is out, so that no new ones get in meanwhile.
-    """
-    import fcntl
-
-    with ExitStack() as open_files:
-        turnstile, door = (open_files.enter_context((folder / n).open("w")) for n in ("turnstile.lock", "door.lock"))
-        fcntl.flock(turnstile, fcntl.LOCK_EX)
-        fcntl.flock(door, fcntl.LOCK_EX if alone else fcntl.LOCK_SH)
-        fcntl.flock(turnstile, fcntl.LOCK_UN)
-        yield
-
-
-@pytest.fixture(autouse=True)
-def _a_turn(request, tmp_path_factory):
-    """A test marked `alone` measures time: it waits for the tests of the other workers, and they for it."""
-    if "PYTEST_XDIST_WORKER" not in os.environ or sys.platform == "win32":
-        yield
-        return
-    shared = tmp_path_factory.getbasetemp().parent
-    with _turn(shared, alone=request.node.get_closest_marker("alone") is not None):
-        yield
 
 
 @pytest.fixture(scope="session")

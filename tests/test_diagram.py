@@ -224,7 +224,6 @@ def test_parts_do_not_cut_anonymous_streams_when_they_need_not():
     assert len(first) >= 10
 
 
-@pytest.mark.alone
 def test_a_hundred_rows_are_quick():
     graph = graph_of(*chains(100))
     start = time.perf_counter()

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from browser import GOOD, get, visit
+from busy import crowded
 from flask.testing import FlaskClient
 from recorded import END, HEADER, write_run
 
@@ -188,7 +189,6 @@ def test_the_curves_of_numbers(client: FlaskClient, run: str) -> None:
     assert distance["kind"] == "sensor" and all(0.3 < v < 1.5 for _, v in distance["points"])
 
 
-@pytest.mark.alone
 def test_a_hundred_thousand_events_open_in_a_bounded_time(tmp_path: Path) -> None:
     events = [
         {"t": n / 100, "stream": "Tracking!Distance", "row": "Tracking!2", "value": 99.0 if n == 70_001 else n % 7}
@@ -202,7 +202,7 @@ def test_a_hundred_thousand_events_open_in_a_bounded_time(tmp_path: Path) -> Non
     [curve] = get(client, "/runs/long/series.json").json  # type: ignore[misc]
     shown = get(client, "/runs/long/marbles").data
     whole = time.monotonic() - began
-    assert whole < 40  # 5 s on a machine that does nothing else
+    assert whole < 40 * crowded()  # 5 s on a machine that does nothing else
     assert len(curve["points"]) <= 1_200 and max(v for _, v in curve["points"]) == 99.0
     assert len(shown) < 300_000
     began = time.monotonic()

@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 
 import panel
-import pytest
 from busy import crowded
 from chromium import GridPage
 from panel import LIVE, ended, row, run, running, told_of_stop, trace
@@ -201,7 +200,6 @@ def test_everyone_sees_one_run_and_anyone_stops_it(browser, url: str, folder: Pa
     aya.close()
 
 
-@pytest.mark.alone
 def test_stop_is_quick_in_a_flood_of_events(browser, url: str, folder: Path) -> None:
     at = GridPage(browser, url, "long.xlsx", name="Aya")
     run(at.page)

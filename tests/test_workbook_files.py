@@ -282,7 +282,6 @@ def test_a_copy_as_xlsx_says_the_same(tmp_path: Path) -> None:
     assert copy.workbook.tables == first.workbook.tables == {"words": (("W",), ("=hello",), ("007",))}
 
 
-@pytest.mark.alone
 def test_reading_is_fast(tmp_path: Path) -> None:
     # about 0.05 s and 0.4 s, after a first time that imports; the limits leave room for a slow machine
     for rows, limit in ((100, 60.0), (1_000, 1.0), (10_000, 6.0)):

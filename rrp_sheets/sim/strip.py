@@ -43,8 +43,9 @@ def write_film(path: Path, shots: Sequence[Shot]) -> None:
     palette = _palette([np.asarray(frames[k * (len(frames) - 1) // 5]) for k in range(6)])
     pictures = [f.quantize(palette=palette, dither=Image.Dither.NONE) for f in frames]
     pictures[0].save(
-        path, save_all=True, append_images=pictures[1:], duration=FRAME_MS, loop=0, optimize=False, disposal=1
-    )
+        path, save_all=True, append_images=pictures[1:], duration=FRAME_MS, loop=0, optimize=False, disposal=1,
+        comment=" ".join(str(round(shot.us / 1000)) for shot in shots),  # ms of each picture: for contact sheets
+    )  # fmt: skip
 
 
 def _palette(pictures: Sequence[NDArray[np.uint8]]) -> Image.Image:
@@ -53,8 +54,13 @@ def _palette(pictures: Sequence[NDArray[np.uint8]]) -> Image.Image:
     What is small but coloured (a ball, the eyes) counts more than its pixels, else the floor would take all colours.
     """
     pixels = np.concatenate([p.reshape(-1, 3) for p in pictures])
-    _, first, counts = np.unique((pixels >> 3) @ np.array([1024, 32, 1]), return_index=True, return_counts=True)
-    sample = np.repeat(pixels[first], np.ceil(counts**0.4).astype(int), axis=0)
+    red, green, blue = (pixels[:, k].astype(np.intp) >> 3 for k in range(3))
+    codes = red << 10 | green << 5 | blue
+    counts = np.bincount(codes)
+    used = np.flatnonzero(counts)
+    first = np.empty_like(counts)
+    first[codes[::-1]] = np.arange(len(codes) - 1, -1, -1)  # of several, what is written last stays: the first pixel
+    sample = np.repeat(pixels[first[used]], np.ceil(counts[used] ** 0.4).astype(int), axis=0)
     return Image.fromarray(sample[None]).quantize(COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
 
 
@@ -91,7 +97,7 @@ def write_strip(path: Path, shots: Sequence[Shot], title: str = "") -> None:
         draw.text((MARGIN, MARGIN - 12), _shorten(draw, title, big, width - 2 * MARGIN), INK, big)
     for k, shot in enumerate(chosen):
         _tile(strip, shot, (MARGIN + k * (TILE[0] + GAP), head), font, small)
-    strip.save(path, optimize=True)
+    strip.save(path)  # the best compression takes four times as long, for a twentieth less
 
 
 def _tile(strip: Image.Image, shot: Shot, place: tuple[int, int], font: Font, small: Font) -> None:
@@ -121,19 +127,20 @@ def choose(shots: Sequence[Shot], count: int = MOMENTS) -> list[Shot]:
 
     One by one the moment that adds most: what happens in it, how far it is from the chosen ones, how unlike them.
     """
-    rest, chosen = list(shots), list[Shot]()
+    chosen = list[Shot]()
     part = max((shots[-1].us - shots[0].us) / count, 1.0) if shots else 1.0
+    rest = [(shot, 1.0) for shot in shots]  # and how unlike those chosen it is: each pair is compared once only
     while rest and len(chosen) < count:
-        best = max(rest, key=lambda shot: (_gain(shot, chosen, part), -shot.us))
-        rest.remove(best)
-        chosen.append(best)
+        best = max(range(len(rest)), key=lambda k: (_gain(*rest[k], chosen, part), -rest[k][0].us))
+        shot, _ = rest.pop(best)
+        chosen.append(shot)
+        rest = [(other, min(unlike, _unlike(other, shot))) for other, unlike in rest]
     return sorted(chosen, key=lambda shot: shot.us)
 
 
-def _gain(shot: Shot, chosen: Sequence[Shot], part: float) -> float:
+def _gain(shot: Shot, unlike: float, chosen: Sequence[Shot], part: float) -> float:
     """What a moment adds to those chosen; `part` is a sixth of the run, in microseconds."""
     apart = min((abs(shot.us - other.us) for other in chosen), default=part) / part
-    unlike = min((_unlike(shot, other) for other in chosen), default=1.0)
     crowded = 10.0 if apart < NEAREST else 0.0
     return shot.weight + SPREAD * min(apart, 1.0) + NOVEL * unlike - crowded
 
@@ -145,7 +152,7 @@ def _unlike(shot: Shot, other: Shot) -> float:
     pairs = [(shot.outside, other.outside)]
     if shot.inside is not None and other.inside is not None:
         pairs.append((shot.inside, other.inside))
-    changed = [float((np.abs(a[::4, ::4].astype(int) - b[::4, ::4]).max(axis=2) > PALER).mean()) for a, b in pairs]
+    changed = [float((np.abs(a[::4, ::4].astype(np.int16) - b[::4, ::4]).max(axis=2) > PALER).mean()) for a, b in pairs]
     return min(1.0, max(changed) / CHANGED)
 
 
