@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from rrp_sheets.compare import Comparison
     from rrp_sheets.diagnostics import Report
     from rrp_sheets.formulas.trial import Answer
+    from rrp_sheets.render.pack.setting import Paper
     from rrp_sheets.render.score import Score
     from rrp_sheets.runs import RunResult, RunSettings, RunView
     from rrp_sheets.runs.apart import Ended
@@ -41,6 +43,7 @@ __all__ = [
     "new",
     "pack",
     "pose",
+    "print_pack",
     "read",
     "run",
     "set_cell",
@@ -216,6 +219,37 @@ def pack(
     return pack_bundle(Path(path), made, runs, approved)
 
 
+def print_pack(
+    path: Path | str, target: Path | str, *, against: Path | str | None = None, paper: Paper = "a4",
+    language: str = "", draft: bool = False, today: date | None = None,
+) -> list[str]:  # fmt: skip
+    """Print a workbook for an ethics board, as an accessible PDF that is the same for the same workbook and day.
+
+    Args:
+        path: of the workbook.
+        target: the PDF.
+        against: the approved version, to say what has changed since.
+        paper: `a4` or `letter`.
+        language: en or ja; by default what its Protocol says.
+        draft: mark every page as a draft; the workbook may have errors then.
+        today: the day that is printed; by default that of the clock.
+
+    Returns:
+        What the PDF lacks (a font, say), in words.
+
+    Raises:
+        UnreadableFile: when one of the workbooks cannot be read.
+        SheetsError: when the workbook has errors and no draft is wanted, or the PDF cannot be made or written.
+    """
+    from rrp_sheets.printing import print_pack as print_file
+
+    approved = None if against is None else Path(against)
+    made = print_file(
+        Path(path), Path(target), against=approved, paper=paper, language=language, draft=draft, today=today
+    )
+    return made.notes
+
+
 def formula(text: str, inputs: Mapping[str, Any] | None = None) -> Answer:
     """Try a formula with inputs as JSON knows them; an object is a payload record.
 
@@ -332,3 +366,26 @@ def draw_tests(report: TestReport, target: Path | str) -> list[str]:
     from rrp_sheets.testing.marbles import scores
 
     return draw_marbles([s for case in report.cases for s in scores(report.checked, case)], target)
+
+
+def export(
+    runs: Sequence[Path | str], target: Path | str, *, what: str = "", streams: Sequence[str] = ()
+) -> list[str]:
+    """Write recorded runs as a table (.xlsx, .csv; several in one), as plots or as a contact sheet (.svg, .pdf, .png).
+
+    Args:
+        runs: folders of runs, or their traces.
+        target: the file to write.
+        what: `table`, `plots`, `contact`; blank: what is usual for the file's suffix.
+        streams: of plots, only these.
+
+    Returns:
+        Notes for the user.
+
+    Raises:
+        SheetsError: that cannot be made as such a file, or it cannot be written.
+        UnreadableFile: when a run cannot be read.
+    """
+    from rrp_sheets.runs.records.exporting import export as export_runs
+
+    return export_runs([Path(run) for run in runs], Path(target), what, streams)

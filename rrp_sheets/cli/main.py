@@ -18,6 +18,7 @@ _COMMANDS = {
     "check": "Say what is wrong with a workbook, and what to do about it.",
     "diagram": "Draw a workbook's behaviours.",
     "explain": "Say in plain words what a workbook does.",
+    "print": "Print a workbook for an ethics board, as a PDF.",
     "diff": "Say what is different between two workbooks, by what they mean.",
     "formula": "Try a formula with inputs.",
     "help": "Explain connectors, functions, devices, the scene, a code or a name.",
@@ -28,11 +29,14 @@ _COMMANDS = {
     "test": "Run the tests that stand in a workbook.",
     "marbles": "Draw what came on the streams of a run or of a workbook's tests.",
     "pack": "Make one zip of a workbook and all that is needed to run it elsewhere: a bundle.",
+    "runs": "List the recorded runs of a folder, or delete those of a participant.",
+    "export": "Write recorded runs as a table, plots, or a sheet of pictures.",
     "faces": "List the faces that are remembered beyond a run, or wipe them.",
     "serve": "Edit the workbooks of a folder in the browser.",
+    "tutorial": "Learn in ten short lessons, in the browser.",
 }
 # formulas of strangers, in the command's own process:
-_EVALUATING = frozenset(("check", "diff", "formula", "pack", "test"))
+_EVALUATING = frozenset(("check", "diff", "formula", "pack", "print", "test"))
 UNREADABLE, BROKEN, INTERRUPTED = 2, 3, 130
 
 

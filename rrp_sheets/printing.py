@@ -1,0 +1,141 @@
+"""The ethics pack of a workbook's file: read, check, test, compare, set, write."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+from rrp_sheets import __version__
+from rrp_sheets.checks import Checked, check_workbook
+from rrp_sheets.compare import Change, Comparison, compare
+from rrp_sheets.compare.opening import open_checked
+from rrp_sheets.compare.wording import place, value
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.names import key
+from rrp_sheets.render.pack import Changed, Changes, Print, Tested, make_pack
+from rrp_sheets.render.pack.setting import Paper, set_pack
+from rrp_sheets.render.texts import Texts, texts
+from rrp_sheets.testing import CaseResult, run_tests
+from rrp_sheets.testing.words import failure_lines
+from rrp_sheets.workbook import Reading, read
+from rrp_sheets.workbook.atomic import refuse_workbook, write_atomically
+
+MOST_CHANGES = 500
+_MOST_LINES = 6  # about one failed test
+_LONGEST = 20.0  # s that all tests may take
+_MARKS = {"added": "added", "changed": "changed", "on": "changed", "off": "changed", "moved": "changed"}
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A pack that was made: the workbook, checked; the PDF; what it lacks (a font, say), in words."""
+
+    checked: Checked
+    data: bytes
+    notes: list[str]
+
+
+def print_pack(
+    path: Path, target: Path, *, against: Path | None = None, paper: Paper = "a4", language: str = "",
+    draft: bool = False, today: date | None = None,
+) -> Printed:  # fmt: skip
+    """Make the pack and write it; see `api.print_pack`."""
+    refuse_workbook(target, path)
+    if against is not None:
+        refuse_workbook(target, against)
+    made = make(path, against=against, paper=paper, language=language, draft=draft, today=today)
+    try:
+        write_atomically(target, made.data)
+    except OSError as error:
+        raise SheetsError(f"“{target}” cannot be written ({error.strerror}).", "Name another file.") from None
+    return made
+
+
+def make(
+    path: Path, *, against: Path | None = None, paper: Paper = "a4", language: str = "", draft: bool = False,
+    today: date | None = None,
+) -> Printed:  # fmt: skip
+    """The pack of a workbook's file.
+
+    Raises:
+        UnreadableFile: one of the workbooks cannot be read.
+        SheetsError: the workbook has errors and no draft is wanted, or the PDF cannot be set.
+    """
+    reading = read(path)
+    checked = check_workbook(reading.workbook, reading.report)
+    if checked.report.errors and not draft:
+        raise SheetsError(
+            "The workbook has errors: it cannot run, and a board cannot judge it.",
+            "Mend them (`rrp-sheets check`), or print a draft of it (`--draft`).",
+        )
+    words = texts(language or checked.run.language)
+    tests, note = _tested(checked, words)
+    changes = _changes((reading, checked), against, words) if against is not None else None
+    this = Print(path.name, (today or date.today()).isoformat(), __version__)
+    pack, pictures = make_pack(
+        reading, checked, this, language=words.language, tests=tests, tests_note=note, changes=changes, draft=draft
+    )
+    data, notes = set_pack(pack, pictures, paper)
+    return Printed(checked, data, notes)
+
+
+def _tested(checked: Checked, words: Texts) -> tuple[list[Tested], str]:
+    """The results of the workbook's tests, and what there is to say about all of them."""
+    if not checked.workbook.tests:
+        return [], words.get("pack.open.tests_none")
+    if checked.report.errors:
+        return [], words.get("pack.open.tests_errors")
+    end = time.monotonic() + _LONGEST
+    report = run_tests(checked, lambda: time.monotonic() > end)
+    note = words.get("pack.open.tests_late", seconds=f"{_LONGEST:g}") if report.stopped else ""
+    return [_result(case, words) for case in report.cases], note
+
+
+def _result(case: CaseResult, words: Texts) -> Tested:
+    failed, every = len(case.failed_rows) + len(case.broken), len(case.rows) + len(case.broken)
+    entry = "idle" if case.idle else "holds_not" if failed else "holds_one" if every == 1 else "holds"
+    counted = words.get(f"pack.open.{entry}", n=every, failed=failed)
+    lines = [] if case.passed else failure_lines(case)
+    more = [words.get("pack.more", n=len(lines) - _MOST_LINES)] if len(lines) > _MOST_LINES else []
+    return Tested(case.case.name, case.passed, counted, (*lines[:_MOST_LINES], *more))
+
+
+def _changes(mine: tuple[Reading, Checked], against: Path, words: Texts) -> Changes:
+    """What is different from the approved version, and which rows bear a mark."""
+    approved = open_checked(against)
+    found: Comparison = compare(approved, mine)
+    version = approved[1].workbook.protocol.text("Version")
+    intro = "pack.changes.intro" if version else "pack.changes.intro_no_version"
+    marks: dict[str, dict[int, str]] = {}
+    for change in found.effects:
+        if change.part == "row" and change.rows[1] and change.kind in _MARKS:
+            marks.setdefault(key(change.sheet), {}).setdefault(change.rows[1], _MARKS[change.kind])
+    many = "pack.changes.same" if found.same else f"pack.changes.{'one' if len(found.effects) == 1 else 'many'}"
+    left = max(len(found.effects), len(found.others)) - MOST_CHANGES
+    return Changes(
+        intro=words.get(intro, name=against.name, version=version),
+        digest=found.first.digest,
+        verdict=words.get(many, n=len(found.effects)),
+        effects=_told(found.effects),
+        others=_told(found.others),
+        left_out=words.get("pack.more", n=f"{left:,}") if left > 0 else "",
+        marks=marks,
+    )
+
+
+def _told(changes: Sequence[Change]) -> tuple[Changed, ...]:
+    return tuple(_one(change) for change in changes[:MOST_CHANGES])
+
+
+def _one(change: Change) -> Changed:
+    kind = change.kind if change.kind in ("added", "removed") else "changed" if change.effect else "other"
+    before, after = (value(text) if text else "" for text in (change.before, change.after))
+    if change.kind in ("on", "off"):
+        before, after = ("off", "on") if change.kind == "on" else ("on", "off")
+    elif change.kind == "moved" and not change.before:
+        before, after = (str(row) for row in change.rows)
+    what = f"{change.what}: " if change.what and change.kind == "changed" else ""
+    return Changed(kind, place(change), what + before if before else "", what + after if after else "", change.note)

@@ -1,0 +1,7 @@
+"""The ethics pack: what a board asks of a workbook, as data and as an accessible PDF (design: 7-exchange)."""
+
+from rrp_sheets.render.pack.front import Print
+from rrp_sheets.render.pack.make import make_pack
+from rrp_sheets.render.pack.model import Changed, Changes, Pack, Tested
+
+__all__ = ["Changed", "Changes", "Pack", "Print", "Tested", "make_pack"]

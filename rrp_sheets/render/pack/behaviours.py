@@ -1,0 +1,115 @@
+"""The behaviours: diagrams, sentences and the table, row by row, under the comments of the sheet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.graph import BehaviourGraph
+from rrp_sheets.model.names import key
+from rrp_sheets.model.workbook import Behaviour
+from rrp_sheets.render.diagram import Page, draw_diagram
+from rrp_sheets.render.measure import clean
+from rrp_sheets.render.pack.model import BehaviourPart, Changes, Figure, Sentence, TableRow
+from rrp_sheets.render.pack.source import Source, capital
+from rrp_sheets.render.sentences import explain
+from rrp_sheets.workbook.headers import recognise
+from rrp_sheets.workbook.raw import Kind, RawSheet
+
+MOST_DRAWN = 2_000  # rows; a hundred pages
+_SECONDS = 20.0  # for one diagram's layout
+
+Pictures = dict[str, str]
+"""SVG texts by file name."""
+
+
+def behaviour_parts(source: Source, changes: Changes | None) -> tuple[tuple[BehaviourPart, ...], Pictures]:
+    """All behaviours in the order of the sheets, and their diagrams."""
+    pictures: Pictures = {}
+    sheets = {s.name: s for s in source.reading.sheets}
+    written = {key(b.name): b for b in source.checked.workbook.behaviours}
+    marks = changes.marks if changes else {}
+    parts = []
+    for graph in source.checked.graph.behaviours:
+        behaviour = written[graph.key]
+        groups = _groups(sheets.get(behaviour.name), behaviour)
+        parts.append(_part(source, graph, behaviour, groups, marks.get(graph.key, {}), pictures))
+    return tuple(parts), pictures
+
+
+def _part(
+    source: Source, graph: BehaviourGraph, behaviour: Behaviour, groups: Mapping[int, str], marks: Mapping[int, str],
+    pictures: Pictures,
+) -> BehaviourPart:  # fmt: skip
+    said = explain(
+        source.checked.graph, source.checked.workbook, source.checked.robot, [graph], language=source.words.language
+    )[0]
+    flags = source.flags(graph.key)
+    figures, why = _figures(source, graph, flags, marks, pictures)
+    off = graph.key not in source.checked.run.behaviours
+    notes = [source.get("behaviours.starts_off")] if off and graph.steps else []
+    sentences = tuple(
+        Sentence(r.number, r.text, tuple(flags.get(r.number, ())), marks.get(r.number, ""), groups.get(r.number, ""))
+        for r in said.rows
+    )
+    rows = tuple(
+        TableRow(
+            r.number, clean(source.listed_cells(r.inputs)), clean(r.connector.text), r.formula.text.strip(),
+            clean(r.output.text), r.on, f"{r.priority:g}" if r.priority else "", clean(r.notes),
+            marks.get(r.number, ""), groups.get(r.number, ""),
+        )
+        for r in behaviour.rows
+    )  # fmt: skip
+    return BehaviourPart(said.name, said.paragraph, source.words.sentences([*notes, *why]), figures, sentences, rows)
+
+
+def _groups(sheet: RawSheet | None, behaviour: Behaviour) -> dict[int, str]:
+    """The comment above a row, where the sheet has one: the first row after it bears it."""
+    if sheet is None:
+        return {}
+    header = recognise(sheet).row
+    numbers, found, comment = {r.number for r in behaviour.rows}, dict[int, str](), ""
+    for number, cells in sheet.rows().items():
+        if number <= header:
+            continue
+        if number in numbers:
+            if comment:
+                found[number] = comment
+            comment = ""
+            continue
+        first = next((c for c in cells.values() if c.text.strip()), None)
+        if first is not None and first.kind is Kind.TEXT and first.text.strip().startswith("#"):
+            text = capital(clean(first.text.strip().lstrip("#")))
+            comment = f"{comment} {text}".strip()
+    return found
+
+
+def _figures(
+    source: Source, graph: BehaviourGraph, flags: Mapping[int, list[int]], marks: Mapping[int, str], pictures: Pictures
+) -> tuple[tuple[Figure, ...], list[str]]:
+    """The diagrams, and in words why there are none."""
+    if not graph.steps:
+        return (), [source.get("behaviours.empty")]
+    if len(graph.steps) > MOST_DRAWN:
+        return (), [source.get("behaviours.too_long", n=f"{len(graph.steps):,}", most=f"{MOST_DRAWN:,}")]
+    problems = {row: numbers[0] for row, numbers in flags.items()}
+    words = {row: source.get(f"mark.{mark}") for row, mark in marks.items()}
+    try:
+        pages = draw_diagram(
+            source.checked.graph, graph, problems=problems, words=words, timeout=_SECONDS,
+            language=source.words.language,
+        )  # fmt: skip
+    except SheetsError as error:
+        return (), [source.get("behaviours.no_diagram", why=error.message)]
+    return tuple(_figure(source, page, pictures) for page in pages), []
+
+
+def _figure(source: Source, page: Page, pictures: Pictures) -> Figure:
+    name = f"figure-{len(pictures) + 1}.svg"
+    pictures[name] = page.svg
+    first, last = page.rows
+    caption = ""
+    if page.parts > 1:
+        caption = source.get("behaviours.part", part=page.part, parts=page.parts, first=first, last=last)
+    wide, high = page.width * page.scale, page.height * page.scale
+    return Figure(name, page.alt, caption, wide, high, page.landscape, first, last)

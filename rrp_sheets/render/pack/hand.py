@@ -1,0 +1,61 @@
+"""What the operator drives by hand, and how a run ends."""
+
+from __future__ import annotations
+
+from rrp_sheets.graph import StreamKind
+from rrp_sheets.render.measure import clean
+from rrp_sheets.render.pack.model import Hand, Stopping
+from rrp_sheets.render.pack.source import Source, driver_refs
+
+TOLD = "Participants are told"
+
+
+def hand(source: Source) -> tuple[Hand, ...]:
+    """A line for every button of the operator's that rows take in."""
+    return tuple(
+        Hand(source.label(stream), source.sensors[stream], _leads_to(source, stream)) for stream in source.buttons
+    )
+
+
+def _leads_to(source: Source, stream: str) -> str:
+    """The actuators that a value can reach, not counting what follows when one of them has ended."""
+    reached, acts = {stream}, dict[str, None]()
+    for behaviour in source.checked.graph.behaviours:
+        for step in sorted(behaviour.steps, key=lambda s: s.rank):
+            if not step.active or reached.isdisjoint(step.inputs):
+                continue
+            found = source.checked.graph.streams[step.output]
+            if found.kind is StreamKind.ACTUATOR:
+                acts[clean(found.name)] = None
+            else:
+                reached.add(step.output)
+    return source.quoted(acts) if acts else source.get("hand.leads_to_nothing")
+
+
+def always(source: Source) -> tuple[str, ...]:
+    """What the operator can do in every run, whatever the rows are."""
+    entries = ["sends", "types", "switches", "pauses", "scene"]
+    if not any(source.channel(source.checked.graph.streams[s]) == "microphone" for s in source.sensors):
+        entries.remove("types")
+    return tuple(source.get(f"hand.{entry}") for entry in entries)
+
+
+def stops(source: Source) -> tuple[Stopping, ...]:
+    """The ways in which a run ends."""
+    get, limit = source.get, source.checked.run.time_limit_us
+    lines = [Stopping(get("stop.button"), get("stop.button_how"))]
+    how = get("stop.limit_how", limit=source.words.duration(limit)) if limit else get("stop.limit_none")
+    lines.append(Stopping(get("stop.limit"), how))
+    ends = [d for d in source.drivers if "all" in (d.stream.device.type.resources if d.stream.device else ())]
+    if ends:
+        lines.append(Stopping(get("stop.row"), get("stop.row_how"), driver_refs(ends)))
+    chest = [ref for s, used in source.sensors.items() if _is_chest(source, s) for ref in used]
+    lines.append(Stopping(get("stop.chest"), get("stop.chest_how" if chest else "stop.chest_none"), tuple(chest)))
+    lines.append(Stopping(get("stop.failure"), get("stop.failure_how")))
+    return tuple(lines)
+
+
+def _is_chest(source: Source, stream: str) -> bool:
+    shows = source.device_entry(source.checked.graph.streams[stream]).get("shows", ())
+    zone = str(source.checked.graph.streams[stream].settings.get("zone") or "").casefold()
+    return "touch chest" in shows or zone == "chest"

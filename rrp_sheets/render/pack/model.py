@@ -1,0 +1,260 @@
+"""What stands in the ethics pack: plain data in words, without layout; `templates/print/pack.typ` sets it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Labelled:
+    """A text with its label.
+
+    Attributes:
+        stated: True when the workbook's authors say it in the Protocol sheet, False when the program knows it.
+        mono: whether it is a code, set in letters of one width.
+    """
+
+    label: str
+    text: str
+    stated: bool = False
+    mono: bool = False
+
+
+@dataclass(frozen=True)
+class Ref:
+    """Rows of one behaviour."""
+
+    behaviour: str
+    rows: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Sensed:
+    """Something that the robot perceives: the streams that carry it, through what, and what the rows get."""
+
+    streams: str
+    through: str
+    notices: str
+    values: str
+    used: tuple[Ref, ...]
+
+
+@dataclass(frozen=True)
+class Said:
+    """What one or several rows can say, and how; `words` has ‹…› where the run decides."""
+
+    used: tuple[Ref, ...]
+    words: tuple[str, ...]
+    left_out: int
+    voice: str
+
+
+@dataclass(frozen=True)
+class Act:
+    """An actuator stream: what it does, which parts of the robot it uses, how fast at most."""
+
+    stream: str
+    does: str
+    parts: str
+    speed: str
+    used: tuple[Ref, ...]
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A part of the robot that several rows drive: the rows by priority, the largest first."""
+
+    part: str
+    rows: tuple[tuple[str, tuple[Ref, ...]], ...]
+
+
+@dataclass(frozen=True)
+class Hand:
+    """Something that the operator does: the rows that take it in, and what they can lead to."""
+
+    name: str
+    used: tuple[Ref, ...]
+    leads_to: str
+
+
+@dataclass(frozen=True)
+class Stopping:
+    """A way to end the run."""
+
+    who: str
+    how: str
+    used: tuple[Ref, ...] = ()
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A finding of the check that is still open; `flag` is its number in the diagrams."""
+
+    flag: int
+    severity: str
+    where: str
+    row: int
+    text: str
+    remedy: str
+
+
+@dataclass(frozen=True)
+class Tested:
+    """A test sheet of the workbook: whether it passes today, and what came instead."""
+
+    name: str
+    passed: bool
+    counted: str
+    failures: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A diagram, or a part of one; sizes in points, `picture` is the name of its file."""
+
+    picture: str
+    alt: str
+    caption: str
+    width: float
+    height: float
+    landscape: bool
+    first: int
+    last: int
+
+
+@dataclass(frozen=True)
+class Sentence:
+    """A row in words; `flags` are numbers of findings, `mark` says what changed, `group` is the comment above it."""
+
+    row: int
+    text: str
+    flags: tuple[int, ...]
+    mark: str
+    group: str = ""
+
+
+@dataclass(frozen=True)
+class TableRow:
+    """A row as the sheet has it."""
+
+    row: int
+    inputs: str
+    connector: str
+    formula: str
+    output: str
+    on: bool
+    priority: str
+    notes: str
+    mark: str
+    group: str = ""
+
+
+@dataclass(frozen=True)
+class BehaviourPart:
+    """A behaviour: paragraph, diagrams, sentences, table; `note` says what is missing, or that it starts later."""
+
+    name: str
+    paragraph: str
+    note: str
+    figures: tuple[Figure, ...]
+    sentences: tuple[Sentence, ...]
+    rows: tuple[TableRow, ...]
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A table of the workbook; `note` stands above it, `mono` has the columns that hold formulas."""
+
+    title: str
+    note: str
+    heads: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    left_out: str = ""
+    mono: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Changed:
+    """A difference from the approved version."""
+
+    kind: str
+    where: str
+    before: str
+    after: str
+    note: str
+
+
+@dataclass(frozen=True)
+class Changes:
+    """What is different from the approved version.
+
+    Attributes:
+        intro: which version was compared.
+        verdict: whether the behaviour is the same.
+        effects: differences that alter the behaviour; `others` do not.
+        marks: what happened to rows (`added`, `changed`), by the behaviour's key and the row's number.
+    """
+
+    intro: str
+    digest: str
+    verdict: str
+    effects: tuple[Changed, ...]
+    others: tuple[Changed, ...]
+    left_out: str
+    marks: dict[str, dict[int, str]]
+
+
+@dataclass(frozen=True)
+class Pack:
+    """The whole pack.
+
+    Attributes:
+        language: its code.
+        status: what is wrong with using it (`DRAFT`), or empty.
+        digest: SHA-256 of the workbook.
+        facts: of the title block.
+        summary: the program's own short account.
+        glance: the boxes of the first page.
+        numbers: each with what it counts.
+        kept: what is stored; `consent`: consent, withdrawal and deletion.
+        missing: fields that the Protocol sheet lacks.
+    """
+
+    language: str
+    title: str
+    status: str
+    version: str
+    reference: str
+    mode: str
+    digest: str
+    authors: tuple[str, ...]
+    purpose: str
+    facts: tuple[Labelled, ...]
+    happens: str
+    summary: str
+    glance: tuple[Labelled, ...]
+    numbers: tuple[Labelled, ...]
+    findings: tuple[Finding, ...]
+    findings_left_out: str
+    sensed: tuple[Sensed, ...]
+    kept: tuple[Labelled, ...]
+    says: tuple[Said, ...]
+    says_note: str
+    acts: tuple[Act, ...]
+    cautions: tuple[Labelled, ...]
+    rivals: tuple[Rival, ...]
+    hand: tuple[Hand, ...]
+    hand_title: str
+    hand_note: str
+    always: tuple[str, ...]
+    told: str
+    stops: tuple[Stopping, ...]
+    tests: tuple[Tested, ...]
+    tests_note: str
+    behaviours: tuple[BehaviourPart, ...]
+    sheets: tuple[Sheet, ...]
+    changes: Changes | None
+    consent: tuple[Labelled, ...]
+    statements: tuple[Labelled, ...]
+    missing: str
+    signatures: tuple[str, ...]

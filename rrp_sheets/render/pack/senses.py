@@ -1,0 +1,88 @@
+"""What is sensed, and what is kept of it."""
+
+from __future__ import annotations
+
+from rrp_sheets.render.devices import device_says
+from rrp_sheets.render.measure import clean
+from rrp_sheets.render.pack.model import Labelled, Ref, Sensed
+from rrp_sheets.render.pack.source import Source
+
+
+def sensed(source: Source) -> tuple[Sensed, ...]:
+    """A line for every sensor stream that rows take in; the operator's buttons share one."""
+    lines = [_line(source, stream, used) for stream, used in source.sensors.items() if not source.is_button(stream)]
+    if source.buttons:
+        names = [clean(source.checked.graph.streams[s].name) for s in source.buttons]
+        notices = source.get("summary.presses", list=source.quoted(source.label(s) for s in source.buttons))
+        used = merged([ref for stream in source.buttons for ref in source.sensors[stream]])
+        through = source.get("channel.operator")
+        lines.append(Sensed(source.listed(names), through, notices, _values(source, source.buttons[0]), used))
+    return tuple(lines)
+
+
+def _line(source: Source, stream: str, used: tuple[Ref, ...]) -> Sensed:
+    found = source.checked.graph.streams[stream]
+    through = source.get(f"channel.{source.channel(found)}")
+    return Sensed(clean(found.name), through, device_says(found, source.words), _values(source, stream), used)
+
+
+def _values(source: Source, stream: str) -> str:
+    device = source.checked.graph.streams[stream].device
+    if device is None:
+        return ""
+    if device.type.payload is not None:
+        return source.listed(source.fields(device.type))
+    unit = device.type.unit
+    return source.get("sensed.number", unit=unit) if unit else source.get("sensed.joint")
+
+
+def merged(refs: list[Ref]) -> tuple[Ref, ...]:
+    """References to the same behaviour as one, its rows in order."""
+    rows: dict[str, set[int]] = {}
+    for ref in refs:
+        rows.setdefault(ref.behaviour, set()).update(ref.rows)
+    return tuple(Ref(name, tuple(sorted(numbers))) for name, numbers in rows.items())
+
+
+def channels(source: Source) -> set[str]:
+    """Through what the robot perceives."""
+    return {source.channel(source.checked.graph.streams[s]) for s in source.sensors}
+
+
+def keeps_pictures(source: Source) -> bool:
+    """Whether pictures of the robot's camera are kept."""
+    return "camera" in channels(source) and source.checked.run.keeps_pictures
+
+
+def sees_faces(source: Source) -> bool:
+    """Whether a sensor looks for faces."""
+    return any(
+        "person" in source.device_entry(source.checked.graph.streams[s]).get("shows", ()) for s in source.sensors
+    )
+
+
+def remembers_faces(source: Source) -> bool:
+    """Whether a row lets the robot remember a face."""
+    return any(d.stream.device and "memory" in d.stream.device.type.resources for d in source.drivers)
+
+
+def kept(source: Source) -> tuple[Labelled, ...]:
+    """What is stored, where, and for how long: what the program does, then what the authors say."""
+    get, through = source.get, channels(source)
+    pictures = "none" if "camera" not in through else "kept" if keeps_pictures(source) else "not"
+    sound = "heard" if "microphone" in through else "none"
+    keeps = source.checked.run.keeps_faces
+    remembers = "kept" if keeps else "run"
+    faces = remembers if remembers_faces(source) else "seen" if sees_faces(source) else "none"
+    if sees_faces(source) and keeps:
+        faces = "kept"  # those of earlier runs are known again
+    lines = [
+        Labelled(get("kept.trace"), get("kept.trace_text")),
+        Labelled(get("kept.pictures"), get(f"kept.pictures_{pictures}")),
+        Labelled(get("kept.sound"), get(f"kept.sound_{sound}")),
+        Labelled(get("kept.faces"), get(f"kept.faces_{faces}")),
+    ]
+    for entry, name in (("kept.data", "Data kept"), ("kept.retention", "Retention")):
+        if text := source.protocol(name):
+            lines.append(Labelled(get(entry), text, stated=True))
+    return tuple(lines)

@@ -1,0 +1,190 @@
+"""Every text that a row can let the robot say, as far as it can be known before the run.
+
+Nothing is evaluated: the texts are put together from the constants of formulas, helpers and tables. What only the run
+decides stands there as `‹known.name›`.
+"""
+
+from __future__ import annotations
+
+import ast
+import itertools
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+from rrp_sheets.checks import Checked
+from rrp_sheets.checks.known import UNKNOWN, Known
+from rrp_sheets.checks.reasoning import known_of
+from rrp_sheets.formulas import HelperDef
+from rrp_sheets.formulas.nodes import IfError, Join, Pick, Switch
+from rrp_sheets.graph import Graph, Step, StreamKind
+from rrp_sheets.model.values import Record, Value, show
+
+MOST = 24  # texts of one formula
+_DEEP = 40
+_FORMS: Mapping[str, Callable[[str], str]] = {
+    "LOWER": str.lower, "UPPER": str.upper, "PROPER": str.title, "TRIM": str.strip,
+}  # fmt: skip
+_MADE = frozenset({"map", "combineLatest", "accumulate"})
+Texts = dict[str, None]
+"""Texts in their order, each once."""
+
+
+@dataclass(frozen=True)
+class _Env:
+    """What the names of a formula stand for: streams, and a helper's parameters."""
+
+    streams: Mapping[str, str]
+    given: Mapping[str, tuple[ast.expr, _Env]]
+
+
+class Speech:
+    """Finds the texts of a checked workbook's rows."""
+
+    def __init__(self, checked: Checked) -> None:
+        self._checked = checked
+        self._graph: Graph = checked.graph
+        self._makers: dict[str, list[Step]] = {}
+        for behaviour in self._graph.behaviours:
+            for step in behaviour.steps:
+                if step.active and not step.connector.drives:
+                    self._makers.setdefault(step.output, []).append(step)
+        self._found: dict[str, Texts] = {}
+
+    def texts_of(self, step: Step) -> list[str]:
+        """The texts that a row can send to its actuator; none when it only sends blanks."""
+        if step.row.formula.text:
+            return list(self._of_formula(step, 0))
+        found: Texts = {}
+        for stream in dict.fromkeys(step.inputs):
+            found |= self._of_stream(stream, 0)
+        return list(found)
+
+    def _of_stream(self, stream: str, deep: int) -> Texts:
+        if stream not in self._found:
+            self._found[stream] = self._looked_up(stream, deep)
+        return self._found[stream]
+
+    def _looked_up(self, stream: str, deep: int) -> Texts:
+        fact = self._checked.facts.get(stream)
+        if fact is not None and fact.known.choices is not None:
+            return _shown(fact.known.choices)
+        makers = self._makers.get(stream, [])
+        if (self._graph.streams[stream].kind is not StreamKind.ORDINARY and not makers) or deep > _DEEP:
+            return _open(self._graph.streams[stream].name)
+        found: Texts = {}
+        for step in makers:
+            if step.connector.name in _MADE:
+                found |= self._of_formula(step, deep + 1)
+                continue
+            inputs = step.inputs if step.connector.name == "merge" else step.inputs[:1]
+            for one in inputs:
+                found |= self._of_stream(one, deep + 1)
+        return found
+
+    def _of_formula(self, step: Step, deep: int) -> Texts:
+        formula = self._checked.formulas.get(step.ref)
+        if formula is None:
+            return _open(step.row.formula.text)
+        names = formula.names[len(formula.names) - len(step.inputs) :] if step.inputs else ()
+        env = _Env(dict(zip(names, step.inputs, strict=False)), {})
+        return self._of(formula.tree, env, deep)
+
+    def _of(self, tree: ast.AST | None, env: _Env, deep: int) -> Texts:
+        if tree is None or deep > _DEEP:
+            return _open("…")
+        match tree:
+            case ast.Constant():
+                return _shown([tree.value])
+            case ast.JoinedStr():
+                return self._joined([self._of(part, env, deep + 1) for part in tree.values])
+            case ast.FormattedValue():
+                return self._of(tree.value, env, deep + 1)
+            case Join():
+                return self._joined([self._of(part, env, deep + 1) for part in tree.values])
+            case ast.IfExp():
+                return self._of(tree.body, env, deep + 1) | self._of(tree.orelse, env, deep + 1)
+            case Switch():
+                ways = [*tree.results, *([tree.otherwise] if tree.otherwise is not None else [])]
+                return self._union(ways, env, deep)
+            case IfError():
+                return self._union([tree.value, *([tree.otherwise] if tree.otherwise else [])], env, deep)
+            case Pick():
+                return self._members(tree.members, env, deep)
+            case ast.Name() if tree.id in env.given:
+                return self._of(*env.given[tree.id], deep + 1)
+            case ast.Name() if tree.id in env.streams:
+                return self._of_stream(env.streams[tree.id], deep + 1)
+        return self._other(tree, env, deep)
+
+    def _other(self, tree: ast.AST, env: _Env, deep: int) -> Texts:
+        helper: HelperDef | None = getattr(tree, "helper", None)
+        if isinstance(tree, ast.Call) and helper is not None:
+            given = {p.name: (a, env) for p, a in zip(helper.parameters, tree.args, strict=False)}
+            return self._of(helper.tree, _Env({}, given), deep + 1)
+        known = known_of(tree, self._names(env))
+        if known.choices is not None:
+            return _shown(known.choices)
+        called = tree.func.id if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) else ""
+        if called in _FORMS and isinstance(tree, ast.Call) and len(tree.args) == 1:
+            inner = self._of(tree.args[0], env, deep + 1)
+            return {text if "‹" in text else _FORMS[called](text): None for text in inner}
+        return _open(self._source(tree, env))
+
+    def _members(self, members: Iterable[ast.expr], env: _Env, deep: int) -> Texts:
+        found: Texts = {}
+        for member in members:
+            tree: ast.AST | None = member
+            helper: HelperDef | None = getattr(member, "helper", None)
+            if helper is not None and helper.tree is not None:
+                tree = helper.tree
+            if isinstance(tree, (ast.List, ast.Tuple)):
+                found |= self._union(tree.elts, env, deep)
+            elif isinstance(tree, ast.Constant) and isinstance(tree.value, (list, tuple)):
+                found |= _shown(tree.value)
+            else:
+                found |= self._of(tree, env, deep + 1)
+        return found
+
+    def _union(self, trees: Iterable[ast.AST], env: _Env, deep: int) -> Texts:
+        found: Texts = {}
+        for tree in trees:
+            found |= self._of(tree, env, deep + 1)
+        return found
+
+    @staticmethod
+    def _joined(parts: list[Texts]) -> Texts:
+        """All ways of joining; where they would be too many, the part with the most stands as one of several."""
+        lists = [list(part) or [""] for part in parts]
+        while math.prod(map(len, lists)) > MOST:
+            longest = max(lists, key=len)
+            lists[lists.index(longest)] = ["‹" + " | ".join(longest) + "›"]
+        return {"".join(way): None for way in itertools.product(*lists)}
+
+    def _names(self, env: _Env) -> dict[str, Known]:
+        facts = self._checked.facts
+        known = {name: facts[s].known if s in facts else UNKNOWN for name, s in env.streams.items()}
+        return known | dict.fromkeys(env.given, UNKNOWN)
+
+    def _source(self, tree: ast.AST, env: _Env) -> str:
+        """A short name for what is not known: a field, an input, or dots."""
+        if isinstance(tree, ast.Attribute):
+            inner = self._source(tree.value, env)
+            return f"{inner}.{tree.attr}" if inner != "…" else tree.attr
+        if isinstance(tree, ast.Name):
+            given = env.given.get(tree.id)
+            return self._source(*given) if given is not None else tree.id
+        return "…"
+
+
+def _open(name: str) -> Texts:
+    return {f"‹{name}›": None}
+
+
+def _shown(values: Iterable[Value]) -> Texts:
+    """The values as they would be said; blanks and records are not."""
+    return {
+        value if isinstance(value, str) else show(value): None
+        for value in values
+        if value is not None and value != "" and not isinstance(value, Record)
+    }
