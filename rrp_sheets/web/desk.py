@@ -14,6 +14,7 @@ from rrp_sheets.documents.journal import Journal
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.worker import CheckWorker
 from rrp_sheets.web.room import Room
+from rrp_sheets.web.testing.tester import Tester
 
 MOST_LISTENERS = 24  # event streams at once, for all workbooks
 POLL_EVERY = 1.0  # seconds
@@ -34,6 +35,7 @@ class Desk:
     def __init__(self, folder: Path, worker: CheckWorker) -> None:
         self.folder = folder
         self._worker = worker
+        self._tester = Tester()
         self._rooms: dict[str, Room] = {}
         self._journal: Journal | None = None
         self._lock = threading.RLock()
@@ -42,8 +44,9 @@ class Desk:
         threading.Thread(target=_watch, args=(weakref.ref(self), self._closed), daemon=True).start()
 
     def close(self) -> None:
-        """Nobody looks any more whether other programs change the files."""
+        """Nobody looks any more whether other programs change the files, and no tests are run."""
         self._closed.set()
+        self._tester.close()
 
     @contextmanager
     def without(self, name: str) -> Iterator[None]:
@@ -92,7 +95,7 @@ class Desk:
         """
         with self._lock:
             if path.name not in self._rooms:
-                self._rooms[path.name] = Room(self._open(path), self._worker)
+                self._rooms[path.name] = Room(self._open(path), self._worker, self._tester)
                 self.opened(self._rooms[path.name])
             return self._rooms[path.name]
 

@@ -23,6 +23,9 @@ from rrp_sheets.web.sessions import clean_name
 
 MOST_CELLS = 50_000
 MOST_ROWS = 5_000
+_ACTIONS = (
+    "cells", "insert", "delete", "move", "undo", "redo", "lock", "unlock", "stand", "part", "fix", "test",
+)  # fmt: skip
 PIECE = 1_000  # rows that are sent at once
 
 
@@ -100,7 +103,7 @@ def _add_events(pages: Blueprint, room_of: RoomOf, desk: Desk) -> None:
 
 
 def _add_edits(pages: Blueprint, room_of: RoomOf) -> None:
-    @pages.post("/book/<name>/<any(cells, insert, delete, move, undo, redo, lock, unlock, stand, part, fix):action>")
+    @pages.post(f"/book/<name>/<any({', '.join(_ACTIONS)}):action>")
     def change(name: str, action: str) -> Response:
         room, given = room_of(name), asked()
         client, tag = text_of(given, "client"), text_of(given, "tag")
@@ -112,6 +115,9 @@ def _add_edits(pages: Blueprint, room_of: RoomOf) -> None:
             return jsonify({})
         if action == "part":
             room.part(client)
+            return jsonify({})
+        if action == "test":
+            room.tests.soon(asked=True)
             return jsonify({})
         if action == "fix":
             return jsonify(

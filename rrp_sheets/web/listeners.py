@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 _KEEP_ALIVE = 5.0  # seconds of silence after which a comment is sent, which shows whether the page is still there
-_LASTING = frozenset({"grid", "sheets", "checked", "reload", "trouble"})
+_LASTING = frozenset({"grid", "sheets", "checked", "tested", "reload", "trouble"})
 _KEPT = 300  # of them: who was away for more must load the page again
 _WAITING = 200  # messages that a slow browser may lag behind before it must load the page again
 _MOST_LIVE = 20  # those of a run's values: whoever lags behind more gets the newest instead

@@ -8,6 +8,8 @@ from typing import ClassVar
 from flask import render_template
 from markupsafe import Markup
 
+from rrp_sheets.web.testing.panel import TestsPanel
+
 
 @dataclass(frozen=True, slots=True)
 class Count:
@@ -72,6 +74,7 @@ class ShelfPage:
         archived: the names of the files in the archive.
         sort: `recent`, `name` or `run`.
         notice: what has just been done, or why not (`failed`); `made` is the file that it made.
+        tutorial: the copy of the tutorial that was changed last; empty for none.
     """
 
     template: ClassVar[str] = "shelf.html"
@@ -86,6 +89,7 @@ class ShelfPage:
     notice: str = ""
     failed: bool = False
     made: str = ""
+    tutorial: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,6 +205,7 @@ class Panels:
         words: what it does; None of a sheet that is no behaviour or cannot be understood yet.
         why: says why there is no diagram.
         checked: False while the first check is under way.
+        tests: what the tests came to; None of a workbook without tests.
     """
 
     template: ClassVar[str] = "panels.html"
@@ -214,6 +219,7 @@ class Panels:
     why: str
     checked: bool = True
     picture: int = 0
+    tests: TestsPanel | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,12 +17,14 @@ from rrp_sheets.web.looks import Look, look, no_look
 from rrp_sheets.web.program import program
 from rrp_sheets.web.rowviews import RowMaker
 from rrp_sheets.web.seats import Seats
+from rrp_sheets.web.testing.results import RoomTests
+from rrp_sheets.web.testing.tester import Tester
 
 
 class Room:
     """One open workbook: its document, its check, and the pages that show it."""
 
-    def __init__(self, document: Document, worker: CheckWorker) -> None:
+    def __init__(self, document: Document, worker: CheckWorker, tester: Tester) -> None:
         self.document = document
         self._worker = worker
         self.listeners: list[Listener] = []
@@ -40,6 +42,7 @@ class Room:
         self.about_run: Callable[[], str] = str  # the run that goes on, as it is sent to a page that joins
         self.after_check: Callable[[], None] = lambda: None
         self.after_edit: Callable[[], None] = lambda: None
+        self.tests = RoomTests(document, tester, self._tell_tests, lambda: bool(self.listeners))
 
     # ---- what the workbook is like now
 
@@ -58,7 +61,7 @@ class Room:
             maker = self._makers.get(sheet)
             if maker is None or maker.grid is not grid:
                 maker = self._makers[sheet] = RowMaker(grid)
-            maker.take(self.look(), self.seats.taken(sheet))
+            maker.take(self.look(), self.seats.taken(sheet), self.tests.marks(sheet))
             return maker
 
     # ---- editing
@@ -155,13 +158,23 @@ class Room:
 
     def _tell_check(self) -> None:
         for name in list(self.document.grids):
-            with self._lock:
-                replaced = self.maker(name).changed()
-                about = self._now(name)
-            if replaced:
-                self.tell("grid", {**about, "replace": [{"id": r, "html": h} for r, h in replaced]})
+            self._tell_rows(name)
         self.tell("checked", self._checked())
         self.after_check()
+        self.tests.soon()
+
+    def _tell_rows(self, sheet: str) -> None:
+        """Tell everyone which rows of a sheet look otherwise now."""
+        with self._lock:
+            replaced = self.maker(sheet).changed()
+            about = self._now(sheet)
+        if replaced:
+            self.tell("grid", {**about, "replace": [{"id": r, "html": h} for r, h in replaced]})
+
+    def _tell_tests(self, news: str) -> None:
+        for name in self.tests.sheets:
+            self._tell_rows(name)
+        self.tell("tested", {"news": news})
 
     def _checked(self) -> dict[str, Any]:
         """What a page must know of the check besides the rows: whether the workbook can run."""
@@ -201,6 +214,7 @@ class Room:
         if run:
             listener.tell(run)
         self.tell_people()
+        self.tests.join()
         return listener
 
     def is_of(self, client: str, person: str) -> bool:

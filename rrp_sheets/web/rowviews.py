@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from itertools import islice
+from types import MappingProxyType
 from typing import Any
 
 from markupsafe import Markup, escape
@@ -49,6 +50,7 @@ class RowMaker:
         self._examples: Mapping[int, str] = {}
         self._streams: dict[str, str] = {}
         self._taken: dict[tuple[str, int], str] = {}
+        self._marks: Mapping[str, str] = {}
         self._robot: Robot | None = None
         self._anonymous: frozenset[int] = frozenset()
 
@@ -65,8 +67,11 @@ class RowMaker:
             for c, k in zip(self.grid.columns, self.kinds, strict=True)
         ]
 
-    def take(self, look: Look, taken: Mapping[tuple[str, str, int], str]) -> None:
-        """What the newest check says about this sheet, and which cells are being edited by whom."""
+    def take(
+        self, look: Look, taken: Mapping[tuple[str, str, int], str], marks: Mapping[str, str] = MappingProxyType({})
+    ) -> None:
+        """What the newest check says about this sheet, which cells are being edited by whom, and what tests came to."""
+        self._marks = marks
         self._robot = look.robot
         self._taken = {(row, column): who for (_, row, column), who in taken.items()}
         problems: dict[int, list[tuple[int, Diagnostic]]] = {}
@@ -117,7 +122,15 @@ class RowMaker:
                       for n in _names(texts.get(c.number, "")))  # fmt: skip
         problems = tuple((n, d.code, d.message, d.remedy, len(d.fixes)) for n, d in self._problems.get(number, ()))
         taken = tuple(self._taken.get((row, c.number), "") for c in self.grid.columns)
-        return tuple(texts.items()), names, problems, self._examples.get(number, ""), number in self._anonymous, taken
+        return (
+            tuple(texts.items()),
+            names,
+            problems,
+            self._examples.get(number, ""),
+            number in self._anonymous,
+            taken,
+            self._marks.get(row),
+        )
 
     def _pairs(self) -> list[tuple[Column, str]]:
         return list(zip(self.grid.columns, self.kinds, strict=True))
@@ -161,6 +174,8 @@ class RowMaker:
         if who:
             looks += " taken"
         inside = self._inside(row, number, kind, text)
+        if kind == "expect" and row in self._marks:
+            inside += _verdict(self._marks[row])
         inside += f'<div class="mends">{"".join(_mend(n, d) for n, d in problems)}</div>' if problems else ""
         inside += f'<span class="name-tag">{escape(who)} is editing</span>' if who else ""
         return f'<td role="gridcell" tabindex="-1" class="{looks}"{more}>{inside}</td>'
@@ -200,6 +215,13 @@ class RowMaker:
 
 def _names(text: str) -> list[str]:
     return [n.strip() for n in text.replace("\n", ",").split(",") if n.strip()]
+
+
+def _verdict(got: str) -> str:
+    """Whether a row of a test holds, and what came instead."""
+    if not got:
+        return '<span class="verdict holds">✓<span class="only-spoken"> holds</span></span>'
+    return f'<span class="verdict fails">✗<span class="only-spoken"> does not hold;</span> got: {escape(got)}</span>'
 
 
 def _mend(number: int, d: Diagnostic) -> str:

@@ -7,6 +7,7 @@ from functools import cache
 
 from rrp_sheets import api
 from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.documents.tutorial import latest
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs.records.facts import Facts
@@ -79,6 +80,7 @@ def shelf_page(
         folder=printable(str(library.folder.resolve())), cards=tuple(_card(b, runs.get(b.name)) for b in books),
         unreadable=tuple(unreadable), others=tuple(others), left_out=max(0, len(names) - MOST_FILES),
         templates=templates(), archived=archived(library), sort=sort, notice=notice, failed=failed, made=made,
+        tutorial=there.name if (there := latest(library.folder)) else "",
     )  # fmt: skip
 
 

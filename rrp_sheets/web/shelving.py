@@ -8,6 +8,7 @@ from pathlib import Path
 from flask import Blueprint, Response, request, send_file, url_for
 
 from rrp_sheets import api
+from rrp_sheets.documents.tutorial import begin
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.library import SUFFIXES, Library
@@ -26,9 +27,10 @@ def make_shelving(library: Library, desk: Desk) -> Blueprint:
     pages = Blueprint("shelving", __name__)
     actions = {
         "new": _new, "copy": _copy, "rename": _rename, "archive": _archive, "unarchive": _unarchive, "upload": _upload,
+        "tutorial": _tutorial,
     }  # fmt: skip
 
-    @pages.post("/shelf/<any(new, copy, rename, archive, unarchive, upload):action>")
+    @pages.post("/shelf/<any(new, copy, rename, archive, unarchive, upload, tutorial):action>")
     def act(action: str) -> Response:
         sort = request.args.get("sort", "")
         try:
@@ -37,7 +39,7 @@ def make_shelving(library: Library, desk: Desk) -> Blueprint:
             notice = f"{error.message} {error.remedy}".strip()
             return Response(show(shelf_page(library, notice, failed=True, sort=sort)))
         answer = Response(show(shelf_page(library, notice, sort=sort, made=made)))
-        if action == "new":  # one wants to write in it now
+        if action in ("new", "tutorial"):  # one wants to write in it now
             answer.headers["HX-Redirect"] = url_for("editing.book", name=made)
         return answer
 
@@ -55,6 +57,11 @@ Done = tuple[str, str]
 def _new(library: Library, desk: Desk) -> Done:
     path = _free(library, _name(request.form.get("name", "")))
     api.new(path, template=request.form.get("template", "guided"))
+    return f"Made {path.name}.", path.name
+
+
+def _tutorial(library: Library, desk: Desk) -> Done:
+    path = begin(library.folder)
     return f"Made {path.name}.", path.name
 
 

@@ -10,6 +10,7 @@ import { people } from "./people.js";
 import { renewed } from "./renewed.js";
 import { splitter } from "./splitter.js";
 import { tabs } from "./tabs.js";
+import { tests } from "./tests.js";
 
 const scroll = document.getElementById("grid-scroll");
 const listen = document.getElementById("listen");
@@ -29,6 +30,7 @@ if (grid) {
   splitter();
   tabs(grid, listen);
   renewed(grid, listen);
+  tests(grid, listen);
   fetchWords();
   fetchRest(grid.table.body).then(() => document.body.toggleAttribute("data-ready", true));
   const [id, place] = decodeURIComponent(location.hash.slice(1)).split("~"); // a row, perhaps with the cell in it

@@ -1,0 +1,212 @@
+"""What the tests of an open workbook came to: run again after every check, while somebody looks and that is quick."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from rrp_sheets.documents import Document
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.web.testing.tester import Tester
+
+QUICK = 2.0
+"""Seconds: tests that take longer are run only when somebody asks for it."""
+PATIENT = 60.0
+"""Seconds for tests that somebody has asked for."""
+HOLDS, FAILS, IDLE, WAITS, LATE = "holds", "fails", "idle", "waits", "late"
+"""What became of a test: its rows hold, or not; it expects nothing; it has errors; it was not reached in time."""
+
+
+@dataclass(frozen=True)
+class Missed:
+    """A row of a test that does not hold: what was expected, what came, and what explains it, in words."""
+
+    number: int
+    ms: float
+    stream: str
+    expected: str
+    got: str
+    notes: str = ""
+    hints: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Tested:
+    """What became of one test.
+
+    Attributes:
+        marks: by the row's id, an empty text where the row holds, else what came instead.
+        count: how many rows expect something.
+        unsent: rows that could not send what they should, in words.
+    """
+
+    sheet: str
+    state: str
+    count: int = 0
+    missed: tuple[Missed, ...] = ()
+    left_out: int = 0
+    unsent: tuple[str, ...] = ()
+    marks: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Results:
+    """What became of all tests.
+
+    Attributes:
+        running: they are being run.
+        stale: the workbook was changed since then, and they are run only when somebody asks for it.
+        rows: the rows that were left out since they have errors, in words.
+        errors: how many errors the workbook has.
+        why: says why there is nothing; empty when there is.
+    """
+
+    tests: tuple[Tested, ...] = ()
+    running: bool = False
+    stale: bool = False
+    rows: tuple[str, ...] = ()
+    errors: int = 0
+    why: str = ""
+
+    @property
+    def holding(self) -> int:
+        """How many tests hold."""
+        return sum(t.state == HOLDS for t in self.tests)
+
+    def of(self, sheet: str) -> Tested | None:
+        """The test of a sheet."""
+        return next((t for t in self.tests if t.sheet == sheet), None)
+
+
+class RoomTests:
+    """The tests of an open workbook.
+
+    Args:
+        document: the workbook.
+        tester: runs them.
+        tell: called when something is new, with what is to be said of it; empty for nothing.
+        watched: whether somebody looks.
+    """
+
+    def __init__(
+        self, document: Document, tester: Tester, tell: Callable[[str], None], watched: Callable[[], bool]
+    ) -> None:
+        self._document = document
+        self._tester = tester
+        self._tell = tell
+        self._watched = watched
+        self._lock = threading.Lock()
+        self._again = self._asked = self._slow = False
+        self._version = -1  # of the workbook that the results are of
+        self._thread: threading.Thread | None = None
+        self._said: dict[str, str] = {}
+        self.results = Results()
+
+    @property
+    def sheets(self) -> list[str]:
+        """The names of the test sheets."""
+        return [name for name, grid in self._document.grids.items() if grid.kind == "test"]
+
+    def marks(self, sheet: str) -> Mapping[str, str]:
+        """What stands in the rows of a test sheet; see `Tested.marks`."""
+        found = self.results.of(sheet)
+        return found.marks if found is not None and not self.results.stale else {}
+
+    def soon(self, *, asked: bool = False) -> None:
+        """Run them, if they are quick or somebody asks for it; what is asked for meanwhile is done together."""
+        with self._lock:
+            self._again, self._asked = True, self._asked or asked
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._work, daemon=True)
+                self._thread.start()
+
+    def join(self) -> None:
+        """Somebody opens the page: they are run when they have not been since the newest change."""
+        if self._version != self._document.version and self.sheets:
+            self.soon()
+
+    def _work(self) -> None:
+        while True:
+            with self._lock:
+                if not self._again:
+                    self._thread = None
+                    return
+                asked, self._again, self._asked = self._asked, False, False
+            if asked or self._watched():
+                self._run(asked=asked)
+
+    def _run(self, *, asked: bool) -> None:
+        if not self.sheets:
+            self._say(Results(), "")
+            return
+        if self._slow and not asked:
+            self._say(replace(self.results, stale=True, running=False), "")
+            return
+        if asked:
+            self._say(replace(self.results, running=True), "")
+        version, began = self._document.version, time.monotonic()
+        try:
+            answer = self._tester.run(self._document.path, PATIENT if asked else QUICK)
+        except SheetsError as error:
+            results, self._slow = Results(why=f"{error.message} {error.remedy}".strip()), True
+        else:
+            self._slow = time.monotonic() - began > QUICK + 1 or bool(answer.get("late"))
+            results = self._understood(answer)
+        if self._document.version != version:
+            return  # the check of what is newer lets them run again
+        self._version = version
+        self._say(results, self._news(results))
+
+    def _understood(self, answer: Mapping[str, Any]) -> Results:
+        rows, errors = tuple(answer["left"]), int(answer["errors"])
+        if answer["tests"] is None:
+            return Results(errors=errors, why="The tests are run again when the errors are mended.")
+        found = {case["sheet"]: self._case(case) for case in answer["tests"]}
+        for state, names in ((WAITS, answer["waiting"]), (LATE, answer["late"])):
+            found |= {name: Tested(name, state) for name in names}
+        ordered = tuple(found[name] for name in self.sheets if name in found)
+        return Results(ordered, rows=rows, errors=errors)
+
+    def _case(self, case: Mapping[str, Any]) -> Tested:
+        name, failing = case["sheet"], case["failing"]
+        grid = self._document.grids.get(name)
+        ids = {number: row for row, number in grid.numbers().items()} if grid is not None else {}
+        told = dict.fromkeys(case["holding"], "") | dict.fromkeys(case["more"], "something else")
+        told |= {row["row"]: row["got"] for row in failing}
+        unsent = tuple(f"Row {number} could not be sent: {words}" for number, words in case["broken"].items())
+        missed = tuple(
+            Missed(r["row"], r["ms"], r["stream"], r["expected"], r["got"], r["notes"], tuple(r["hints"]))
+            for r in failing
+        )
+        state = FAILS if missed or unsent else HOLDS if case["expects"] else IDLE
+        marks = {ids[number]: words for number, words in told.items() if number in ids}
+        return Tested(name, state, case["expects"], missed, len(case["more"]), unsent, marks)
+
+    def _news(self, results: Results) -> str:
+        """What is different from what was said last, in words."""
+        before, self._said = self._said, {t.sheet: t.state for t in results.tests}
+        if not before or before == self._said:
+            return ""
+        news = [f"{n} holds now." for n, s in self._said.items() if s == HOLDS != before.get(n, HOLDS)]
+        news += [f"{n} does not hold any more." for n, s in self._said.items() if s == FAILS and before.get(n) == HOLDS]
+        return " ".join([*news[:3], f"{counted(results)}."]) if news else ""
+
+    def _say(self, results: Results, news: str) -> None:
+        if results != self.results or news:
+            self.results = results
+            self._tell(news)
+
+
+def counted(results: Results) -> str:
+    """`3 of 10 tests hold`.
+
+    >>> counted(Results((Tested("A", HOLDS),))), counted(Results((Tested("A", HOLDS), Tested("B", FAILS))))
+    ('The test holds', '1 of 2 tests holds')
+    """
+    every, holding = len(results.tests), results.holding
+    if every == holding and every:
+        return "The test holds" if every == 1 else f"All {every} tests hold"
+    return f"{holding} of {every} {'test' if every == 1 else 'tests'} {'holds' if holding == 1 else 'hold'}"
