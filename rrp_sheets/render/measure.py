@@ -70,6 +70,19 @@ def width(text: str, size: float, *, mono: bool = False, bold: bool = False) -> 
     return total * size / 1000 * (1.0 if mono else 1.16 if bold else 1.08)
 
 
+def shortened(text: str, room: float, size: float, *, bold: bool = False) -> str:
+    """As much of a line as there is room for in points, with `…` for the rest; blank when there is none at all.
+
+    >>> shortened("Distance of the ball", 50, 8), shortened("Ball", 50, 8), shortened("Ball", 3, 8)
+    ('Distance of…', 'Ball', '')
+    """
+    if width(text, size, bold=bold) <= room:
+        return text
+    while text and width(text + "…", size, bold=bold) > room:
+        text = text[:-1]
+    return text.rstrip() + "…" if text else ""
+
+
 def columns(text: str) -> int:
     """How many columns of a typewriter a text takes; Japanese letters take two.
 

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import UnreadableFile
+from rrp_sheets.model.names import key
 from rrp_sheets.model.values import show
 from rrp_sheets.runs.marbles import value_from_json
 from rrp_sheets.runs.records.dragging import Drag, dragged
 from rrp_sheets.runs.records.facts import TRACE, text_of
+from rrp_sheets.runs.records.tidy import units_of
 from rrp_sheets.runtime.trace import read_trace
 
 MOST_LINES = 2_000  # of the log
@@ -21,7 +23,8 @@ MOST_POINTS = 1_200  # of a curve: two for each pixel of a wide screen's plot
 MOST_CURVES = 24
 _MOST_EVENTS = 2_000_000
 _LONGEST_VALUE = 200  # letters
-_KINDS = {"sensor": 1, "stream": 0, "actuator": 2}  # whose curves come first
+_PLAIN = {"stream": 0, "sensor": 1, "actuator": 2}  # whose curves come first: what rows work out …
+_FIELDS = {"sensor": 0, "stream": 1, "actuator": 2}  # … and of records what was sensed, which rows pass on
 
 
 @dataclass
@@ -55,27 +58,33 @@ class _Curve:
     values: array[float] = field(default_factory=lambda: array("d"))
 
 
-def course(place: Path) -> dict[str, Any]:
+def course(place: Path, only: Collection[str] = ()) -> dict[str, Any]:
     """The log and the curves of a run, as JSON.
+
+    Args:
+        place: the run's folder.
+        only: the streams whose curves are wanted (`Red ball`, `Distance`, `Red ball.x`); all when empty.
 
     Raises:
         UnreadableFile: when it is no trace.
     """
     try:
-        return _course(place)
+        return _course(place, frozenset(key(name) for name in only))
     except (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError):
         raise UnreadableFile("FILE001", f"“{place.name}” is not a record of a run.", "Copy its folder again.") from None
 
 
-def _course(place: Path) -> dict[str, Any]:
-    log = _Log(place)
+def _course(place: Path, only: frozenset[str]) -> dict[str, Any]:
+    log = Log(place)
     curves: dict[str, _Curve] = {}
     kinds: Mapping[str, str] = {}
+    units: Mapping[str, Mapping[str, str]] = {}
     last, count = 0.0, 0
     for entry in _entries(place / TRACE):
         if entry.get("type") == "header":
             streams = entry.get("streams") or ()
             kinds = {text_of(s.get("stream")): text_of(s.get("kind")) for s in streams if isinstance(s, dict)}
+            units = units_of(entry)
         if "t" not in entry:
             continue
         t = float(entry["t"])
@@ -83,13 +92,25 @@ def _course(place: Path) -> dict[str, Any]:
         if "value" in entry:
             _note(curves, text_of(entry.get("stream")), kinds, t, entry["value"])
             if entry.get("stimulated") is True:
-                log.add(t, {"happening": "send", "text": _sent(entry), "by": entry.get("by")})
+                log.sent(t, entry)
         else:
             log.add(t, entry)
+    wanted = {k: c for k, c in curves.items() if not only or only & _names_of(k)}
+    shown, more = _chosen(wanted, units)
     return {
         "lines": [asdict(line) for line in log.lines], "left_out": log.left_out, "seconds": last, "count": count,
-        "curves": _chosen(curves),
+        "curves": shown, "more_curves": more,
     }  # fmt: skip
+
+
+def _names_of(curve: str) -> set[str]:
+    """What a curve may be called: with or without its sheet, with or without its field; as keys.
+
+    >>> sorted(_names_of("Tracking!Ball.x"))
+    ['ball', 'ball.x', 'tracking!ball', 'tracking!ball.x']
+    """
+    names = {curve, curve.rpartition("!")[2]}
+    return {key(n) for name in names for n in (name, name.rpartition(".")[0] or name)}
 
 
 def _sent(entry: Mapping[str, Any]) -> str:
@@ -107,7 +128,9 @@ def _entries(trace: Path) -> Iterator[dict[str, Any]]:
             yield entry
 
 
-class _Log:
+class Log:
+    """Takes what happened besides the values, and tells it line by line."""
+
     def __init__(self, place: Path) -> None:
         self.lines: list[Line] = []
         self.left_out = 0
@@ -118,6 +141,7 @@ class _Log:
         self._dragged: Line | None = None
 
     def add(self, t: float, entry: Mapping[str, Any]) -> None:
+        """Something else that happened at a time."""
         failed = "error" in entry
         kind = "error" if failed else text_of(entry.get("happening")) or "note"
         text = text_of(entry.get("error") if failed else entry.get("text"))
@@ -141,6 +165,10 @@ class _Log:
             self._dragged = line
         if kind in ("error", "clamp"):
             self._open[row, text] = line
+
+    def sent(self, t: float, entry: Mapping[str, Any]) -> None:
+        """A value that somebody has sent by hand."""
+        self.add(t, {"happening": "send", "text": _sent(entry), "by": entry.get("by")})
 
     def _goes_on(self, t: float, entry: Mapping[str, Any], text: str) -> bool:
         """Whether it is one more place of a thing that is being dragged: the line has the last one."""
@@ -177,30 +205,43 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e300
 
 
-def _point(curves: dict[str, _Curve], key: str, kind: str, t: float, value: float) -> None:
-    curve = curves.get(key)
+def _point(curves: dict[str, _Curve], label: str, kind: str, t: float, value: float) -> None:
+    curve = curves.get(label)
     if curve is None:
         if len(curves) >= 20 * MOST_CURVES:
             return
-        curve = curves[key] = _Curve(kind)
+        curve = curves[label] = _Curve(kind)
     if isfinite(value):
         curve.times.append(t)
         curve.values.append(value)
 
 
-def _chosen(curves: Mapping[str, _Curve]) -> list[dict[str, Any]]:
-    """The curves that are shown: streams of plain numbers first, those of a record's fields after them."""
+def _chosen(curves: Mapping[str, _Curve], units: Mapping[str, Mapping[str, str]]) -> tuple[list[dict[str, Any]], int]:
+    """The curves that are shown, and how many are not: plain numbers first, the fields of records after them."""
     moving = [(k, c) for k, c in curves.items() if len(c.times) > 1]
-    moving.sort(key=lambda e: ("." in e[0].rpartition("!")[2], _KINDS.get(e[1].kind, 3)))
+    moving.sort(key=lambda e: _place("." in e[0].rpartition("!")[2], e[1].kind))
     chosen = moving[:MOST_CURVES]
-    short = [key.rpartition("!")[2] for key, _ in chosen]
-    return [
+    short = [label.rpartition("!")[2] for label, _ in chosen]
+    found = [
         {
-            "name": name if short.count(name) == 1 else key, "kind": curve.kind, "count": len(curve.times),
-            "points": [[round(t, 4), v] for t, v in thinned(curve.times, curve.values)],
+            "name": name if short.count(name) == 1 else label, "kind": curve.kind, "count": len(curve.times),
+            "unit": _unit(label, units), "points": [[round(t, 4), v] for t, v in thinned(curve.times, curve.values)],
         }
-        for (key, curve), name in zip(chosen, short, strict=True)
+        for (label, curve), name in zip(chosen, short, strict=True)
     ]  # fmt: skip
+    return found, len(moving) - len(chosen)
+
+
+def _place(is_field: bool, kind: str) -> tuple[bool, int]:
+    return is_field, (_FIELDS if is_field else _PLAIN).get(kind, 3)
+
+
+def _unit(curve: str, units: Mapping[str, Mapping[str, str]]) -> str:
+    """Of a stream's plain value, or of a record's field."""
+    if curve in units:
+        return units[curve].get("", "")
+    stream, _, field = curve.rpartition(".")
+    return units.get(stream, {}).get(key(field), "")
 
 
 def thinned(times: array[float], values: array[float], most: int = MOST_POINTS) -> list[tuple[float, float]]:

@@ -1,0 +1,237 @@
+"""The numbers of a run as small plots over one time axis, with what happened meanwhile above them; as SVG.
+
+Every plot has one line, so that nothing is told by colour alone; what happened has a shape of its own for each kind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import floor, log10
+from statistics import median
+
+from rrp_sheets.render.measure import clean, escape, shortened, width, wrap
+from rrp_sheets.render.style import EDGE, FILL_AND_LINE, INK, NAME_PT, SMALL_PT, SOFT
+from rrp_sheets.render.svg import frame, text
+
+WIDE = 780.0  # points, of the whole picture
+_LEFT, _RIGHT = 168.0, 18.0
+_HIGH, _GAP = 58.0, 14.0  # of a plot, and between two
+_LANE = 17.0
+_FAINT = "#d5d8dc"
+_TICKS = 8  # of the time axis, about
+_BREAK = 6.0  # times the usual distance of two points: a line does not go across a longer gap
+_SELDOM = 1.0  # s between two values
+_DOTTED = 80  # points: so few are drawn as dots too
+_LETTERS = 120  # of a note that are looked at
+_MOST_NOTES = 400  # of a lane
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A numeric stream, or a number of its records.
+
+    Attributes:
+        name: as people see it.
+        kind: `sensor`, `stream`, `actuator`.
+        unit: `m`; blank when it has none.
+        points: seconds and values; perhaps fewer than there were.
+        count: how many values there were.
+    """
+
+    name: str
+    kind: str
+    unit: str
+    points: Sequence[tuple[float, float]]
+    count: int
+
+
+@dataclass(frozen=True)
+class Note:
+    """Something that happened at `t` seconds, until `until`, in the lane of that name (see `LANES`)."""
+
+    t: float
+    until: float
+    lane: str
+    text: str
+
+
+LANES = ("Said", "Heard", "Button", "Mark", "By hand", "Note", "Error")
+"""What happened, by kind, in the order in which the lanes stand above the plots."""
+
+
+def draw_plots(
+    title: str, curves: Sequence[Curve], notes: Sequence[Note], seconds: float, *,
+    foot: str = "", more: str = "", about: Mapping[str, str] | None = None,
+) -> tuple[str, float, float]:  # fmt: skip
+    """The picture as SVG, and its width and height in points.
+
+    Args:
+        title: above it.
+        curves: one plot each.
+        notes: what happened.
+        seconds: how long the run was.
+        foot: where it comes from, a line at its foot.
+        more: what is not shown, in words.
+        about: as the SVG's metadata.
+    """
+    scale = _Scale(max(seconds, *(n.until for n in notes), *(c.points[-1][0] for c in curves if c.points), 0.001))
+    y = 30.0
+    pieces = [text(14, 20, shortened(clean(title), WIDE - 28, 13, bold=True), 13, bold=True)]
+    lanes = [(lane, [n for n in notes if n.lane == lane]) for lane in LANES]
+    lanes = [(lane, found) for lane, found in lanes if found]
+    top = y + (_LANE * len(lanes) + 8 if lanes else 0)
+    bottom = top + (_HIGH + _GAP) * len(curves)
+    pieces += _grid(scale, y, bottom, [n.t for n in notes if n.lane in ("Mark", "Button")])
+    for lane, found in lanes:
+        pieces += _lane(scale, lane, found, y)
+        y += _LANE
+    for number, curve in enumerate(curves):
+        pieces += _plot(scale, curve, top + (_HIGH + _GAP) * number)
+    y = bottom + 4
+    pieces += [text(scale.x(t), y + 6, f"{t:g}", SMALL_PT, fill=SOFT, middle=True) for t in scale.ticks()]
+    pieces.append(text(14, y + 6, "Time (s)", SMALL_PT, fill=SOFT))
+    y += 22
+    for words in (more, *wrap(clean(foot), 150, 3)):
+        if words:
+            pieces.append(text(14, y, words, 7, fill=SOFT))
+            y += 10
+    body = metadata(about or {}) + f'<rect width="{WIDE:g}" height="{y:.1f}" fill="#fff"/>' + "\n".join(pieces)
+    alt = f"{len(curves)} plots over {seconds:g} s: {', '.join(clean(c.name) for c in curves)}."
+    return frame(body, WIDE, y, ident="plots", title=clean(title), description=alt), WIDE, y
+
+
+def metadata(about: Mapping[str, str]) -> str:
+    """What a picture says of itself to programs, as SVG."""
+    told = "".join(f'<entry name="{escape(clean(n))}">{escape(clean(v))}</entry>' for n, v in about.items())
+    return f'<metadata><about xmlns="urn:rrp-sheets:about">{told}</about></metadata>' if told else ""
+
+
+class _Scale:
+    """Where a time stands."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        self.wide = WIDE - _LEFT - _RIGHT
+
+    def x(self, t: float) -> float:
+        return _LEFT + self.wide * min(max(t, 0.0), self.seconds) / self.seconds
+
+    def ticks(self) -> list[float]:
+        step = _step(self.seconds / _TICKS)
+        return [round(n * step, 9) for n in range(floor(self.seconds / step + 1e-9) + 1)]
+
+
+def _step(about: float) -> float:
+    """A round number that is not smaller.
+
+    >>> _step(0.23), _step(6.0), _step(70)
+    (0.5, 10.0, 100.0)
+    """
+    power: float = 10.0 ** floor(log10(about))
+    return next(power * n for n in (1.0, 2.0, 5.0, 10.0) if power * n >= about * (1 - 1e-9))
+
+
+def _grid(scale: _Scale, top: float, bottom: float, marked: Sequence[float]) -> Iterator[str]:
+    for t in scale.ticks():
+        yield _upright(scale.x(t), top, bottom - _GAP + 4, f'stroke="{_FAINT}" stroke-width="0.6"')
+    for t in marked[:_MOST_NOTES]:
+        yield _upright(scale.x(t), top, bottom - _GAP, f'stroke="{SOFT}" stroke-width="0.7" stroke-dasharray="2 2"')
+
+
+def _upright(x: float, top: float, bottom: float, looks: str) -> str:
+    return f'<path d="M{x:.1f} {top:.1f}V{bottom:.1f}" {looks}/>'
+
+
+def _lane(scale: _Scale, lane: str, notes: Sequence[Note], y: float) -> Iterator[str]:
+    """A lane of what happened: a shape for each, and its words where there is room for them."""
+    count = f"  {len(notes)}" if len(notes) > 1 else ""
+    yield text(14, y + 11, f"{lane}{count}", SMALL_PT, bold=True)
+    free = 0.0
+    shown = notes[:: len(notes) // _MOST_NOTES + 1]
+    for note, after in zip(shown, [*shown[1:], None], strict=True):
+        x = scale.x(note.t)
+        if note.until > note.t:
+            yield f'<path d="M{x:.1f} {y + 8:.1f}H{scale.x(note.until):.1f}" stroke="{INK}" stroke-width="1"/>'
+        yield _shape(lane, x, y + 8)
+        end = WIDE - 6 if after is None else scale.x(after.t) - 6
+        begin = max(x, scale.x(note.until)) + 6
+        if begin >= free and end - begin > 24:
+            words = shortened(clean(note.text[:_LETTERS]), end - begin, 8)
+            if len(words) > 2:
+                yield text(begin, y + 11, words, 8)
+                free = begin + width(words, 8)
+
+
+def _shape(lane: str, x: float, y: float) -> str:
+    ink = f'fill="{INK}" stroke="#fff" stroke-width="0.5"'
+    shapes = {
+        "Said": f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.6" {ink}/>',
+        "Heard": f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="#fff" stroke="{INK}" stroke-width="1.3"/>',
+        "Button": f'<path d="M{x - 3.2:.1f} {y - 3.2:.1f}h6.4v6.4h-6.4z" {ink}/>',
+        "Mark": f'<path d="M{x - 4:.1f} {y - 4:.1f}h8l-4 8z" {ink}/>',
+        "By hand": f'<path d="M{x:.1f} {y - 4.4:.1f}l4.4 4.4l-4.4 4.4l-4.4 -4.4z" {ink}/>',
+        "Note": f'<path d="M{x:.1f} {y - 4:.1f}v8" stroke="{INK}" stroke-width="1.6"/>',
+        "Error": f'<path d="M{x - 3.4:.1f} {y - 3.4:.1f}l6.8 6.8m0 -6.8l-6.8 6.8" stroke="{INK}" stroke-width="1.8"/>',
+    }
+    return shapes[lane]
+
+
+def _plot(scale: _Scale, curve: Curve, top: float) -> Iterator[str]:
+    values = [v for _, v in curve.points]
+    low, high = min(values, default=0.0), max(values, default=0.0)
+    line = FILL_AND_LINE.get(curve.kind, FILL_AND_LINE["stream"])[1]
+    pad = (high - low) * 0.06 or abs(high) * 0.05 or 0.5
+    bottom, span = low - pad, high - low + 2 * pad
+
+    def place(value: float) -> float:
+        return top + _HIGH * (1 - (value - bottom) / span)
+
+    yield (f'<rect x="{_LEFT:g}" y="{top:.1f}" width="{scale.wide:.1f}" height="{_HIGH:g}" fill="none" stroke="{EDGE}" '
+           'stroke-width="0.6"/>')  # fmt: skip
+    if bottom < 0 < bottom + span and low != 0 != high:
+        yield (f'<path d="M{_LEFT:g} {place(0):.1f}h{scale.wide:.1f}" stroke="{SOFT}" stroke-width="0.5" '
+               'stroke-dasharray="1 3"/>')  # fmt: skip
+    yield from _name(curve, top)
+    for value in dict.fromkeys((high, low)):
+        shown = f"{value:.4g}"
+        yield text(_LEFT - 5 - width(shown, 8), place(value) + 3, shown, 8, fill=SOFT)
+    for run in _unbroken(curve.points):
+        if len(run) > 1:
+            way = "L".join(f"{scale.x(t):.1f} {place(v):.1f}" for t, v in run)
+            yield f'<path d="M{way}" fill="none" stroke="{line}" stroke-width="1.2" stroke-linejoin="round"/>'
+        if len(run) == 1 or len(curve.points) <= _DOTTED:
+            for t, v in run:
+                yield f'<circle cx="{scale.x(t):.1f}" cy="{place(v):.1f}" r="1.7" fill="{line}"/>'
+
+
+def _name(curve: Curve, top: float) -> Iterator[str]:
+    room = _LEFT - 14 - 44  # the numbers of the axis stand at its right
+    lines = wrap(clean(curve.name), 20, 2)
+    for number, words in enumerate(lines):
+        yield text(14, top + 12 + 12 * number, shortened(words, room, NAME_PT, bold=True), NAME_PT, bold=True)
+    y = top + 12 + 12 * len(lines)
+    for words in (f"in {curve.unit}" if curve.unit else "", f"{curve.kind}, {curve.count:,} values"):
+        if words:
+            yield text(14, y, shortened(words, room, 8), 8, fill=SOFT)
+            y += 10
+
+
+def _unbroken(points: Sequence[tuple[float, float]]) -> Iterator[list[tuple[float, float]]]:
+    """The stretches of a curve between its gaps.
+
+    >>> [len(run) for run in _unbroken([(0, 1), (0.1, 1), (0.2, 1), (9, 1), (9.1, 1)])]
+    [3, 2]
+    """
+    gaps = [b[0] - a[0] for a, b in pairwise(points)]
+    usual = median(gaps) if gaps else 0.0
+    most = max(1.0, _BREAK * usual) if usual <= _SELDOM else 0.0  # what comes seldom is no curve, but single events
+    found: list[tuple[float, float]] = []
+    for point in points:
+        if found and point[0] - found[-1][0] > most:
+            yield found
+            found = []
+        found.append(point)
+    if found:
+        yield found
