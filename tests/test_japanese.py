@@ -1,0 +1,254 @@
+"""Explanations and diagrams in Japanese: nothing of them stays English but what people have typed."""
+
+from __future__ import annotations
+
+import re
+import string
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from rrp_sheets import api
+from rrp_sheets.cli.main import group
+from rrp_sheets.connectors import connectors
+from rrp_sheets.devices import load_robot
+from rrp_sheets.devices.spoken import words_of
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.languages import LANGUAGES
+from rrp_sheets.render.diagram import draw_diagram
+from rrp_sheets.render.legend import draw_legend
+from rrp_sheets.render.measure import width
+from rrp_sheets.render.sentences import explain, explain_text
+from rrp_sheets.render.style import NAME_PT, PAGE
+from rrp_sheets.render.texts import texts
+from rrp_sheets.resources import bundled
+
+WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
+UNITS = {"m", "rad", "cm", "Hz", "TRUE", "FALSE"}
+HEAD = "| Input streams | Connector | Formula | Output stream | On |\n|---|---|---|---|---|\n"
+GREETING = f"""## あいさつ
+
+{HEAD}| 顔 | forgetAfter | 5 s | 来た人 | |
+| 来た人 | filter | value.new | 新しい人 | |
+| 新しい人 | subscribe | | こんにちは | |
+| こんにちは done | filter | value.completed | 言い終わり | |
+| Red ball | map | redBall.distance | 距離 | |
+| 距離 | filter | AND(距離 >= 0.5; 距離 < 2) | 近い | |
+| 近い | subscribe | | Head tracker | |
+| 近い | map | IF(距離 < 1; "近い"; "遠い") | 言葉 | FALSE |
+
+## Devices
+
+| Stream | Device | Text |
+|---|---|---|
+| 顔 | Face | |
+| こんにちは | Say parameter | こんにちは。Naoです。 |
+
+## Protocol
+
+| Field | Value |
+|---|---|
+| Title | あいさつの練習 |
+| Language | 日本語 |
+"""
+
+
+@pytest.fixture(scope="module")
+def greeting(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("books") / "挨拶.md"
+    path.write_text(GREETING, encoding="utf-8")
+    return path
+
+
+def places(text: str) -> set[str]:
+    return {name for _, name, _, _ in string.Formatter().parse(text) if name}
+
+
+def test_every_language_has_the_entries_of_english_with_the_same_places() -> None:
+    english = texts("en").entries
+    for language in LANGUAGES:
+        other = texts(language).entries
+        assert sorted(other) == sorted(english)
+        lower = {
+            name: ({p.lower() for p in places(english[name])}, {p.lower() for p in places(other[name])})
+            for name in other
+        }
+        assert {name: pair for name, pair in lower.items() if pair[0] != pair[1]} == {}
+
+
+def test_the_japanese_words_hold_no_english_ones() -> None:
+    allowed = {"TRUE", "FALSE", "RRP", "Sheets", "Protocol", "SHA", *UNITS, *(c.name for c in connectors())}
+    found = {}
+    for name, text in texts("ja").entries.items():
+        words = set(
+            re.findall(r"[A-Za-z]{2,}", re.sub(r"\{\w+\}|`[^`]*`|「[^」]*」|（[\w .*/{}-]+）|[\w/-]+\.\w+", "", text))
+        )
+        if words - allowed:
+            found[name] = words - allowed
+    assert found == {}
+
+
+def test_a_language_that_there_is_not() -> None:
+    with pytest.raises(SheetsError, match="language “xx”"):
+        texts("xx")
+
+
+# ---- the devices' words ----
+
+
+def test_every_device_of_nao_has_its_japanese_words() -> None:
+    for device in load_robot("nao").devices.values():
+        english, japanese = device.words("en"), device.words("ja")
+        assert japanese.title and japanese.help != english.help and japanese.says != english.says, device.name
+        assert {c.split(": ")[0] for c in english.says.split(" | ")[:-1]} == {
+            c.split(": ")[0] for c in japanese.says.split(" | ")[:-1]
+        }, device.name
+        assert places(japanese.says) == places(english.says), device.name
+        assert device.kind == "sensor" or (japanese.takes and japanese.takes != english.takes), device.name
+        for key, (name, about) in japanese.fields.items():
+            assert name != english.fields[key][0] and about != english.fields[key][1], (device.name, key)
+
+
+def test_choices_colours_postures_and_gestures_have_japanese_names() -> None:
+    robot = load_robot("nao")
+    words = robot.devices["gesture"].words("ja")
+    assert [n for n in (*robot.postures, *robot.gestures) if words.name(n) == n] == []
+    choices = {c for d in robot.devices.values() for s in d.settings.values() for c in s.choices}
+    assert [c for c in sorted({*choices, *robot.touch_zones}) if words.value(c) == c] == []
+
+
+def test_a_robot_without_a_language_falls_back_to_english(tmp_path: Path) -> None:
+    assert words_of(tmp_path, "RedBall") == {}
+    (tmp_path / "ja.toml").write_text(
+        '[device.RedBall]\nsays = 3\ntitle = "赤"\n[values]\nred = []\n', encoding="utf-8"
+    )
+    words = words_of(tmp_path, "RedBall")["ja"]
+    assert (words.title, words.says, words.value("red")) == ("赤", "", "red")
+
+
+# ---- explanations ----
+
+
+@pytest.mark.parametrize("name", WORKBOOKS)
+def test_nothing_english_is_left_in_the_explanations(name: str) -> None:
+    """All that is left in Latin letters are names, texts and formulas of the workbook, and names of the robot's joints."""
+    checked = api.check(bundled("workbooks") / f"{name}.xlsx")
+    said = explain_text(checked.graph, checked.workbook, checked.robot, language="ja")
+    graph = checked.graph
+    names = [s.name for s in graph.streams.values()] + [b.name for b in graph.behaviours]
+    names += [*checked.robot.postures, *checked.robot.gestures, *(j.name for j in checked.robot.joints.values())]
+    for stream in graph.streams.values():
+        names += [str(word) for v in stream.settings.values() for word in (v if isinstance(v, tuple) else (v,)) if word]
+    rest = re.sub(r"`[^`]*`|「[^」]*」|『[^』]*』", "＊", said)
+    for text in sorted({n for n in names if n}, key=len)[::-1]:
+        rest = rest.replace(text, "＊")
+    assert set(re.findall(r"[A-Za-z]+", rest)) <= UNITS
+    assert not re.search(r"[。、][。、]|ますます|[{}“”]|, ", rest)
+
+
+def test_the_workbooks_in_japanese(golden) -> None:
+    for name in ("simple-tracking", "greeter-with-memory", "follow-my-pointing"):
+        checked = api.check(bundled("workbooks") / f"{name}.xlsx")
+        golden(f"{name}.ja.txt", explain_text(checked.graph, checked.workbook, checked.robot, language="ja"))
+
+
+def test_a_japanese_workbook_speaks_japanese_by_itself(greeting: Path) -> None:
+    text, checked = api.explain(greeting)
+    assert checked.run.language == "ja" and not checked.report.errors
+    for sentence in (
+        "「新しい人」が届くたびに、『こんにちは。Naoです。』と話します。", "「来た人」の「新しい顔」が真であるとき",
+        "「こんにちは」の動作の終わりまで達したとき", "「距離」が0.5から2 mまでの間にあるとき", "赤いボールを頭で追い始めます。",
+        "無効：「近い」が届くたびに、`IF(距離 < 1; \"近い\"; \"遠い\")`を計算し", "入力：顔とRed ball（赤いボール）。", "9行目は無効です。",
+    ):  # fmt: skip
+        assert sentence in text
+    assert text.startswith("あいさつ\n========\n")
+    assert api.explain(greeting, language="en")[0].count("Whenever") > 3
+
+
+def test_lists_and_conditions_are_joined_as_in_japanese() -> None:
+    ja = texts("ja")
+    assert ja.listed(["甲"]) == "甲" and ja.listed(["甲", "乙"]) == "甲と乙"
+    assert ja.listed(["甲", "乙", "丙"], "or") == "甲、乙または丙"
+    assert ja.listed(["高い", "遠い"], "any") == "高い、または遠い"
+    assert [ja.duration(us) for us in (500_000, 2_000_000, 60_000_000)] == ["500ミリ秒", "2秒", "1分"]
+
+
+# ---- connectors of third parties ----
+
+
+def test_a_connector_may_bring_its_sentence_in_other_languages(tmp_path: Path) -> None:
+    (tmp_path / "w.md").write_text(f"## T\n{HEAD}| Head yaw | map | value | Yaw | |\n", encoding="utf-8")
+    checked = api.check(tmp_path / "w.md")
+    step = checked.graph.behaviours[0].steps[0]
+    own = replace(
+        step.connector, name="own", sentence="{Input} is turned.", sentences={"ja": "{input}を回し、{onto}渡します。"}
+    )
+    behaviour = replace(checked.graph.behaviours[0], steps=(replace(step, connector=own),))
+    graph = replace(checked.graph, behaviours=(behaviour,))
+    said = {
+        language: explain(graph, checked.workbook, checked.robot, language=language)[0].rows[0].text
+        for language in ("en", "ja")
+    }
+    assert said == {"en": "“Head yaw” is turned.", "ja": "「Head yaw」を回し、「Yaw」として渡します。"}
+
+
+# ---- diagrams ----
+
+
+def test_the_words_of_a_diagram_are_japanese(greeting: Path) -> None:
+    checked = api.check(greeting)
+    (page,) = draw_diagram(checked.graph, checked.graph.behaviours[0], problems={2: 1}, language="ja")
+    for words in (
+        "センサー 顔",
+        "ストリーム 距離",
+        "9行目、map：IF(",
+        "、無効</title>",
+        "、問題1</title>",
+        ">無効</text>",
+    ):
+        assert words in page.svg
+    assert "ふるまい「あいさつ」の図（2行目から9行目まで）" in page.alt and page.language == "ja"
+    assert not re.search(r">(off|Row|Sensor)\b", page.svg)
+
+
+def test_parts_of_a_long_behaviour_refer_to_each_other_in_japanese(tmp_path: Path) -> None:
+    rows = "".join(
+        f"| Head yaw | map | headYaw * {n} | Yaw {n} | |\n| Yaw {n - 1 if n else 0} | subscribe | | Print | |\n"
+        for n in range(15)
+    )
+    (tmp_path / "long.md").write_text(f"## T\n{HEAD}{rows}", encoding="utf-8")
+    checked = api.check(tmp_path / "long.md")
+    pages = draw_diagram(checked.graph, checked.graph.behaviours[0], language="ja")
+    assert pages[0].caption == f"1 / {len(pages)}：2行目から{pages[0].rows[1]}行目まで"
+    assert any("図2へ" in p.svg for p in pages) and any("図1から" in p.svg for p in pages)
+
+
+def test_the_legend_fits_in_both_languages() -> None:
+    for language in LANGUAGES:
+        said = texts(language)
+        legend, wide, _ = draw_legend(language)
+        assert said.get("legend.title") in legend and wide == PAGE[0]
+        for connector in {c.name for c in connectors()}:
+            meaning = said.get("legend.meaning", connector=connector, meaning=said.get(f"legend.connector.{connector}"))
+            assert width(meaning, NAME_PT - 1) <= PAGE[0] / 2 - 26
+
+
+# ---- commands ----
+
+
+def test_the_commands_take_a_language(greeting: Path, tmp_path: Path) -> None:
+    run = CliRunner().invoke
+    assert "センサー" in (svg_of(run, greeting, tmp_path, []))
+    assert "Sensor" in (svg_of(run, greeting, tmp_path, ["--language", "en"]))
+    english = run(group, ["explain", "--language", "en", str(greeting)])
+    assert english.exit_code == 0 and "Whenever" in english.output
+    refused = run(group, ["explain", "--language", "klingon", str(greeting)])
+    assert refused.exit_code == 2 and "'en', 'ja'" in refused.output
+
+
+def svg_of(run, path: Path, folder: Path, options: list[str]) -> str:
+    target = folder / "d.svg"
+    assert run(group, ["diagram", str(path), "-o", str(target), *options]).exit_code == 0
+    return target.read_text(encoding="utf-8")
