@@ -24,8 +24,10 @@ if TYPE_CHECKING:
     from rrp_sheets.runs import RunResult, RunSettings, RunView
     from rrp_sheets.runs.apart import Ended
     from rrp_sheets.runs.bundle.packing import Packed
+    from rrp_sheets.runs.changes_drawn import Compared
     from rrp_sheets.runs.changes import CellSet
     from rrp_sheets.runs.posing import Posed
+    from rrp_sheets.runs.replay import Replayed
     from rrp_sheets.testing import TestReport
     from rrp_sheets.workbook import Reading
     from rrp_sheets.workbook.editing import Edit, Edited
@@ -45,6 +47,7 @@ __all__ = [
     "pose",
     "print_pack",
     "read",
+    "replay",
     "run",
     "set_cell",
     "test",
@@ -182,6 +185,13 @@ def diff(first: Path | str, second: Path | str) -> Comparison:
     from rrp_sheets.compare.opening import open_checked
 
     return compare(open_checked(Path(first)), open_checked(Path(second)))
+
+
+def diff_in_detail(first: Path | str, second: Path | str) -> Compared:
+    """As `diff`; with the rows of the behaviours that changed, and pictures of them (`svg`, `html`)."""
+    from rrp_sheets.runs.changes_drawn import compared
+
+    return compared(Path(first), Path(second))
 
 
 def draw(path: Path | str, target: Path | str, behaviour: str = "", language: str = "") -> tuple[Checked, list[str]]:
@@ -368,9 +378,7 @@ def draw_tests(report: TestReport, target: Path | str) -> list[str]:
     return draw_marbles([s for case in report.cases for s in scores(report.checked, case)], target)
 
 
-def export(
-    runs: Sequence[Path | str], target: Path | str, *, what: str = "", streams: Sequence[str] = ()
-) -> list[str]:
+def export(runs: Sequence[Path | str], target: Path | str, *, what: str = "", streams: Sequence[str] = ()) -> list[str]:
     """Write recorded runs as a table (.xlsx, .csv; several in one), as plots or as a contact sheet (.svg, .pdf, .png).
 
     Args:
@@ -389,3 +397,19 @@ def export(
     from rrp_sheets.runs.records.exporting import export as export_runs
 
     return export_runs([Path(run) for run in runs], Path(target), what, streams)
+
+
+def replay(trace: Path | str, other: Path | str | None = None) -> Replayed:
+    """Do a recorded run again from what its sensors gave, without a robot, and compare it event by event.
+
+    Args:
+        trace: a run's folder, or its trace.jsonl.
+        other: a workbook to play instead of the one that ran: what would have been different in that session.
+
+    Raises:
+        UnreadableFile: when the trace or a workbook cannot be read.
+        SheetsError: when a workbook has errors, or the one that ran is not there and no other is named.
+    """
+    from rrp_sheets.runs.replay import replay as replay_run
+
+    return replay_run(Path(trace), None if other is None else Path(other))

@@ -28,6 +28,7 @@ _COMMANDS = {
     "run": "Run a workbook on the simulated robot.",
     "test": "Run the tests that stand in a workbook.",
     "marbles": "Draw what came on the streams of a run or of a workbook's tests.",
+    "replay": "Do a recorded run again without the robot, and say what is different.",
     "pack": "Make one zip of a workbook and all that is needed to run it elsewhere: a bundle.",
     "runs": "List the recorded runs of a folder, or delete those of a participant.",
     "export": "Write recorded runs as a table, plots, or a sheet of pictures.",
@@ -36,7 +37,7 @@ _COMMANDS = {
     "tutorial": "Learn in ten short lessons, in the browser.",
 }
 # formulas of strangers, in the command's own process:
-_EVALUATING = frozenset(("check", "diff", "formula", "pack", "print", "test"))
+_EVALUATING = frozenset(("check", "diff", "formula", "pack", "print", "replay", "test"))
 UNREADABLE, BROKEN, INTERRUPTED = 2, 3, 130
 
 

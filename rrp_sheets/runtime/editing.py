@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import zip_longest
 from pathlib import Path
+from typing import Any
 
 from rrp_sheets.checks import Checked, check_workbook
 from rrp_sheets.errors import SheetsError
@@ -31,13 +32,13 @@ class Edit:
         checked: the edited workbook.
         steps: the rows as they are now, by the refs that they have in the run.
         renewed: those refs whose formula or period is another one.
-        changes: what was changed, in the order of the sheets: place, was, now.
+        changes: what was changed, in the order of the sheets: place, was, now; of helpers and tables what they are.
     """
 
     checked: Checked
     steps: Mapping[str, Step]
     renewed: Sequence[str]
-    changes: Sequence[Mapping[str, str]]
+    changes: Sequence[Mapping[str, Any]]
 
 
 class Editor:
@@ -131,7 +132,7 @@ def compare(plan: Plan, used: Checked, steps: Mapping[str, Step], edited: Plan) 
     if why:
         raise SheetsError(f"The run cannot go on with the edited rows: {why}.", REMEDY)
     rows = {old.ref: new for old, new in _pairs(plan, edited)}
-    changes = list(_sheets_changed(used.workbook, edited.checked.workbook))
+    changes: list[Mapping[str, Any]] = list(_sheets_changed(used.workbook, edited.checked.workbook))
     everything = bool(changes)  # a helper may be in any formula
     renewed = []
     for ref, new in rows.items():
@@ -212,21 +213,24 @@ def _gestures(workbook: Workbook) -> object:
     return [(g.name.text, g.time.text, {k: c.text for k, c in g.joints.items()}) for g in workbook.gestures]
 
 
-def _sheets_changed(was: Workbook, now: Workbook) -> Iterator[dict[str, str]]:
-    """What was changed in the helpers, and in the user's own tables that formulas name."""
+def _sheets_changed(was: Workbook, now: Workbook) -> Iterator[dict[str, Any]]:
+    """What was changed in the helpers, and in the user's own tables that formulas name; all that does it again."""
     old = {key(h.name.text): h for h in was.helpers}
     new = {key(h.name.text): h for h in now.helpers}
     for name in dict.fromkeys((*old, *new)):
-        texts = [_helper_text(h) if h else "" for h in (old.get(name), new.get(name))]
+        texts = [helper_text(h) if h else "" for h in (old.get(name), new.get(name))]
         if texts[0] != texts[1]:
-            shown = (new.get(name) or old[name]).name.text
-            yield {"place": f"Helpers!{shown}", "was": texts[0], "now": texts[1]}
+            helper = new.get(name) or old[name]
+            parts = {"inputs": [c.text for c in helper.inputs], "formula": helper.formula.text if texts[1] else ""}
+            yield {"place": f"Helpers!{helper.name.text}", "was": texts[0], "now": texts[1], **parts}
     sheets = {key(s): s for s in (*was.sheets, *now.sheets)}
     for sheet in dict.fromkeys((*was.tables, *now.tables)):
         if was.tables.get(sheet) != now.tables.get(sheet):
-            yield {"place": sheets.get(sheet, sheet), "was": "", "now": "the table as it is now"}
+            rows = [list(row) for row in now.tables.get(sheet, ())]
+            yield {"place": sheets.get(sheet, sheet), "was": "", "now": "the table as it is now", "table": rows}
 
 
-def _helper_text(helper: Helper) -> str:
+def helper_text(helper: Helper) -> str:
+    """A helper as a change tells it."""
     inputs = ", ".join(cell.text for cell in helper.inputs)
     return f"({inputs}) {helper.formula.text}" if inputs else helper.formula.text

@@ -1,0 +1,134 @@
+"""Edits that were made during a run, done again: from what the trace tells of them to the rows of now."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from rrp_sheets.checks import Checked, check_workbook
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.graph import Step
+from rrp_sheets.model.cells import Address, Cell
+from rrp_sheets.model.names import key
+from rrp_sheets.model.workbook import Behaviour, Helper, Row, Workbook
+from rrp_sheets.runtime.editing import compare, helper_text
+from rrp_sheets.runtime.engine import Engine
+from rrp_sheets.runtime.plan import make_plan
+
+_HELPERS = "Helpers!"
+_HELPER = re.compile(r"\(([^()]*)\) (.*)", re.DOTALL)
+Change = Mapping[str, Any]
+
+
+class Editions:
+    """The workbook that is played, as it is edited.
+
+    Args:
+        engine: that plays it.
+        rows: the places of rows in the workbook that is played, by their places in the one that ran.
+        ran: the workbook that ran, when another one is played: what it says otherwise is left as it says it.
+
+    Attributes:
+        left_out: what could not be done again, in words.
+    """
+
+    def __init__(self, engine: Engine, rows: Mapping[str, str] | None = None, ran: Workbook | None = None) -> None:
+        self._engine = engine
+        self._ran = ran
+        self._rows = rows
+        self._workbook = engine.plan.checked.workbook
+        self._checked: Checked = engine.plan.checked
+        self._steps: Mapping[str, Step] = {s.ref: s for s in engine.plan.steps}
+        self.left_out: list[str] = []
+
+    def use(self, changes: Sequence[Change]) -> None:
+        """Let the run go on with what somebody changed."""
+        edited = self._workbook
+        for change in changes:
+            edited = self._changed(edited, change)
+        if edited is self._workbook:
+            return
+        checked = check_workbook(edited, Report(), lints=False)
+        errors = checked.report.errors
+        if errors:
+            self.left_out.append(f"An edit at {_places(changes)} is left out: {errors[0].message}")
+            return
+        plan = self._engine.plan
+        try:
+            made = compare(plan, self._checked, self._steps, make_plan(checked, everything=plan.everything))
+        except SheetsError as error:
+            self.left_out.append(f"An edit at {_places(changes)} is left out: {error.message}")
+            return
+        for ref in made.renewed:
+            step = made.steps[ref]
+            self._engine.edit(ref, checked.formulas.get(step.ref), step.period_us)
+        self._workbook, self._checked, self._steps = edited, checked, made.steps
+
+    def _changed(self, workbook: Workbook, change: Change) -> Workbook:
+        place, was, now = (str(change.get(n) or "") for n in ("place", "was", "now"))
+        if "table" in change:
+            return self._table(workbook, change)
+        if place.startswith(_HELPERS):
+            return self._helper(workbook, place.removeprefix(_HELPERS), was, change)
+        ref = place if self._rows is None else self._rows.get(place, "")
+        row = next((r for b in workbook.behaviours for r in b.rows if f"{b.name}!{r.number}" == ref), None)
+        if row is None:
+            self.left_out.append(f"The edit of {place} is left out: that row is not in this workbook.")
+        elif self._rows is not None and row.formula.text != was:
+            here = row.formula.text
+            self.left_out.append(f"The edit of {place} (“{was}” → “{now}”) is left out: here it says “{here}”.")
+        else:
+            return replace(workbook, behaviours=tuple(_with(b, row, now) for b in workbook.behaviours))
+        return workbook
+
+    def _helper(self, workbook: Workbook, name: str, was: str, change: Change) -> Workbook:
+        mine = next((h for h in workbook.helpers if key(h.name.text) == key(name)), None)
+        if self._rows is not None and was != (helper_text(mine) if mine else ""):
+            self.left_out.append(f"The edit of the helper {name} is left out: here it is another one.")
+            return workbook
+        others = tuple(h for h in workbook.helpers if h is not mine)
+        made = _helper_of(name, change)
+        place = len(others) if mine is None else workbook.helpers.index(mine)
+        return replace(workbook, helpers=(*others[:place], *made, *others[place:]))
+
+    def _table(self, workbook: Workbook, change: Change) -> Workbook:
+        name = str(change["place"])
+        rows = tuple(tuple(str(text) for text in row) for row in change["table"] or ())
+        if self._ran is not None and self._ran.tables.get(key(name)) != workbook.tables.get(key(name)):
+            self.left_out.append(f"The edit of the table {name} is left out: here it is another one.")
+            return workbook
+        tables = {k: cells for k, cells in workbook.tables.items() if k != key(name)}
+        sheets = workbook.sheets
+        if rows:
+            tables[key(name)] = rows
+            sheets = sheets if key(name) in map(key, sheets) else (*sheets, name)
+        return replace(workbook, tables=tables, sheets=sheets)
+
+
+def _with(behaviour: Behaviour, row: Row, formula: str) -> Behaviour:
+    if row not in behaviour.rows:
+        return behaviour
+    changed = replace(row, formula=Cell(formula, row.formula.address, formula))
+    return replace(behaviour, rows=tuple(changed if r is row else r for r in behaviour.rows))
+
+
+def _helper_of(name: str, change: Change) -> tuple[Helper, ...]:
+    """The helper as it is after a change; none of one that was taken away."""
+    here = Address("Helpers")
+    now = str(change.get("now") or "")
+    if not now:
+        return ()
+    if "inputs" in change:
+        inputs, formula = [str(i) for i in change["inputs"]], str(change.get("formula") or "")
+    else:  # of an older version: `(a, b) formula`
+        found = _HELPER.fullmatch(now)
+        inputs, formula = ([i.strip() for i in found[1].split(",")], found[2]) if found else ([], now)
+    cells = tuple(Cell(i, here, i) for i in inputs)
+    return (Helper(Cell(name, here, name), cells, Cell(formula, here, formula)),)
+
+
+def _places(changes: Sequence[Change]) -> str:
+    return ", ".join(str(c.get("place")) for c in changes)

@@ -1,0 +1,121 @@
+"""When commands end in a session that was not: what the record says of the ones that were made, and of those like them.
+
+A command that was made in the session as well (the same value, on the same actuator stream, at the same time) ends as
+it did there. The end of one that is not made is left out. One that the session did not have ends, if the same value
+was carried out at another time in that session, after the time that this usually took; else nothing is known of its
+end, and it has none.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections import defaultdict, deque
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from statistics import median
+from typing import Any
+
+from rrp_sheets.model.exchange import DONE, commanded
+from rrp_sheets.model.values import Value
+from rrp_sheets.runs.replay.record import EVENT, Entry, same_json
+from rrp_sheets.runtime.own import SOON_US
+
+
+@dataclass(eq=False)
+class _Command:
+    made: bool = False  # in what is played now, too
+
+
+class Ends:
+    """Knows the ends of commands while another workbook is played with a record.
+
+    Args:
+        entries: of the record.
+        streams: ids of the streams of the workbook that is played, by their names in the record.
+        dones: ids of its streams that tell ends, each with its actuator stream; of the world's actuators only.
+
+    Attributes:
+        dropped: ends in the record whose commands are not made now, by actuator stream.
+        usual: commands that are taken to end after their usual time.
+        unknown: commands of whose end nothing is known.
+    """
+
+    def __init__(self, entries: Iterable[Entry], streams: Mapping[str, str], dones: Mapping[str, str]) -> None:
+        self.usual: list[tuple[str, Value, float]] = []
+        self.unknown: list[tuple[str, Value]] = []
+        self._done = {actuator: done for done, actuator in dones.items()}
+        self._commands: dict[tuple[str, str, int], deque[_Command]] = defaultdict(deque)
+        self._by_end: dict[int, _Command] = {}  # by the identity of the record's line
+        self._times: dict[tuple[str, str], list[float]] = defaultdict(list)
+        self._coming: list[tuple[int, int, str, Value]] = []
+        self._number = 0
+        waiting: dict[tuple[str, str], deque[_Command]] = defaultdict(deque)
+        for entry in entries:
+            stream = streams.get(entry.stream, "")
+            if entry.kind != EVENT or entry.by is not None:
+                continue
+            if entry.row and stream in self._done and entry.value is not None:
+                mine = stream, same_json(_told(entry.value))
+                command = _Command()
+                self._commands[*mine, entry.us].append(command)
+                waiting[mine].append(command)
+            elif not entry.row and stream in dones and isinstance(entry.value, dict):
+                self._ended(entry, dones[stream], waiting)
+
+    def _ended(self, entry: Entry, actuator: str, waiting: Mapping[tuple[str, str], deque[_Command]]) -> None:
+        mine = actuator, same_json(entry.value.get("value"))
+        if waiting.get(mine):
+            self._by_end[id(entry)] = waiting[mine].popleft()
+        seconds = entry.value.get("seconds")
+        if entry.value.get("completed") is True and isinstance(seconds, (int, float)):
+            self._times[mine].append(float(seconds))
+
+    @property
+    def dropped(self) -> int:
+        """How many ends of the record belong to commands that are not made now."""
+        return sum(not command.made for command in self._by_end.values())
+
+    def made(self, us: int, stream: str, value: Value, told: Any) -> None:
+        """A row of the workbook that is played has made a command."""
+        if value is None or stream not in self._done:
+            return
+        mine = stream, same_json(_told(told))
+        same = self._commands.get((*mine, us))
+        if same:
+            same.popleft().made = True
+        elif mine in self._times:
+            seconds = median(self._times[mine])
+            self.usual.append((stream, value, seconds))
+            self._number += 1
+            end = DONE.make(value=commanded(value), completed=True, seconds=seconds)
+            due = us + max(SOON_US, round(seconds * 1_000_000))
+            heapq.heappush(self._coming, (due, self._number, self._done[stream], end))
+        else:
+            self.unknown.append((stream, value))
+
+    def kept(self, entry: Entry) -> bool:
+        """Whether a value of the record comes now as well: ends of commands that are not made do not."""
+        command = self._by_end.get(id(entry))
+        return command is None or command.made
+
+    @property
+    def next_us(self) -> int | None:
+        """When the next end comes that the record does not have."""
+        return self._coming[0][0] if self._coming else None
+
+    def take(self, now_us: int) -> list[tuple[str, Value]]:
+        """The ends that have come by now."""
+        found = []
+        while self._coming and self._coming[0][0] <= now_us:
+            _, _, stream, value = heapq.heappop(self._coming)
+            found.append((stream, value))
+        return found
+
+
+def _told(value: Any) -> Any:
+    """A command's value as its end tells it: ends within it are told without what they were the end of."""
+    if isinstance(value, dict):
+        if set(value) == {f.name for f in DONE.fields}:
+            return {**value, "value": None}
+        return {n: _told(v) for n, v in value.items()}
+    return [_told(v) for v in value] if isinstance(value, list) else value

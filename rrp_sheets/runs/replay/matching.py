@@ -1,0 +1,120 @@
+"""Which streams and rows of another workbook are those of a record."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from rrp_sheets.compare.match import match
+from rrp_sheets.compare.side import Side
+from rrp_sheets.graph import Stream, StreamKind
+from rrp_sheets.model.names import key
+from rrp_sheets.runs.replay.record import Recorded
+from rrp_sheets.runs.replay.source import Source
+
+_FED = (StreamKind.SENSOR, StreamKind.DONE)
+
+
+@dataclass(frozen=True)
+class Matching:
+    """What belongs together.
+
+    Attributes:
+        streams: ids of streams of the workbook that is played, by their names in the record.
+        names: the record's names of streams, by those ids; what the record does not have is called as in the workbook.
+        rows: places of rows in the workbook that is played, by those in the one that ran.
+        behaviours: the same for behaviours, by key.
+    """
+
+    streams: Mapping[str, str]
+    names: Mapping[str, str]
+    rows: Mapping[str, str]
+    behaviours: Mapping[str, str] = field(default_factory=dict)
+
+
+def itself(source: Source) -> Matching:
+    """Everything belongs to itself."""
+    labels = source.labels
+    rows = {s.ref: s.ref for s in source.plan.steps}
+    return Matching({label: i for i, label in labels.items()}, labels, rows)
+
+
+def matching(recorded: Recorded, ran: Source | None, other: Source) -> Matching:
+    """What of another workbook belongs to what of the record.
+
+    Args:
+        recorded: the record.
+        ran: the workbook that ran; without it names alone tell.
+        other: the workbook that is played.
+    """
+    labels = other.labels
+    if ran is None:
+        by_name = {key(label): i for i, label in labels.items()}
+        streams = {name: by_name[key(name)] for name in recorded.streams if key(name) in by_name}
+        rows = {s.ref: s.ref for s in other.plan.steps}
+        return Matching(streams, _names(streams, labels), rows)
+    first, second = Side(ran.reading, ran.checked), Side(other.reading, other.checked)
+    found = match(first, second)
+    streams = {}
+    for stream_id, label in ran.labels.items():
+        there = found.streams.of(stream_id)
+        if there in labels:
+            streams[label] = there
+    rows, behaviours = {}, {}
+    for (a, b), pairs in found.rows.items():
+        mine, theirs = first.behaviours[a], second.behaviours[b]
+        behaviours[mine.key] = theirs.key
+        for i, j in pairs.to.items():
+            rows[f"{mine.name}!{mine.rows[i].row.number}"] = f"{theirs.name}!{theirs.rows[j].row.number}"
+    return Matching(streams, _names(streams, labels), rows, behaviours)
+
+
+def _names(streams: Mapping[str, str], labels: Mapping[str, str]) -> dict[str, str]:
+    return {**labels, **{i: name for name, i in streams.items()}}
+
+
+def remarks(ran: Source | None, other: Source, found: Matching) -> list[str]:
+    """What is to be known of the two workbooks before they are compared in a session."""
+    told: list[str] = []
+    if ran is None:
+        told.append("The workbook that ran is not beside the trace: streams are told by their names alone.")
+    else:
+        was, now = ran.checked.run, other.checked.run
+        if was.engine != now.engine or (now.engine == "frame" and was.frame_rate != now.frame_rate):
+            words = [
+                f"{r.engine}, {r.frame_rate} frames a second" if r.engine == "frame" else r.engine for r in (was, now)
+            ]
+            told.append(f"The engine is another one ({words[0]} → {words[1]}), so times may differ by a frame.")
+        told += _settings(ran, other, found)
+        if ran.checked.scene != other.checked.scene and ran.reading.workbook.scene != other.reading.workbook.scene:
+            told.append("Its Scene is another one; what the robot sensed is what the record says.")
+    known = set(found.streams.values())
+    for stream in other.plan.streams:
+        if stream.kind in _FED and stream.id not in known and _is_outer(other, stream):
+            rows = [s.ref for s in other.plan.steps if stream.id in s.inputs]
+            told.append(f"The session has no record of “{stream.name}”, so {_rows(rows)} no value of it.")
+    return told
+
+
+def _is_outer(source: Source, stream: Stream) -> bool:
+    own = source.plan.own
+    return stream.id not in own and source.plan.dones.get(stream.id, "") not in own
+
+
+def _rows(rows: list[str]) -> str:
+    if len(rows) == 1:
+        return f"the row {rows[0]} gets"
+    return f"the rows {', '.join(rows)} get"
+
+
+def _settings(ran: Source, other: Source, found: Matching) -> list[str]:
+    """Sensors that are set otherwise now: the record has what they gave then."""
+    ids = {label: i for i, label in ran.labels.items()}
+    was = {u.stream: u for u in ran.plan.outer_sensors}
+    now = {u.stream: u for u in other.plan.outer_sensors}
+    told = []
+    for label, there in found.streams.items():
+        a, b = was.get(ids[label]), now.get(there)
+        if a and b and (a.device, dict(a.settings)) != (b.device, dict(b.settings)):
+            told.append(f"“{b.name}” is another device or set otherwise; its values are those that were recorded.")
+    return told

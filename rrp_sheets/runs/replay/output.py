@@ -1,0 +1,73 @@
+"""The differences of a replay as a file: a table, or marbles."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.replay.marbles import difference_scores
+from rrp_sheets.runs.replay.record import same_json
+from rrp_sheets.runs.replay.result import Replayed
+from rrp_sheets.workbook.atomic import write_atomically
+
+SUFFIXES = (".xlsx", ".csv", ".svg", ".pdf", ".png")
+_HEADER = ("Time (s)", "Kind", "Stream", "Row", "Row now", "Recorded", "Came", "Came at (s)", "What")
+_WIDTHS = (10, 10, 24, 16, 16, 30, 30, 12, 10)
+_FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
+
+
+def write(found: Replayed, target: Path) -> list[str]:
+    """Write the differences; the suffix tells how. What the picture lacks, in words.
+
+    Raises:
+        SheetsError: when it cannot be written, or there is nothing to draw.
+    """
+    suffix = target.suffix.casefold()
+    try:
+        if suffix == ".csv":
+            write_atomically(target, _csv(found).encode("utf-8-sig", "replace"))
+            return []
+        if suffix == ".xlsx":
+            from rrp_sheets.workbook.table import write_table
+
+            properties = dict(found.stamp.pairs())
+            write_table(target, "differences", _HEADER, _rows(found), _WIDTHS, properties=properties)
+            return []
+    except OSError as error:
+        raise SheetsError(f"“{target}” cannot be written ({error.strerror}).", "Name another file.") from None
+    scores = difference_scores(found)
+    if not scores:
+        return [f"Nothing differs that could be drawn, so “{target.name}” is not written."]
+    from rrp_sheets.render.marble_output import write_marbles
+
+    return write_marbles(scores, target)
+
+
+def _rows(found: Replayed) -> Iterator[list[Any]]:
+    for d in found.differences:
+        recorded, came = (_cell(v) for v in (d.recorded, d.came))
+        yield [d.us / 1e6, d.kind, d.stream or None, d.row or None, d.came_row or None, recorded, came,
+               d.came_us / 1e6, d.what]  # fmt: skip
+
+
+def _cell(value: Any) -> Any:
+    return same_json(value) if isinstance(value, (list, dict)) else value
+
+
+def _csv(found: Replayed) -> str:
+    out = io.StringIO(newline="")
+    writer = csv.writer(out)
+    writer.writerow(_HEADER)
+    writer.writerows([_text(v) for v in row] for row in _rows(found))
+    return out.getvalue()
+
+
+def _text(value: Any) -> Any:
+    """A cell of CSV: a text that a spreadsheet would take for a formula is marked as text."""
+    if isinstance(value, bool):
+        return "TRUE" if value else "FALSE"
+    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA_STARTS) else value

@@ -1,0 +1,266 @@
+"""Plays what the sensors of a recorded run gave to the rows of a workbook: no robot, no simulator, no waiting."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from rrp_sheets.errors import RunBroken
+from rrp_sheets.graph import StreamKind
+from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.names import key
+from rrp_sheets.model.values import Failure, Value, to_json
+from rrp_sheets.runs.replay.edits import Editions
+from rrp_sheets.runs.replay.ends import Ends
+from rrp_sheets.runs.replay.record import ACT, ERROR, EVENT, HAPPENING, Entry
+from rrp_sheets.runs.replay.sensed import Senses
+from rrp_sheets.runs.replay.source import Source
+from rrp_sheets.runtime.engine import Engine
+from rrp_sheets.runtime.events import EventEngine
+from rrp_sheets.runtime.frame import FrameEngine
+
+MOST_CAME = 3_000_000  # events of one replay: a gigabyte
+_TOLD_EVERY = 200  # moments between two words to whoever waits
+Told = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Script:
+    """What is played.
+
+    Attributes:
+        moments: the recorded lines, time by time.
+        at_end: ends of commands that the run's end has ended: no row has seen them.
+        streams: ids of the streams of the workbook that is played, by their names in the record.
+        seed: of the run.
+        until_us: where it ends.
+        behaviours: keys of behaviours as they are called in the workbook that is played, by those of the record.
+    """
+
+    moments: Sequence[tuple[int, Sequence[Entry]]]
+    at_end: Sequence[Entry]
+    streams: Mapping[str, str]
+    seed: int
+    until_us: int
+    behaviours: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass
+class Played:
+    """What came of it.
+
+    Attributes:
+        entries: what came, in order, streams by the ids of the workbook that was played.
+        until_us: where the clock stood at the end.
+        ended_by: the row that ended it.
+        broken: why it broke off; empty when it did not.
+        left_out: what of the record could not be done again, in words.
+    """
+
+    entries: list[Entry] = field(default_factory=list)
+    until_us: int = 0
+    ended_by: str = ""
+    broken: str = ""
+    left_out: list[str] = field(default_factory=list)
+
+
+class Player:
+    """Plays a script; the engine's observer.
+
+    Args:
+        source: the workbook.
+        script: what is played.
+        editions: makes what does the edits of the run again.
+        ends: knows when commands end; None: as recorded.
+        told: hears how far it is, from 0 to 1; may raise to break off.
+    """
+
+    def __init__(
+        self, source: Source, script: Script, editions: Callable[[Engine], Editions], ends: Ends | None = None,
+        told: Told = lambda part: None,
+    ) -> None:  # fmt: skip
+        self.played = Played()
+        self._plan = plan = source.plan
+        self._script = script
+        self._ends = ends
+        self._told = told
+        self._senses = Senses(plan)
+        self._actuators = {s.id for s in plan.streams if s.kind is StreamKind.ACTUATOR}
+        kind = FrameEngine if plan.checked.run.engine == "frame" else EventEngine
+        self._engine: Engine = kind(plan, self, script.seed)
+        self._editions = editions(self._engine)
+        outer = {s.stream for s in plan.outer_sensors}
+        self._fed = outer | {done for done, actuator in plan.dones.items() if actuator not in plan.own}
+
+    # ---- the observer
+    def event(self, us: int, stream: str, row: str, value: Value) -> None:
+        """A value on a stream."""
+        told = to_json(value)
+        entries = self.played.entries
+        entries.append(Entry(us, EVENT, stream, row, told))
+        if stream in self._actuators:
+            self._senses.command(stream, value)
+            if self._ends is not None:
+                self._ends.made(us, stream, value, told)
+        if len(entries) > MOST_CAME:
+            raise RunBroken(f"More than {MOST_CAME:,} values came.", "Replay a shorter run.")
+
+    def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
+        """A formula failed."""
+        inputs = [to_json(v) for v in values]
+        self.played.entries.append(Entry(us, ERROR, "", row, [failure.message, failure.code, inputs]))
+
+    # ---- playing
+    def play(self) -> Played:
+        """Play it to its end."""
+        played, engine = self.played, self._engine
+        try:
+            if isinstance(engine, EventEngine):
+                self._one_by_one(engine)
+            else:
+                self._by_frames(engine)
+        except RunBroken as error:
+            row = engine.row
+            played.broken = f"{error.message} It was at {row}." if row else error.message
+            engine.close()
+        else:
+            ends = self._script.at_end
+            kept = ends if self._ends is None else [e for e in ends if self._ends.kept(e)]
+            engine.finish(self._values(kept))
+        played.until_us = engine.clock.us
+        played.ended_by = engine.ended_by
+        played.left_out += self._editions.left_out
+        return played
+
+    def _by_frames(self, engine: Engine) -> None:
+        rate = engine.plan.checked.run.frame_rate
+        moments, last = self._script.moments, _frame(self._script.until_us, rate)
+        frame = place = 0
+        while True:
+            now = frame * 1_000_000 // rate
+            entries: list[Entry] = []
+            while place < len(moments) and _frame(moments[place][0], rate) <= frame:
+                entries += moments[place][1]
+                place += 1
+                self._tell(place)
+            self._send(entries)
+            self._settle(now, [*self._values(e for e in entries if self._is_fed(e)), *self._nominal(now)])
+            if engine.ended_by or frame >= last:
+                return
+            acts = [e for e in entries if e.kind == ACT]
+            self._act(acts)
+            following = [last]
+            if acts:  # what they leave is carried out in the next frame
+                following.append(frame + 1)
+            if place < len(moments):
+                following.append(_frame(moments[place][0], rate))
+            for due in (engine.clock.next_due, self._ends.next_us if self._ends else None):
+                if due is not None:
+                    following.append(_frame(due, rate))
+            frame = max(frame + 1, min(following))
+
+    def _one_by_one(self, engine: Engine) -> None:
+        """Every arrival is an instant of its own; timers that are due before it come at their own times."""
+        for place, (us, entries) in enumerate(self._script.moments):
+            self._tell(place)
+            self._due_before(us)
+            first = next((e for e in entries if e.kind != HAPPENING), None)
+            if first is not None and not self._is_fed(first) and first.by is None:
+                self._settle(us, [])  # a timer of just this time came first
+            waiting = False
+            for entry in entries:
+                if engine.ended_by:
+                    return
+                if entry.kind == ACT:
+                    self._settle(us, [])
+                    self._act([entry])
+                    waiting = True
+                elif entry.by is not None:
+                    self._send([entry])
+                    waiting = True
+                else:
+                    if waiting:
+                        self._settle(us, [])
+                        waiting = False
+                    if self._is_fed(entry):
+                        self._settle(us, self._values([entry]))
+            if waiting:
+                self._settle(us, [])
+        self._due_before(self._script.until_us)
+        if not engine.ended_by:
+            self._settle(self._script.until_us, [])
+
+    def _due_before(self, us: int) -> None:
+        """Ends of commands that the record does not have, each at its own time."""
+        while self._ends is not None and (due := self._ends.next_us) is not None and due < us:
+            if self._engine.ended_by:
+                return
+            self._settle(due, self._nominal(due))
+
+    def _settle(self, now: int, arrivals: Sequence[tuple[str, Value]]) -> None:
+        self._engine.settle(now, arrivals)
+        for happening in self._engine.take_happenings():
+            self.played.entries.append(happened(now, happening))
+        self._engine.cues.take()
+
+    # ---- from the record to the engine
+    def _is_fed(self, entry: Entry) -> bool:
+        """Whether it is a value that came from the world: the engine's own devices give theirs by themselves."""
+        if entry.kind != EVENT or entry.row or entry.by is not None:
+            return False
+        if self._script.streams.get(entry.stream) not in self._fed:
+            return False
+        return self._ends is None or self._ends.kept(entry)
+
+    def _values(self, entries: Iterable[Entry]) -> list[tuple[str, Value]]:
+        streams = self._script.streams
+        known = [(streams.get(e.stream, ""), e.value) for e in entries]
+        return [
+            (stream, self._senses.value(stream, value)) for stream, value in known if stream in self._engine.streams
+        ]
+
+    def _nominal(self, now: int) -> list[tuple[str, Value]]:
+        return self._ends.take(now) if self._ends is not None else []
+
+    def _send(self, entries: Iterable[Entry]) -> None:
+        for entry in entries:
+            if entry.by is not None and entry.kind == EVENT:
+                for stream, value in self._values([entry]):
+                    self._engine.stimulate(stream, value, entry.by)
+
+    def _act(self, acts: Sequence[Entry]) -> None:
+        """What people did to the rows; what they did to the world is in what the sensors gave."""
+        edit: list[Entry] = []
+        for act in acts:
+            if edit and (act.what != "edit" or act.wall != edit[0].wall):
+                self._editions.use([e.detail for e in edit])
+                edit = []
+            if act.what == "edit":
+                edit.append(act)
+            elif act.what == "switch":
+                self._switch(act.detail)
+        if edit:
+            self._editions.use([e.detail for e in edit])
+
+    def _switch(self, detail: Mapping[str, Any]) -> None:
+        name = str(detail.get("behaviour") or "")
+        behaviour = self._script.behaviours.get(key(name), key(name))
+        if behaviour in self._plan.behaviours:
+            self._engine.turn(behaviour, bool(detail.get("on")))
+        else:
+            self.played.left_out.append(f"The behaviour {name} was switched by hand; it does not run here.")
+
+    def _tell(self, place: int) -> None:
+        if place % _TOLD_EVERY == 0:
+            self._told(place / max(1, len(self._script.moments)))
+
+
+def _frame(us: int, rate: int) -> int:
+    """The first frame at or after a time."""
+    return -(-us * rate // 1_000_000)
+
+
+def happened(us: int, happening: Happening) -> Entry:
+    """What the engine's own devices tell, as a line of a trace has it."""
+    return Entry(us, HAPPENING, happening.stream, happening.row, None, happening.kind, happening.text)

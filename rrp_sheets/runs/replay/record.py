@@ -1,0 +1,191 @@
+"""A trace, read to be replayed: header, what came in its order, how it ended; nothing in it is believed unseen."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.errors import UnreadableFile
+from rrp_sheets.runtime.trace import read_trace
+
+TRACE = "trace.jsonl"
+_LONGEST_US = 366 * 24 * 3_600_000_000  # a year: longer is no run
+EVENT, ERROR, HAPPENING, ACT = "event", "error", "happening", "act"
+_ACTS = frozenset(("mark", "switch", "press", "scene", "speed", "edit", "pause", "resume", "step"))
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A line of a trace.
+
+    Attributes:
+        us: when, in microseconds of the run's clock.
+        kind: `event`, `error`, `happening` (of the world or of the engine's own devices) or `act` (of somebody).
+        stream: its name in the trace.
+        row: the row that gave it; empty for sensor streams.
+        value: as JSON has it; of an error its message, code and inputs.
+        what: of a happening or an act its kind: `say`, `switch`, `edit`, …
+        text: of a happening or an act in words.
+        detail: of an act all that is needed to do it again.
+        by: who sent a value or did something; None for an event that nobody sent.
+        wall: seconds of the wall clock, of an act: lines of one act have the same.
+    """
+
+    us: int
+    kind: str
+    stream: str = ""
+    row: str = ""
+    value: Any = None
+    what: str = ""
+    text: str = ""
+    detail: Mapping[str, Any] = field(default_factory=dict)
+    by: str | None = None
+    wall: float = 0.0
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A trace.
+
+    Attributes:
+        path: of the file.
+        header: its first line.
+        entries: what came, in its order.
+        summary: its last line; None of one that was cut off.
+        streams: kinds of the streams by their names, as the header has them.
+    """
+
+    path: Path
+    header: Mapping[str, Any]
+    entries: tuple[Entry, ...]
+    summary: Mapping[str, Any] | None
+    streams: Mapping[str, str]
+
+    @property
+    def place(self) -> Path:
+        """The run's folder."""
+        return self.path.parent
+
+    @property
+    def engine(self) -> str:
+        """The engine's name; traces of the beginning do not say it."""
+        return str(self.header.get("engine") or "frame")
+
+    @property
+    def last_us(self) -> int:
+        """Where the run's clock stood at the end; where the last line is of one that was cut off."""
+        last = max((e.us for e in self.entries), default=0)
+        if self.summary is not None:
+            seconds = self.summary.get("simulated_seconds")
+            if isinstance(seconds, (int, float)) and not isinstance(seconds, bool):
+                return max(last, _us(seconds))
+        return last
+
+    @property
+    def ended(self) -> str:
+        """How it ended: `time`, `stopped`, `end run`, `broken`, or `cut` when its record has no end."""
+        return "cut" if self.summary is None else str(self.summary.get("ended") or "time")
+
+
+def read_record(path: Path) -> Recorded:
+    """Read the trace of a run.
+
+    Args:
+        path: a run's folder, or its trace.jsonl.
+
+    Raises:
+        UnreadableFile: when it is no trace.
+    """
+    file = path / TRACE if path.is_dir() else path
+    header: Mapping[str, Any] = {}
+    summary: Mapping[str, Any] | None = None
+    entries: list[Entry] = []
+    try:
+        for number, line in enumerate(read_trace(file)):
+            if number == 0:
+                header = _header(line)
+            elif line.get("type") == "summary":
+                summary = line
+            elif "t" in line:
+                entries.append(_entry(line))
+    except (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError):
+        raise _no_trace(file) from None
+    except OSError as error:
+        raise UnreadableFile(
+            "FILE001", f"“{file}” cannot be read ({error.strerror}).", "Name a run's folder."
+        ) from None
+    if not header:
+        raise _no_trace(file)
+    last = 0
+    for entry in entries:  # in a run time does not go back
+        if entry.us < last:
+            raise _no_trace(file)
+        last = entry.us
+    streams = {str(s["stream"]): str(s.get("kind")) for s in header["streams"]}
+    return Recorded(file, header, tuple(entries), summary, streams)
+
+
+def _no_trace(file: Path) -> UnreadableFile:
+    return UnreadableFile("FILE001", f"“{file}” is not a trace, or it is damaged.", "Name a run's folder.")
+
+
+def _header(line: Mapping[str, Any]) -> Mapping[str, Any]:
+    if line.get("type") != "header" or not all(isinstance(s["stream"], str) for s in line["streams"]):
+        raise ValueError(line.get("type"))
+    seed, rate = line.get("seed", 0), line.get("frame_rate", 30)
+    if type(seed) is not int or type(rate) is not int or not 0 < rate <= 240:
+        raise ValueError(seed)
+    return line
+
+
+def _entry(line: Mapping[str, Any]) -> Entry:
+    us = _us(line["t"])
+    row, stream = _text(line, "row"), _text(line, "stream")
+    if "value" in line:
+        by = _text(line, "by") if line.get("stimulated") is True else None
+        return Entry(us, EVENT, stream, row, line["value"], by=by)
+    if "error" in line:
+        value = [line["error"], line.get("code"), line.get("inputs")]
+        return Entry(us, ERROR, "", row, value, text=_text(line, "error"))
+    what = _text(line, "happening")
+    if what in _ACTS and "wall" in line:
+        detail = line.get("detail") or {}
+        if not isinstance(detail, dict):
+            raise ValueError(detail)
+        return Entry(us, ACT, stream, row, None, what, _text(line, "text"), detail, _text(line, "by"),
+                     float(line["wall"]))  # fmt: skip
+    return Entry(us, HAPPENING, stream, row, None, what, _text(line, "text"))
+
+
+def _text(line: Mapping[str, Any], name: str) -> str:
+    value = line.get(name, "")
+    if not isinstance(value, str):
+        raise ValueError(value)
+    return value
+
+
+def _us(seconds: Any) -> int:
+    us = round(float(seconds) * 1_000_000)
+    if not 0 <= us <= _LONGEST_US:
+        raise ValueError(us)
+    return us
+
+
+def same_json(value: Any) -> str:
+    """A value as text: equal for the same values only, so TRUE is not 1, and 1 is not 1.0."""
+    return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
+
+
+def moments(entries: tuple[Entry, ...]) -> Iterator[tuple[int, list[Entry]]]:
+    """The lines of one time each."""
+    here: list[Entry] = []
+    for entry in entries:
+        if here and entry.us != here[0].us:
+            yield here[0].us, here
+            here = []
+        here.append(entry)
+    if here:
+        yield here[0].us, here

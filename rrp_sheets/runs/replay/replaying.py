@@ -1,0 +1,220 @@
+"""Replay: a recorded run done again from what its sensors gave, and compared with the record (design: 7-exchange)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.graph import StreamKind
+from rrp_sheets.runs.records.stamp import stamp_of
+from rrp_sheets.runs.replay.differences import Comparer
+from rrp_sheets.runs.replay.edits import Editions
+from rrp_sheets.runs.replay.ends import Ends
+from rrp_sheets.runs.replay.matching import Matching, itself, matching
+from rrp_sheets.runs.replay.matching import remarks as other_remarks
+from rrp_sheets.runs.replay.play import Played, Player, Script, Told
+from rrp_sheets.runs.replay.record import ACT, ERROR, EVENT, HAPPENING, Entry, Recorded, moments, read_record
+from rrp_sheets.runs.replay.result import Replayed, Spoken
+from rrp_sheets.runs.replay.source import Source, another, remarks, the_one_that_ran
+from rrp_sheets.runs.replay.telling import ending, unknown
+
+_SAYS = ("SayInput", "SayParameter")
+_SWITCHED = (" is switched on.", " is switched off.")
+
+
+def replay(trace: Path, other: Path | None = None, told: Told = lambda part: None) -> Replayed:
+    """Do a recorded run again, with its own workbook or with another one.
+
+    Args:
+        trace: a run's folder, or its trace.jsonl.
+        other: the workbook to play instead of the one that ran.
+        told: hears how far it is, from 0 to 1; what it raises breaks the replay off.
+
+    Raises:
+        UnreadableFile: when the trace or a workbook cannot be read.
+        SheetsError: when a workbook has errors, or the one that ran is not there and no other is named.
+    """
+    recorded = read_record(trace)
+    ran = _ran(recorded, needed=other is None)
+    if other is None:
+        assert ran is not None
+        return _exactly(recorded, ran, told)
+    source = another(other, recorded, ran)
+    if source.reading.digest == recorded.header.get("workbook"):
+        return _exactly(recorded, source, told)
+    return _otherwise(recorded, ran, source, told)
+
+
+def _ran(recorded: Recorded, *, needed: bool) -> Source | None:
+    """The workbook that ran; when it is not needed, one that cannot be used is as good as none."""
+    try:
+        found = the_one_that_ran(recorded)
+    except SheetsError:
+        if needed:
+            raise
+        return None
+    if found is None and needed:
+        raise SheetsError(
+            f"The workbook that ran is not beside “{recorded.path.name}” (protocol.xlsx).",
+            f"Name the run's folder, or the workbook: --with {recorded.header.get('name') or 'FILE.xlsx'}.",
+        )
+    return found
+
+
+def _exactly(recorded: Recorded, source: Source, told: Told) -> Replayed:
+    """The same workbook: everything is to be the same."""
+    found = itself(source)
+    entries, cut = _whole(recorded)
+    engines = partial(_is_engines, source=source, found=found)
+    script = _script(recorded, entries, found)
+    played = Player(source, script, Editions, told=told).play()
+    expected = [e for e in entries if e.kind in (EVENT, ERROR) or engines(e)]
+    came = _named(played, found)
+    if recorded.ended == "cut":
+        came = _as_long(came, expected)
+    unread = {e.stream for e in expected if e.kind == EVENT} - found.streams.keys()
+    result = Comparer(lambda row: row, lambda row: row, exact=True).compare(expected, came)
+    notes = [*remarks(recorded, source, own=True), *played.left_out]
+    if unread:
+        notes.append(f"The workbook has no stream {', '.join(sorted(unread))}, which the run had.")
+    return replace(
+        _about(recorded, source, None), compared=len(expected), differences=result.differences,
+        counts=result.counts, ending=ending(recorded, played), remarks=tuple(notes),
+        unknown=tuple(unknown(recorded, entries, engines, cut)),
+        recorded=tuple(expected), came=tuple(came),
+    )  # fmt: skip
+
+
+def _otherwise(recorded: Recorded, ran: Source | None, source: Source, told: Told) -> Replayed:
+    """Another workbook: what would have been different."""
+    found = matching(recorded, ran, source)
+    entries, cut = _whole(recorded)
+    engines = partial(_is_engines, source=source, found=found)
+    script = _script(recorded, entries, found)
+    dones = {d: a for d, a in source.plan.dones.items() if a not in source.plan.own}
+    ends = Ends(entries, found.streams, dones)
+    base = ran.checked.workbook if ran is not None else None
+    editions = partial(Editions, rows=found.rows, ran=base)
+    played = Player(source, script, editions, ends, told=told).play()
+    own = _own(source, found)
+    expected = [e for e in entries if _is_rows(e, own) or engines(e)]
+    came = [e for e in _named(played, found) if _is_rows(e, own) or e.kind == HAPPENING]
+    back = {there: here for here, there in found.rows.items()}
+    ids = {s.ref for s in source.plan.steps}
+    compared = Comparer(
+        lambda row: there if (there := found.rows.get(row, "")) in ids else "", lambda row: back.get(row, ""),
+        exact=False,
+    ).compare(expected, came)  # fmt: skip
+    notes = [*remarks(recorded, source, own=False), *other_remarks(ran, source, found), *played.left_out]
+    return replace(
+        _about(recorded, source, ran), other=source.name, compared=len(expected), differences=compared.differences,
+        counts=compared.counts, ending=ending(recorded, played), remarks=tuple(notes),
+        unknown=tuple(unknown(recorded, entries, engines, cut, ends)),
+        recorded=tuple(expected), came=tuple(came),
+    )  # fmt: skip
+
+
+def _about(recorded: Recorded, source: Source, ran: Source | None) -> Replayed:
+    """What is known before anything is compared."""
+    names = [n for n, kind in recorded.streams.items() if kind == StreamKind.ACTUATOR.value]
+    names += [s.name for s in source.plan.streams if s.kind is StreamKind.ACTUATOR]
+    spoken = {name: Spoken(text) for s in (source, ran) if s is not None for name, text in _spoken(s)}
+    for stream in recorded.header["streams"]:  # without the workbook that ran
+        if stream.get("device") == _SAYS[0]:
+            spoken.setdefault(stream["stream"], Spoken())
+    return Replayed(
+        run=recorded.place.resolve().name, workbook=str(recorded.header.get("name") or "the workbook"), other="",
+        engine=source.checked.run.engine, seconds=recorded.last_us / 1e6, compared=0, differences=(), counts=(),
+        stamp=stamp_of(recorded.place), actuators=tuple(dict.fromkeys(names)), spoken=spoken,
+    )  # fmt: skip
+
+
+def _spoken(source: Source) -> Iterator[tuple[str, str]]:
+    """The actuator streams that speak, each with the text of its own if it has one."""
+    for stream in source.plan.streams:
+        if stream.kind is StreamKind.ACTUATOR and stream.device and stream.device.type.name in _SAYS:
+            own = stream.device.type.name == _SAYS[1]
+            yield stream.name, str(stream.settings.get("text") or "") if own else ""
+
+
+# ---- the script
+def _whole(recorded: Recorded) -> tuple[tuple[Entry, ...], str]:
+    """The lines that are played, and what is left out of a run that broke off."""
+    if recorded.ended != "broken":
+        return recorded.entries, ""
+    last = recorded.last_us
+    why = str((recorded.summary or {}).get("why") or "")
+    words = f"The run broke off at {last / 1e6:g} s{f': {why}' if why else '.'} That last moment is not replayed."
+    return tuple(e for e in recorded.entries if e.us < last), words
+
+
+def _script(recorded: Recorded, entries: tuple[Entry, ...], found: Matching) -> Script:
+    at_end = _at_end(recorded, entries)
+    gone = {id(e) for e in at_end}
+    played = tuple(e for e in entries if id(e) not in gone)
+    until = recorded.last_us
+    if recorded.ended == "broken" or (recorded.engine != "frame" and recorded.ended in ("stopped", "cut")):
+        until = max((e.us for e in played), default=0)
+    return Script(
+        list(moments(played)), at_end, found.streams, int(recorded.header.get("seed") or 0), until, found.behaviours
+    )
+
+
+def _at_end(recorded: Recorded, entries: Sequence[Entry]) -> tuple[Entry, ...]:
+    """The ends of the commands that the end of the run has ended: the last lines, and no row has seen them."""
+    last, found = recorded.last_us, []
+    if recorded.ended in ("cut", "broken"):
+        return ()
+    for entry in reversed(entries):
+        if entry.us != last or entry.kind == ACT:
+            break
+        if entry.kind == HAPPENING:
+            continue
+        ended = entry.value if isinstance(entry.value, dict) else {}
+        is_end = entry.kind == EVENT and recorded.streams.get(entry.stream) == StreamKind.DONE.value
+        if not is_end or entry.row or entry.by is not None or ended.get("completed") is not False:
+            break
+        found.append(entry)
+    return tuple(reversed(found))
+
+
+# ---- what is compared
+def _own(source: Source, found: Matching) -> set[str]:
+    """The record's names of the streams that the engine's own devices give."""
+    plan = source.plan
+    own = {s for s in plan.own if s not in {a.stream for a in plan.actuators}}
+    own |= {done for done, actuator in plan.dones.items() if actuator in plan.own}
+    return {name for name, there in found.streams.items() if there in own}
+
+
+def _is_rows(entry: Entry, own: set[str]) -> bool:
+    """Whether an entry comes of rows, and not of the world."""
+    if entry.kind == ERROR:
+        return True
+    return entry.kind == EVENT and entry.by is None and (bool(entry.row) or entry.stream in own)
+
+
+def _is_engines(entry: Entry, source: Source, found: Matching) -> bool:
+    """Whether an entry is something that the engine has told, and not the world."""
+    if entry.kind != HAPPENING:
+        return False
+    if entry.what == "note":
+        return not entry.row and not entry.stream and entry.text.endswith(_SWITCHED)
+    return entry.what == "error" and found.streams.get(entry.stream) in source.plan.own
+
+
+def _named(played: Played, found: Matching) -> list[Entry]:
+    """What came, with streams called as in the record."""
+    names = found.names
+    return [replace(e, stream=names.get(e.stream, e.stream)) if e.stream else e for e in played.entries]
+
+
+def _as_long(came: list[Entry], expected: Sequence[Entry]) -> list[Entry]:
+    """Without what came after the record was cut off, in the middle of a moment perhaps."""
+    last = expected[-1].us if expected else 0
+    most = sum(e.us == last for e in expected)
+    before = [e for e in came if e.us < last]
+    return [*before, *[e for e in came if e.us == last][:most]]

@@ -1,0 +1,102 @@
+"""What a replay found, as data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from rrp_sheets.model.stamp import Stamp
+from rrp_sheets.runs.replay.differences import Count, Difference
+from rrp_sheets.runs.replay.record import Entry
+
+SCHEMA = 1  # of the JSON; grows when an entry changes its meaning or goes
+
+
+@dataclass(frozen=True)
+class Spoken:
+    """An actuator stream whose values are heard: a text of its own, or what it is given."""
+
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """A recorded run beside its replay.
+
+    Attributes:
+        run: the name of its folder.
+        workbook: the file that ran.
+        other: the file that was replayed instead; empty when it is the one that ran.
+        engine: of the replay, `frame` or `event loop`.
+        seconds: how much of the run was replayed.
+        compared: how many recorded events, errors and words of the engine were compared.
+        differences: all of them, in the order of time.
+        counts: by stream and row.
+        ending: how the replay ended otherwise than the run, in words; empty when it did not.
+        remarks: what is to be known of the record and the workbook, in words.
+        unknown: what a replay cannot know in this session, in words.
+        stamp: of the run.
+        actuators: names of the actuator streams, as the trace has them.
+        spoken: those of them whose values the robot says.
+        recorded: what was compared, in order.
+        came: what came instead, in order; streams as the record calls them.
+    """
+
+    run: str
+    workbook: str
+    other: str
+    engine: str
+    seconds: float
+    compared: int
+    differences: tuple[Difference, ...]
+    counts: tuple[Count, ...]
+    ending: str = ""
+    remarks: tuple[str, ...] = ()
+    unknown: tuple[str, ...] = ()
+    stamp: Stamp = field(default_factory=Stamp)
+    actuators: tuple[str, ...] = ()
+    spoken: Mapping[str, Spoken] = field(default_factory=dict)
+    recorded: tuple[Entry, ...] = field(default=(), repr=False, compare=False)
+    came: tuple[Entry, ...] = field(default=(), repr=False, compare=False)
+
+    @property
+    def same(self) -> bool:
+        """Whether nothing is different."""
+        return not self.differences and not self.ending
+
+    @property
+    def first(self) -> Difference | None:
+        """The first difference in time."""
+        return self.differences[0] if self.differences else None
+
+    def of(self, kind: str) -> Sequence[Difference]:
+        """The differences of a kind: `missing`, `extra`, `value`, `time`, `row`, `order`."""
+        return [d for d in self.differences if d.kind == kind]
+
+    def as_dict(self, most: int | None = None) -> dict[str, Any]:
+        """As `replay --json` prints it; at most so many differences."""
+        shown = self.differences[:most]
+        return {
+            "schema": SCHEMA,
+            "same": self.same,
+            "run": self.run, "workbook": self.workbook, "other": self.other, "engine": self.engine,
+            "seconds": self.seconds, "compared": self.compared, "ending": self.ending,
+            "remarks": list(self.remarks), "unknown": list(self.unknown), "stamp": asdict(self.stamp),
+            "actuators": list(self.actuators), "spoken": {n: s.text for n, s in self.spoken.items()},
+            "counts": [asdict(c) for c in self.counts],
+            "difference_count": len(self.differences),
+            "differences": [asdict(d) for d in shown],
+        }  # fmt: skip
+
+    @classmethod
+    def from_dict(cls, told: Mapping[str, Any]) -> Replayed:
+        """What :meth:`as_dict` told, without the events themselves."""
+        plain = ("run", "workbook", "other", "engine", "seconds", "compared", "ending")
+        return cls(
+            **{name: told[name] for name in plain},
+            differences=tuple(Difference(**d) for d in told["differences"]),
+            counts=tuple(Count(**c) for c in told["counts"]), remarks=tuple(told["remarks"]),
+            unknown=tuple(told["unknown"]), stamp=Stamp(**told["stamp"]), actuators=tuple(told["actuators"]),
+            spoken={n: Spoken(text) for n, text in told["spoken"].items()},
+        )  # fmt: skip

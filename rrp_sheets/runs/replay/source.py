@@ -1,0 +1,139 @@
+"""The workbook that a record is replayed with: the copy beside the trace, or another one; and its plan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from rrp_sheets import __version__
+from rrp_sheets.checks import Checked
+from rrp_sheets.compare.opening import open_checked
+from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.runs.replay.record import Recorded
+from rrp_sheets.runtime.plan import Plan, make_plan
+from rrp_sheets.runtime.trace import stream_label
+from rrp_sheets.workbook import Reading
+
+WORKBOOK = "protocol.xlsx"
+_KEPT = ("robot.toml", "gestures.toml")
+
+
+@dataclass(frozen=True)
+class Source:
+    """A workbook that can be played.
+
+    Attributes:
+        name: of its file, for people.
+        reading, checked: as it was read; it has no errors.
+        plan: what of it runs.
+        everything: whether behaviours that no row can switch on are loaded too, as in the recorded run.
+    """
+
+    name: str
+    reading: Reading
+    checked: Checked
+    plan: Plan
+    everything: bool
+
+    @property
+    def labels(self) -> dict[str, str]:
+        """The names of the streams as traces have them, by their ids."""
+        return {s.id: stream_label(s) for s in self.plan.streams}
+
+
+def the_one_that_ran(recorded: Recorded) -> Source | None:
+    """The workbook of the run's folder; None when it is not there.
+
+    Raises:
+        UnreadableFile: when it is there and cannot be read.
+        SheetsError: when it has errors now.
+    """
+    path = recorded.path.with_name(WORKBOOK)
+    if not path.is_file():
+        return None
+    try:
+        reading, checked = open_checked(path)
+    except UnreadableFile as error:
+        raise UnreadableFile(
+            error.code, f"The workbook of this run, “{path.name}”, cannot be read: {error.message}",
+            "Copy the run's folder again, or name the workbook: --with FILE.",
+        ) from None  # fmt: skip
+    if checked.report.errors:
+        first = checked.report.errors[0]
+        raise SheetsError(
+            f"The workbook of this run has errors for this version of the program ({__version__}): {first.message}",
+            f"Replay it with the version that made it ({recorded.header.get('program')}), or --with a mended workbook.",
+        )
+    plan, everything = _plan(checked, recorded)
+    return Source(str(recorded.header.get("name") or path.name), reading, checked, plan, everything)
+
+
+def another(path: Path, recorded: Recorded, like: Source | None) -> Source:
+    """Another workbook, to be played with a record.
+
+    Args:
+        path: of it.
+        recorded: the record.
+        like: the workbook that ran, where it is known.
+
+    Raises:
+        UnreadableFile: when it cannot be read.
+        SheetsError: when it has errors.
+    """
+    reading, checked = open_checked(path)
+    if checked.report.errors:
+        first = checked.report.errors[0]
+        where = f" ({first.address})" if first.address else ""
+        raise SheetsError(f"“{path.name}” has errors and cannot run{where}: {first.message}",
+                          "See `rrp-sheets check`, mend them, and replay again.")  # fmt: skip
+    if like is None:
+        plan, everything = _plan(checked, recorded)
+    else:
+        plan, everything = make_plan(checked, everything=like.everything), like.everything
+    if not plan.steps:
+        raise SheetsError(f"No row of “{path.name}” is switched on.", "Write TRUE in the On cells of some rows.")
+    return Source(path.name, reading, checked, plan, everything)
+
+
+def _plan(checked: Checked, recorded: Recorded) -> tuple[Plan, bool]:
+    """The plan whose streams are those of the record: of the behaviours that run, or of all of them."""
+    whole = make_plan(checked, everything=True)
+    if {stream_label(s) for s in whole.streams} == set(recorded.streams):  # of two that fit: more can be switched on
+        return whole, True
+    return make_plan(checked), False
+
+
+def remarks(recorded: Recorded, source: Source, *, own: bool) -> list[str]:
+    """What is to be known of a record and the workbook it is replayed with, before anything is compared."""
+    found = []
+    program = str(recorded.header.get("program") or "unknown")
+    if program != __version__:
+        found.append(f"The run was made with version {program} of the program, and is replayed with {__version__}.")
+    digest = str(recorded.header.get("workbook") or "")
+    if own and digest != source.reading.digest and _was_xlsx(recorded):
+        found.append(
+            f"The copy of the workbook beside the trace is not the one that ran (its SHA-256 is "
+            f"{source.reading.digest[:12]}…, the run's {digest[:12]}…)."
+        )
+    if own:
+        found += _catalogue(recorded, source)
+    return found
+
+
+def _was_xlsx(recorded: Recorded) -> bool:
+    return str(recorded.header.get("name") or "").casefold().endswith(".xlsx")
+
+
+def _catalogue(recorded: Recorded, source: Source) -> list[str]:
+    """Whether the robot's catalogue is still the one that the run was made with."""
+    changed = []
+    for name in _KEPT:
+        kept, now = recorded.place / name, source.checked.robot.folder / name
+        try:
+            if kept.is_file() and now.is_file() and kept.read_bytes() != now.read_bytes():
+                changed.append(name)
+        except OSError:
+            continue
+    if not changed:
+        return []
+    return [f"The robot's catalogue ({', '.join(changed)}) has changed since the run; the one of now is used."]

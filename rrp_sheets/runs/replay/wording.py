@@ -1,0 +1,294 @@
+"""What a replay found, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Any
+
+from rrp_sheets.model.values import record_from_mapping, show
+from rrp_sheets.runs.replay.differences import EXTRA, MISSING, ORDER, ROW, TIME, VALUE, Count, Difference
+from rrp_sheets.runs.replay.result import Replayed
+from rrp_sheets.runs.replay.telling import in_words
+
+MOST = 40  # lines of a list; the JSON and the table have all
+_LONGEST = 60  # letters of a value
+_TOGETHER_US = 2_000_000  # between two of a row that are told in one line
+Style = Callable[[str, str], str]
+
+
+@dataclass(frozen=True)
+class Told:
+    """A line of the account.
+
+    Attributes:
+        when: in words: `12.4 s`, or `6 to 6.9 s`.
+        us: when it begins.
+        text: what is different then.
+        row: whose it is, in the workbook that was played, or in the one that ran if that has none.
+    """
+
+    when: str
+    us: int
+    text: str
+    row: str
+
+
+def _plain(text: str, role: str) -> str:
+    return text
+
+
+def as_text(found: Replayed, style: Style = _plain) -> str:
+    """The account for people to read.
+
+    Args:
+        found: what to tell.
+        style: colours a text by its role: `same`, `different`, `head`, `quiet`.
+    """
+    lines = [style(verdict(found), "same" if found.same else "different")]
+    lines += [style(remark, "quiet") for remark in found.remarks]
+    if found.ending:
+        lines.append(found.ending)
+    if found.differences:
+        lines += ["", style("Row by row:", "head"), *(f"  {line}" for line in row_lines(found))]
+        robots = robot_lines(found)
+        if robots:
+            lines += ["", style("The robot:", "head"), *_listed(robots)]
+        else:
+            lines += ["", style("What the robot is given stays the same.", "head")]
+        if not found.other:
+            lines += ["", style("One by one:", "head"), *_listed(each_line(found))]
+    if found.unknown:
+        lines += ["", style("What a replay cannot know:", "head"), *(f"  {line}" for line in found.unknown)]
+    return "\n".join(lines)
+
+
+def _listed(told: Sequence[Told]) -> list[str]:
+    wide = max(len(t.when) for t in told[:MOST])
+    lines = [f"  {t.when:>{wide}}  {t.text}" for t in told[:MOST]]
+    return [*lines, f"  … and {len(told) - MOST:,} more"] if len(told) > MOST else lines
+
+
+def verdict(found: Replayed) -> str:
+    """The one sentence that says whether it is the same."""
+    events = f"{found.compared:,} event{'' if found.compared == 1 else 's'}"
+    if found.same:
+        if found.other:
+            return f"The same: with {found.other} {events} of this session would have come as they came."
+        return f"The same: {events} in {found.seconds:g} s, as they were recorded."
+    if found.other:
+        return f"Different: with {found.other} {_counted(found)} in {found.seconds:g} s would have been different."
+    first = found.first
+    words = f" The first at {_s(first.us)}: {_each(first)}" if first is not None else ""
+    return f"Different: {_counted(found)}.{words}"
+
+
+def _counted(found: Replayed) -> str:
+    extra = len(found.of(EXTRA))
+    others = len(found.differences) - extra
+    parts = [f"{others:,} of {found.compared:,} events"] if others or not extra else []
+    if extra:
+        parts.append(f"{extra:,} that {'was' if extra == 1 else 'were'} not recorded")
+    return " and ".join(parts)
+
+
+# ---- row by row
+def row_lines(found: Replayed) -> list[str]:
+    """A line for each row or sensor stream that has differences: how many of how many, in words."""
+    of: dict[tuple[str, str, str], list[Difference]] = {}
+    for d in found.differences:
+        of.setdefault((d.stream, d.row, d.came_row), []).append(d)
+    lines = []
+    for count in sorted(found.counts, key=_place):
+        here = of.pop((count.stream, count.row, count.came_row), [])
+        if here:
+            lines.append(f"{whose(count, found)}: {_how_many(here, count, found)}.")
+    for (stream, row, came_row), here in of.items():  # of a row in place of another one
+        count = Count(stream, row, came_row, 0, len(here), 0)
+        lines.append(f"{whose(count, found)}: {_how_many(here, count, found)}.")
+    return lines
+
+
+def _place(count: Count) -> tuple[str, int, str]:
+    sheet, _, number = (count.came_row or count.row).rpartition("!")
+    return sheet, int(number) if number.isdecimal() else 0, count.stream
+
+
+def whose(count: Count, found: Replayed) -> str:
+    """A row and its stream, in words."""
+    name = _name(count.stream)
+    row = count.came_row or count.row
+    if not row:
+        return f"“{name}”" if name else "The engine"
+    words = in_words(row)
+    if found.other and not count.came_row:
+        words += " of the session's workbook"
+    elif found.other and not count.row:
+        words += " (new)"
+    elif found.other and count.row != count.came_row:
+        words += f" (in the session {in_words(count.row).rpartition(' row ')[2]})"
+    return f"{words} → {name}" if name else words
+
+
+def _times(count: int) -> str:
+    return {0: "never", 1: "once"}.get(count, f"{count:,} times")
+
+
+def _name(stream: str) -> str:
+    """A stream's name without its sheet; one without a name has none."""
+    name = stream.rpartition("!")[2]
+    return "" if name.startswith("#") else name
+
+
+def _how_many(here: Sequence[Difference], count: Count, found: Replayed) -> str:
+    would = bool(found.other)
+    if here[0].what == "error":
+        times = _times(count.came), _times(count.recorded)
+        return f"its formula {'would have failed' if would else 'failed'} {times[0]}, in the session {times[1]}"
+    say = {
+        MISSING: ("would not have come", "did not come"), VALUE: ("would have had another value", "had another value"),
+        TIME: ("would have come at another time", "came at another time"),
+        ROW: ("would have come from another row", "came from another row"),
+        ORDER: ("would have come in another order", "came in another order"),
+    }  # fmt: skip
+    parts: list[str] = []
+    for kind, words in say.items():
+        number = sum(d.kind == kind for d in here)
+        if number:
+            of = f"{number:,} of {count.recorded:,} events" if not parts else f"{number:,}"
+            parts.append(f"{of} {words[0] if would else words[1]}")
+    extra = sum(d.kind == EXTRA for d in here)
+    if extra:
+        more = "more " if parts or count.recorded else ""
+        noun = "" if parts else f"event{'' if extra == 1 else 's'} "
+        parts.append(f"{extra:,} {more}{noun}{'would have come' if would else 'came'}")
+    return ", ".join(parts)
+
+
+# ---- what the robot does
+def robot_lines(found: Replayed) -> list[Told]:
+    """What the robot would have done otherwise, in the order of time; what goes on is one line."""
+    actuators = set(found.actuators)
+    mine = [d for d in found.differences if d.stream in actuators and d.what == "event" and d.kind != ROW]
+    lines: list[Told] = []
+    by_stream = sorted(mine, key=lambda d: (d.stream, d.row, d.came_row))
+    for (stream, *_), group in groupby(by_stream, key=lambda d: (d.stream, d.row, d.came_row)):
+        for run in _runs(sorted(group, key=_when), spoken=stream in found.spoken):
+            lines.append(_robot_line(run, found))
+    return sorted(lines, key=lambda t: t.us)
+
+
+def _when(difference: Difference) -> int:
+    return difference.came_us if difference.kind == EXTRA else difference.us
+
+
+def _runs(here: Sequence[Difference], *, spoken: bool) -> Iterator[list[Difference]]:
+    """Differences of one kind that follow each other closely; every sentence of the robot counts by itself."""
+    run: list[Difference] = []
+    for d in here:
+        if run and (spoken or d.kind != run[-1].kind or _when(d) - _when(run[-1]) > _TOGETHER_US):
+            yield run
+            run = []
+        run.append(d)
+    if run:
+        yield run
+
+
+def _robot_line(run: Sequence[Difference], found: Replayed) -> Told:
+    first, last = run[0], run[-1]
+    row = first.came_row or first.row
+    when = _s(_when(first)) if len(run) == 1 else f"{_s(_when(first))[:-2]} to {_s(_when(last))}"
+    words = _spoken_words(first, found) if first.stream in found.spoken else _given_words(run, found)
+    return Told(when, _when(first), f"{words} ({in_words(row)})", row)
+
+
+def _spoken_words(d: Difference, found: Replayed) -> str:
+    own = found.spoken[d.stream].text
+    recorded, came = (_quoted(own or value) for value in (d.recorded, d.came))
+    would = bool(found.other)
+    if d.kind == MISSING:
+        if d.recorded is None:
+            return "would not have been silenced" if would else "was not silenced"
+        return f"would not have said {recorded}" if would else f"did not say {recorded}"
+    if d.kind == EXTRA:
+        if d.came is None:
+            return "would have been silenced" if would else "was silenced"
+        return f"would have said {came}" if would else f"said {came}"
+    if d.kind == TIME:
+        said = f"said {came} at {_s(d.came_us)} instead"
+        return f"would have {said}" if would else said
+    if d.kind == VALUE:
+        return f"would have said {came} instead of {recorded}" if would else f"said {came} instead of {recorded}"
+    return "would have said it in another order" if would else "said it in another order"
+
+
+def _quoted(value: Any) -> str:
+    return f"“{value}”" if isinstance(value, str) else _show(value)
+
+
+def _given_words(run: Sequence[Difference], found: Replayed) -> str:
+    d, many, name = run[0], len(run), f"“{run[0].stream}”"
+    would = bool(found.other)
+    blank = all((r.recorded if d.kind == MISSING else r.came) is None for r in run)
+    if d.kind == MISSING:
+        verb = "would not have been" if would else "was not"
+    else:
+        verb = "would have been" if would else "was"
+    if blank and d.kind in (MISSING, EXTRA):  # blank stops what it is doing
+        return f"{name} {verb} stopped{f' {many:,} times' if many > 1 else ''}"
+    if d.kind in (MISSING, EXTRA):
+        what = _show(d.recorded if d.kind == MISSING else d.came) if many == 1 else f"{many:,} values"
+    elif d.kind == TIME:
+        what = f"{_show(d.came)} at {_s(d.came_us)} instead" if many == 1 else f"{many:,} values at other times"
+    elif d.kind == VALUE:
+        what = f"{_show(d.came)} instead of {_show(d.recorded)}" if many == 1 else f"{many:,} other values"
+    else:
+        what = "its values in another order"
+    return f"{name} {verb} given {what}"
+
+
+# ---- one by one
+def each_line(found: Replayed) -> list[Told]:
+    """Every difference in words."""
+    return [Told(_s(d.us), d.us, _each(d), d.came_row or d.row) for d in found.differences]
+
+
+def _each(d: Difference) -> str:
+    row = d.came_row or d.row
+    where = f"{in_words(row)}{f' → {_name(d.stream)}' if _name(d.stream) else ''}" if row else f"“{_name(d.stream)}”"
+    recorded, came = (_error(v) if d.what == "error" else _show(v) for v in (d.recorded, d.came))
+    if d.kind == MISSING:
+        return f"{where}: {recorded} was recorded and did not come"
+    if d.kind == EXTRA:
+        return f"{where}: {came} came and was not recorded"
+    if d.kind == VALUE:
+        return f"{where}: {recorded} was recorded, {came} came"
+    if d.kind == TIME:
+        return f"{where}: {recorded} came at {_s(d.came_us)} instead"
+    if d.kind == ROW:
+        return f"{recorded} came from {in_words(d.came_row)} instead of {in_words(d.row)}"
+    return f"{where}: {recorded} was recorded, {came} came before it"
+
+
+def _error(value: Any) -> str:
+    return f"the error “{value[0]}”" if isinstance(value, list) and value else _show(value)
+
+
+def _show(value: Any) -> str:
+    return show(_value(value), _LONGEST).strip()
+
+
+def _value(value: Any) -> Any:
+    if isinstance(value, dict):
+        return record_from_mapping("", {str(n): _value(v) for n, v in value.items()})
+    return [_value(v) for v in value] if isinstance(value, list) else value
+
+
+def _s(us: int) -> str:
+    """A time of the run.
+
+    >>> _s(12_400_000), _s(33_333), _s(600_000_000)
+    ('12.4 s', '0.033 s', '600 s')
+    """
+    return f"{round(us / 1e6, 3):,.10g} s".replace(",", "")
