@@ -12,11 +12,12 @@ from rrp_sheets.render.diagram import Page, draw_diagram
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack.model import BehaviourPart, Changes, Figure, Sentence, TableRow
 from rrp_sheets.render.pack.source import Source, capital
-from rrp_sheets.render.sentences import explain
+from rrp_sheets.render.sentences import BehaviourText, explain
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.raw import Kind, RawSheet
 
 MOST_DRAWN = 2_000  # rows; a hundred pages
+MOST_TOLD = 14  # rows that a paragraph tells; of more the sentences are enough
 _SECONDS = 20.0  # for one diagram's layout
 
 Pictures = dict[str, str]
@@ -60,7 +61,21 @@ def _part(
         )
         for r in behaviour.rows
     )  # fmt: skip
-    return BehaviourPart(said.name, said.paragraph, source.words.sentences([*notes, *why]), figures, sentences, rows)
+    paragraph = said.paragraph if len(said.rows) <= MOST_TOLD else ""
+    return BehaviourPart(
+        said.name, *_lists(source, said), paragraph, source.words.sentences([*notes, *why]), figures, sentences, rows
+    )
+
+
+def _lists(source: Source, said: BehaviourText) -> tuple[str, str]:
+    """What a behaviour takes in, and what it acts on."""
+    takes_in, acts_on = (
+        source.words.get(f"behaviour.{kind}", list=source.listed(names))
+        if names
+        else source.words.get(f"behaviour.no_{kind}")
+        for kind, names in (("sensors", said.sensors), ("actuators", said.actuators))
+    )
+    return takes_in, acts_on
 
 
 def _groups(sheet: RawSheet | None, behaviour: Behaviour) -> dict[int, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,6 +14,7 @@ from rrp_sheets.render.pack.model import Labelled, Said, Tested
 from rrp_sheets.render.pack.source import Source, capital
 
 MOST_OCCASIONS = 8
+_OPEN = re.compile("‹[^|›]*›")  # what only the run decides; of several possibilities all are printed
 _FIELDS = (
     ("version", "Version"), ("authors", "Authors"), ("reference", "Ethics reference"), ("contact", "Contact"),
     ("participants", "Participants"),
@@ -108,7 +110,7 @@ def _says(source: Source, said: Sequence[Said]) -> str:
     texts = doing.all_texts(said)
     if not texts:
         return source.get("glance.says_nothing")
-    entry = "open" if any("‹" in text for text in texts) else "one" if len(texts) == 1 else "some"
+    entry = "open" if any(_OPEN.search(text) for text in texts) else "one" if len(texts) == 1 else "some"
     return source.get(f"glance.says_{entry}", n=len(texts))
 
 

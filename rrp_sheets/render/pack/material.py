@@ -23,11 +23,12 @@ def sheets(source: Source) -> tuple[Sheet, ...]:
 
 
 def _sheet(
-    source: Source, title: str, heads: Sequence[str], rows: Rows, *, mono: Sequence[int] = (), note: str = ""
-) -> Sheet:
+    source: Source, title: str, heads: Sequence[str], rows: Rows, *, widths: Sequence[float] = (),
+    mono: Sequence[int] = (), note: str = "",
+) -> Sheet:  # fmt: skip
     left = source.get("more", n=f"{len(rows) - MOST_ROWS:,}") if len(rows) > MOST_ROWS else ""
     shown = tuple(tuple(row) for row in rows[:MOST_ROWS])
-    return Sheet(title, note, tuple(heads), shown, left, tuple(mono))
+    return Sheet(title, note, tuple(heads), shown, tuple(widths or [1.0] * len(heads)), left, tuple(mono))
 
 
 def _devices(source: Source) -> Sheet:
@@ -44,11 +45,11 @@ def _devices(source: Source) -> Sheet:
                 "material.setting", name=setting.name, value=_value(source, stream.settings.get(name), setting, words)
             )
             for name, setting in kind.settings.items()
-            if stream.settings.get(name) not in (None, "")
+            if stream.settings.get(name) not in (None, "", False)
         ]
         rows.append((clean(stream.name), clean(stream.device.name), clean("; ".join(settings))))
     heads = (source.get("c.stream"), source.get("c.device"), source.get("c.settings"))
-    return _sheet(source, source.get("material.devices"), heads, rows)
+    return _sheet(source, source.get("material.devices"), heads, rows, widths=(1, 1, 2))
 
 
 def _value(source: Source, value: Value, setting: Setting, words: DeviceWords) -> str:
@@ -67,7 +68,7 @@ def _helpers(source: Source) -> Sheet:
         for h in source.checked.workbook.helpers
     ]
     heads = (source.get("c.name"), source.get("c.inputs"), source.get("c.formula"))
-    return _sheet(source, source.get("material.helpers"), heads, rows, mono=(2,))
+    return _sheet(source, source.get("material.helpers"), heads, rows, widths=(1, 1, 3), mono=(2,))
 
 
 def _tables(source: Source) -> list[Sheet]:
@@ -92,11 +93,12 @@ def _gestures(source: Source) -> Sheet:
         joints = [f"{frame.headers.get(name, name)}: {cell.text}" for name, cell in frame.joints.items() if cell.text]
         rows.append((clean(frame.name.text), clean(frame.time.text), clean("; ".join(joints))))
     heads = (source.get("c.gesture"), source.get("c.time"), source.get("c.joints"))
-    return _sheet(source, source.get("material.gestures"), heads, rows)
+    return _sheet(source, source.get("material.gestures"), heads, rows, widths=(1.5, 0.5, 3))
 
 
 def _scene(source: Source) -> Sheet:
     scene = source.checked.workbook.scene or ()
     rows = [[clean(cell.text) for cell in (r.time, r.thing, r.does, r.value)] for r in scene]
     heads = [source.get(f"c.{name}") for name in ("time", "thing", "does", "value")]
-    return _sheet(source, source.get("material.scene"), heads, rows, note=source.get("material.scene_note"))
+    note = source.get("material.scene_note")
+    return _sheet(source, source.get("material.scene"), heads, rows, widths=(1, 1, 1, 2), note=note)

@@ -151,9 +151,16 @@ class TableRow:
 
 @dataclass(frozen=True)
 class BehaviourPart:
-    """A behaviour: paragraph, diagrams, sentences, table; `note` says what is missing, or that it starts later."""
+    """A behaviour: what it takes in and acts on, paragraph, diagrams, sentences, table.
+
+    Attributes:
+        paragraph: empty when it is long: the sentences say the same.
+        note: what is missing, or that it starts later.
+    """
 
     name: str
+    takes_in: str
+    acts_on: str
     paragraph: str
     note: str
     figures: tuple[Figure, ...]
@@ -163,12 +170,13 @@ class BehaviourPart:
 
 @dataclass(frozen=True)
 class Sheet:
-    """A table of the workbook; `note` stands above it, `mono` has the columns that hold formulas."""
+    """A table of the workbook; `note` stands above it, `mono` has the columns that hold formulas, `widths` compare."""
 
     title: str
     note: str
     heads: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
+    widths: tuple[float, ...]
     left_out: str = ""
     mono: tuple[int, ...] = ()
 
