@@ -53,6 +53,8 @@ def _voice(source: Source, stream: Stream) -> str:
     settings = stream.settings
     code = str(settings.get("language") or "")
     language = source.checked.robot.languages.get(code, code)
+    if stream.device is not None:
+        language = stream.device.type.words(source.words.language).value(language)
     return source.get(
         "says.voice", language=language, speed=show(settings.get("speed")), volume=show(settings.get("volume"))
     )
@@ -76,7 +78,7 @@ def _act(source: Source, drivers: list[Driver]) -> Act:
     stream = drivers[0].stream
     starting = next((d for d in drivers if not d.stops), drivers[0])
     parts = [source.get(f"part.{r}") for r in _uses(stream)] if stream.device else []
-    does = capital(source.rows.does(starting.step))
+    does = capital(source.words.get("does.whole", does=source.rows.does(starting.step)))
     return Act(clean(stream.name), does, source.listed(parts), _speed(source, stream), driver_refs(drivers))
 
 
