@@ -52,6 +52,10 @@ class Clerk:
         """Compare two workbooks by what they mean."""
         return Comparison.from_dict(self._ask(f"{first.name} and {second.name}", "compare", str(first), str(second)))
 
+    def lookback(self, place: Path, what: str, number: int = 0) -> str:
+        """A part of a run, to be looked back at; see `lookback.answer`."""
+        return str(self._ask(place.name, "lookback", str(place), what, number))
+
     def close(self) -> None:
         """End the process."""
         with self._lock:

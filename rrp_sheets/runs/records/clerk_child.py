@@ -51,7 +51,19 @@ def _compare(first: str, second: str) -> dict[str, Any]:
     return compare(open_checked(Path(first)), open_checked(Path(second))).as_dict()
 
 
-_DO: dict[str, Callable[..., Any]] = {"course": _course, "marbles": _marbles, "csv": _csv, "compare": _compare}
+def _lookback(place: str, what: str, number: int) -> str:
+    from rrp_sheets.runs.lookback import answer
+
+    return answer(Path(place), what, number)
+
+
+_DO: dict[str, Callable[..., Any]] = {
+    "lookback": _lookback,
+    "course": _course,
+    "marbles": _marbles,
+    "csv": _csv,
+    "compare": _compare,
+}
 
 
 def main() -> None:

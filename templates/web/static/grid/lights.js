@@ -3,8 +3,8 @@
 const FRESH = 1; // s
 const WORD = 0.56; // of the size of the letters: how wide one is, about
 
-/** Follow the run; `svg()` gives the drawing of the moment. */
-export function lights(svg) {
+/** Follow the run; `svg()` gives the drawing of the moment, `table()` the grid that it belongs to. */
+export function lights(svg, table = () => document.querySelector("table[role=grid]")) {
   const rows = new Map(); // row id → { at, e }
   const streams = new Map(); // name → { v, at }
   let t = 0;
@@ -24,10 +24,11 @@ export function lights(svg) {
     if (!boxes.length || document.hidden) return;
     const numbers = new Map();
     for (const [row, entry] of rows) {
-      const number = document.getElementById(row)?.cells[0]?.textContent;
-      if (number) numbers.set(number, entry);
+      const line = document.getElementById(row);
+      const number = line?.cells[0]?.textContent;
+      if (number && table()?.contains(line)) numbers.set(number, entry);
     }
-    const sheet = document.querySelector("table[role=grid]")?.dataset.sheet;
+    const sheet = table()?.dataset.sheet;
     const lit = new Set();
     for (const box of boxes) {
       const entry = box.dataset.row ? numbers.get(box.dataset.row) : find(streams, sheet, box.dataset);
@@ -48,7 +49,7 @@ export function lights(svg) {
       t = 0;
     }
     id = detail.id;
-    going = ["running", "paused", "stopping"].includes(detail.phase);
+    going = ["running", "paused", "stopping", "looking"].includes(detail.phase);
     show();
   });
   document.addEventListener("rrp:live", ({ detail }) => {

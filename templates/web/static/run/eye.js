@@ -121,7 +121,7 @@ export function eye(root) {
 }
 
 /** The boxes around what is seen; angles to the left of and below the picture's middle, rad. */
-function mark(overlay, seen, { hfov, vfov }) {
+export function mark(overlay, seen, { hfov, vfov }) {
   const { width: wide, height: high } = overlay.viewBox.baseVal;
   const [fx, fy] = [wide / 2 / Math.tan(hfov / 2), high / 2 / Math.tan(vfov / 2)];
   const parts = [...seen].map(([sensor, { fields }]) => {

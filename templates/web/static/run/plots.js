@@ -199,11 +199,12 @@ function fill(table, rows) {
   table.replaceChildren(line("th", ["Stream", "Newest", "Lowest", "Highest"]), ...body);
 }
 
-/** A whole record: `series` is [{name, unit, kind, points: [[t, value], …], limits}, …]. Returns what takes it away. */
-export function plotRecord(root, series) {
+/** A whole record: `series` is [{name, unit, kind, points: [[t, value], …], limits}, …], `whole` its first and its last time,
+    else those of the points. Returns what takes it away. */
+export function plotRecord(root, series, whole = null) {
   root.classList.add("plots");
   const all = series.flatMap(({ points }) => points.map(([t]) => t));
-  const range = () => [Math.min(0, all[0] ?? 0), all.reduce((a, b) => Math.max(a, b), 0.1)];
+  const range = () => whole ?? [Math.min(0, all[0] ?? 0), all.reduce((a, b) => Math.max(a, b), 0.1)];
   const list = document.createElement("ul");
   root.append(list);
   const made = series.map(({ name, unit = "", kind = "stream", points, limits = [] }, n) => {

@@ -8,6 +8,7 @@ const LIT = 1; // s that a row is lit after a value: nothing flashes at camera r
 const OLD = 5; // s
 const RENEWED = 8; // s for which it is told that an edited formula is used now
 const WIDE = 152; // px of the column
+const TITLES = { ended: "Last value, run ended", looking: "Value then, and its age" };
 
 export function values(grid) {
   const body = grid.tBodies[0];
@@ -45,7 +46,7 @@ export function values(grid) {
     state = detail;
     off = detail.behaviours?.some((b) => b.name === sheet && !b.on) ?? false;
     const title = head.querySelector(".title") ?? head;
-    put(title, !live() ? "Example" : detail.phase === "ended" ? "Last value, run ended" : "Live value and age");
+    put(title, !live() ? "Example" : TITLES[detail.phase] ?? "Live value and age");
     grid.classList.toggle("is-live", live());
     if (live() !== wide) document.dispatchEvent(new CustomEvent("rrp:column", { detail: { index: place, least: live() ? WIDE : 0 } }));
     wide = live();

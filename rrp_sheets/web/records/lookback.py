@@ -1,0 +1,164 @@
+"""Looking back at a recorded run: its page, and the parts that the page asks for one after the other."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from flask import Blueprint, Response, abort, render_template
+from markupsafe import Markup
+
+from rrp_sheets.connectors import connectors
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.names import key
+from rrp_sheets.runs.records.clerk import Clerk
+from rrp_sheets.web.library import Library
+from rrp_sheets.web.records.pages import RunLine
+from rrp_sheets.web.records.shelved import Runs
+from rrp_sheets.web.records.telling import line_of
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """A stream as a row names it; `kind` is sensor, stream, actuator, done, or empty."""
+
+    text: str
+    kind: str
+
+
+@dataclass(frozen=True, slots=True)
+class RanRow:
+    """A row of what ran; `ident` is its id on the page."""
+
+    ident: str
+    number: int
+    on: bool
+    inputs: tuple[Name, ...]
+    connector: str
+    icon: str
+    formula: str
+    output: Name | None
+    notes: str
+
+
+@dataclass(frozen=True, slots=True)
+class RanSheet:
+    """A behaviour that ran; `number` is its place, `left_out` how many of its rows are not shown."""
+
+    number: int
+    name: str
+    rows: tuple[RanRow, ...]
+    left_out: int
+
+
+@dataclass(frozen=True, slots=True)
+class LookbackPage:
+    """A run to be looked back at.
+
+    Attributes:
+        line: as in the list.
+        trouble: why there is nothing to be seen; `why` why the rows are missing.
+        ids: the rows' ids by their refs, as JSON.
+    """
+
+    template: ClassVar[str] = "lookback.html"
+    line: RunLine
+    seconds: float
+    sheets: tuple[RanSheet, ...]
+    ids: Markup
+    trouble: str
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnSheet:
+    """The diagram of a behaviour, a piece of the page; `why` says why there is none."""
+
+    template: ClassVar[str] = "lookback_diagram.html"
+    drawing: Markup
+    why: str
+
+
+def add_lookback(pages: Blueprint, library: Library, runs: Runs) -> None:
+    """The addresses. A clerk of its own answers: who moves the slider waits for nobody else's drawings."""
+    clerk = Clerk()
+
+    def have(run: str) -> str:
+        if run not in runs.names():
+            abort(404)
+        return run
+
+    @pages.get("/runs/<run>/lookback")
+    def lookback(run: str) -> str:
+        page = lookback_page(runs, library, clerk, have(run))
+        return render_template(page.template, page=page)
+
+    @pages.get("/runs/<run>/lookback/overview.json")
+    def overview(run: str) -> Response:
+        return _json(clerk, runs, have(run), "overview", 0)
+
+    @pages.get("/runs/<run>/lookback/<any(piece, poses):what>/<int:number>.json")
+    def part(run: str, what: str, number: int) -> Response:
+        return _json(clerk, runs, have(run), what, number)
+
+    @pages.get("/runs/<run>/lookback/picture/<int:number>.jpg")
+    def picture(run: str, number: int) -> Response:
+        data = base64.b64decode(clerk.lookback(runs.place(have(run)), "picture", number))
+        if not data:
+            abort(404)
+        return Response(data, mimetype="image/jpeg")
+
+    @pages.get("/runs/<run>/lookback/diagram/<int:number>")
+    def diagram(run: str, number: int) -> str:
+        try:
+            drawn = DrawnSheet(Markup(clerk.lookback(runs.place(have(run)), "diagram", number)), "")
+        except SheetsError as error:
+            drawn = DrawnSheet(Markup(), f"{error.message} {error.remedy}")
+        return render_template(drawn.template, page=drawn)
+
+
+def _json(clerk: Clerk, runs: Runs, run: str, what: str, number: int) -> Response:
+    try:
+        return Response(clerk.lookback(runs.place(run), what, number), mimetype="application/json")
+    except SheetsError as error:
+        told = json.dumps({"trouble": f"{error.message} {error.remedy}"})
+        return Response(told, status=422, mimetype="application/json")
+
+
+def lookback_page(runs: Runs, library: Library, clerk: Clerk, run: str) -> LookbackPage:
+    """The page of a run; raises SheetsError when there is none of that name."""
+    facts = runs.facts([run])[0]
+    told: Mapping[str, Any] = {"sheets": [], "why": ""}
+    trouble = "" if facts.readable else f"{facts.why} {facts.remedy}"
+    if not trouble:
+        try:
+            told = json.loads(clerk.lookback(runs.place(run), "sheets"))
+        except SheetsError as error:
+            told = {"sheets": [], "why": f"{error.message} {error.remedy}"}
+    sheets = tuple(_sheet(number, sheet) for number, sheet in enumerate(told["sheets"]))
+    ids = {f"{sheet.name}!{row.number}": row.ident for sheet in sheets for row in sheet.rows}
+    return LookbackPage(
+        line_of(facts, set(library.names())), facts.seconds, sheets,
+        Markup(json.dumps(ids, ensure_ascii=False).replace("<", "\\u003c")), trouble, str(told["why"]),
+    )  # fmt: skip
+
+
+def _sheet(number: int, sheet: Mapping[str, Any]) -> RanSheet:
+    kinds: Mapping[str, str] = sheet["kinds"]
+    rows = tuple(_row(f"r{number}-{row[0]}", row, kinds) for row in sheet["rows"])
+    return RanSheet(number, str(sheet["name"]), rows, int(sheet["left_out"]))
+
+
+def _row(ident: str, row: list[Any], kinds: Mapping[str, str]) -> RanRow:
+    number, on, inputs, connector, formula, output, notes = row
+    known = connectors().get(connector)
+    names = tuple(_name(n, kinds) for n in inputs.replace("\n", ",").split(",") if n.strip())
+    icon = known.name if known else ""
+    return RanRow(ident, number, on, names, connector, icon, formula, _name(output, kinds) if output else None, notes)
+
+
+def _name(text: str, kinds: Mapping[str, str]) -> Name:
+    return Name(text.strip(), kinds.get(key(text), ""))

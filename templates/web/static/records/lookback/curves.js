@@ -1,0 +1,36 @@
+// The plots of the whole run, with a line where one is.
+
+import { plotRecord } from "../../run/plots.js";
+
+const FIRST = 6; // curves
+
+/** Draw the plots; what is returned moves their line. */
+export function curves(section, seconds, go) {
+  let boxes = [];
+  let t = 0;
+  const show = (now) => {
+    t = now;
+    for (const { over, mine } of boxes) mine.style.left = `${(t / (seconds || 1)) * over.clientWidth}px`;
+  };
+  draw(section, seconds, go).then((found) => {
+    boxes = found;
+    show(t);
+    new ResizeObserver(() => show(t)).observe(section);
+  }).catch((error) => console.warn(error));
+  return { show };
+}
+
+async function draw(section, seconds, go) {
+  const answer = await fetch(section.dataset.series);
+  const series = answer.ok ? await answer.json() : [];
+  if (!series.length) return [];
+  section.hidden = false; // before it is drawn: a hidden place has no width
+  plotRecord(section.querySelector("[data-plots]"), series.slice(0, FIRST), [0, seconds]);
+  return [...section.querySelectorAll(".u-over")].map((over) => {
+    const mine = document.createElement("div");
+    mine.className = "at-time";
+    over.append(mine);
+    over.addEventListener("click", (event) => go(((event.clientX - over.getBoundingClientRect().left) / over.clientWidth) * seconds));
+    return { over, mine };
+  });
+}

@@ -1,0 +1,123 @@
+// Looking back at a run: one time, and everything as it was then. What a time is like goes to the parts of the run panel
+// as the same events of the document that a run tells them: `rrp:run` and `rrp:live`.
+
+import { put } from "../../run/make.js";
+import { robot } from "../../run/robot.js";
+import { robot3d } from "../../run/robot3d.js";
+import { Eye } from "./eye.js";
+import { Moments, Sounds } from "./moments.js";
+import { curves } from "./curves.js";
+import { Player } from "./player.js";
+import { poseAt, poses } from "./poses.js";
+import { Sheets } from "./sheets.js";
+import { Pieces, valuesAt } from "./store.js";
+
+const root = document.getElementById("player");
+const { url, run, files } = root.dataset;
+const ids = JSON.parse(document.getElementById("row-ids").textContent);
+const SAYS = 2; // s that a sentence is taken to last where the robot's pose does not tell
+
+const tell = (name, detail) => document.dispatchEvent(new CustomEvent(name, { detail }));
+
+async function begin() {
+  const answer = await fetch(`${url}/overview.json`);
+  const told = await answer.json();
+  if (!answer.ok) throw new Error(told.trouble);
+  const seconds = Math.max(told.seconds, Number(root.dataset.seconds));
+  const view = new View(told, seconds);
+  if (told.poses.length) robot3d(document.getElementById("robot3d")).then(() => view.again());
+  document.getElementById("no-poses").hidden = told.poses.length > 0;
+}
+
+class View {
+  constructor(told, seconds) {
+    this.told = told;
+    const came = () => this.again();
+    this.pieces = new Pieces(told.pieces, `${url}/piece`, (piece) => piece, came);
+    this.poses = new Pieces(told.poses, `${url}/poses`, poses, came);
+    this.sheets = new Sheets(document.querySelector(".ran"), told.edits);
+    this.eye = new Eye(document.getElementById("eye"), `${url}/picture`, told.pictures);
+    robot(document.getElementById("robot-facts"));
+    this.sounds = new Sounds(told.moments, files, document.getElementById("sound"));
+    const go = (t) => this.player.go(t);
+    this.moments = new Moments(document.getElementById("moments"), document.getElementById("ticks"), told.moments, told.left_out, seconds, go);
+    this.said = document.getElementById("said");
+    this.off = "";
+    tell("rrp:run", this.state(0));
+    this.player = new Player(root, seconds, (t) => this.show(t), (playing) => this.turned(playing));
+    this.curves = curves(document.getElementById("curves"), seconds, go);
+    for (const button of root.querySelectorAll("[data-jump]")) button.addEventListener("click", () => this.jump(Number(button.dataset.jump)));
+    document.addEventListener("keydown", (event) => this.key(event));
+    if (!this.player.bookmark()) this.player.go(0, { quietly: true });
+  }
+
+  state(t) {
+    const off = {};
+    for (const [when, behaviour, on] of this.told.switches) if (when <= t) off[behaviour] = !on;
+    return { id: run, phase: "looking", t, behaviours: Object.entries(off).map(([name, is]) => ({ name, on: !is })) };
+  }
+
+  jump(way) {
+    const t = this.moments.next(this.player.t, way);
+    if (t !== undefined) this.player.go(t);
+  }
+
+  key(event) {
+    const way = { ",": -1, ".": 1 }[event.key];
+    if (way && !event.ctrlKey && !event.metaKey && !event.altKey && !event.target.closest?.("input:not([type=range]), select")) this.jump(way);
+  }
+
+  turned(playing) {
+    if (playing) this.sounds.start(this.player.t, this.player.speed);
+    else this.sounds.stop();
+  }
+
+  again() {
+    if (this.player) this.show(this.player.t);
+  }
+
+  /** Show a time; false while it is being loaded. */
+  show(t) {
+    const piece = this.pieces.at(t);
+    const pose = this.poses.at(t);
+    this.pieces.ahead(t);
+    if (this.told.poses.length) this.poses.ahead(t);
+    root.toggleAttribute("aria-busy", piece === null);
+    if (piece === null || pose === null) return false;
+    const switched = this.state(t);
+    if (JSON.stringify(switched.behaviours) !== this.off) {
+      this.off = JSON.stringify(switched.behaviours);
+      tell("rrp:run", switched);
+    }
+    const { rows, streams, seen } = piece ? valuesAt(piece, this.told, ids, t) : { rows: {}, streams: {}, seen: {} };
+    for (const [id, from] of Object.entries(this.sheets.show(t, ids))) (rows[id] ??= { v: "", at: null, n: 1, e: "" }).from = from;
+    const stood = pose && poseAt(pose, t);
+    tell("rrp:live", { full: true, t, rows, streams, ...(stood ? { robot: stood } : {}) });
+    this.eye.show(t, seen);
+    this.moments.show(t);
+    this.curves?.show(t);
+    this.speak(t, stood?.saying);
+    if (this.player?.playing) this.sounds.show(t);
+    if (!this.wanted) {
+      this.wanted = true;
+      this.sheets.want();
+    }
+    return true;
+  }
+
+  /** What the robot says, or has said last. */
+  speak(t, saying) {
+    const before = this.moments.said(t);
+    const now = saying ?? (before && t - before.t < SAYS ? before.text : "");
+    this.said.classList.toggle("now", Boolean(now));
+    const [words, age] = this.said.children;
+    put(words, now ? `“${now.replace(/^[“"]|[”"]$/g, "")}”` : before ? `last said: ${before.text}` : "Nothing was said yet");
+    put(age, now || !before ? "" : `${Math.round(t - before.t)} s ago`);
+  }
+}
+
+begin().catch((error) => {
+  const note = document.getElementById("trouble");
+  note.hidden = false;
+  note.textContent = error.message || "The record cannot be read.";
+});

@@ -1,0 +1,141 @@
+// What happened besides the values: as ticks over the time, as a list, and as sounds while it plays.
+
+import { clock } from "../../run/time.js";
+import { icon, make } from "../../run/make.js";
+import { last } from "./store.js";
+
+const NEAR = 16; // px: ticks that are nearer are one
+const HEARD = 15; // s: a sound that began longer ago is over
+const KINDS = {
+  error: ["error", "error", "Error"], mark: ["mark", "flag", "Mark"], edit: ["edit", "sheet", "Edited"], button: ["hand", "button", "Button"],
+  press: ["hand", "button", "Button"], send: ["hand", "send", "Sent by hand"], switch: ["hand", "subscribe", "Switched"],
+  say: ["say", "say", "Robot"], person: ["person", "say", "Person"], sound: ["say", "sound", "Sound"], scene: ["hand", "ball", "Scene, by hand"],
+  put: ["hand", "ball", "Moved by hand"], clamp: ["warning", "warning", "Cut to its limit"], note: ["note", "mark", "Note"],
+};
+const ORDER = ["error", "mark", "edit", "warning", "hand", "say", "person", "note"]; // which of several is shown
+const of = (kind) => KINDS[kind] ?? ["note", "mark", kind];
+
+const words = ({ kind, text, row, by, times }) => [
+  `${of(kind)[2]}: ${text}`, by && `by ${by}`, row && `(${row})`, times > 1 && `${times} times`,
+].filter(Boolean).join(" ");
+
+export class Moments {
+  constructor(list, ticks, told, leftOut, seconds, go) {
+    Object.assign(this, { list, ticks, told, seconds, go });
+    this.times = told.map(({ t }) => t);
+    this.here = -2;
+    this.items = told.map((moment) => this.item(moment));
+    const rest = leftOut ? [make("li", { className: "quiet", textContent: `… and ${leftOut} more: run.xlsx and the CSV have them all.` })] : [];
+    const none = make("li", { className: "quiet", textContent: "Nothing was said, no row failed, and nobody marked a moment." });
+    list.replaceChildren(...(told.length ? [...this.items, ...rest] : [none]));
+    new ResizeObserver(() => this.draw()).observe(ticks);
+  }
+
+  item(moment) {
+    const [look, sign, word] = of(moment.kind);
+    const what = make("span", {}, make("b", { textContent: `${word} ` }), moment.text, make("small", { textContent: [moment.by && ` by ${moment.by}`, moment.row && ` ${moment.row}`, moment.times > 1 && ` ${moment.times} times`].filter(Boolean).join(",") }));
+    const button = make("button", { type: "button" }, make("time", { textContent: clock(moment.t) }), icon(sign), what);
+    button.addEventListener("click", () => this.go(moment.t));
+    return make("li", { className: `of-${look}` }, button);
+  }
+
+  /** The ticks; those that lie together are one. */
+  draw() {
+    const wide = this.ticks.clientWidth;
+    if (!wide) return;
+    const found = new Map();
+    for (const moment of this.told) {
+      const place = Math.round(((moment.t / (this.seconds || 1)) * wide) / NEAR);
+      if (!found.has(place)) found.set(place, []);
+      found.get(place).push(moment);
+    }
+    this.ticks.replaceChildren(...[...found.values()].map((group) => {
+      const shown = [...group].sort((a, b) => ORDER.indexOf(of(a.kind)[0]) - ORDER.indexOf(of(b.kind)[0]))[0];
+      const tick = make("span", { className: `tick of-${of(shown.kind)[0]}` }, icon(of(shown.kind)[1]));
+      tick.title = [`${clock(shown.t)} ${words(shown)}`, group.length > 1 && `and ${group.length - 1} more`].filter(Boolean).join("\n");
+      tick.style.left = `${(shown.t / (this.seconds || 1)) * 100}%`;
+      tick.addEventListener("click", () => this.go(shown.t));
+      return tick;
+    }));
+  }
+
+  /** The moment of a time is marked in the list. */
+  show(t) {
+    const here = last(this.times, t);
+    if (here === this.here) return;
+    this.items[this.here]?.removeAttribute("aria-current");
+    this.here = here;
+    const item = this.items[here];
+    if (!item) return;
+    item.setAttribute("aria-current", "true");
+    const box = this.list.parentElement;
+    const [top, bottom] = [item.offsetTop, item.offsetTop + item.offsetHeight]; // within the list: the page stays
+    if (top < box.scrollTop) box.scrollTop = top;
+    else if (bottom > box.scrollTop + box.clientHeight) box.scrollTop = bottom - box.clientHeight;
+  }
+
+  /** The moment before a time, or after it. */
+  next(t, way) {
+    const here = last(this.times, way > 0 ? t : t - 0.05);
+    return this.times[way > 0 ? here + 1 : here];
+  }
+
+  /** What was said last until a time. */
+  said(t) {
+    for (let n = last(this.times, t); n >= 0; n -= 1) if (this.told[n].kind === "say") return this.told[n];
+    return null;
+  }
+}
+
+/** Plays what was to be heard. */
+export class Sounds {
+  constructor(told, files, button) {
+    this.told = told.filter(({ sound }) => sound);
+    this.files = files;
+    this.playing = new Set();
+    this.on = true;
+    this.until = 0;
+    button.hidden = !this.told.length;
+    button.addEventListener("click", () => {
+      this.on = !this.on;
+      button.setAttribute("aria-pressed", String(this.on));
+      button.querySelector("span").textContent = this.on ? "Sound on" : "Sound off";
+      if (!this.on) this.stop();
+    });
+  }
+
+  /** It is played from a time on: what was being said then goes on. */
+  start(t, speed) {
+    this.stop();
+    this.speed = speed;
+    this.until = t;
+    for (const moment of this.told) if (moment.t < t && t - moment.t < HEARD) this.play(moment, t - moment.t);
+  }
+
+  stop() {
+    for (const sound of this.playing) sound.pause();
+    this.playing.clear();
+  }
+
+  /** It has come to a time. */
+  show(t) {
+    for (const moment of this.told) if (moment.t >= this.until && moment.t < t) this.play(moment, 0);
+    this.until = Math.max(this.until, t);
+  }
+
+  play({ sound }, since) {
+    if (!this.on) return;
+    const audio = new Audio(this.files + encodeURIComponent(sound));
+    this.playing.add(audio);
+    audio.playbackRate = this.speed;
+    const done = () => this.playing.delete(audio);
+    audio.addEventListener("ended", done);
+    audio.addEventListener("loadedmetadata", () => {
+      if (since >= audio.duration) {
+        audio.pause();
+        done();
+      } else if (since) audio.currentTime = since;
+    });
+    audio.play().catch(done); // a browser that plays nothing unasked
+  }
+}

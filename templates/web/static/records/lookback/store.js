@@ -1,0 +1,89 @@
+// What was recorded, piece by piece: a run of an hour is not loaded at once, and what was loaded is kept.
+
+const LITTLE = 1e-6; // s
+const MOST_KEPT = 400; // pieces
+const AGAIN = 1500; // ms after a piece could not be loaded
+
+/** The number of the last of some times that is not after t, or -1. */
+export function last(times, t) {
+  let [low, high] = [0, times.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= t + LITTLE) low = middle + 1;
+    else high = middle;
+  }
+  return low - 1;
+}
+
+/** Pieces of one kind, each loaded when it is wanted. `made` makes of the answer what is kept. */
+export class Pieces {
+  constructor(times, address, made, came) {
+    Object.assign(this, { times, address, made, came });
+    this.kept = new Map(); // number → piece
+    this.asked = new Map(); // number → when (ms)
+  }
+
+  /** The piece that has a time, or null while it is being loaded; undefined when there is none. */
+  at(t) {
+    if (!this.times.length) return undefined;
+    const number = Math.max(0, last(this.times, t));
+    return this.get(number);
+  }
+
+  get(number) {
+    if (number < 0 || number >= this.times.length) return undefined;
+    const found = this.kept.get(number);
+    if (found) return found;
+    this.load(number);
+    return null;
+  }
+
+  /** Have the piece of a time and the one after it ready. */
+  ahead(t) {
+    const number = Math.max(0, last(this.times, t));
+    for (const next of [number, number + 1]) if (next < this.times.length && !this.kept.has(next)) this.load(next);
+  }
+
+  async load(number) {
+    if (performance.now() - (this.asked.get(number) ?? -AGAIN) < AGAIN) return;
+    this.asked.set(number, performance.now());
+    try {
+      const answer = await fetch(`${this.address}/${number}.json`);
+      const told = await answer.json();
+      if (!answer.ok) throw new Error(told.trouble);
+      if (this.kept.size >= MOST_KEPT) this.kept.delete(this.kept.keys().next().value);
+      this.kept.set(number, this.made(told));
+    } catch (error) {
+      console.warn(error);
+      return;
+    }
+    this.asked.delete(number);
+    this.came();
+  }
+}
+
+/** The values of a time: of each row and of each stream the newest one, as the run panel is told them. */
+export function valuesAt(piece, overview, ids, t) {
+  const rows = {};
+  const streams = {};
+  const seen = {};
+  for (const [number, { t: times, v, s }] of Object.entries(piece.series)) {
+    const at = last(times, t);
+    if (at < 0) continue;
+    const [row, name, kind] = overview.series[number];
+    const [when, text] = [times[at], piece.words[v[at]]];
+    const id = ids[row];
+    if (!name) {
+      if (id) Object.assign((rows[id] ??= { v: "", at: null, n: 1 }), { failed: text, failedAt: when });
+      continue;
+    }
+    if (id && !(rows[id]?.at > when)) Object.assign((rows[id] ??= { n: 1 }), { v: text, at: when });
+    if (!(streams[name]?.at > when)) streams[name] = { v: text, at: when, n: 1, kind };
+    if (s?.[at]) seen[name] = { t: when, at: s[at] };
+  }
+  for (const entry of Object.values(rows)) entry.e = stillFailed(entry) ? entry.failed : "";
+  return { rows, streams, seen };
+}
+
+const FORGIVEN = 1; // s: a row's error is shown for at least so long, although a value comes
+const stillFailed = ({ at, failed, failedAt }) => failed !== undefined && !(at !== null && at > failedAt + FORGIVEN);
