@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from rrp_sheets.runs import RunResult, RunSettings, RunView
     from rrp_sheets.runs.apart import Ended
     from rrp_sheets.runs.bundle.packing import Packed
-    from rrp_sheets.runs.changes_drawn import Compared
     from rrp_sheets.runs.changes import CellSet
+    from rrp_sheets.runs.changes_drawn import Compared
     from rrp_sheets.runs.posing import Posed
     from rrp_sheets.runs.replay import Replayed
     from rrp_sheets.testing import TestReport

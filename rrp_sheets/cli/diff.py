@@ -13,7 +13,7 @@ from rrp_sheets.cli.bundled import Workbook
 from rrp_sheets.errors import SheetsError, UnreadableFile
 
 if TYPE_CHECKING:
-    from rrp_sheets.compare import Comparison
+    from rrp_sheets.runs.changes_drawn import Compared
 
 _STYLES: dict[str, dict[str, Any]] = {
     "added": {"fg": "green"}, "removed": {"fg": "red"}, "changed": {"fg": "yellow"}, "quiet": {"dim": True},
@@ -26,16 +26,21 @@ _STYLES: dict[str, dict[str, Any]] = {
 @click.argument("second", metavar="[B]", required=False, type=Workbook())
 @click.option("--json", "as_json", is_flag=True, help="print everything as JSON")
 @click.option("--html", "as_html", is_flag=True, help="make a page to read, print or send")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="the page's file (.html) instead of printing it")
+@click.option("--svg", "as_svg", is_flag=True, help="draw what changed on the diagrams")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="the file (.html or .svg) instead of printing it")
 @click.option("-q", "--quiet", is_flag=True, help="leave out what has no effect on the behaviour")
 @click.option("--text", "text_form", is_flag=True, help="print the one workbook A as text, for git (see below)")
 def command(
-    first: Path, second: Path | None, as_json: bool, as_html: bool, output: Path | None, quiet: bool, text_form: bool
-) -> None:
+    first: Path, second: Path | None, as_json: bool, as_html: bool, as_svg: bool, output: Path | None, quiet: bool,
+    text_form: bool,
+) -> None:  # fmt: skip
     """Say what is different between the workbooks A (before) and B (after), by what they mean.
 
     Rows are recognised wherever they stand, streams whatever they are called, formulas in either spelling. Names,
     notes, tests and spelling make no other behaviour, but are told.
+
+    --html makes a page with the changes drawn on the diagrams, beside the rows; --svg only the pictures. In them + is
+    new, − is gone, ~ is changed.
 
     \b
     For git, once:  git config diff.rrp-sheets.textconv "rrp-sheets diff --text"
@@ -47,26 +52,38 @@ def command(
     Exit code: 0 same behaviour, 1 different, 2 a workbook cannot be read.
     """  # noqa: D301 – click takes the backspace for "leave these lines as they are"
     if text_form:
-        if second is not None or as_json or as_html:
+        if second is not None or as_json or as_html or as_svg:
             raise click.UsageError("--text prints one workbook: rrp-sheets diff --text FILE")
         click.echo(_text(first), nl=False)
         return
     if second is None:
         raise click.UsageError("Two workbooks are compared: rrp-sheets diff A B")
-    if output is not None and output.suffix.casefold() not in (".html", ".htm"):
-        raise click.UsageError("The page's file ends with .html: rrp-sheets diff A B -o changes.html")
+    form = _form(as_html, as_svg, output)
     from rrp_sheets import api
 
     try:
-        comparison = api.diff(first, second)
+        found = api.diff_in_detail(first, second)
     except UnreadableFile as error:
         if not as_json:
             raise
         entry = {"code": error.code, "message": error.message, "remedy": error.remedy}
         click.echo(json.dumps({"schema": 1, "error": entry}, ensure_ascii=False, indent=2))
         sys.exit(2)
-    _show(comparison, as_json, as_html, output, quiet)
-    sys.exit(0 if comparison.same else 1)
+    _show(found, form, as_json, output, quiet)
+    sys.exit(0 if found.comparison.same else 1)
+
+
+def _form(as_html: bool, as_svg: bool, output: Path | None) -> str:
+    """`html`, `svg`, or nothing: what was asked for, or what the file's name asks for."""
+    if as_html and as_svg:
+        raise click.UsageError("--html has the pictures in it; leave out --svg, or ask twice.")
+    suffix = output.suffix.casefold() if output is not None else ""
+    wanted = "svg" if as_svg else "html" if as_html else {".svg": "svg"}.get(suffix, "html" if suffix else "")
+    fitting = {"svg": (".svg",), "html": (".html", ".htm")}.get(wanted, ())
+    if output is not None and suffix not in fitting:
+        kind, ending = ("picture", "svg") if wanted == "svg" else ("page", "html")
+        raise click.UsageError(f"The {kind}'s file ends with .{ending}: rrp-sheets diff A B -o changes.{ending}")
+    return wanted
 
 
 def _text(path: Path) -> str:
@@ -81,20 +98,30 @@ def _text(path: Path) -> str:
         return unreadable_text(path, error)  # git would stop at a failure, also in the middle of a log
 
 
-def _show(comparison: Comparison, as_json: bool, as_html: bool, output: Path | None, quiet: bool) -> None:
-    from rrp_sheets.compare.as_html import as_html as page
+def _show(found: Compared, form: str, as_json: bool, output: Path | None, quiet: bool) -> None:
     from rrp_sheets.compare.as_text import as_text, verdict
 
+    comparison = found.comparison
+    made = _made(found, form) if output is not None or (form and not as_json) else ""
     if output is not None:
-        _write(output, page(comparison))
+        _write(output, made)
     if as_json:
         click.echo(json.dumps(comparison.as_dict(), ensure_ascii=False, indent=2))
-    elif as_html and output is None:
-        click.echo(page(comparison), nl=False)
     elif output is not None:
         click.echo(f"{verdict(comparison)} Written: {output}")
+    elif form:
+        click.echo(made, nl=False)
     else:
         click.echo(as_text(comparison, brief=quiet, style=lambda text, role: click.style(text, **_STYLES[role])))
+
+
+def _made(found: Compared, form: str) -> str:
+    """The page, or the picture."""
+    from rrp_sheets.compare.as_html import as_html
+    from rrp_sheets.runs.limits import lift_limit
+
+    lift_limit()  # no formula is looked at any more, and drawing may take what memory it needs
+    return found.svg() if form == "svg" else as_html(found.comparison, found.html())
 
 
 def _write(output: Path, page: str) -> None:

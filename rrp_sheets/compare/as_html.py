@@ -19,25 +19,31 @@ _KINDS = {
 _HEADS = ("Where", "What", "Before", "After", "Remark")
 
 
-def as_html(comparison: Comparison) -> str:
-    """The comparison as a page of its own, which needs no other file."""
-    title = f"{_name(comparison.first)} and {_name(comparison.second)} compared"
+def as_html(comparison: Comparison, drawn: str = "") -> str:
+    """The comparison as a page of its own, which needs no other file.
+
+    Args:
+        comparison: what to tell.
+        drawn: pictures and rows of what changed, as `runs.changes_drawn` makes them.
+    """
+    title = f"{file_name(comparison.first)} and {file_name(comparison.second)} compared"
     style = "".join(bundled("templates", "compare", n).read_text(encoding="utf-8") for n in ("page.css", "changes.css"))
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{_e(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n<main>\n<h1>{_e(title)}</h1>\n"
-        f"{as_part(comparison)}\n</main>\n</body>\n</html>\n"
+        f"{as_part(comparison, drawn)}\n</main>\n</body>\n</html>\n"
     )
 
 
-def as_part(comparison: Comparison) -> str:
+def as_part(comparison: Comparison, drawn: str = "") -> str:
     """The comparison as a part of a page that has changes.css: no style, no script, everything escaped."""
     parts = [
         f'<p class="verdict {"same" if comparison.same else "different"}">'
         f"{'✓' if comparison.same else '≠'} {_e(verdict(comparison))}</p>",
         *(f'<p class="caution">{_e(text)}</p>' for text in cautions(comparison)),
         _versions(comparison),
+        *([drawn] if drawn else []),
     ]
     if comparison.effects:
         parts.append(_section("What changes the behaviour", comparison.effects))
@@ -52,7 +58,8 @@ def _e(text: str) -> str:
     return html.escape(one_line(text))
 
 
-def _name(version: Version) -> str:
+def file_name(version: Version) -> str:
+    """The name of a workbook's file, for a title."""
     return shown_source(version).replace("\\", "/").rstrip("/").rsplit("/", 1)[-1] or "nothing"
 
 

@@ -13,18 +13,32 @@ from __future__ import annotations
 from rrp_sheets.checks import Checked
 from rrp_sheets.compare.changes import Change, Comparison, Version
 from rrp_sheets.compare.declared import device_changes, helper_changes
+from rrp_sheets.compare.detail import detail
 from rrp_sheets.compare.lists import gesture_changes, scene_changes, table_changes, test_changes
-from rrp_sheets.compare.match import match
+from rrp_sheets.compare.match import Match, match
 from rrp_sheets.compare.own import sheet_changes
 from rrp_sheets.compare.protocol import protocol_changes
 from rrp_sheets.compare.rows import row_changes
 from rrp_sheets.compare.side import Side
+from rrp_sheets.model.changed import ChangedBehaviour
 from rrp_sheets.workbook import Reading
 
 
 def compare(first: tuple[Reading, Checked], second: tuple[Reading, Checked]) -> Comparison:
     """What is different between two workbooks, each read and checked; either may have errors."""
+    return _compare(Side(*first), Side(*second))[0]
+
+
+def compare_in_detail(
+    first: tuple[Reading, Checked], second: tuple[Reading, Checked]
+) -> tuple[Comparison, tuple[ChangedBehaviour, ...]]:
+    """The comparison, and the behaviours that changed as they are drawn."""
     old, new = Side(*first), Side(*second)
+    comparison, found = _compare(old, new)
+    return comparison, detail(old, new, found, comparison.changes)
+
+
+def _compare(old: Side, new: Side) -> tuple[Comparison, Match]:
     found = match(old, new)
     changes = [
         *row_changes(old, new, found),
@@ -38,7 +52,7 @@ def compare(first: tuple[Reading, Checked], second: tuple[Reading, Checked]) -> 
         *sheet_changes(old, new),
         *_notes(old, new),
     ]
-    return Comparison(_version(old), _version(new), tuple(changes))
+    return Comparison(_version(old), _version(new), tuple(changes)), found
 
 
 def _version(side: Side) -> Version:

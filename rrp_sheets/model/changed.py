@@ -1,0 +1,124 @@
+"""What changed in a behaviour, row by row and stream by stream: what is drawn, and set in tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+SAME, ADDED, REMOVED, CHANGED = "", "+", "−", "~"  # the signs, as they are shown
+Run = tuple[bool, str]  # a part of a text: whether it is marked as gone or new, and its words
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """A text before and after; equal when it means the same.
+
+    Attributes:
+        pieces: what stayed (`same`), went (`gone`) and came (`new`); empty when the whole of it changed.
+    """
+
+    before: str = ""
+    after: str = ""
+    pieces: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def changed(self) -> bool:
+        """Whether it is another one."""
+        return self.before != self.after
+
+    def was(self) -> tuple[Run, ...]:
+        """The text before, with what went marked.
+
+        >>> Words("x < 20", "x < 15", (("same", "x < "), ("gone", "20"), ("new", "15"))).was()
+        ((False, 'x < '), (True, '20'))
+        """
+        return self._side("gone", self.before)
+
+    def now(self) -> tuple[Run, ...]:
+        """The text after, with what came marked."""
+        return self._side("new", self.after)
+
+    def _side(self, kind: str, whole: str) -> tuple[Run, ...]:
+        if not self.changed:
+            return ((False, whole),) if whole else ()
+        if not any(k == "same" for k, _ in self.pieces):
+            return ((True, whole),) if whole else ()
+        return tuple((k == kind, text) for k, text in self.pieces if k in ("same", kind) and text)
+
+
+def same(text: str) -> Words:
+    """A text that did not change."""
+    return Words(text, text)
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """A stream that a row reads or writes; `sign` tells whether it does so since, or no more."""
+
+    stream: str
+    sign: str = SAME
+
+
+@dataclass(frozen=True, slots=True)
+class ChangedStream:
+    """A stream of either workbook.
+
+    Attributes:
+        id: the same for both where it is the same stream.
+        kind: `sensor`, `stream`, `actuator`, `anonymous` or `done`.
+        sign: what became of it.
+        name: as people know it.
+        settings: of its device, those that changed, each with the setting's name.
+    """
+
+    id: str
+    kind: str
+    sign: str
+    name: Words
+    settings: tuple[tuple[str, Words], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ChangedRow:
+    """A row of either workbook.
+
+    Attributes:
+        sign: what became of it.
+        number: its row now; of a removed one the row where it stood.
+        was: its row before, 0 when it is new.
+        takes, gives: the streams that it reads and writes, or did.
+        remarks: what else there is to know: switched off, moved, a helper that changed.
+        off: whether it is switched off.
+    """
+
+    sign: str
+    number: int
+    was: int
+    inputs: Words
+    connector: Words
+    formula: Words
+    output: Words
+    takes: tuple[Link, ...]
+    gives: tuple[Link, ...]
+    remarks: tuple[str, ...] = ()
+    off: bool = False
+
+    @property
+    def id(self) -> str:
+        """Unique among the rows of both workbooks: `r4`, or `x4` for the removed row 4."""
+        return f"{'x' if self.sign == REMOVED else 'r'}{self.number}"
+
+
+@dataclass(frozen=True, slots=True)
+class ChangedBehaviour:
+    """A behaviour of both workbooks, or of one.
+
+    Attributes:
+        rows: all of them, in their order; removed ones where they stood.
+        streams: by id.
+    """
+
+    name: str
+    sign: str
+    rows: tuple[ChangedRow, ...]
+    streams: Mapping[str, ChangedStream]

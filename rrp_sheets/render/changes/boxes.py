@@ -1,0 +1,165 @@
+"""From the changed rows of a behaviour to boxes and arrows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from rrp_sheets.connectors import connectors
+from rrp_sheets.model.changed import ADDED, REMOVED, ChangedRow, ChangedStream, Link, Words
+from rrp_sheets.render.boxes import ROW_TEXT_LEFT, ROW_TOP, Arrow, Box, Drawing
+from rrp_sheets.render.changes.lines import Line, marked_lines, plain
+from rrp_sheets.render.measure import clean, width
+from rrp_sheets.render.style import FORMULA_LINE, MONO_PT, NAME_COLUMNS, NAME_LINE, NAME_PT, SMALL_PT
+
+_COLUMNS, _LINES = 26, 4
+_INDENT = 9.0  # room for a sign before a line
+_REMARK_COLUMNS = 30
+
+
+@dataclass(frozen=True)
+class Told:
+    """A line in a box: its sign, its words, how they are set."""
+
+    sign: str
+    words: Line
+    mono: bool = True
+
+
+@dataclass(frozen=True)
+class ChangeBox(Box):
+    """A box that says what became of it.
+
+    Attributes:
+        sign: of the row or the stream.
+        heading: the connector, or the stream's name in lines.
+        told: what stands below it.
+    """
+
+    sign: str = ""
+    heading: tuple[Line, ...] = ()
+    told: tuple[Told, ...] = ()
+
+
+@dataclass(frozen=True)
+class ChangeArrow(Arrow):
+    """An arrow that came or went; `labelled` when neither of its ends says so."""
+
+    sign: str = ""
+    labelled: bool = False
+
+
+def make_change_drawing(
+    rows: Sequence[ChangedRow], streams: Mapping[str, ChangedStream], ids: Mapping[str, str], notes: Mapping[str, str],
+    part: int = 1,
+) -> Drawing:  # fmt: skip
+    """The boxes and arrows of some rows.
+
+    Args:
+        rows: in their order.
+        streams: by id.
+        ids: the box id of every stream.
+        notes: where a stream comes from or goes to, when that is not drawn here.
+        part: the number of the part.
+    """
+    drawing = Drawing()
+
+    def place(stream: str) -> str:
+        box_id = ids[stream] + (f"-p{part}" if part > 1 else "")
+        if box_id not in drawing.boxes:
+            drawing.boxes[box_id] = _stream_box(box_id, streams[stream], notes.get(stream, ""))
+        return box_id
+
+    for row in rows:
+        heads = [(place(link.stream), link) for link in row.takes]
+        box = _row_box(row)
+        drawing.boxes[box.id] = box
+        for box_id, link in heads:
+            drawing.arrows.append(_arrow(box_id, box.id, link, row, streams[link.stream].sign))
+        for link in row.gives:
+            box_id = place(link.stream)
+            headless = drawing.boxes[box_id].kind == "anonymous"
+            drawing.arrows.append(_arrow(box.id, box_id, link, row, streams[link.stream].sign, headless))
+    return drawing
+
+
+def _arrow(
+    tail: str, head: str, link: Link, row: ChangedRow, stream_sign: str, headless: bool = False
+) -> ChangeArrow:
+    labelled = bool(link.sign) and link.sign not in (row.sign, stream_sign)
+    return ChangeArrow(tail, head, row.off, headless, sign=link.sign, labelled=labelled)
+
+
+def _stream_box(box_id: str, stream: ChangedStream, note: str) -> ChangeBox:
+    if stream.kind == "anonymous":
+        size = (width(note, SMALL_PT) + 14, 12.0) if note else (7.0, 7.0)
+        return ChangeBox(box_id, "anonymous", "", (), *size, stream.id, note, sign=stream.sign)
+    heading = marked_lines(((False, stream.name.after),), NAME_COLUMNS, 2)
+    told = [Told(REMOVED, line, mono=False) for line in marked_lines(stream.name.was(), NAME_COLUMNS, 2)]
+    told = told if stream.name.changed else []
+    for name, words in stream.settings:
+        told += _both(Words(f"{name}: {words.before}", f"{name}: {words.after}"), mono=False)
+    bold = stream.kind != "stream"
+    wide = max((width(plain(line), NAME_PT, bold=bold) for line in heading), default=20.0)
+    wide = max([wide, *(_width(line) for line in told)])
+    high = NAME_LINE * len(heading) + FORMULA_LINE * len(told) + 8
+    if note:
+        wide, high = max(wide, width(note, SMALL_PT)), high + 10
+    across = wide + 16 if bold else wide * 1.16 + 16
+    if stream.kind == "stream" and len(heading) + len(told) + bool(note) > 1:  # an oval's corners are missing
+        across, high = across + 14, high + 8
+    if stream.kind == "actuator":
+        across, high = across + 6, high + 5
+    lines = tuple(plain(line) for line in heading)
+    return ChangeBox(
+        box_id, stream.kind, clean(stream.name.after), lines, across, high, stream.id, note, sign=stream.sign,
+        heading=heading, told=tuple(told),
+    )  # fmt: skip
+
+
+def _row_box(row: ChangedRow) -> ChangeBox:
+    connector = row.connector
+    heading: Line = ((row.sign == REMOVED, connector.after or connector.before),)
+    if connector.before and connector.after and connector.changed:
+        heading = ((True, connector.before), (False, f" → {connector.after}"))
+    told = _formula(row)
+    told += [
+        Told("", line, mono=False)
+        for remark in row.remarks
+        for line in marked_lines(((False, remark),), _REMARK_COLUMNS, 2)
+    ]
+    wide = max([width(plain(heading), SMALL_PT, bold=True) + 4, *(_width(line) for line in told)])
+    high = ROW_TOP + (FORMULA_LINE * len(told) + 4 if told else 0)
+    name = connector.after or connector.before
+    found = connectors().get(name)
+    return ChangeBox(
+        row.id, "row", clean(name), tuple(plain(line.words) for line in told), ROW_TEXT_LEFT + wide + 12, high,
+        row=row.number, formula=row.formula.after or row.formula.before, icon=found.icon if found else "",
+        off=row.off, sign=row.sign, heading=(heading,), told=tuple(told),
+    )  # fmt: skip
+
+
+def _formula(row: ChangedRow) -> list[Told]:
+    words = row.formula
+    if row.sign == ADDED:
+        return [Told("", line) for line in marked_lines(((False, words.after),), _COLUMNS, _LINES)]
+    if row.sign == REMOVED:
+        return [Told("", line) for line in marked_lines(((True, words.before),), _COLUMNS, _LINES)]
+    if not words.changed:
+        return [Told("", line) for line in marked_lines(((False, words.after),), _COLUMNS, _LINES - 1)]
+    return _both(words)
+
+
+def _both(words: Words, mono: bool = True) -> list[Told]:
+    """Before and after, each in lines under its sign."""
+    out = []
+    for sign, runs in ((REMOVED, words.was()), (ADDED, words.now())):
+        lines = marked_lines(runs or ((True, "blank"),), _COLUMNS, _LINES)
+        out += [Told(sign if number == 0 else " ", line, mono) for number, line in enumerate(lines)]
+    return out
+
+
+def _width(told: Told) -> float:
+    indent = _INDENT if told.sign else 0.0
+    marked = any(mark for mark, _ in told.words)
+    return indent + width(plain(told.words), MONO_PT, mono=told.mono, bold=marked or not told.mono)

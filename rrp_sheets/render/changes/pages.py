@@ -1,0 +1,171 @@
+"""The diagrams of what changed: which rows are drawn, in which parts, and how to read them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+
+from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, SAME, ChangedBehaviour, ChangedRow
+from rrp_sheets.render.changes.boxes import make_change_drawing
+from rrp_sheets.render.changes.svg import FILL, LINE, MARGIN, draw_change, draw_sign
+from rrp_sheets.render.diagram import Page
+from rrp_sheets.render.dot import dot_text
+from rrp_sheets.render.layout import TIMEOUT, lay_out
+from rrp_sheets.render.measure import clean, width
+from rrp_sheets.render.style import DASHES, LANDSCAPE, MOST_ROWS, NAME_PT, PAGE, SMALL_PT, SOFT
+from rrp_sheets.render.svg import frame, text
+
+MOST_DRAWN = 180
+"""Rows that are drawn of one behaviour: ten parts. Lists name all."""
+_AT_ONCE = 4
+_KINDS = ((ADDED, "new"), (REMOVED, "gone"), (CHANGED, "changed"), (SAME, "as before"))
+
+
+def draw_changes(behaviour: ChangedBehaviour, number: int = 1, timeout: float = TIMEOUT) -> list[Page]:
+    """Draw what changed in a behaviour: the changed rows and those that they are joined with.
+
+    Args:
+        behaviour: with all rows of both workbooks.
+        number: of the behaviour, for the ids in the picture.
+        timeout: of each layout, in seconds.
+
+    Raises:
+        SheetsError: Graphviz is missing or took too long.
+    """
+    shown = drawn_rows(behaviour)
+    parts = _parts(shown, behaviour)
+    ids = {stream: f"s{n}" for n, stream in enumerate(behaviour.streams, 1)}
+    draw = partial(_page, behaviour, ids, _left_out(behaviour, shown), number, timeout)
+    with ThreadPoolExecutor(_AT_ONCE) as pool:
+        return list(pool.map(draw, parts, range(1, len(parts) + 1), [len(parts)] * len(parts)))
+
+
+def drawn_rows(behaviour: ChangedBehaviour) -> list[ChangedRow]:
+    """All rows of a short behaviour; of a long one those that changed, and those beside them in the graph."""
+    rows = behaviour.rows
+    if len(rows) <= MOST_ROWS:
+        return list(rows)
+    marked = {s.id for s in behaviour.streams.values() if s.sign}
+    changed = [r for r in rows if r.sign or marked & _streams(r)][:MOST_DRAWN]
+    wanted = {r.id for r in changed}
+    reads = {link.stream for r in changed for link in r.takes}
+    makes = {link.stream for r in changed for link in r.gives}
+    for row in rows:
+        beside = reads & {link.stream for link in row.gives} or makes & {link.stream for link in row.takes}
+        if beside and len(wanted) < MOST_DRAWN:
+            wanted.add(row.id)
+    return [r for r in rows if r.id in wanted]
+
+
+def _streams(row: ChangedRow) -> set[str]:
+    return {link.stream for link in (*row.takes, *row.gives)}
+
+
+def _left_out(behaviour: ChangedBehaviour, shown: Sequence[ChangedRow]) -> str:
+    """Which rows are not drawn, in words."""
+    ids = {r.id for r in shown}
+    numbers = [r.number for r in behaviour.rows if r.id not in ids and not r.sign]
+    more = sum(1 for r in behaviour.rows if r.id not in ids and r.sign)
+    told = f"not drawn: {ranges(numbers)}, unchanged" if numbers else ""
+    return "; ".join(filter(None, [told, f"and {more:,} further changed rows, which the list has" if more else ""]))
+
+
+def ranges(numbers: Iterable[int]) -> str:
+    """Row numbers in words.
+
+    >>> ranges([2, 3, 4, 7]), ranges([5])
+    ('rows 2–4 and 7', 'row 5')
+    """
+    runs: list[list[int]] = []
+    for n in numbers:
+        if runs and runs[-1][1] == n - 1:
+            runs[-1][1] = n
+        else:
+            runs.append([n, n])
+    words = [f"{a}–{b}" if a != b else f"{a}" for a, b in runs]
+    if len(words) > 6:
+        words = [*words[:3], "…", *words[-2:]]
+    plural = "s" if len(runs) > 1 or any(a != b for a, b in runs) else ""
+    return f"row{plural} " + (" and ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else words[0])
+
+
+def _parts(rows: Sequence[ChangedRow], behaviour: ChangedBehaviour) -> list[tuple[ChangedRow, ...]]:
+    """Consecutive rows, cut where few streams go across, and never at an unnamed one if that can be helped."""
+    parts, start = [], 0
+    while len(rows) - start > MOST_ROWS:
+        cuts = range(start + MOST_ROWS // 2, start + MOST_ROWS + 1)
+        cut = min(cuts, key=lambda c: (_crossing(rows, start, c, behaviour), -c))
+        parts.append(tuple(rows[start:cut]))
+        start = cut
+    return [*parts, tuple(rows[start:])]
+
+
+def _crossing(rows: Sequence[ChangedRow], start: int, cut: int, behaviour: ChangedBehaviour) -> int:
+    before = {s for r in rows[start:cut] for s in _streams(r)}
+    after = {s for r in rows[cut : cut + MOST_ROWS] for s in _streams(r)}
+    cost = {"anonymous": 50, "stream": 1}
+    return sum(cost.get(behaviour.streams[s].kind, 0) for s in before & after)
+
+
+def _page(
+    behaviour: ChangedBehaviour, ids: dict[str, str], left_out: str, number: int, timeout: float,
+    rows: tuple[ChangedRow, ...], part: int, parts: int,
+) -> Page:  # fmt: skip
+    drawing = make_change_drawing(rows, behaviour.streams, ids, _notes(behaviour, rows), part)
+    dot = dot_text(drawing, behaviour.name)
+    layout = lay_out(dot, timeout=timeout)
+    wide, high = layout.width + 2 * MARGIN, layout.height + 2 * MARGIN
+    name = clean(behaviour.name)
+    whole = f"{name}, part {part} of {parts}" if parts > 1 else name
+    alt = f"What changed in the behaviour {whole}: {_told(rows)}. The table of rows says the same."
+    prefix = f"c{number}" + (f"-p{part}" if part > 1 else "")
+    svg = draw_change(drawing, layout, prefix=prefix, title=f"What changed in {whole}", description=alt)
+    captions = [f"Part {part} of {parts}" if parts > 1 else "", left_out if part == 1 else ""]
+    upright, turned = (min(1.0, most[0] / wide, most[1] / high) for most in (PAGE, LANDSCAPE))
+    return Page(
+        name, "; ".join(filter(None, captions)), svg, dot, wide, high, max(upright, turned), turned > upright,
+        (rows[0].number, rows[-1].number), alt, part, parts,
+    )  # fmt: skip
+
+
+def _notes(behaviour: ChangedBehaviour, rows: Sequence[ChangedRow]) -> dict[str, str]:
+    """Where the streams come from that rows of this part read and rows elsewhere make."""
+    here = {r.id for r in rows}
+    made = {link.stream for r in rows for link in r.gives}
+    read = {link.stream for r in rows for link in r.takes} - made
+    notes: dict[str, str] = {}
+    for row in behaviour.rows:
+        for link in row.gives if row.id not in here else ():
+            if link.stream in read and behaviour.streams[link.stream].kind in ("stream", "anonymous"):
+                notes.setdefault(link.stream, f"from row {row.number}")
+    return notes
+
+
+def _told(rows: Sequence[ChangedRow]) -> str:
+    counts = [(sum(r.sign == sign for r in rows), word) for sign, word in _KINDS]
+    return ", ".join(f"{count} row{'s' if count > 1 else ''} {word}" for count, word in counts if count)
+
+
+def legend_page(title: str) -> Page:
+    """How to read the pictures, in one line, under the names of both workbooks."""
+    x, parts = 8.0, []
+    for sign, word in _KINDS:
+        thick = {ADDED: 2.2, REMOVED: 1.4, CHANGED: 1.7}.get(sign, 0.9)
+        dashes = f' stroke-dasharray="{DASHES}"' if sign == REMOVED else ""
+        parts.append(
+            f'<rect x="{x:.1f}" y="9" width="30" height="16" rx="3" fill="{FILL[sign]}" stroke="{LINE[sign]}" '
+            f'stroke-width="{thick}"{dashes}/>'
+        )
+        if sign:
+            parts.append(draw_sign(sign, (x + 29, 10), 6.0))
+        parts.append(text(x + 40, 21, word, NAME_PT))
+        x += 40 + width(word, NAME_PT) + 24
+    hint = "A formula that changed: first as it was, below as it is. Rows that are gone have the number that they had."
+    parts.append(text(8, 43, hint, SMALL_PT, fill=SOFT, italic=True))
+    wide = max(x, width(hint, SMALL_PT) + 16)
+    alt = (
+        "Legend: a plus and a thick line for what is new, a minus and dashes for what is gone, a wave for what changed."
+    )
+    svg = frame("\n".join(parts), wide, 50, ident="change-legend", title="How to read the pictures", description=alt)
+    return Page(clean(title), "", svg, "", wide, 50, 1.0, False, (0, 0), alt)
