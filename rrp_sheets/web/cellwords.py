@@ -66,12 +66,12 @@ def _instead(robot: Robot) -> dict[str, dict[str, list[str]]]:
     """Which devices to use instead of one, by its key and that of a setting it has not."""
     known = {k for device in robot.devices.values() for k in device.settings}
     devices = [d for kind in ("sensor", "actuator") for n in robot.device_names(kind) if (d := robot.find(n))]
-    found = {
-        key(d.name): {k: [o.name for o in others] for k in known - set(d.type.settings)
+    by_type = {
+        d.type.name: {k: [o.name for o in others] for k in known - set(d.type.settings)
                       if (others := robot.others_with(d, k))}
-        for d in devices
+        for d in {d.type.name: d for d in devices}.values()  # what to use instead does not depend on its name
     }  # fmt: skip
-    return {name: settings for name, settings in found.items() if settings}
+    return {key(d.name): settings for d in devices if (settings := by_type[d.type.name])}
 
 
 def _choices(setting: Setting, robot: Robot, workbook: Workbook) -> list[Word]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -11,7 +12,7 @@ from rrp_sheets.devices.scene_words import KINDS, verb_names
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.model.names import argument_name, key
-from rrp_sheets.model.values import RecordType
+from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.model.workbook import Helper
 from rrp_sheets.render.contents import contents
 from rrp_sheets.topics.functions import examples, first_line, usage
@@ -28,7 +29,7 @@ FIELDS = (
 
 def vocabulary(look: Look) -> dict[str, Any]:
     """All words for one workbook, as the grid's script wants them."""
-    robot, graph = look.robot, look.graph
+    robot, graph, firsts = look.robot, look.graph, _firsts(look.robot)
     named = [s for s in graph.streams.values() if s.name]
     streams = [_stream(s, look) for s in named]
     names = {key(argument_name(s.name)): _argument(s, look) for s in named}
@@ -45,8 +46,8 @@ def vocabulary(look: Look) -> dict[str, Any]:
             records[key(argument_name(s.name))] = _record(record)
     return {
         **_fixed(), **cell_words(look.workbook, robot), "streams": streams, "names": names, "records": records,
-        "sensors": _devices(look, robot, "sensor", StreamKind.SENSOR),
-        "actuators": _devices(look, robot, "actuator", StreamKind.ACTUATOR),
+        "sensors": _devices(look, firsts, "sensor", StreamKind.SENSOR),
+        "actuators": _devices(look, firsts, "actuator", StreamKind.ACTUATOR),
         "dones": [
             {"text": f"{s.name} done", "kind": "done", "help": f"when a command of {s.name} has ended"}
             for s in named if s.kind is StreamKind.ACTUATOR
@@ -57,8 +58,8 @@ def vocabulary(look: Look) -> dict[str, Any]:
             if key(s) in look.workbook.tables
         ],
         "devices": [
-            {"text": name, "kind": kind, "help": _help(robot, name)}
-            for kind in ("sensor", "actuator") for name in _offered(robot, kind)
+            {"text": name, "kind": kind, "help": _help(robot, firsts, name)}
+            for kind in ("sensor", "actuator") for name in _offered(robot, firsts, kind)
         ],
     }  # fmt: skip
 
@@ -118,9 +119,10 @@ def _record(record: RecordType) -> dict[str, Any]:
     return {"name": record.name, "fields": fields}
 
 
-def _devices(look: Look, robot: Robot, kind: str, wanted: StreamKind) -> list[Word]:
+def _devices(look: Look, firsts: Mapping[str, str], kind: str, wanted: StreamKind) -> list[Word]:
+    robot = look.robot
     mine = [d.stream.text for d in look.workbook.devices if (f := robot.find(d.device.text)) and f.type.kind == kind]
-    offered = [n for n in _offered(robot, kind) if key(n) not in {key(m) for m in mine}]
+    offered = [n for n in _offered(robot, firsts, kind) if key(n) not in {key(m) for m in mine}]
     declared = {key(d.stream.text): d.device.text for d in look.workbook.devices}
     return [
         *(
@@ -132,31 +134,34 @@ def _devices(look: Look, robot: Robot, kind: str, wanted: StreamKind) -> list[Wo
             }
             for n in mine
         ),
-        *({"text": n, "kind": wanted.value, "help": _help(robot, n)} for n in offered),
+        *({"text": n, "kind": wanted.value, "help": _help(robot, firsts, n)} for n in offered),
     ]
 
 
-def _offered(robot: Robot, kind: str) -> list[str]:
+def _offered(robot: Robot, firsts: Mapping[str, str], kind: str) -> list[str]:
     """The devices in their order; of two names for one thing the shorter one first."""
     names = robot.device_names(kind)
-    firsts = [_first(robot, name) for name in names]
-    return sorted(names, key=lambda name: (firsts.index(_first(robot, name)), len(name)))
+    places: dict[str, int] = {}
+    for place, name in enumerate(names):
+        places.setdefault(firsts[key(name)], place)
+    return sorted(names, key=lambda name: (places[firsts[key(name)]], len(name)))
 
 
-def _first(robot: Robot, name: str) -> str:
-    """The shortest name of the thing that a name stands for."""
-    found = robot.find(name)
-    alike = [f.name for f in robot.names.values() if f.offered and found and _same(f, found)]
-    return min(alike, key=len, default=name)
+def _firsts(robot: Robot) -> dict[str, str]:
+    """By each name's key, the shortest name of the thing that it stands for."""
+    shortest: dict[tuple[str, frozenset[tuple[str, Value]]], str] = {}
+    for found in robot.names.values():
+        if found.offered and len(found.name) < len(shortest.get(_thing(found), found.name + " ")):
+            shortest[_thing(found)] = found.name
+    return {name: shortest.get(_thing(found), found.name) for name, found in robot.names.items()}
 
 
-def _same(one: Found, other: Found) -> bool:
-    return one.type.name == other.type.name and dict(one.preset) == dict(other.preset)
+def _thing(found: Found) -> tuple[str, frozenset[tuple[str, Value]]]:
+    return found.type.name, frozenset(found.preset.items())
 
 
-def _help(robot: Robot, name: str) -> str:
-    first = _first(robot, name)
-    if key(first) != key(name) and robot.find(name) is not None:
+def _help(robot: Robot, firsts: Mapping[str, str], name: str) -> str:
+    first, found = firsts.get(key(name), name), robot.find(name)
+    if key(first) != key(name):
         return f"the same as {first}"
-    found = robot.find(name)
     return found.type.help if found else ""
