@@ -17,6 +17,7 @@ from rrp_sheets.errors import RunBroken, UnreadableFile
 from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.model.exchange import Act, Happening
 from rrp_sheets.model.values import Failure, Value, to_json
+from rrp_sheets.runtime.holding import hold
 from rrp_sheets.runtime.plan import Plan
 
 FORMAT = 1
@@ -46,6 +47,7 @@ class TraceWriter:
             self._file: TextIO = path.open("w", encoding="utf-8", errors="backslashreplace", newline="\n")
         except OSError as error:
             raise _unwritten(error) from None
+        hold(self._file)
         self._labels = {s.id: stream_label(s) for s in plan.streams}
         streams = [
             {"stream": self._labels[s.id], "kind": s.kind.value, "device": s.device.type.name if s.device else None}

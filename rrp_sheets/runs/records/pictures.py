@@ -100,7 +100,7 @@ def _moments(film: Path, told: Sequence[Mapping[str, Any]], count: int) -> list[
                 picture.seek(place)
                 packed = io.BytesIO()
                 picture.convert("RGB").save(packed, "JPEG", quality=_QUALITY)
-                when, words = "", ()
+                when, words = "", tuple[str, ...]()
                 if times:
                     until = times[chosen[number + 1]] if number + 1 < len(chosen) else float("inf")
                     when, words = f"{times[place]:.1f} s", _words(told, 0.0 if number == 0 else times[place], until)

@@ -13,6 +13,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.folder import describe
 from rrp_sheets.runs.records.clerk import Clerk
 from rrp_sheets.runs.records.facts import Facts
+from rrp_sheets.runs.records.wording import clock, length
 from rrp_sheets.web.library import Library
 from rrp_sheets.web.records.pages import (
     Download,
@@ -25,7 +26,7 @@ from rrp_sheets.web.records.pages import (
     RunsPage,
 )
 from rrp_sheets.web.records.shelved import PICTURES, Runs
-from rrp_sheets.web.records.telling import clock, length, line_of, when
+from rrp_sheets.web.records.telling import line_of, when
 
 A_PAGE = 100  # runs
 _BESIDE = 30  # further runs of the same workbook

@@ -6,6 +6,7 @@ from collections.abc import Collection
 from datetime import date, datetime, timedelta
 
 from rrp_sheets.runs.records.facts import Facts
+from rrp_sheets.runs.records.wording import ended, length
 from rrp_sheets.web.library import addressable, printable
 from rrp_sheets.web.records.pages import RunLine
 
@@ -28,49 +29,6 @@ def when(moment: datetime | None, today: date | None = None) -> str:
         return f"yesterday {moment:%H:%M}"
     year = "" if moment.year == today.year else f" {moment.year}"
     return f"{moment.day} {moment:%B}{year}, {moment:%H:%M}"
-
-
-def length(seconds: float) -> str:
-    """A length of time.
-
-    >>> length(8.24), length(222), length(4000)
-    ('8.2 s', '3:42 min', '1:06:40 h')
-    """
-    if seconds < 60:
-        return f"{seconds:.1f} s"
-    whole = round(seconds)
-    if whole < 3600:
-        return f"{whole // 60}:{whole % 60:02} min"
-    return f"{whole // 3600}:{whole % 3600 // 60:02}:{whole % 60:02} h"
-
-
-def clock(seconds: float) -> str:
-    """A moment of a run.
-
-    >>> clock(3.0333), clock(83.5)
-    ('0:03.0', '1:23.5')
-    """
-    tenths = round(seconds * 10)
-    return f"{tenths // 600}:{tenths % 600 // 10:02}.{tenths % 10}"
-
-
-def ended(facts: Facts) -> str:
-    """How a run ended."""
-    by = facts.ended_by
-    match facts.ended:
-        case "time":
-            return "its time was over"
-        case "end run":
-            return f"ended by the row {by}" if by else "ended by a row"
-        case "stopped":
-            return f"stopped by {by}" if by else "stopped by hand"
-        case "broken":
-            return f"broke off at the row {by}" if by else "broke off"
-        case "going":
-            return "is going"
-        case "unreadable":
-            return "cannot be read"
-    return "broke off: the record has no end"
 
 
 def line_of(facts: Facts, books: Collection[str]) -> RunLine:

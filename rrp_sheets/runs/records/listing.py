@@ -1,0 +1,59 @@
+"""The recorded runs of a folder: which there are, and which of them somebody wants."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.records.facts import RUNS, TRACE, Facts, facts_of, run_names
+
+
+def runs_place(folder: Path) -> Path:
+    """The folder in which the runs of a folder are: its `runs`, or itself when it is named so.
+
+    Raises:
+        SheetsError: there is no such folder, or its `runs` leads elsewhere.
+    """
+    if not folder.is_dir():
+        raise SheetsError(f"There is no folder “{folder}”.", "Name the folder with the workbooks.")
+    inside = folder / RUNS
+    if inside.is_dir():
+        if not inside.resolve().is_relative_to(folder.resolve()):
+            raise SheetsError(f"“{inside}” leads to another folder.", f"Name that folder itself: {inside.resolve()}")
+        return inside
+    if folder.resolve().name == RUNS:
+        return folder
+    return inside
+
+
+def runs_in(folder: Path) -> list[Path]:
+    """The folders of the runs of a folder, the newest first; of a run's own folder that one; see `runs_place`."""
+    if (folder / TRACE).is_file():
+        return [folder]
+    place = runs_place(folder)
+    return [place / name for name in run_names(place.parent)] if place.name == RUNS else []
+
+
+def chosen(
+    places: Collection[Path], *, participant: str = "", workbook: str = "", going: Collection[str] = ()
+) -> list[Facts]:
+    """What there is to know of the runs of a participant, of a workbook; blank: of all."""
+    found = [facts_of(place, going) for place in places]
+    return [
+        f for f in found
+        if (not participant or f.participant == participant)
+        and (not workbook or workbook.casefold() in (f.workbook.casefold(), Path(f.workbook).stem.casefold()))
+    ]  # fmt: skip
+
+
+def as_dict(facts: Facts) -> dict[str, Any]:
+    """A run as JSON."""
+    return {
+        "run": facts.run, "began": facts.began.isoformat() if facts.began else None, "workbook": facts.workbook,
+        "sha256": facts.digest, "participant": facts.participant, "condition": facts.condition,
+        "operator": facts.operator, "mode": facts.mode, "seed": facts.seed, "program": facts.program,
+        "seconds": facts.seconds, "ended": facts.ended, "ended_by": facts.ended_by, "why": facts.why,
+        "errors": sum(facts.errors.values()),
+    }  # fmt: skip

@@ -1,0 +1,125 @@
+"""Where a participant's code still stands in a folder: in names of files, texts, workbooks, and kept versions."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import re
+import sqlite3
+import time
+import zipfile
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+_CHUNK = 1 << 20  # bytes that are read at once
+_MOST_FILES = 50_000
+_MOST_SECONDS = 20.0
+_MOST_MEMBER = 200_000_000  # bytes of a file in a zip
+_PICTURES = (".gif", ".png", ".jpg", ".jpeg", ".wav")  # their bytes hold no text of ours but what was drawn
+_ZIPS = (".xlsx", ".zip", ".xlsm")
+_JOURNAL = "journal.sqlite"
+
+
+class Code:
+    """A participant's code as it may stand in bytes: as a word of its own, in plain text or escaped as in JSON."""
+
+    def __init__(self, code: str) -> None:
+        forms = {code.encode("utf-8", "replace"), json.dumps(code)[1:-1].encode()}
+        forms |= {form.replace(b"&", b"&amp;").replace(b"<", b"&lt;").replace(b">", b"&gt;") for form in forms}
+        self.longest = max(len(form) for form in forms)
+        words = b"|".join(re.escape(form) for form in sorted(forms))
+        self._pattern = re.compile(rb"(?<![0-9A-Za-z])(?:" + words + rb")(?![0-9A-Za-z])")
+
+    def stands_in(self, data: bytes) -> bool:
+        """Whether it is in there."""
+        return self._pattern.search(data) is not None
+
+
+def places_of(code: str, folder: Path, without: frozenset[Path] = frozenset()) -> tuple[list[str], bool]:
+    """The places in a folder where a code stands, in words, and whether everything was looked at.
+
+    Args:
+        code: the participant's.
+        folder: to look through; no link is followed.
+        without: folders that are left out.
+    """
+    wanted = Code(code)
+    deadline = time.monotonic() + _MOST_SECONDS
+    found: list[str] = []
+    for number, path in enumerate(_files(folder, without)):
+        if number >= _MOST_FILES or time.monotonic() > deadline:
+            return found, False
+        shown = path.relative_to(folder).as_posix()
+        try:
+            found += [f"{shown}{where}" for where in _within(wanted, path)]
+        except OSError as error:
+            found.append(f"{shown} could not be looked into ({error.strerror})")
+    return found, True
+
+
+def _files(folder: Path, without: frozenset[Path]) -> Iterator[Path]:
+    for root, folders, names in os.walk(folder):
+        folders[:] = sorted(n for n in folders if Path(root, n).resolve() not in without)
+        yield from (path for name in sorted(names) if not (path := Path(root, name)).is_symlink())
+
+
+def _within(code: Code, path: Path) -> Iterator[str]:
+    if code.stands_in(os.fsencode(path.name)):
+        yield " (its name)"
+    suffix = path.suffix.casefold()
+    if suffix in _PICTURES or not path.is_file():
+        return
+    if suffix in _ZIPS:
+        if _zip_has(code, path):
+            yield ""
+    elif path.name == _JOURNAL:
+        yield from _journal(code, path)
+    elif _file_has(code, path):
+        yield ""
+
+
+def _file_has(code: Code, path: Path) -> bool:
+    before = b""
+    with path.open("rb") as file:
+        while chunk := file.read(_CHUNK):
+            if code.stands_in(before + chunk):
+                return True
+            before = (before + chunk)[-(code.longest + 1) :]
+    return False
+
+
+def _zip_has(code: Code, file: Path | io.BytesIO, depth: int = 2) -> bool:
+    """Whether it stands in a workbook, or in a file or workbook of a zip."""
+    try:
+        with zipfile.ZipFile(file) as packed:
+            for about in packed.infolist():
+                if code.stands_in(about.filename.encode("utf-8", "replace")):
+                    return True
+                if about.file_size > _MOST_MEMBER or about.filename.casefold().endswith(_PICTURES):
+                    continue
+                data = packed.read(about)
+                nested = depth > 1 and about.filename.casefold().endswith(_ZIPS)
+                if code.stands_in(data) or (nested and _zip_has(code, io.BytesIO(data), depth - 1)):
+                    return True
+    except (zipfile.BadZipFile, RuntimeError, NotImplementedError, ValueError, EOFError):  # damaged, or with a password
+        return False
+    return False
+
+
+def _journal(code: Code, path: Path) -> Iterator[str]:
+    """The edits and kept versions of workbooks; the versions are workbooks themselves."""
+    try:
+        with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as database:
+            for book, edits in database.execute("select book, edits from edits"):
+                if code.stands_in(str(edits).encode()):
+                    yield f" (an edit of {book})"
+                    break
+            for book, name, content in database.execute("select book, name, content from versions"):
+                kept = content if isinstance(content, bytes) else b""
+                if code.stands_in(str(name).encode()) or code.stands_in(kept) or _zip_has(code, io.BytesIO(kept)):
+                    yield f" (the version “{name}” of {book})"
+    except sqlite3.Error:
+        if _file_has(code, path):
+            yield ""
