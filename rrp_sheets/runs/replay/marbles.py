@@ -32,9 +32,10 @@ def difference_scores(found: Replayed) -> list[Score]:
         kind = "actuator" if stream in found.actuators else "stream"
         name = stream.rpartition("!")[2]
         name = f"row {name[1:]}" if name.startswith("#") else name
-        for which, entries, what in (("0", found.recorded, "recorded"), ("1", found.came, now)):
-            groups.append(Group((), Lane(f"{stream} {which}", f"{name}, {what}", kind, _marbles(entries, stream))))
-    score = Score(f"{found.run}: as it was recorded, and {now}", tuple(groups), 0, last, _marks(here, first, last))
+        for which, entries, label in (("0", found.recorded, name), ("1", found.came, "  instead")):
+            groups.append(Group((), Lane(f"{stream} {which}", label, kind, _marbles(entries, stream))))
+    title = f"{found.run}: as it was recorded, and below each line {now}"
+    score = Score(title, tuple(groups), 0, last, _marks(here, first, last))
     return [score.between(first, last)]
 
 

@@ -11,6 +11,7 @@ from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.model.names import key
 from rrp_sheets.runs.replay.record import Recorded
 from rrp_sheets.runs.replay.source import Source
+from rrp_sheets.runs.replay.words import in_words
 
 _FED = (StreamKind.SENSOR, StreamKind.DONE)
 
@@ -103,8 +104,8 @@ def _is_outer(source: Source, stream: Stream) -> bool:
 
 def _rows(rows: list[str]) -> str:
     if len(rows) == 1:
-        return f"the row {rows[0]} gets"
-    return f"the rows {', '.join(rows)} get"
+        return f"{in_words(rows[0])} gets"
+    return f"{', '.join(map(in_words, rows))} get"
 
 
 def _settings(ran: Source, other: Source, found: Matching) -> list[str]:

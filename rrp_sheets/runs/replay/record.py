@@ -151,12 +151,12 @@ def _entry(line: Mapping[str, Any]) -> Entry:
         value = [line["error"], line.get("code"), line.get("inputs")]
         return Entry(us, ERROR, "", row, value, text=_text(line, "error"))
     what = _text(line, "happening")
-    if what in _ACTS and "wall" in line:
+    if what in _ACTS:
         detail = line.get("detail") or {}
         if not isinstance(detail, dict):
             raise ValueError(detail)
         return Entry(us, ACT, stream, row, None, what, _text(line, "text"), detail, _text(line, "by"),
-                     float(line["wall"]))  # fmt: skip
+                     float(line.get("wall") or 0.0))  # fmt: skip
     return Entry(us, HAPPENING, stream, row, None, what, _text(line, "text"))
 
 

@@ -9,6 +9,7 @@ from rrp_sheets.model.values import show
 from rrp_sheets.runs.replay.ends import Ends
 from rrp_sheets.runs.replay.play import Played
 from rrp_sheets.runs.replay.record import HAPPENING, Entry, Recorded
+from rrp_sheets.runs.replay.words import in_words
 
 
 def ending(recorded: Recorded, played: Played) -> str:
@@ -88,13 +89,3 @@ def _many(count: int, what: str) -> str:
 
 def _was(count: int) -> str:
     return "is" if count == 1 else "are"
-
-
-def in_words(row: str) -> str:
-    """A row as people name it.
-
-    >>> in_words("Tracking!5"), in_words("")
-    ('Tracking row 5', 'a row')
-    """
-    sheet, mark, number = row.rpartition("!")
-    return f"{sheet} row {number}" if mark else row or "a row"

@@ -10,7 +10,7 @@ from typing import Any
 from rrp_sheets.model.values import record_from_mapping, show
 from rrp_sheets.runs.replay.differences import EXTRA, MISSING, ORDER, ROW, TIME, VALUE, Count, Difference
 from rrp_sheets.runs.replay.result import Replayed
-from rrp_sheets.runs.replay.telling import in_words
+from rrp_sheets.runs.replay.words import in_words
 
 MOST = 40  # lines of a list; the JSON and the table have all
 _LONGEST = 60  # letters of a value
@@ -35,6 +35,21 @@ class Told:
     row: str
 
 
+@dataclass(frozen=True)
+class RowLine:
+    """What is different at a row, or of a sensor stream.
+
+    Attributes:
+        whose: the row and its stream, in words.
+        text: how many of how many.
+        row: in the workbook that was played; empty when it is not in it.
+    """
+
+    whose: str
+    text: str
+    row: str
+
+
 def _plain(text: str, role: str) -> str:
     return text
 
@@ -51,7 +66,8 @@ def as_text(found: Replayed, style: Style = _plain) -> str:
     if found.ending:
         lines.append(found.ending)
     if found.differences:
-        lines += ["", style("Row by row:", "head"), *(f"  {line}" for line in row_lines(found))]
+        rows = (f"  {line.whose}: {line.text}." for line in row_lines(found))
+        lines += ["", style("Row by row:", "head"), *rows]
         robots = robot_lines(found)
         if robots:
             lines += ["", style("The robot:", "head"), *_listed(robots)]
@@ -78,10 +94,19 @@ def verdict(found: Replayed) -> str:
             return f"The same: with {found.other} {events} of this session would have come as they came."
         return f"The same: {events} in {found.seconds:g} s, as they were recorded."
     if found.other:
-        return f"Different: with {found.other} {_counted(found)} in {found.seconds:g} s would have been different."
+        return f"Different: with {found.other}, {_would(found)} in these {found.seconds:g} s."
     first = found.first
     words = f" The first at {_s(first.us)}: {_each(first)}" if first is not None else ""
     return f"Different: {_counted(found)}.{words}"
+
+
+def _would(found: Replayed) -> str:
+    extra = len(found.of(EXTRA))
+    others = len(found.differences) - extra
+    parts = [f"{others:,} of {found.compared:,} events would not have come as they came"] if others else []
+    if extra:
+        parts.append(f"{extra:,} {'more ' if others or found.compared else ''}would have come")
+    return " and ".join(parts) if parts else "the run would have ended otherwise"
 
 
 def _counted(found: Replayed) -> str:
@@ -94,7 +119,7 @@ def _counted(found: Replayed) -> str:
 
 
 # ---- row by row
-def row_lines(found: Replayed) -> list[str]:
+def row_lines(found: Replayed) -> list[RowLine]:
     """A line for each row or sensor stream that has differences: how many of how many, in words."""
     of: dict[tuple[str, str, str], list[Difference]] = {}
     for d in found.differences:
@@ -103,11 +128,15 @@ def row_lines(found: Replayed) -> list[str]:
     for count in sorted(found.counts, key=_place):
         here = of.pop((count.stream, count.row, count.came_row), [])
         if here:
-            lines.append(f"{whose(count, found)}: {_how_many(here, count, found)}.")
+            lines.append(_row_line(here, count, found))
     for (stream, row, came_row), here in of.items():  # of a row in place of another one
         count = Count(stream, row, came_row, 0, len(here), 0)
-        lines.append(f"{whose(count, found)}: {_how_many(here, count, found)}.")
+        lines.append(_row_line(here, count, found))
     return lines
+
+
+def _row_line(here: Sequence[Difference], count: Count, found: Replayed) -> RowLine:
+    return RowLine(_whose(count, found), _how_many(here, count, found), count.came_row)
 
 
 def _place(count: Count) -> tuple[str, int, str]:
@@ -115,7 +144,7 @@ def _place(count: Count) -> tuple[str, int, str]:
     return sheet, int(number) if number.isdecimal() else 0, count.stream
 
 
-def whose(count: Count, found: Replayed) -> str:
+def _whose(count: Count, found: Replayed) -> str:
     """A row and its stream, in words."""
     name = _name(count.stream)
     row = count.came_row or count.row

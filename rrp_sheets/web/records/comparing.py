@@ -10,6 +10,7 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
+from flask import url_for
 from markupsafe import Markup
 
 from rrp_sheets.compare.as_html import as_part
@@ -25,6 +26,11 @@ from rrp_sheets.web.records.versions import moment
 
 _MOST_RUNS = 40
 _GONE = "Choose another one from the list."
+_DRAWN = frozenset(("behaviour", "row", "stream", "device", "helper"))  # parts that are seen on a diagram
+_LATER = Markup(
+    '<div aria-busy="true" hx-get="{}" hx-trigger="load" hx-swap="outerHTML"><p class="quiet">'
+    "The changes are being drawn …</p></div>"
+)
 
 
 def compare_page(
@@ -68,16 +74,30 @@ def _result(
 ) -> Markup:
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        paths = [_path(library, desk, runs, ref, folder / str(n)) for n, ref in enumerate(refs)]
+        paths = [path_of(library, desk, runs, ref, folder / str(n)) for n, ref in enumerate(refs)]
         found = clerk.compare(*paths)
     named = [
         replace(version, source=words.get(ref, version.source))
         for ref, version in zip(refs, (found.first, found.second), strict=True)
     ]
-    return Markup(as_part(replace(found, first=named[0], second=named[1])))
+    told = replace(found, first=named[0], second=named[1])
+    drawn = any(c.part in _DRAWN for c in found.changes)
+    return Markup(
+        as_part(told, _LATER.format(url_for("records.drawn_changes", first=refs[0], second=refs[1])) if drawn else "")
+    )
 
 
-def _path(library: Library, desk: Desk, runs: Runs, ref: str, folder: Path) -> Path:
+def drawn_changes(library: Library, desk: Desk, runs: Runs, drawer: Clerk, refs: tuple[str, str]) -> Markup:
+    """The changes drawn, which comes after the text of the page; why not, when they cannot be."""
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            paths = [path_of(library, desk, runs, ref, Path(folder) / str(n)) for n, ref in enumerate(refs)]
+            return Markup(drawer.drawn(*paths))  # of our own making, everything in it is escaped
+        except SheetsError as error:
+            return Markup('<p class="notice is-error" role="status">{} {}</p>').format(error.message, error.remedy)
+
+
+def path_of(library: Library, desk: Desk, runs: Runs, ref: str, folder: Path) -> Path:
     """The file that a reference names; a version is put into a folder.
 
     Raises:

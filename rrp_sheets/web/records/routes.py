@@ -14,10 +14,12 @@ from rrp_sheets.web.addressed import RoomOf, rooms
 from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.library import Library
 from rrp_sheets.web.records import versions as kept
-from rrp_sheets.web.records.comparing import compare_page
+from rrp_sheets.web.records.comparing import compare_page, drawn_changes
 from rrp_sheets.web.records.files import everything, run_file, trace_csv
+from rrp_sheets.web.records.lookback import add_lookback
 from rrp_sheets.web.records.pages import show
 from rrp_sheets.web.records.printing import Drawings, paper_style, print_page, today
+from rrp_sheets.web.records.replaying import add_replay
 from rrp_sheets.web.records.runs import marbles_page, record_page, runs_page
 from rrp_sheets.web.records.shelved import Runs
 
@@ -31,6 +33,8 @@ def make_records(library: Library, desk: Desk) -> Blueprint:
     runs = Runs(library.folder, lambda: _names("going"), lambda: _names("writing"))
     _add_runs(pages, library, runs, clerk)
     _add_files(pages, runs, clerk)
+    add_lookback(pages, library, runs)
+    add_replay(pages, library, desk, runs)
     _add_comparison(pages, library, desk, runs, clerk)
     _add_versions(pages, rooms(library, desk))
     _add_paper(pages, library)
@@ -86,10 +90,17 @@ def _add_files(pages: Blueprint, runs: Runs, clerk: Clerk) -> None:
 
 
 def _add_comparison(pages: Blueprint, library: Library, desk: Desk, runs: Runs, clerk: Clerk) -> None:
+    drawer = Clerk()  # a process of its own: whoever looks at a run does not wait for pictures
+
     @pages.get("/compare")
     def compare() -> str:
         refs = (request.args.get("first", "")[:400], request.args.get("second", "")[:400])
         return show(compare_page(library, desk, runs, clerk, refs, request.args.get("book", "")))
+
+    @pages.get("/compare/drawn", endpoint="drawn_changes")
+    def drawn() -> str:
+        refs = (request.args.get("first", "")[:400], request.args.get("second", "")[:400])
+        return drawn_changes(library, desk, runs, drawer, refs)
 
     @pages.get("/compare/changes.css")
     def changes_style() -> Response:

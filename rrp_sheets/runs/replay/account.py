@@ -1,0 +1,33 @@
+"""The account of a replay for a page: words, rows to link to, and marbles, as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+from rrp_sheets.render.marbles import draw_marbles
+from rrp_sheets.runs.replay.marbles import difference_scores
+from rrp_sheets.runs.replay.result import Replayed
+from rrp_sheets.runs.replay.wording import Told, each_line, robot_lines, row_lines, verdict
+
+MOST = 300  # lines of a list
+_MOST_PICTURES = 4
+
+
+def account(found: Replayed) -> dict[str, Any]:
+    """What a page shows of a replay."""
+    robot = robot_lines(found)
+    each = [] if found.other else each_line(found)
+    return {
+        "same": found.same, "verdict": verdict(found), "remarks": list(found.remarks), "ending": found.ending,
+        "rows": [asdict(line) for line in row_lines(found)[:MOST]],
+        "robot": _first(robot), "robot_left_out": max(0, len(robot) - MOST),
+        "each": _first(each), "each_left_out": max(0, len(each) - MOST),
+        "unknown": list(found.unknown), "differs": bool(found.differences),
+        "pictures": [p.svg for p in draw_marbles(difference_scores(found), strips=1)[:_MOST_PICTURES]],
+    }  # fmt: skip
+
+
+def _first(told: Sequence[Told]) -> list[dict[str, Any]]:
+    return [asdict(line) for line in told[:MOST]]

@@ -1,0 +1,219 @@
+"""A recorded run done again: the page that says whether it comes out the same, and what another workbook would do."""
+
+from __future__ import annotations
+
+import tempfile
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+from flask import Blueprint, abort, render_template, request, url_for
+from markupsafe import Markup
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.marbles import WORKBOOK
+from rrp_sheets.runs.records.facts import TRACE
+from rrp_sheets.web.desk import Desk
+from rrp_sheets.web.library import Library, addressable
+from rrp_sheets.web.records.comparing import path_of
+from rrp_sheets.web.records.pages import Choice, RunLine
+from rrp_sheets.web.records.replays import Job, Replays
+from rrp_sheets.web.records.shelved import Runs
+from rrp_sheets.web.records.telling import line_of
+from rrp_sheets.web.records.versions import moment
+
+_LONGEST_REF = 400
+
+
+@dataclass(frozen=True, slots=True)
+class RowLine:
+    """A row that is different; `address` is that of the row in the grid, empty when it is not there."""
+
+    whose: str
+    text: str
+    address: str
+
+
+@dataclass(frozen=True, slots=True)
+class TimeLine:
+    """Something that is different at a time; `address` looks back at that moment."""
+
+    when: str
+    text: str
+    address: str
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayPage:
+    """A run to be replayed.
+
+    Attributes:
+        line: as in the list.
+        trouble: why it cannot be replayed.
+        groups: the workbooks to choose from, with titles.
+        chosen: the reference of the other workbook; empty for the one that ran.
+    """
+
+    template: ClassVar[str] = "replay.html"
+    line: RunLine
+    trouble: str
+    groups: tuple[tuple[str, tuple[Choice, ...]], ...]
+    chosen: str
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayResult:
+    """What came of a replay, a piece of its page.
+
+    Attributes:
+        going: it is not over; the piece asks for itself again.
+        part: how far it is, in percent.
+        state: `same`, `different`, or empty when there is `trouble`.
+    """
+
+    template: ClassVar[str] = "replayed.html"
+    address: str
+    going: bool
+    part: int
+    trouble: str = ""
+    state: str = ""
+    verdict: str = ""
+    ending: str = ""
+    remarks: tuple[str, ...] = ()
+    rows: tuple[RowLine, ...] = ()
+    robot: tuple[TimeLine, ...] = ()
+    robot_left_out: int = 0
+    differs: bool = False
+    each: tuple[TimeLine, ...] = ()
+    each_left_out: int = 0
+    pictures: tuple[Markup, ...] = ()
+    unknown: tuple[str, ...] = ()
+
+
+def add_replay(pages: Blueprint, library: Library, desk: Desk, runs: Runs) -> None:
+    """The addresses."""
+    replays = Replays()
+
+    def asked(run: str) -> str:
+        if run not in runs.names():
+            abort(404)
+        return request.args.get("with", "")[:_LONGEST_REF]
+
+    @pages.get("/runs/<run>/replay")
+    def replay(run: str) -> str:
+        page = replay_page(library, desk, runs, run, asked(run))
+        return render_template(page.template, page=page)
+
+    @pages.get("/runs/<run>/replay/result")
+    def replayed(run: str) -> str:
+        piece = replay_result(library, desk, runs, replays, run, asked(run))
+        return render_template(piece.template, page=piece)
+
+
+def replay_page(library: Library, desk: Desk, runs: Runs, run: str, ref: str) -> ReplayPage:
+    """The page; the replay itself is asked for by it."""
+    facts = runs.facts([run])[0]
+    names = [n for n in library.names() if addressable(n)]
+    line = line_of(facts, names)
+    trouble = "" if facts.readable else f"{facts.why} {facts.remedy}".strip()
+    if facts.ended == "going":
+        trouble = "This run is going on; it can be replayed when it is over."
+    mine = [line.book] if line.book else []
+    books = [*mine, *(n for n in names if n not in mine)]
+    groups: list[tuple[str, tuple[Choice, ...]]] = [
+        ("Workbooks as they are now", tuple(Choice(f"book/{n}", n) for n in books))
+    ]
+    for book in mine:
+        kept = desk.room(library.path(book)).document.versions()
+        groups.append(
+            (
+                f"Kept versions of {book}",
+                tuple(Choice(f"version/{v.id}/{book}", f"{v.name}, {moment(v)}") for v in kept),
+            )
+        )
+    return ReplayPage(line, trouble, tuple(g for g in groups if g[1]), ref)
+
+
+def replay_result(library: Library, desk: Desk, runs: Runs, replays: Replays, run: str, ref: str) -> ReplayResult:
+    """What came of it, or how far it is."""
+    place = runs.place(run)
+    named: dict[str, Any] = {"with": ref} if ref else {}
+    address = url_for("records.replayed", run=run, **named)
+    try:
+        stamp = _stamp(place, library, ref)
+
+        def other(stack: ExitStack) -> Path | None:
+            if not ref:
+                return None
+            folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+            return path_of(library, desk, runs, ref, folder / "other")
+
+        job = replays.job((run, ref, stamp), place, other)
+    except SheetsError as error:
+        return ReplayResult(address, False, 0, f"{error.message} {error.remedy}".strip())
+    if not job.over:
+        return ReplayResult(address, True, round(100 * job.part))
+    if job.trouble:
+        return ReplayResult(address, False, 100, str(job.trouble))
+    return _told(job, address, library, desk, runs, run, ref)
+
+
+def _stamp(place: Path, library: Library, ref: str) -> tuple[float, ...]:
+    """What changes when the record or the workbook does.
+
+    Raises:
+        SheetsError: when something of it is not there.
+    """
+    kind, _, name = ref.partition("/")
+    paths = [place / TRACE, place / WORKBOOK]
+    if any(p.is_symlink() for p in paths):
+        raise SheetsError("The files of this run are links to others.", "Copy its folder again.")
+    if kind == "book":
+        paths.append(library.path(name))
+    found = []
+    for path in paths:
+        about = path.stat() if path.exists() else None
+        found += [about.st_mtime, float(about.st_size)] if about else [0.0]
+    return tuple(found)
+
+
+def _told(job: Job, address: str, library: Library, desk: Desk, runs: Runs, run: str, ref: str) -> ReplayResult:
+    told: dict[str, Any] = job.account or {}
+    grids = _Grids(library, desk, runs, run, ref)
+    look = url_for("records.lookback", run=run)
+
+    def lines(name: str) -> tuple[TimeLine, ...]:
+        return tuple(TimeLine(t["when"], t["text"], f"{look}#t={t['us'] / 1e6:g}") for t in told[name])
+
+    return ReplayResult(
+        address, False, 100, state="same" if told["same"] else "different", verdict=told["verdict"],
+        ending=told["ending"], remarks=tuple(told["remarks"]), differs=told["differs"],
+        rows=tuple(RowLine(r["whose"], r["text"], grids.address(r["row"])) for r in told["rows"]),
+        robot=lines("robot"), robot_left_out=told["robot_left_out"],
+        each=lines("each"), each_left_out=told["each_left_out"],
+        pictures=tuple(Markup(svg) for svg in told["pictures"]), unknown=tuple(told["unknown"]),
+    )  # fmt: skip
+
+
+class _Grids:
+    """Where rows stand in the grid, when their workbook is in the folder as it was replayed."""
+
+    def __init__(self, library: Library, desk: Desk, runs: Runs, run: str, ref: str) -> None:
+        kind, _, name = ref.partition("/")
+        self._book = name if kind == "book" else ""
+        if not ref:
+            facts = runs.facts([run])[0]
+            if facts.workbook in library.names() and addressable(facts.workbook):
+                digest = library.open(facts.workbook).reading.digest
+                self._book = facts.workbook if digest == facts.digest else ""
+        self._grids = desk.room(library.path(self._book)).document.grids if self._book else {}
+
+    def address(self, row: str) -> str:
+        """The address of a row (`Tracking!5`); empty when there is none."""
+        sheet, _, number = row.rpartition("!")
+        grid = self._grids.get(sheet)
+        place = int(number) - grid.first if grid is not None and number.isdecimal() else -1
+        if grid is None or not 0 <= place < len(grid.rows):
+            return ""
+        return url_for("editing.book", name=self._book, sheet=sheet, _anchor=grid.rows[place])
