@@ -155,7 +155,7 @@ def test_html_is_one_page_that_loads_nothing(pair, tmp_path):
         and ("scope", "col") in page.attributes
         and ("scope", "row") in page.attributes
     )
-    assert page.tags.count("del") == 2 and page.tags.count("ins") == 3  # one of each in the legend
+    assert page.tags.count("del") == 3 and page.tags.count("ins") == 8  # in the rows, in the list, one in the legend
     for said in ("Different behaviour: 2 changes.", "Tracking row 4", "steady < 15", "notes"):
         assert said in page.words
 

@@ -74,7 +74,8 @@ def compared(first: Path, second: Path) -> Compared:
 
 def _section(behaviour: ChangedBehaviour, pages: Sequence[Page], trouble: str) -> str:
     pictures = "".join(
-        f"<figure>{page.svg}{f'<figcaption>{html.escape(page.caption)}</figcaption>' if page.caption else ''}</figure>"
+        f'<figure tabindex="0">'
+        f"{page.svg}{f'<figcaption>{html.escape(page.caption)}</figcaption>' if page.caption else ''}</figure>"
         for page in pages
     )
     word = {"+": " is new", "−": " is gone"}.get(behaviour.sign, ": what changed")

@@ -26,10 +26,12 @@ class Clerk:
 
     Args:
         within: seconds for one answer.
+        program: the module that is the process.
     """
 
-    def __init__(self, within: float = WITHIN) -> None:
+    def __init__(self, within: float = WITHIN, program: str = "rrp_sheets.runs.records.clerk_child") -> None:
         self._within = within
+        self._program = program
         self._lock = threading.Lock()
         self._child: Child | None = None
         self._lines: Lines | None = None
@@ -56,6 +58,10 @@ class Clerk:
         """A part of a run, to be looked back at; see `lookback.answer`."""
         return str(self._ask(place.name, "lookback", str(place), what, number))
 
+    def drawn(self, first: Path, second: Path) -> str:
+        """What changed between two workbooks, drawn and row by row: a part of a page, of our own making."""
+        return str(self._ask(f"{first.name} and {second.name}", "drawn", str(first), str(second)))
+
     def close(self) -> None:
         """End the process."""
         with self._lock:
@@ -69,7 +75,7 @@ class Clerk:
         """
         with self._lock:
             if self._child is None:
-                self._child = Child("rrp_sheets.runs.records.clerk_child")
+                self._child = Child(self._program)
                 self._lines = Lines(self._child.link)
             kind, answer = self._answer(self._child, what, request)
             if kind in ("memory", "late", "gone"):

@@ -8,7 +8,7 @@ from __future__ import annotations
 import signal
 import socket
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -57,7 +57,14 @@ def _lookback(place: str, what: str, number: int) -> str:
     return answer(Path(place), what, number)
 
 
+def _drawn(first: str, second: str) -> str:
+    from rrp_sheets.runs.changes_drawn import compared
+
+    return compared(Path(first), Path(second)).html()
+
+
 _DO: dict[str, Callable[..., Any]] = {
+    "drawn": _drawn,
     "lookback": _lookback,
     "course": _course,
     "marbles": _marbles,
@@ -66,14 +73,14 @@ _DO: dict[str, Callable[..., Any]] = {
 }
 
 
-def main() -> None:
-    """Serve until the connection closes."""
+def main(do: Mapping[str, Callable[..., Any]] = _DO) -> None:
+    """Serve until the connection closes; `do` is what can be asked for, by name."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program
     limit_memory()
     link = socket.socket(fileno=int(sys.argv[1]))
     for name, *arguments in Lines(link):
         try:
-            answer = ["done", _DO[name](*arguments)]
+            answer = ["done", do[name](*arguments)]
         except SheetsError as error:
             answer = ["failed", pack_error(error)]
         except OSError as error:

@@ -6,6 +6,7 @@ A workbook is named by a reference: `book/NAME` as it is now, `version/ID/NAME`,
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -40,6 +41,24 @@ def compare_page(
     first, second = refs
     names = [n for n in library.names() if addressable(n)]
     books = [b for b in dict.fromkeys(filter(None, (asked_book, *map(_book_of, refs)))) if b in names]
+    groups = choices(library, desk, runs, books, refs)
+    words = {c.ref: f"{c.words} (as it is now)" if c.ref.startswith("book/") else c.words for _, g in groups for c in g}
+    result, trouble = Markup(""), ""
+    if first and second:
+        try:
+            result = _result(library, desk, runs, clerk, refs, words)
+        except SheetsError as error:
+            trouble = f"{error.message} {error.remedy}".strip()
+    return ComparePage(
+        tuple(groups), first, second, books[0] if len(books) == 1 else "", result, trouble
+    )
+
+
+def choices(
+    library: Library, desk: Desk, runs: Runs, books: Sequence[str], refs: Sequence[str] = ()
+) -> list[tuple[str, tuple[Choice, ...]]]:
+    """What can be chosen, in groups: all workbooks, the kept versions of some, and what ran of these or is named."""
+    names = [n for n in library.names() if addressable(n)]
     groups: list[tuple[str, tuple[Choice, ...]]] = [
         ("Workbooks as they are now", tuple(Choice(f"book/{n}", n) for n in names))
     ]
@@ -52,16 +71,7 @@ def compare_page(
     groups.append(
         ("As they ran", tuple(Choice(f"run/{r.run}", f"{r.workbook}, ran {r.when}") for r in mine if r.opens))
     )
-    words = {c.ref: f"{c.words} (as it is now)" if c.ref.startswith("book/") else c.words for _, g in groups for c in g}
-    result, trouble = Markup(""), ""
-    if first and second:
-        try:
-            result = _result(library, desk, runs, clerk, refs, words)
-        except SheetsError as error:
-            trouble = f"{error.message} {error.remedy}".strip()
-    return ComparePage(
-        tuple(g for g in groups if g[1]), first, second, books[0] if len(books) == 1 else "", result, trouble
-    )
+    return [group for group in groups if group[1]]
 
 
 def _book_of(ref: str) -> str:
