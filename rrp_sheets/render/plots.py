@@ -5,7 +5,7 @@ Every plot has one line, so that nothing is told by colour alone; what happened 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import floor, log10
@@ -22,6 +22,7 @@ _LANE = 17.0
 _FAINT = "#d5d8dc"
 _TICKS = 8  # of the time axis, about
 _BREAK = 6.0  # times the usual distance of two points: a line does not go across a longer gap
+_OTHER = ' stroke-dasharray="4 2.5"'
 _SELDOM = 1.0  # s between two values
 _DOTTED = 80  # points: so few are drawn as dots too
 _LETTERS = 120  # of a note that are looked at
@@ -38,6 +39,7 @@ class Curve:
         unit: `m`; blank when it has none.
         points: seconds and values; perhaps fewer than there were.
         count: how many values there were.
+        other: the points of another run, drawn over these as a dashed line.
     """
 
     name: str
@@ -45,6 +47,7 @@ class Curve:
     unit: str
     points: Sequence[tuple[float, float]]
     count: int
+    other: Sequence[tuple[float, float]] = ()
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,7 @@ LANES = ("Said", "Heard", "Button", "Mark", "By hand", "Note", "Error")
 
 def draw_plots(
     title: str, curves: Sequence[Curve], notes: Sequence[Note], seconds: float, *,
-    foot: str = "", more: str = "", about: Mapping[str, str] | None = None,
+    foot: str = "", more: str = "", about: Mapping[str, str] | None = None, legend: tuple[str, str] | None = None,
 ) -> tuple[str, float, float]:  # fmt: skip
     """The picture as SVG, and its width and height in points.
 
@@ -75,10 +78,12 @@ def draw_plots(
         foot: where it comes from, a line at its foot.
         more: what is not shown, in words.
         about: as the SVG's metadata.
+        legend: what the line is and the dashed one, when the curves have both.
     """
-    scale = _Scale(max(seconds, *(n.until for n in notes), *(c.points[-1][0] for c in curves if c.points), 0.001))
+    ends = [way[-1][0] for c in curves for way in (c.points, c.other) if way]
+    scale = _Scale(max(seconds, *(n.until for n in notes), *ends, 0.001))
     y = 30.0
-    pieces = [text(14, 20, shortened(clean(title), WIDE - 28, 13, bold=True), 13, bold=True)]
+    pieces = [text(14, 20, shortened(clean(title), WIDE - 28, 13, bold=True), 13, bold=True), *_legend(legend)]
     lanes = [(lane, [n for n in notes if n.lane == lane]) for lane in LANES]
     lanes = [(lane, found) for lane, found in lanes if found]
     top = y + (_LANE * len(lanes) + 8 if lanes else 0)
@@ -100,6 +105,13 @@ def draw_plots(
     body = metadata(about or {}) + f'<rect width="{WIDE:g}" height="{y:.1f}" fill="#fff"/>' + "\n".join(pieces)
     alt = f"{len(curves)} plots over {seconds:g} s: {', '.join(clean(c.name) for c in curves)}."
     return frame(body, WIDE, y, ident="plots", title=clean(title), description=alt), WIDE, y
+
+
+def _legend(names: tuple[str, str] | None) -> Iterator[str]:
+    for number, name in enumerate(names or ()):
+        x = WIDE - 240 + 118 * number
+        yield f'<path d="M{x:.1f} 17h24" fill="none" stroke="{INK}" stroke-width="1.4"{_OTHER * number}/>'
+        yield text(x + 30, 20, name, SMALL_PT)
 
 
 def metadata(about: Mapping[str, str]) -> str:
@@ -179,7 +191,7 @@ def _shape(lane: str, x: float, y: float) -> str:
 
 
 def _plot(scale: _Scale, curve: Curve, top: float) -> Iterator[str]:
-    values = [v for _, v in curve.points]
+    values = [v for way in (curve.points, curve.other) for _, v in way]
     low, high = min(values, default=0.0), max(values, default=0.0)
     line = FILL_AND_LINE.get(curve.kind, FILL_AND_LINE["stream"])[1]
     pad = (high - low) * 0.06 or abs(high) * 0.05 or 0.5
@@ -197,13 +209,21 @@ def _plot(scale: _Scale, curve: Curve, top: float) -> Iterator[str]:
     for value in dict.fromkeys((high, low)):
         shown = f"{value:.4g}"
         yield text(_LEFT - 5 - width(shown, 8), place(value) + 3, shown, 8, fill=SOFT)
-    for run in _unbroken(curve.points):
+    yield from _line(scale, curve.points, place, line, "")
+    yield from _line(scale, curve.other, place, INK, _OTHER)
+
+
+def _line(
+    scale: _Scale, points: Sequence[tuple[float, float]], place: Callable[[float], float], ink: str, dashes: str
+) -> Iterator[str]:
+    for run in _unbroken(points):
         if len(run) > 1:
             way = "L".join(f"{scale.x(t):.1f} {place(v):.1f}" for t, v in run)
-            yield f'<path d="M{way}" fill="none" stroke="{line}" stroke-width="1.2" stroke-linejoin="round"/>'
-        if len(run) == 1 or len(curve.points) <= _DOTTED:
+            yield f'<path d="M{way}" fill="none" stroke="{ink}" stroke-width="1.2" stroke-linejoin="round"{dashes}/>'
+        if len(run) == 1 or len(points) <= _DOTTED:
             for t, v in run:
-                yield f'<circle cx="{scale.x(t):.1f}" cy="{place(v):.1f}" r="1.7" fill="{line}"/>'
+                hollow = f'fill="#fff" stroke="{ink}" stroke-width="0.9"' if dashes else f'fill="{ink}"'
+                yield f'<circle cx="{scale.x(t):.1f}" cy="{place(v):.1f}" r="1.7" {hollow}/>'
 
 
 def _name(curve: Curve, top: float) -> Iterator[str]:
@@ -212,7 +232,8 @@ def _name(curve: Curve, top: float) -> Iterator[str]:
     for number, words in enumerate(lines):
         yield text(14, top + 12 + 12 * number, shortened(words, room, NAME_PT, bold=True), NAME_PT, bold=True)
     y = top + 12 + 12 * len(lines)
-    for words in (f"in {curve.unit}" if curve.unit else "", f"{curve.kind}, {curve.count:,} values"):
+    count = "" if curve.other else f", {curve.count:,} values"
+    for words in (f"in {curve.unit}" if curve.unit else "", f"{curve.kind}{count}"):
         if words:
             yield text(14, y, shortened(words, room, 8), 8, fill=SOFT)
             y += 10

@@ -62,6 +62,10 @@ class Clerk:
         """What changed between two workbooks, drawn and row by row: a part of a page, of our own making."""
         return str(self._ask(f"{first.name} and {second.name}", "drawn", str(first), str(second)))
 
+    def ask(self, what: str, *request: Any) -> Any:
+        """What a process of another `program` answers; `what` it is about, in words, for errors."""
+        return self._ask(what, *request)
+
     def close(self) -> None:
         """End the process."""
         with self._lock:

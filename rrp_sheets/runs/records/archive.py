@@ -1,0 +1,50 @@
+"""The archive's process: exports runs, compares two, and deletes; `python -m rrp_sheets.runs.records.archive LINK`.
+
+Started by a `Clerk` only. What takes long here does not keep the pages waiting that the other clerk answers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.runs.records.clerk_child import main
+
+PROGRAM = "rrp_sheets.runs.records.archive"
+
+
+def _export(runs: list[str], target: str, what: str) -> list[str]:
+    from rrp_sheets.runs.records.exporting import export
+
+    return export([Path(run) for run in runs], Path(target), what)
+
+
+def _pair(first: str, second: str) -> dict[str, Any]:
+    from rrp_sheets.runs.records.pairs import pair
+
+    return pair(Path(first), Path(second))
+
+
+def _plan(folder: str, participant: str, names: list[str], going: list[str]) -> dict[str, Any]:
+    from rrp_sheets.runs.records.deleting import plan
+
+    return plan(Path(folder), participant, names, going).as_dict()
+
+
+def _delete(folder: str, participant: str, names: list[str], going: list[str], expected: list[str]) -> dict[str, Any]:
+    """Deletes only what was shown: with another run since then, nothing goes, and `deleted` is False."""
+    from rrp_sheets.runs.records.deleting import delete, plan
+
+    planned = plan(Path(folder), participant, names, going)
+    same = sorted(f.run for f in planned.runs) == sorted(expected)
+    if same:
+        delete(planned, going)
+    return {**planned.as_dict(), "deleted": same}
+
+
+_DO: dict[str, Callable[..., Any]] = {"export": _export, "pair": _pair, "plan": _plan, "delete": _delete}
+
+
+if __name__ == "__main__":
+    main(_DO)
