@@ -215,18 +215,28 @@ def explain(path: Path | str, behaviour: str = "", language: str = "") -> tuple[
 
 
 def pack(
-    path: Path | str, target: Path | str | None = None, *, runs: Sequence[str] = (), against: Path | str | None = None
-) -> Packed:
-    """Make a bundle: a zip of a workbook and all that is needed to run it elsewhere; see `runs.bundle.packing.pack`.
+    path: Path | str, target: Path | str | None = None, *, runs: Sequence[str] = (), against: Path | str | None = None,
+    today: date | None = None,
+) -> Packed:  # fmt: skip
+    """Make a bundle: a zip of a workbook and all that is needed to run it elsewhere.
+
+    The same files give the same bytes on the same day.
+
+    Args:
+        path: of the workbook.
+        target: the zip; the workbook's name with .zip in the current folder by default.
+        runs: folders of runs to put in, or their names in `runs` beside the workbook.
+        against: the approved version, for the printed list of changes.
+        today: the day that is printed; by default that of the clock.
 
     Raises:
         UnreadableFile: when the workbook cannot be read.
         SheetsError: when there is no such run, or the bundle cannot be written.
     """
-    from rrp_sheets.runs.bundle.packing import pack as pack_bundle
+    from rrp_sheets.bundling import pack as pack_bundle
 
     made, approved = (None if p is None else Path(p) for p in (target, against))
-    return pack_bundle(Path(path), made, runs, approved)
+    return pack_bundle(Path(path), made, runs, approved, today)
 
 
 def print_pack(

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+
+from rrp_sheets.errors import SheetsError
+
+if TYPE_CHECKING:
+    from rrp_sheets.runs.bundle.unpacking import Bundle
 
 _MOST_NOTES = 20
 
@@ -16,19 +21,44 @@ class Workbook(click.ParamType):  # type: ignore[type-arg]  # generic for its st
     name = "path"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        """The path. What is to be known of a bundle is told on the way."""
+        """The path."""
         path = Path(value)
-        if path.suffix.casefold() != ".zip" or not path.is_file() or ctx is None:
+        if ctx is None or not is_bundle(path):
             return path
-        from rrp_sheets.runs.bundle.unpacking import unpacked
+        return _opened(ctx, path).workbook
 
-        bundle = ctx.with_resource(unpacked(path))
-        ctx.meta[__name__] = path
-        for note in bundle.notes[:_MOST_NOTES]:
-            click.echo(f"{click.style('Note:', fg='yellow')} {note}", err=True)
-        if len(bundle.notes) > _MOST_NOTES:
-            click.echo(f"… and {len(bundle.notes) - _MOST_NOTES:,} more.", err=True)
-        return bundle.workbook
+
+def is_bundle(path: Path) -> bool:
+    """Whether a file is to be taken as a bundle."""
+    return path.suffix.casefold() == ".zip" and path.is_file()
+
+
+def runs_of(path: Path) -> tuple[Path, ...]:
+    """The folders of the recorded runs in a bundle, unpacked as long as the command goes on.
+
+    Raises:
+        UnreadableFile: when it is no bundle.
+        SheetsError: when there is no run in it.
+    """
+    runs = _opened(click.get_current_context(), path).runs
+    if not runs:
+        raise SheetsError(
+            f"There is no recorded run in “{path.name}”.", "Pack it with one: rrp-sheets pack FILE --run RUN"
+        )
+    return runs
+
+
+def _opened(ctx: click.Context, path: Path) -> Bundle:
+    """Unpack a bundle; what is to be known of it is told."""
+    from rrp_sheets.runs.bundle.unpacking import unpacked
+
+    bundle = ctx.with_resource(unpacked(path))
+    ctx.meta[__name__] = path
+    for note in bundle.notes[:_MOST_NOTES]:
+        click.echo(f"{click.style('Note:', fg='yellow')} {note}", err=True)
+    if len(bundle.notes) > _MOST_NOTES:
+        click.echo(f"… and {len(bundle.notes) - _MOST_NOTES:,} more.", err=True)
+    return bundle
 
 
 def home_of(ctx: click.Context) -> Path | None:

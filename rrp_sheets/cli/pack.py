@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from pathlib import Path
 
 import click
@@ -15,11 +16,12 @@ from rrp_sheets.cli.bundled import Workbook
 @click.option("--run", "runs", multiple=True, metavar="RUN",
               help="put a recorded run in: its folder, or its name in runs beside FILE; may come again")  # fmt: skip
 @click.option("--against", type=Workbook(), help="the approved version, for the printed list of changes")
-def command(file: Path, output: Path | None, runs: tuple[str, ...], against: Path | None) -> None:
+@click.option("--date", "day", type=click.DateTime(["%Y-%m-%d"]), help="the day that is printed; by default today")
+def command(file: Path, output: Path | None, runs: tuple[str, ...], against: Path | None, day: datetime | None) -> None:
     """Make one zip of FILE and all that is needed to run it elsewhere: a bundle.
 
     In it: the workbook as it is, the printed protocol, the robot's catalogue, the sounds and pictures that the workbook
-    names, the chosen runs, and the versions of everything. The same workbook gives the same bytes.
+    names, the chosen runs, and the versions of everything. The same files give the same bytes on the same day.
 
     \b
     Then, on any machine with the program:  rrp-sheets run BUNDLE.zip
@@ -31,7 +33,7 @@ def command(file: Path, output: Path | None, runs: tuple[str, ...], against: Pat
     """  # noqa: D301 – click takes the backspace for "leave these lines as they are"
     from rrp_sheets import api
 
-    packed = api.pack(file, output, runs=runs, against=against)
+    packed = api.pack(file, output, runs=runs, against=against, today=day.date() if day else None)
     for note in packed.notes:
         click.echo(f"Note: {note}", err=True)
     if runs:

@@ -8,13 +8,14 @@ from pathlib import Path
 
 import click
 
+from rrp_sheets.cli.bundled import Workbook
 from rrp_sheets.model.languages import LANGUAGES
 
 
 @click.command(name="print")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=Workbook())
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="the PDF; by default FILE's name with .pdf")
-@click.option("--against", metavar="APPROVED", type=click.Path(path_type=Path), help="mark what changed since then")
+@click.option("--against", metavar="APPROVED", type=Workbook(), help="mark what changed since then")
 @click.option("--paper", type=click.Choice(["a4", "letter"]), default="a4", show_default=True, help="the paper's size")
 @click.option("--language", type=click.Choice(list(LANGUAGES)), default=None, help="by default the Protocol's")
 @click.option("--draft", is_flag=True, help="mark every page as a draft; the workbook may have errors then")
@@ -31,15 +32,20 @@ def command(
     Exit code: 0, or 1 when the workbook has errors (nothing is printed, unless as a draft), 2 when it cannot be read.
     """
     from rrp_sheets.cli.check import print_findings
-    from rrp_sheets.printing import print_pack
+    from rrp_sheets.cli.main import fail
+    from rrp_sheets.printing import HasErrors, print_pack
 
     target = output or Path(file.resolve().name).with_suffix(".pdf")
     if target.suffix.casefold() != ".pdf":
         raise click.UsageError("The file ends with .pdf: rrp-sheets print FILE -o protocol.pdf")
-    made = print_pack(
-        file, target, against=against, paper="letter" if paper == "letter" else "a4", language=language or "",
-        draft=draft, today=day.date() if day else None,
-    )  # fmt: skip
+    try:
+        made = print_pack(
+            file, target, against=against, paper="letter" if paper == "letter" else "a4", language=language or "",
+            draft=draft, today=day.date() if day else None,
+        )  # fmt: skip
+    except HasErrors as error:
+        print_findings(error.checked.report.errors, err=True)
+        fail(error, 1)
     print_findings(made.checked.report.errors, err=True)
     for note in made.notes:
         click.echo(f"Note: {note}", err=True)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from rrp_sheets.checks import Checked
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.beside import material, own_catalogue
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
@@ -71,7 +72,7 @@ class RunFolder:
                 self.path.rmdir()
 
     def keep_workbook(self, checked: Checked) -> None:
-        """Copy the workbook that runs, as .xlsx, and the robot's catalogue."""
+        """Copy the workbook that runs, as .xlsx, the robot's catalogue, and the files that the workbook names."""
         from rrp_sheets.runs.copies import as_xlsx
 
         target = self.path / "protocol.xlsx"
@@ -83,6 +84,9 @@ class RunFolder:
             for name in ("robot.toml", "gestures.toml"):
                 if (checked.robot.folder / name).is_file():  # a robot need not have gestures
                     shutil.copyfile(checked.robot.folder / name, self.path / name)
+            for name, source in (*material(checked)[0].items(), *own_catalogue(checked)):  # so that it can be replayed
+                (self.path / name).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(source, self.path / name)
         except OSError as error:
             message = f"Nothing can be written into “{self.path}” ({error.strerror})."
             raise SheetsError(message, "Make room, or name another folder with --out.") from None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+from collections.abc import Iterable
 from pathlib import Path
 
 from rrp_sheets.devices import load_robot, robot_names
@@ -23,3 +25,15 @@ def catalogue_note(home: Path) -> list[str]:
             named = ", ".join(changed[:5])
             notes.append(f"The robot's catalogue is another one than here ({named}); the bundle's own is used.")
     return notes
+
+
+def dress(runs: Iterable[Path], home: Path) -> None:
+    """Put the catalogue beside the workbook of every run, as it was when that ran: it is replayed with its own."""
+    for run in runs:
+        for place in (p for p in (home / form.ROBOTS).glob("*") if p.is_dir()):
+            target = run / form.ROBOTS / place.name
+            if not target.exists():
+                shutil.copytree(place, target)
+                for table in ("robot.toml", "gestures.toml"):
+                    if (run / table).is_file():
+                        shutil.copyfile(run / table, target / table)

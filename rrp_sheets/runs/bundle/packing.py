@@ -13,10 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rrp_sheets.checks import Checked, check_workbook
-from rrp_sheets.checks.check import folder_of
 from rrp_sheets.devices.own_robot import files_of
-from rrp_sheets.devices.sound_files import BadSoundError, look_at
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.beside import material
 from rrp_sheets.runs.bundle import form
 from rrp_sheets.runs.bundle.names import is_safe
 from rrp_sheets.runs.bundle.readme import readme
@@ -28,8 +27,8 @@ _FIXED = (1980, 1, 1, 0, 0, 0)  # the same bytes whenever it is packed; a zip kn
 _MODE = 0o100644 << 16
 _PIECE = 1 << 20
 Content = Path | bytes
-Printer = Callable[[Path, Path, Path | None], Sequence[str]]
-"""Prints a workbook's protocol: its path, the file to write, the approved version; what that lacks, in words."""
+Printer = Callable[[Path], tuple[bytes, Sequence[str]]]
+"""Prints a workbook's protocol: its path in, the PDF out, and what that lacks, in words."""
 
 
 @dataclass(frozen=True)
@@ -47,22 +46,18 @@ class Packed:
     notes: tuple[str, ...]
 
 
-def pack(
-    path: Path, target: Path | None = None, runs: Sequence[str] = (), against: Path | None = None,
-    printer: Printer | None = None,
-) -> Packed:  # fmt: skip
+def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), printer: Printer | None = None) -> Packed:
     """Make a bundle of a workbook.
 
     Args:
         path: of the workbook.
         target: the zip; the workbook's name with .zip in the current folder by default.
         runs: folders of runs to put in, or their names within `runs` beside the workbook.
-        against: the approved version that the printed protocol is compared with.
         printer: prints the protocol; without one it is left out.
 
     Raises:
         UnreadableFile: when the workbook cannot be read.
-        SheetsError: when there is no such run, or the bundle cannot be written.
+        SheetsError: when there is no such run, a file's name is none for every system, or nothing can be written.
     """
     reading = read(path)
     checked = check_workbook(reading.workbook, reading.report)
@@ -80,16 +75,15 @@ def pack(
     if checked.report.errors:
         count = len(checked.report.errors)
         notes.append(f"The workbook has {count} error{'s' if count > 1 else ''}; it cannot run before they are mended.")
-    with tempfile.TemporaryDirectory() as scratch:
-        if printer is not None:
-            try:
-                notes += printer(path, Path(scratch) / form.PAPER, against)
-                content[form.PAPER] = Path(scratch) / form.PAPER
-            except SheetsError as error:
-                notes.append(f"{form.PAPER} is not in it: {error}")
-        told = versions(name, reading, checked, folders)
-        content[form.README] = readme(name, told, form.PAPER in content).encode()
-        files = _write(target, content, told)
+    if printer is not None:
+        try:
+            content[form.PAPER], lacks = printer(path)
+            notes += lacks
+        except SheetsError as error:
+            notes.append(f"{form.PAPER} is not in it: {error}")
+    told = versions(name, reading, checked, folders)
+    content[form.README] = readme(name, told, form.PAPER in content).encode()
+    files = _write(target, content, told)
     return Packed(target, files, tuple(notes))
 
 
@@ -116,31 +110,12 @@ def _workbook(path: Path, reading: Reading) -> dict[str, Content]:
 
 def _beside(checked: Checked, home: str, notes: list[str]) -> dict[str, Content]:
     """The robot's catalogue, and the sounds and pictures that the workbook names."""
-    robot, folder = checked.robot, folder_of(checked.workbook)
-    base = checked.workbook.protocol.robot if robot.name == checked.workbook.protocol.robot else robot.name
-    content: dict[str, Content] = {f"{home}{form.ROBOTS}/{base}/{p.name}": p for p in files_of(robot)}
-    for name in _sounds(checked):
-        try:
-            look_at(folder, name)
-            content[f"{home}{name}"] = folder / name
-        except BadSoundError as problem:
-            notes.append(f"The sound “{name}” is not in it: it {problem}.")
-    for action in checked.scene or ():
-        if picture := action.values.get("picture"):
-            content[f"{home}{Path(picture).name}"] = Path(picture)
+    robot = checked.robot
+    content: dict[str, Content] = {f"{home}{form.ROBOTS}/{robot.name}/{p.name}": p for p in files_of(robot)}
+    found, lacks = material(checked)
+    content |= {f"{home}{name}": place for name, place in found.items()}
+    notes += lacks
     return content
-
-
-def _sounds(checked: Checked) -> list[str]:
-    """The names of sound files in the settings of devices."""
-    names: dict[str, None] = {}
-    for device in checked.workbook.devices:
-        found = checked.robot.find(device.device.text)
-        for k, cell in device.settings.items() if found else ():
-            setting = found.type.settings.get(k) if found else None
-            if setting is not None and setting.kind == "sound file" and cell and cell.text.strip():
-                names[cell.text.strip()] = None
-    return list(names)
 
 
 def _run_folders(path: Path, runs: Sequence[str]) -> list[Path]:
@@ -181,10 +156,10 @@ def _names(beside: Path) -> list[str]:
 
 def _run(folder: Path, notes: list[str]) -> dict[str, Content]:
     content: dict[str, Content] = {}
-    for path in sorted(folder.iterdir()):
+    for path in sorted((*folder.iterdir(), *folder.glob(f"{form.ROBOTS}/*/*"))):
         if path.is_file() and not path.is_symlink():
-            content[f"{form.RUNS}/{folder.name}/{path.name}"] = path
-        else:
+            content[f"{form.RUNS}/{folder.name}/{path.relative_to(folder).as_posix()}"] = path
+        elif path != folder / form.ROBOTS:
             notes.append(f"“{path.name}” of the run {folder.name} is not in it: it is no file of that folder.")
     return content
 

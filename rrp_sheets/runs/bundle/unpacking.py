@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.runs.bundle import form
-from rrp_sheets.runs.bundle.catalogues import catalogue_note
+from rrp_sheets.runs.bundle.catalogues import catalogue_note, dress
 from rrp_sheets.runs.bundle.names import is_safe
 from rrp_sheets.runs.bundle.versions import differences
 from rrp_sheets.workbook.raw import unreadable
@@ -108,6 +108,7 @@ def _unpack(path: Path, folder: Path) -> Bundle:
     home = folder if (folder / workbook).is_file() else folder / workbook
     notes += catalogue_note(home)
     runs = tuple(sorted(p.parent for p in folder.glob(f"{form.RUNS}/*/trace.jsonl")))
+    dress(runs, home)
     return Bundle(path, folder, folder / workbook, runs, tuple(notes))
 
 

@@ -1,0 +1,49 @@
+"""The files beside a workbook that it cannot do without: sounds, pictures of persons, a catalogue of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from rrp_sheets.checks import Checked
+from rrp_sheets.checks.check import folder_of
+from rrp_sheets.devices.own_robot import FOLDER, files_of
+from rrp_sheets.devices.sound_files import BadSoundError, look_at
+from rrp_sheets.resources import bundled
+
+
+def sounds(checked: Checked) -> list[str]:
+    """The names of sound files that stand in the settings of devices."""
+    names: dict[str, None] = {}
+    for device in checked.workbook.devices:
+        found = checked.robot.find(device.device.text)
+        for k, cell in device.settings.items() if found else ():
+            setting = found.type.settings.get(k) if found else None
+            if setting is not None and setting.kind == "sound file" and cell and cell.text.strip():
+                names[cell.text.strip()] = None
+    return list(names)
+
+
+def material(checked: Checked) -> tuple[dict[str, Path], list[str]]:
+    """The sounds and pictures by name, and what cannot be found of them, in words."""
+    files: dict[str, Path] = {}
+    lacks = []
+    folder = folder_of(checked.workbook)
+    for name in sounds(checked):
+        try:
+            look_at(folder, name)
+            files[name] = folder / name
+        except BadSoundError as problem:
+            lacks.append(f"The sound “{name}” {problem}.")
+    for action in checked.scene or ():
+        if picture := action.values.get("picture"):
+            files[Path(picture).name] = Path(picture)
+    return files, lacks
+
+
+def own_catalogue(checked: Checked) -> Iterator[tuple[str, Path]]:
+    """The files of a catalogue that came with the workbook, with their names beside it; none of the program's own."""
+    robot = checked.robot
+    if robot.folder != bundled("robots") / robot.name:
+        for path in files_of(robot):
+            yield f"{FOLDER}/{robot.name}/{path.name}", path
