@@ -95,8 +95,11 @@ class Editions:
         return replace(workbook, helpers=(*others[:place], *made, *others[place:]))
 
     def _table(self, workbook: Workbook, change: Change) -> Workbook:
-        name = str(change["place"])
-        rows = tuple(tuple(str(text) for text in row) for row in change["table"] or ())
+        name, told = str(change.get("place")), change["table"]
+        if not isinstance(told, list) or not all(isinstance(row, list) for row in told):
+            self.left_out.append(f"The edit of the table {name} is left out: the record does not say what it became.")
+            return workbook
+        rows = tuple(tuple(str(text) for text in row) for row in told)
         if self._ran is not None and self._ran.tables.get(key(name)) != workbook.tables.get(key(name)):
             self.left_out.append(f"The edit of the table {name} is left out: here it is another one.")
             return workbook
@@ -121,7 +124,7 @@ def _helper_of(name: str, change: Change) -> tuple[Helper, ...]:
     now = str(change.get("now") or "")
     if not now:
         return ()
-    if "inputs" in change:
+    if isinstance(change.get("inputs"), list):
         inputs, formula = [str(i) for i in change["inputs"]], str(change.get("formula") or "")
     else:  # of an older version: `(a, b) formula`
         found = _HELPER.fullmatch(now)

@@ -31,7 +31,7 @@ class Script:
 
     Attributes:
         moments: the recorded lines, time by time.
-        at_end: ends of commands that the run's end has ended: no row has seen them.
+        at_end: ends of commands that the run's end has ended: no row has seen them; None when it had no proper end.
         streams: ids of the streams of the workbook that is played, by their names in the record.
         seed: of the run.
         until_us: where it ends.
@@ -39,7 +39,7 @@ class Script:
     """
 
     moments: Sequence[tuple[int, Sequence[Entry]]]
-    at_end: Sequence[Entry]
+    at_end: Sequence[Entry] | None
     streams: Mapping[str, str]
     seed: int
     until_us: int
@@ -125,13 +125,19 @@ class Player:
             played.broken = f"{error.message} It was at {row}." if row else error.message
             engine.close()
         else:
-            ends = self._script.at_end
-            kept = ends if self._ends is None else [e for e in ends if self._ends.kept(e)]
-            engine.finish(self._values(kept))
+            self._end()
         played.until_us = engine.clock.us
         played.ended_by = engine.ended_by
         played.left_out += self._editions.left_out
         return played
+
+    def _end(self) -> None:
+        """What still goes on ends with the run; the engine's own devices tell their part of it by themselves."""
+        ends = self._script.at_end
+        if ends is None:
+            self._engine.close()
+            return
+        self._engine.finish(self._values(e for e in ends if self._is_fed(e)))
 
     def _by_frames(self, engine: Engine) -> None:
         rate = engine.plan.checked.run.frame_rate
@@ -177,6 +183,8 @@ class Player:
                     self._act([entry])
                     waiting = True
                 elif entry.by is not None:
+                    if not waiting:
+                        self._settle(us, [])  # else a timer's instant, of before, would take it along
                     self._send([entry])
                     waiting = True
                 else:

@@ -153,7 +153,7 @@ def _whole(recorded: Recorded) -> tuple[tuple[Entry, ...], str]:
 
 def _script(recorded: Recorded, entries: tuple[Entry, ...], found: Matching) -> Script:
     at_end = _at_end(recorded, entries)
-    gone = {id(e) for e in at_end}
+    gone = {id(e) for e in at_end or ()}
     played = tuple(e for e in entries if id(e) not in gone)
     until = recorded.last_us
     if recorded.ended == "broken" or (recorded.engine != "frame" and recorded.ended in ("stopped", "cut")):
@@ -163,11 +163,11 @@ def _script(recorded: Recorded, entries: tuple[Entry, ...], found: Matching) -> 
     )
 
 
-def _at_end(recorded: Recorded, entries: Sequence[Entry]) -> tuple[Entry, ...]:
+def _at_end(recorded: Recorded, entries: Sequence[Entry]) -> tuple[Entry, ...] | None:
     """The ends of the commands that the end of the run has ended: the last lines, and no row has seen them."""
     last, found = recorded.last_us, []
     if recorded.ended in ("cut", "broken"):
-        return ()
+        return None
     for entry in reversed(entries):
         if entry.us != last or entry.kind == ACT:
             break

@@ -1,0 +1,283 @@
+"""Recorded runs done again from what their sensors gave: the same events, or every difference."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from acting import Run, Script, wish
+from play import rows
+
+from rrp_sheets import api
+from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.model.exchange import DONE
+from rrp_sheets.runs.replay.wording import as_text
+
+ROWS = """
+| Head yaw | accumulate | total + headYaw | Sum |
+| Sum, Head pitch | combineLatest | sum * 10 + headPitch | Both |
+| Both | subscribe | | Print |
+| Head yaw | sample | 300 ms | Sampled |
+| Sampled | map | double(sampled) | |
+| | filter | value > 2 | Large |
+| | | | |
+| Large | subscribe | | Say |
+| Head yaw | map | PICK("a"; "b"; "c") & LOOKUP_(headYaw) | Drawn |
+| Drawn | subscribe | | Say |
+| Head yaw | map | IF(headYaw > 4; "2 s"; "100 ms") | Long |
+| Long | subscribe | | Pause |
+| Pause done | map | pauseDone.seconds | Paused |
+| Tick | map | tick.count | Ticks |
+| Head yaw | map | 1 / (headYaw - 2) | Divided |
+| Head yaw | delay | 150 ms | Late |
+| Head yaw | timeout | 250 ms | Quiet |
+| Head yaw | forgetAfter | 200 ms | Fresh |
+| Say done | map | sayDone.value & "!" | Said |
+| Say done | accumulate | | Ends |
+| Divided, Late, Quiet, Fresh, Said, Ticks, Paused, Ends | merge | | All |
+| All | subscribe | | Print |
+| Head yaw | filter | headYaw = 3 | Three |
+| Three | subscribe | | On other |
+"""
+OTHER = """
+| Head pitch | accumulate | | Pitches |
+| Pitches | subscribe | | Print |
+"""
+MORE = (
+    "## Other\n| Input streams | Connector | Formula | Output stream |\n|---|---|---|---|\n" + OTHER.lstrip("\n"),
+    "## Devices\n| Stream | Device | Name | Every | State |\n|---|---|---|---|---|\n| Tick | Timer | | 170 ms | |\n"
+    "| Pause | Wait | | | |\n| On other | Behaviour | Other | | on |\n",
+    "## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n| double | x | x * 2 |\n| lookup_ | n | INDEX(Words[Word]; MOD(n; 2) + 1) |\n",
+    "## Words\n| Word |\n|---|\n| red |\n| blue |\n",
+    "## Protocol\n| Field | Value |\n|---|---|\n| Robot | nao |\n| Run | T |\n",
+)
+
+
+def said(value, completed=True, seconds=0.2):
+    return DONE.make(value=value, completed=completed, seconds=seconds)
+
+
+EVENTS = [
+    *((n * 100, "headyaw", n % 7) for n in range(40)), *((n * 250, "headpitch", n) for n in range(16)),
+    (700, "saydone", said("ared")), (1500, "saydone", said((1, 2))), (2900, "saydone", said("x", False)),
+]  # fmt: skip
+
+
+def apply(folder, text):
+    def edit(control):
+        (folder / "book.md").write_text(text)
+        control.ask(wish("apply", "Bo", path=str(folder / "book.md")))
+
+    return edit
+
+
+def resume(script, control, edits):
+    """Go on when so many edits were used; until then look again."""
+    assert not script.refusals
+    if sum(act.kind == "edit" for _, act in script.acts) == edits:
+        control.ask(wish("resume"))
+    else:
+        script.waiting.insert(0, lambda control: resume(script, control, edits))
+
+
+@pytest.fixture(scope="module")
+def acted(tmp_path_factory) -> Run:
+    """A run in which people edited, switched, sent, marked and paused."""
+    folder = tmp_path_factory.mktemp("acted")
+    book = rows(ROWS, *MORE)
+    changed = book.replace("total + headYaw", "total + headYaw * 100").replace("300 ms", "200 ms")
+    table = changed.replace("| blue |", "| green |").replace("| double | x | x * 2 |", "| double | y | y * 20 |")
+    script = Script({
+        10: [wish("pause"), apply(folder, changed)], 40: [wish("switch", behaviour="T", on=False)],
+        44: [wish("mark", note="hm"), wish("switch", behaviour="T", on=True)],
+        50: [wish("send", stream="Head yaw", text="3.5"), wish("send", stream="Say done", text="value=\"ared\"")],
+        55: [wish("speed", factor=2)], 60: [wish("pause"), apply(folder, table)],
+        70: [wish("switch", behaviour="Other", on=False), wish("switch", behaviour="Other", on=True)],
+        80: [wish("pause"), wish("step"), wish("resume")], 90: [wish("switch", behaviour="Other", on=False)],
+    })  # fmt: skip
+    script.waiting = [
+        lambda control: resume(script, control, 1), lambda control: resume(script, control, 2),
+    ]  # fmt: skip
+    made = Run(folder, book, script, EVENTS, seconds=4.0, everything=True)
+    assert not script.refusals and len(made.happened("edit")) == 4 and len(made.happened("switch")) == 5
+    return made
+
+
+@pytest.fixture
+def record(acted, tmp_path) -> Path:
+    """A copy of its folder, to be spoilt."""
+    return Path(shutil.copytree(acted.result.folder, tmp_path / "record"))
+
+
+def lines_of(folder: Path) -> list[dict]:
+    return [json.loads(line) for line in (folder / "trace.jsonl").read_text().splitlines()]
+
+
+def write(folder: Path, lines) -> None:
+    (folder / "trace.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
+
+
+def test_everything_comes_again(acted):
+    found = api.replay(acted.result.folder)
+    assert found.same and found.differences == () and found.remarks == ()
+    told = [e for e in acted.lines if "value" in e or "error" in e or str(e.get("text")).startswith("The behaviour")]
+    assert found.compared == sum("by" not in e or "value" in e for e in told) > 400
+    assert as_text(found).startswith(f"The same: {found.compared:,} events in 4 s, as they were recorded.")
+    failed = {c.row: c.came for c in found.counts if not c.stream and not c.came_row.startswith("Other")}
+    assert failed["T!16"] == sum(e.get("row") == "T!16" and "error" in e for e in acted.lines) > 3
+
+
+def test_the_trace_alone_is_told_and_the_workbook_may_be_named(acted, tmp_path):
+    trace = tmp_path / "trace.jsonl"
+    shutil.copy(acted.result.folder / "trace.jsonl", trace)
+    with pytest.raises(SheetsError, match="The workbook that ran is not beside"):
+        api.replay(trace)
+    found = api.replay(trace, acted.result.folder / "protocol.xlsx")
+    assert found.same and found.other == "protocol.xlsx"
+    assert found.remarks[0] == "The workbook that ran is not beside the trace: streams are told by their names alone."
+
+
+@pytest.mark.parametrize(("number", "change", "kind", "words"), [
+    (0, {"value": -1}, "value", "T row 2 → Sum: -1 was recorded, {was} came"),
+    (0, None, "extra", "T row 2 → Sum: {was} came and was not recorded"),
+    (3, {"value": -1}, "value", "T row 2 → Sum: -1 was recorded, {was} came"),
+])  # fmt: skip
+def test_one_event_that_is_different_is_found(record, number, change, kind, words):
+    lines = lines_of(record)
+    place = [i for i, e in enumerate(lines) if e.get("stream") == "T!Sum"][number]
+    was = lines[place]["value"]
+    lines[place : place + 1] = [{**lines[place], **change}] if change else []
+    write(record, lines)
+    found = api.replay(record)
+    assert [(d.kind, d.stream, d.row) for d in found.differences] == [(kind, "T!Sum", "T!2")]
+    assert words.format(was=was) in as_text(found)
+
+
+def test_what_was_recorded_and_does_not_come_is_found(record):
+    lines = lines_of(record)
+    place = next(i for i, e in enumerate(lines) if e.get("stream") == "T!Late")
+    write(record, [*lines[:place], {**lines[place], "value": "more"}, *lines[place:]])
+    [one] = api.replay(record).differences
+    assert (one.kind, one.recorded, one.came) == ("missing", "more", None)
+
+
+def test_true_is_not_one_and_one_is_not_one_point_nothing(record):
+    lines = lines_of(record)
+    [first] = [i for i, e in enumerate(lines) if e.get("stream") == "T!Ends"][:1]
+    assert lines[first]["value"] == 1
+    for other in (True, 1.0):
+        write(record, [*lines[:first], {**lines[first], "value": other}, *lines[first + 1 :]])
+        assert [d.kind for d in api.replay(record).differences] == ["value"]
+
+
+def test_another_order_in_one_moment_is_told(record):
+    lines = lines_of(record)
+    streams = [e.get("stream") for e in lines]
+    place = next(i for i in range(len(lines)) if streams[i] == "T!Sum" and lines[i + 1].get("t") == lines[i]["t"]
+                 and streams[i + 1] != streams[i] and "row" in lines[i + 1] and lines[i + 1]["row"])  # fmt: skip
+    lines[place : place + 2] = lines[place : place + 2][::-1]
+    write(record, lines)
+    assert [d.kind for d in api.replay(record).differences] == ["order"]
+
+
+def test_a_record_that_was_cut_off_is_replayed_up_to_there(record):
+    whole = (record / "trace.jsonl").read_bytes()
+    for part in (0.5, 0.503, 0.9):
+        (record / "trace.jsonl").write_bytes(whole[: int(len(whole) * part)])
+        found = api.replay(record)
+        assert found.same and "was cut off" in as_text(found)
+    assert found.compared > 300
+
+
+def test_a_run_that_broke_off_is_replayed_up_to_its_last_moment(record):
+    lines = lines_of(record)
+    lines = [e for e in lines if e.get("t", 0) <= 2.0]
+    bad = {"t": 2.0, "stream": "T!Sum", "row": "T!2", "value": "half"}
+    write(
+        record,
+        [*lines, bad, {"type": "summary", "ended": "broken", "why": "The disk is full.", "simulated_seconds": 2.0}],
+    )
+    found = api.replay(record)
+    assert (
+        found.same and "The run broke off at 2 s: The disk is full. That last moment is not replayed." in found.unknown
+    )
+
+
+@pytest.mark.parametrize("spoil", [
+    lambda lines: [{"type": "header"}], lambda lines: [], lambda lines: [{**lines[0], "seed": "x"}, *lines[1:]],
+    lambda lines: [*lines[:5], {"t": -3, "stream": "Head yaw", "row": "", "value": 1}],
+    lambda lines: [*lines[:5], {"t": "soon", "stream": "Head yaw", "row": "", "value": 1}],
+    lambda lines: [*lines[:5], {"t": 9.0, "stream": [], "row": "", "value": 1}],
+    lambda lines: [*lines[:50], *lines[1:50]], lambda lines: [lines[0], [1, 2]],
+    lambda lines: [*lines[:-1], {"t": 1e300, "stream": "Head yaw", "row": "", "value": 1}],
+])  # fmt: skip
+def test_what_is_no_trace_is_told(record, spoil):
+    write(record, spoil(lines_of(record)))
+    with pytest.raises(UnreadableFile, match="is not a trace"):
+        api.replay(record)
+
+
+def test_hostile_values_of_a_damaged_record_do_no_harm(record):
+    lines = lines_of(record)
+    odd = [{"t": 1.0, "stream": "Head yaw", "row": "", "value": v} for v in ({"a": {"b": []}}, [[1]], "x" * 5000, None)]
+    odd += [{"t": 1.0, "stream": "Say done", "row": "", "value": 7}, {"t": 1.0, "stream": "Nobody", "row": "", "value": 1},
+            {"t": 1.0, "happening": "switch", "detail": {"behaviour": "<b>", "on": True}, "wall": 1},
+            {"t": 1.0, "happening": "edit", "detail": {"place": "T!99", "was": "", "now": "<script>"}, "wall": 2},
+            {"t": 1.0, "happening": "edit", "detail": {"place": "Helpers!double", "now": "((("}, "wall": 3},
+            {"t": 1.0, "happening": "edit", "detail": {"place": "T", "table": 3}, "wall": 4}]  # fmt: skip
+    place = next(i for i, e in enumerate(lines) if e.get("t", 0) > 1.0)
+    write(record, [*lines[:place], *odd, *lines[place:]])
+    try:
+        found = api.replay(record)
+    except UnreadableFile:
+        return
+    assert not found.same and as_text(found)
+
+
+def test_older_programs_and_changed_copies_are_told(record):
+    lines = lines_of(record)
+    write(record, [{**lines[0], "program": "0.1.0", "name": "book.xlsx"}, *lines[1:]])
+    (record / "gestures.toml").write_text("# another one\n")
+    found = api.replay(record)
+    assert found.same
+    words = " ".join(found.remarks)
+    assert "made with version 0.1.0" in words and "is not the one that ran" in words
+    assert "The robot's catalogue (gestures.toml) has changed" in words
+
+
+def test_a_row_ends_the_run_again_at_its_time(tmp_path):
+    book = rows("| Head yaw | filter | headYaw = 3 | Enough |\n| Enough | subscribe | | End run |")
+    made = Run(tmp_path, book, Script(), EVENTS, seconds=4.0)
+    assert made.lines[-1]["ended"] == "end run"
+    found = api.replay(made.result.folder)
+    assert found.same and found.seconds == pytest.approx(0.3)
+    made.path.write_text(book.replace("= 3", "= 30"))
+    other = api.replay(made.result.folder, made.path)
+    assert other.ending == "The run was ended at 0.3 s by T row 3; it would have gone on." and not other.same
+    made.path.write_text(book.replace("= 3", "= 1"))
+    assert "The run would have ended at 0.1 s instead of 0.3 s." in as_text(api.replay(made.result.folder, made.path))
+
+
+def test_what_goes_on_at_the_end_ends_without_any_row_having_seen_it(tmp_path):
+    book = rows("| Head yaw | once | | First |\n| First | map | \"9 s\" | Long |\n| Long | subscribe | | Wait |\n"
+                "| Wait done | accumulate | | Ends |\n| Ends | subscribe | | Print |")  # fmt: skip
+    made = Run(tmp_path, book, Script(), EVENTS, seconds=1.0)
+    ends = [e for e in made.lines if e.get("stream") == "Wait done"]
+    assert len(ends) == 1 and not [e for e in made.lines if e.get("stream") == "T!Ends"]
+    assert api.replay(made.result.folder).same
+
+
+def test_an_event_loop_is_done_again_event_by_event(tmp_path):
+    protocol = "## Protocol\n| Field | Value |\n|---|---|\n| Robot | nao |\n| Engine | event loop |\n| Run | T |\n"
+    book = rows(ROWS, *MORE[:4], protocol)
+    script = Script({8: [wish("send", stream="Head yaw", text="3.5"), wish("switch", behaviour="Other", on=True)],
+                     20: [wish("switch", behaviour="T", on=False), wish("pause"), wish("resume")],
+                     24: [wish("switch", behaviour="T", on=True)]})  # fmt: skip
+    made = Run(tmp_path, book, script, EVENTS, seconds=1.2, paced=True, everything=True)
+    assert not script.refusals and len(made.happened("switch")) >= 2
+    found = api.replay(made.result.folder)
+    assert found.same, as_text(found)
+    assert found.compared > 80 and found.engine == "event loop"
+    assert "same microsecond" in " ".join(found.unknown)
