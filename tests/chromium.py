@@ -25,7 +25,9 @@ _PLAIN = ("--no-sandbox", "--no-first-run", "--disable-background-networking", "
           "--disable-sync", "--disable-quic")  # fmt: skip
 FLAGS = (*_PLAIN, "--disable-gpu", "--disable-3d-apis")
 """Of a browser that draws nothing in 3D: without a graphics card that takes a whole core."""
-FLAGS_3D = (*_PLAIN, "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+FLAGS_3D = (*_PLAIN, "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+            "--disable-gpu-rasterization", "--disable-gpu-compositing")  # fmt: skip
+"""Of one that draws 3D without a graphics card, and all else as plainly as it can: that takes a third."""
 
 
 @contextmanager
