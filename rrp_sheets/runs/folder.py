@@ -30,6 +30,12 @@ _WHAT = {
 }
 
 
+_HEARD = {
+    "say": "what the robot said", "person": "what a person said", "sound": "a sound that the robot played",
+}  # fmt: skip
+_RECORDED = re.compile(rf"({'|'.join(_HEARD)})-\d+\.wav")
+
+
 def faces_file(workbook: Path) -> Path:
     """The file that keeps remembered faces, beside the records of a folder's workbooks."""
     return workbook.absolute().parent / "runs" / "faces.json"
@@ -85,8 +91,9 @@ class RunFolder:
                 if (checked.robot.folder / name).is_file():  # a robot need not have gestures
                     shutil.copyfile(checked.robot.folder / name, self.path / name)
             for name, source in (*material(checked)[0].items(), *own_catalogue(checked)):  # so that it can be replayed
-                (self.path / name).parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(source, self.path / name)
+                if name not in _WHAT and not _RECORDED.fullmatch(name):  # what is recorded has these names
+                    (self.path / name).parent.mkdir(parents=True, exist_ok=True)
+                    shutil.copyfile(source, self.path / name)
         except OSError as error:
             message = f"Nothing can be written into “{self.path}” ({error.strerror})."
             raise SheetsError(message, "Make room, or name another folder with --out.") from None
@@ -124,9 +131,12 @@ def describe(name: str) -> str:
     >>> describe("film.gif"), describe("say-002.wav")
     ('the robot, filmed', 'what the robot said')
     """
-    heard = {"person": "what a person said", "sound": "a sound that the robot played"}
-    sound = heard.get(name.partition("-")[0], "what the robot said") if name.endswith(".wav") else ""
-    return _WHAT.get(name, sound)
+    recorded = _RECORDED.fullmatch(name)
+    return _WHAT.get(name, _HEARD[recorded[1]] if recorded else "a sound of the workbook" if _is_wav(name) else "")
+
+
+def _is_wav(name: str) -> bool:
+    return name.casefold().endswith(".wav")
 
 
 def _table(path: Path, checked: Checked) -> None:
