@@ -96,22 +96,22 @@ def add_lookback(pages: Blueprint, library: Library, runs: Runs) -> None:
         page = lookback_page(runs, library, clerk, have(run))
         return render_template(page.template, page=page)
 
-    @pages.get("/runs/<run>/lookback/overview.json")
+    @pages.get("/runs/<run>/lookback/overview.json", endpoint="lookback_overview")
     def overview(run: str) -> Response:
         return _json(clerk, runs, have(run), "overview", 0)
 
-    @pages.get("/runs/<run>/lookback/<any(piece, poses):what>/<int:number>.json")
+    @pages.get("/runs/<run>/lookback/<any(piece, poses):what>/<int:number>.json", endpoint="lookback_part")
     def part(run: str, what: str, number: int) -> Response:
         return _json(clerk, runs, have(run), what, number)
 
-    @pages.get("/runs/<run>/lookback/picture/<int:number>.jpg")
+    @pages.get("/runs/<run>/lookback/picture/<int:number>.jpg", endpoint="lookback_picture")
     def picture(run: str, number: int) -> Response:
         data = base64.b64decode(clerk.lookback(runs.place(have(run)), "picture", number))
         if not data:
             abort(404)
         return Response(data, mimetype="image/jpeg")
 
-    @pages.get("/runs/<run>/lookback/diagram/<int:number>")
+    @pages.get("/runs/<run>/lookback/diagram/<int:number>", endpoint="lookback_diagram")
     def diagram(run: str, number: int) -> str:
         try:
             drawn = DrawnSheet(Markup(clerk.lookback(runs.place(have(run)), "diagram", number)), "")
