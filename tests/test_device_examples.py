@@ -62,7 +62,7 @@ def test_its_help_shows_it_whole(name: str) -> None:
 def test_it_runs_and_its_device_does_something(name: str, tmp_path: Path) -> None:
     _, result = api.run(path(name), api.RunSettings(fast=True, out=tmp_path, film=False))
     assert result is not None and result.broken is None
-    assert result.summary.errors == {}
+    assert result.summary.errors == ({"the robot itself": 1} if name == "Orientation" else {})  # which is pushed over
     streams = [s for s in checked(name).graph.streams.values() if s.device and s.device.type.name == name]
     came = [n for n in {**result.summary.events, **result.summary.commands} if key(n) in {key(s.name) for s in streams}]
     assert any(result.summary.events.get(n) or result.summary.commands.get(n) for n in came)

@@ -53,7 +53,7 @@ class DeviceTable:
         self._headers = {k: header.strip() for d in workbook.devices for k, header in d.headers.items()}
         misspelt = self._misspelt_columns(workbook.devices)
         for device in workbook.devices:
-            settings = {misspelt.get(k, k): cell for k, cell in device.settings.items()}
+            settings = {misspelt.get(k, k): cell for k, cell in device.settings.items() if misspelt.get(k) != "notes"}
             self._declare(device.stream, device.device, settings)
         for k, declared in list(self.declared.items()):  # of an actuator that may be declared after it
             if self.done(declared.name) is not None and declared.address is not None:
@@ -72,7 +72,8 @@ class DeviceTable:
         meant = {}
         for k, uses in filled.items():
             settings = {key(s.name): s.name for _, found in uses for s in found.type.settings.values()}
-            guess = nearest(k, [name for s, name in settings.items() if not any(s in d.settings for d in devices)])
+            free = [name for s, name in settings.items() if not any(s in d.settings for d in devices)]
+            guess = nearest(k, [*free, "Notes"])
             if guess:
                 meant[k] = key(guess)
                 cell, found = uses[0]

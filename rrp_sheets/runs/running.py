@@ -45,6 +45,9 @@ WITHOUT_SCENE_US = 30_000_000
 WorldMaker = Callable[[Plan, tuple[SceneAction, ...], int, Path], World]
 
 
+_ROBOT = "the robot itself"  # where an error is counted that is no row's: it has fallen
+
+
 class _Recorder(Hooks):
     """An engine's observer and a loop's hooks: tells the trace and the view. The trace comes when the run begins."""
 
@@ -82,7 +85,7 @@ class _Recorder(Hooks):
         if self.trace is not None:
             self.trace.happening(us, happening)
         if happening.kind == "error":  # an actuator cannot use its value: an error of that row like any other
-            place = happening.row or happening.stream
+            place = happening.row or happening.stream or _ROBOT
             self.unusable[place] = self.unusable.get(place, 0) + 1
         self.view.happening(us, happening)
 
