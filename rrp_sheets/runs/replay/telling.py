@@ -62,8 +62,9 @@ def _ends_said(ends: Ends) -> list[str]:
         "answered otherwise. What the sensors gave is what they gave in the session."
     ]
     if ends.dropped:
-        told.append(f"{_many(ends.dropped, 'command')} of the session {_was(ends.dropped)} not made; what the record "
-                    "says of their ends is left out.")  # fmt: skip
+        whose = "its recorded end is" if ends.dropped == 1 else "their recorded ends are"
+        words = f"{_many(ends.dropped, 'command')} of the session {_was(ends.dropped)} not made"
+        told.append(f"{words}; {whose} left out.")
     if ends.usual:
         shown = dict.fromkeys(f"{show(value, 40)} {seconds:.1f} s" for _, value, seconds in ends.usual)
         told.append(
