@@ -15,7 +15,8 @@ from rrp_sheets.compare.opening import open_checked
 from rrp_sheets.compare.wording import place, value
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
-from rrp_sheets.render.pack import Changed, Changes, Print, Tested, make_pack
+from rrp_sheets.render.pack import Changed, Changes, Pack, Print, Tested, make_pack
+from rrp_sheets.render.pack.behaviours import Pictures
 from rrp_sheets.render.pack.setting import Paper, set_pack
 from rrp_sheets.render.texts import Texts, texts
 from rrp_sheets.testing import CaseResult, run_tests
@@ -26,7 +27,18 @@ from rrp_sheets.workbook.atomic import refuse_workbook, write_atomically
 MOST_CHANGES = 500
 _MOST_LINES = 6  # about one failed test
 _LONGEST = 20.0  # s that all tests may take
-_MARKS = {"added": "added", "changed": "changed", "on": "changed", "off": "changed", "moved": "changed"}
+_MARKS = {"added": "added", "changed": "changed", "on": "changed", "off": "changed", "moved": "moved"}
+
+
+class HasErrors(SheetsError):
+    """The workbook has errors, and no draft is wanted; `checked` has them."""
+
+    def __init__(self, checked: Checked) -> None:
+        super().__init__(
+            "The workbook has errors: it cannot run, and a board cannot judge it. Nothing was printed.",
+            "Mend them, or print a draft of it (--draft).",
+        )
+        self.checked = checked
 
 
 @dataclass(frozen=True)
@@ -36,6 +48,15 @@ class Printed:
     checked: Checked
     data: bytes
     notes: list[str]
+
+
+@dataclass(frozen=True)
+class Gathered:
+    """A pack that is not set yet: the workbook, checked; everything in it; its diagrams by their files' names."""
+
+    checked: Checked
+    pack: Pack
+    pictures: Pictures
 
 
 def print_pack(
@@ -58,19 +79,29 @@ def make(
     path: Path, *, against: Path | None = None, paper: Paper = "a4", language: str = "", draft: bool = False,
     today: date | None = None,
 ) -> Printed:  # fmt: skip
-    """The pack of a workbook's file.
+    """The pack of a workbook's file, set.
+
+    Raises:
+        SheetsError: see `gather`; or the PDF cannot be set.
+    """
+    found = gather(path, against=against, language=language, draft=draft, today=today)
+    data, notes = set_pack(found.pack, found.pictures, paper)
+    return Printed(found.checked, data, notes)
+
+
+def gather(
+    path: Path, *, against: Path | None = None, language: str = "", draft: bool = False, today: date | None = None
+) -> Gathered:
+    """What stands in the pack of a workbook's file.
 
     Raises:
         UnreadableFile: one of the workbooks cannot be read.
-        SheetsError: the workbook has errors and no draft is wanted, or the PDF cannot be set.
+        HasErrors: the workbook has errors and no draft is wanted.
     """
     reading = read(path)
     checked = check_workbook(reading.workbook, reading.report)
     if checked.report.errors and not draft:
-        raise SheetsError(
-            "The workbook has errors: it cannot run, and a board cannot judge it.",
-            "Mend them (`rrp-sheets check`), or print a draft of it (`--draft`).",
-        )
+        raise HasErrors(checked)
     words = texts(language or checked.run.language)
     tests, note = _tested(checked, words)
     changes = _changes((reading, checked), against, words) if against is not None else None
@@ -78,8 +109,7 @@ def make(
     pack, pictures = make_pack(
         reading, checked, this, language=words.language, tests=tests, tests_note=note, changes=changes, draft=draft
     )
-    data, notes = set_pack(pack, pictures, paper)
-    return Printed(checked, data, notes)
+    return Gathered(checked, pack, pictures)
 
 
 def _tested(checked: Checked, words: Texts) -> tuple[list[Tested], str]:
@@ -119,23 +149,23 @@ def _changes(mine: tuple[Reading, Checked], against: Path, words: Texts) -> Chan
         intro=words.get(intro, name=against.name, version=version),
         digest=found.first.digest,
         verdict=words.get(many, n=len(found.effects)),
-        effects=_told(found.effects),
-        others=_told(found.others),
+        effects=_told(found.effects, words),
+        others=_told(found.others, words),
         left_out=words.get("pack.more", n=f"{left:,}") if left > 0 else "",
         marks=marks,
     )
 
 
-def _told(changes: Sequence[Change]) -> tuple[Changed, ...]:
-    return tuple(_one(change) for change in changes[:MOST_CHANGES])
+def _told(changes: Sequence[Change], words: Texts) -> tuple[Changed, ...]:
+    return tuple(_one(change, words) for change in changes[:MOST_CHANGES])
 
 
-def _one(change: Change) -> Changed:
-    kind = change.kind if change.kind in ("added", "removed") else "changed" if change.effect else "other"
+def _one(change: Change, words: Texts) -> Changed:
+    kind = change.kind if change.kind in ("added", "removed", "moved") else "changed" if change.effect else "other"
     before, after = (value(text) if text else "" for text in (change.before, change.after))
     if change.kind in ("on", "off"):
         before, after = ("off", "on") if change.kind == "on" else ("on", "off")
     elif change.kind == "moved" and not change.before:
-        before, after = (str(row) for row in change.rows)
+        before, after = (words.get("behaviour.row", n=row) for row in change.rows)
     what = f"{change.what}: " if change.what and change.kind == "changed" else ""
     return Changed(kind, place(change), what + before if before else "", what + after if after else "", change.note)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import sys
-from typing import Any
+from typing import Any, NoReturn
 
 import click
 
@@ -112,7 +112,7 @@ def mute() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
-def fail(error: SheetsError, code: int) -> None:
+def fail(error: SheetsError, code: int) -> NoReturn:
     """Tell an error and leave with an exit code."""
     click.echo(f"{click.style('Error:', fg='red', bold=True)} {error.message}", err=True)
     if error.remedy:

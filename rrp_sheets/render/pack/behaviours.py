@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
@@ -17,16 +18,20 @@ from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.raw import Kind, RawSheet
 
 MOST_DRAWN = 2_000  # rows; a hundred pages
-MOST_TOLD = 14  # rows that a paragraph tells; of more the sentences are enough
+MOST_TOLD = 8  # rows that a paragraph tells; of more the sentences are enough
 _SECONDS = 20.0  # for one diagram's layout
 
 Pictures = dict[str, str]
 """SVG texts by file name."""
+Draw = Callable[..., tuple[tuple[Figure, ...], list[str]]]
 
 
-def behaviour_parts(source: Source, changes: Changes | None) -> tuple[tuple[BehaviourPart, ...], Pictures]:
+def behaviour_parts(
+    source: Source, changes: Changes | None, *, drawn: bool = True
+) -> tuple[tuple[BehaviourPart, ...], Pictures]:
     """All behaviours in the order of the sheets, and their diagrams."""
     pictures: Pictures = {}
+    draw: Draw = partial(_figures, pictures=pictures) if drawn else lambda *_: ((), [])
     sheets = {s.name: s for s in source.reading.sheets}
     written = {key(b.name): b for b in source.checked.workbook.behaviours}
     marks = changes.marks if changes else {}
@@ -34,19 +39,19 @@ def behaviour_parts(source: Source, changes: Changes | None) -> tuple[tuple[Beha
     for graph in source.checked.graph.behaviours:
         behaviour = written[graph.key]
         groups = _groups(sheets.get(behaviour.name), behaviour)
-        parts.append(_part(source, graph, behaviour, groups, marks.get(graph.key, {}), pictures))
+        parts.append(_part(source, graph, behaviour, groups, marks.get(graph.key, {}), draw))
     return tuple(parts), pictures
 
 
 def _part(
     source: Source, graph: BehaviourGraph, behaviour: Behaviour, groups: Mapping[int, str], marks: Mapping[int, str],
-    pictures: Pictures,
+    draw: Draw,
 ) -> BehaviourPart:  # fmt: skip
     said = explain(
         source.checked.graph, source.checked.workbook, source.checked.robot, [graph], language=source.words.language
     )[0]
     flags = source.flags(graph.key)
-    figures, why = _figures(source, graph, flags, marks, pictures)
+    figures, why = draw(source, graph, flags, marks)
     off = graph.key not in source.checked.run.behaviours
     notes = [source.get("behaviours.starts_off")] if off and graph.steps else []
     sentences = tuple(

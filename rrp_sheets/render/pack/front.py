@@ -146,7 +146,8 @@ def numbers(source: Source, said: Sequence[Said], tests: Sequence[Tested]) -> tu
         "actuators": len(drives), "says": len(doing.all_texts(said)),
     }  # fmt: skip
     lines = [Labelled(get(f"number.{name}"), f"{n:,}") for name, n in counted.items()]
-    lines.append(Labelled(get("number.tests"), get("number.tests_of", passed=passed, n=len(tests))))
+    result = get("number.tests_of", passed=passed, n=len(tests)) if tests else get("no_tests")
+    lines.append(Labelled(get("number.tests"), result))
     return (*lines, Labelled(get("number.open"), f"{len(source.findings):,}"))
 
 

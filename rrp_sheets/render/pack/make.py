@@ -31,6 +31,7 @@ def make_pack(
     tests_note: str = "",
     changes: Changes | None = None,
     draft: bool = False,
+    drawn: bool = True,
 ) -> tuple[Pack, Pictures]:
     """The pack of a checked workbook, and its diagrams by the names under which it asks for them.
 
@@ -43,11 +44,12 @@ def make_pack(
         tests_note: what there is to say about all of them.
         changes: what is different from the approved version.
         draft: whether it is marked as one on every page; one with errors always is.
+        drawn: whether it has diagrams; without them it is only text.
     """
     words = texts(language)
     source = Source(reading, checked, words, Rows(checked.graph, checked.workbook, words))
     get, said = source.get, acts.says(source)
-    behaviours, pictures = behaviour_parts(source, changes)
+    behaviours, pictures = behaviour_parts(source, changes, drawn=drawn)
     left = len(source.findings) - MOST_FINDINGS
     return (
         Pack(
@@ -74,7 +76,7 @@ def make_pack(
 
 def _status(source: Source, draft: bool) -> str:
     if errors := source.checked.report.errors:
-        return source.get("draft_errors", n=len(errors))
+        return source.count("draft_errors", len(errors))
     return source.get("draft") if draft else ""
 
 

@@ -1,0 +1,59 @@
+"""What an accessible PDF tells a reader who does not see it: its tags, read with a library that did not make it."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from pypdf import PdfReader
+from pypdf.generic import ArrayObject, DictionaryObject
+
+
+@dataclass
+class Tag:
+    """An element of the structure: what it is, what stands for a picture, and what is in it."""
+
+    name: str
+    alt: str = ""
+    scope: str = ""
+    children: list[Tag] = field(default_factory=list)
+
+    def all(self, *names: str) -> Iterator[Tag]:
+        """The elements of these kinds in it, in reading order."""
+        for child in self.children:
+            if child.name in names:
+                yield child
+            yield from child.all(*names)
+
+
+def read_pdf(data: bytes) -> PdfReader:
+    return PdfReader(io.BytesIO(data))
+
+
+def tags(pdf: PdfReader) -> Tag:
+    """The document's tags; standard names for those that the file names otherwise."""
+    root = pdf.trailer["/Root"]["/StructTreeRoot"]
+    roles = {k: str(v) for k, v in root.get("/RoleMap", {}).items()}
+    return Tag("root", children=list(_kids(root, roles)))
+
+
+def _kids(node: DictionaryObject, roles: dict[str, str]) -> Iterator[Tag]:
+    for kid in _entries(node, "/K"):
+        if "/S" in kid:
+            name = str(kid["/S"])
+            scopes = [str(a["/Scope"]) for a in _entries(kid, "/A") if "/Scope" in a]
+            children = list(_kids(kid, roles))
+            yield Tag(roles.get(name, name)[1:], str(kid.get("/Alt", "")), "".join(scopes), children)
+
+
+def _entries(node: DictionaryObject, name: str) -> list[DictionaryObject]:
+    """The dictionaries under a name: one, or several in a list; references followed."""
+    found = node.get(name, ArrayObject()).get_object()
+    several = [one.get_object() for one in (found if isinstance(found, ArrayObject) else [found])]
+    return [one for one in several if isinstance(one, DictionaryObject)]
+
+
+def texts_of(pdf: PdfReader) -> list[str]:
+    """The text of every page, in one line, without the places where a long word may break."""
+    return [" ".join(page.extract_text().replace("\u200b", "").split()) for page in pdf.pages]

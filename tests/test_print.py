@@ -1,0 +1,319 @@
+"""The ethics pack: what a board reads about a workbook, as an accessible PDF (design: 7-exchange)."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import re
+from contextlib import redirect_stderr, redirect_stdout
+from datetime import date
+from itertools import pairwise
+from pathlib import Path
+from unittest import mock
+
+import pytest
+from pdftree import read_pdf, tags, texts_of
+
+from rrp_sheets import api
+from rrp_sheets.checks import check_workbook
+from rrp_sheets.cli.main import main
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.printing import make
+from rrp_sheets.render.pack import Pack, Print, make_pack
+from rrp_sheets.render.pack.model import Labelled
+from rrp_sheets.render.pack.setting import set_pack
+from rrp_sheets.resources import bundled
+
+GOLDEN = Path(__file__).parent / "golden" / "print"
+WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
+DAY = date(2026, 11, 21)
+HEAD = "| Input streams | Connector | Formula | Output stream | Priority |\n|---|---|---|---|---|\n"
+
+
+def workbook(folder: Path, rows: str, name: str = "w.md", *, protocol: str = "", rest: str = "") -> Path:
+    path = folder / name
+    field = f"## Protocol\n| Field | Value |\n|---|---|\n| Title | T |\n{protocol}\n"
+    path.write_text(f"{field}\n## Play\n{HEAD}{rows}\n{rest}", encoding="utf-8")
+    return path
+
+
+def pack_of(path: Path, **options: object) -> Pack:
+    """What is printed of a workbook, without its diagrams."""
+    reading = api.read(path)
+    checked = check_workbook(reading.workbook, reading.report)
+    return make_pack(reading, checked, Print(path.name, DAY.isoformat(), "1.0"), drawn=False, **options)[0]
+
+
+# ---- every workbook that comes along
+def flat(value: object, path: str = "") -> list[str]:
+    """The words of a pack, line by line; the rows and their sentences stand in the golden files of `explain`."""
+    if isinstance(value, Labelled):
+        return [f"{path}: {value.label}: {value.text}"]
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return [
+            line
+            for f in dataclasses.fields(value)
+            if f.name not in ("sentences", "rows", "paragraph", "widths") or path == "rivals"
+            for line in flat(getattr(value, f.name), f"{path}.{f.name}".lstrip("."))
+        ]
+    if isinstance(value, tuple):
+        return [line for part in value for line in flat(part, path)]
+    return [f"{path}: {value}"] if value not in ("", None, False, 0) else []
+
+
+@pytest.mark.parametrize("name", WORKBOOKS)
+def test_what_is_printed_of_every_workbook(name, request):
+    pack = pack_of(bundled("workbooks", f"{name}.xlsx"))
+    set_pack(pack, {})  # Typst refuses what is no PDF/UA
+    text = "\n".join(line for line in flat(pack) if not line.startswith("digest")) + "\n"
+    golden = GOLDEN / f"{name}.txt"
+    if request.config.getoption("--regenerate-golden"):
+        golden.write_text(text, encoding="utf-8")
+    assert text == golden.read_text(encoding="utf-8")
+
+
+# ---- one of them as a PDF
+@pytest.fixture(scope="module")
+def printed():
+    return make(bundled("workbooks", "complex-tracking.xlsx"), today=DAY)
+
+
+@pytest.fixture(scope="module")
+def pdf(printed):
+    return read_pdf(printed.data)
+
+
+@pytest.fixture(scope="module")
+def pages(pdf):
+    return texts_of(pdf)
+
+
+def test_every_page_has_its_number_and_the_hash(pages, printed):
+    digest = api.read(bundled("workbooks", "complex-tracking.xlsx")).digest
+    for number, text in enumerate(pages, 1):
+        assert f"page {number} of {len(pages)}" in text
+        assert digest[:16] in text
+        assert "SIMULATED ROBOT" in text
+    assert digest in pages[0]
+    assert printed.notes == []
+
+
+def test_the_first_page_is_enough_for_a_reader_in_a_hurry(pages):
+    for said in (
+        "Complex tracking",
+        "Printed 2026-11-21",
+        "The robot acts on these occasions: the robot sees a red ball or the joint HeadYaw moves.",
+        "It says Nothing: no row drives its voice.",
+        "It moves Head, left arm, right arm and legs.",
+        "1 of 2 tests passed",
+        "1 problem is open See section 5.1.",
+    ):
+        assert said in re.sub(
+            r" (\d+|\d+ of \d+) (?=behaviours|rows|sensor|actuator|texts|tests|problems)", r" \1 ", pages[0]
+        )
+
+
+def test_what_is_open_and_which_tests_fail_is_told(pages):
+    text = " ".join(pages)
+    assert "Let “Close ball” be forgotten (forgetAfter)" in text
+    assert re.search(r"Test old angle FAILS 1 of 3 rows do not hold", text)
+    assert "got: -0.3 at 3000 ms" in text
+
+
+def test_it_is_accessible(pdf, printed):
+    root = pdf.trailer["/Root"]
+    assert root["/MarkInfo"]["/Marked"] and root["/Lang"] == "en"
+    assert root["/ViewerPreferences"]["/DisplayDocTitle"]
+    assert pdf.metadata.title == "Complex tracking – Protocol for ethics review"
+    assert b"pdfuaid" in root["/Metadata"].get_object().get_data()
+    tree = tags(pdf)
+    levels = [int(tag.name[1:]) for tag in tree.all("H1", "H2", "H3")]
+    assert levels[0] == 1 and len(levels) > 15
+    assert all(after <= before + 1 for before, after in pairwise(levels))
+    figures = list(tree.all("Figure"))
+    assert len(figures) == 2 and all(figure.alt for figure in figures)  # the legend and the diagram
+    tables = list(tree.all("Table"))
+    assert len(tables) > 5
+    for table in tables:
+        heads = list(table.all("TH"))
+        assert heads and all(head.scope == "/Column" for head in heads)
+
+
+def test_the_same_workbook_on_the_same_day_gives_the_same_bytes(printed):
+    assert make(bundled("workbooks", "complex-tracking.xlsx"), today=DAY).data == printed.data
+
+
+# ---- what it says about a workbook
+def test_every_text_that_can_be_known_is_printed(tmp_path):
+    rows = (
+        '| Go | map | PICK(praise) & " It is " & LOWER(go.label) & "." | |\n|  | subscribe | | Say |\n'
+        '| Face | map | "Hello, " & face.name & "!" | |\n|  | subscribe | | Say |\n'
+        '| Go | map | IF(go.count > 3; "Enough."; BLANK) | |\n|  | subscribe | | Say |\n'
+        "| Go | subscribe | | Hello |\n| Go | map | BLANK | |\n|  | subscribe | | Say |\n"
+    )
+    rest = (
+        "## Devices\n| Stream | Device | Label | Text | Language |\n|---|---|---|---|---|\n| Go | OperatorButton | RED | | |\n"
+        "| Hello | Say parameter | | Guten Tag | de |\n\n"
+        '## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n| Praise | | ["Yes!"; "Good!"] |\n'
+    )
+    pack = pack_of(workbook(tmp_path, rows, rest=rest))
+    assert [said.words for said in pack.says] == [
+        ("Yes! It is red.", "Good! It is red."), ("Hello, ‹face.name›!",), ("Enough.",), ("Guten Tag",),
+    ]  # fmt: skip
+    assert "German" in pack.says[3].voice
+    assert [g.text for g in pack.glance if g.label == "It says"] == [
+        "5 texts, printed in section 2; parts of some are filled in during the run."
+    ]
+
+
+def test_too_many_combinations_are_told_in_short(tmp_path):
+    many = "; ".join(f'"{c}"' for c in "abcdefghij")
+    rows = f'| Go | map | PICK([{many}]) & "-" & PICK([{many}]) | |\n|  | subscribe | | Say |\n'
+    devices = "## Devices\n| Stream | Device |\n|---|---|\n| Go | OperatorButton |\n"
+    words = pack_of(workbook(tmp_path, rows, rest=devices)).says[0].words
+    assert len(words) == 10
+    assert words[0] == "‹a | b | c | d | e | f | g | h | i | j›-a"
+
+
+def test_faces_that_are_kept_are_disclosed(tmp_path):
+    rows = "| Face | subscribe | | Remember face |\n"
+    kept = {p: " ".join(line.text for line in pack_of(workbook(tmp_path, rows, protocol=p)).kept)
+            for p in ("", "| Face memory | kept |")}  # fmt: skip
+    assert "all are forgotten when the run ends" in kept[""]
+    assert "runs/faces.json" in kept["| Face memory | kept |"]
+    wiping = pack_of(workbook(tmp_path, rows, protocol="| Face memory | kept |")).consent
+    assert any("rrp-sheets faces --forget" in line.text for line in wiping)
+
+
+def test_buttons_stops_walking_and_rivals_are_disclosed(tmp_path):
+    rows = (
+        "| Go | subscribe | | There | 2 |\n| Go | merge | | Both | |\n| Both | subscribe | | Sit down | 1 |\n"
+        "| Chest | subscribe | | Finish | |\n| Red ball | subscribe | | Head tracker | |\n"
+    )
+    rest = (
+        "## Devices\n| Stream | Device | Label | Forward | Name | Speed |\n|---|---|---|---|---|---|\n"
+        "| Go | OperatorButton | Start | | | |\n| There | Walk | | 0.5 | | |\n| Sit down | Posture | | | Sit | 0.2 |\n"
+        "| Chest | Chest button | | | | |\n| Finish | End run | | | | |\n"
+    )
+    pack = pack_of(
+        workbook(tmp_path, rows, rest=rest, protocol="| Time limit | 5 min |\n| Participants are told | Later |")
+    )
+    assert [(h.name, h.leads_to) for h in pack.hand] == [("Start", "“There” and “Sit down”")]
+    assert pack.told == "Later"
+    speeds = {a.stream: a.speed for a in pack.acts}
+    assert speeds["There"] == "at most 0.5 m forward, 0 m to the side and a turn of 0° at one command"
+    assert speeds["Sit down"] == "282°/s (20 % of what is possible)"
+    assert "Yes, by “There”" in pack.cautions[0].text
+    assert "“There” and “Sit down”" in pack.cautions[1].text
+    legs = next(r for r in pack.rivals if r.part == "legs")
+    assert [(priority, refs[0].rows) for priority, refs in legs.rows] == [("2", (2,)), ("1", (4,))]
+    ends = {s.who: s for s in pack.stops}
+    assert ends["Rows of the workbook"].used[0].rows == (5,)
+    assert ends["The chest button"].used[0].rows == (5,)
+    assert "After 5 min" in ends["Time limit"].how
+
+
+def test_comment_rows_group_the_sentences_and_every_field_is_printed(tmp_path):
+    rows = (
+        "| # first part | | | | |\n| Red ball | map | redBall.distance | Near | |\n| Near | subscribe | | Print | |\n"
+    )
+    pack = pack_of(workbook(tmp_path, rows, protocol="| Insurance | The clinic's |\n| Consent | A parent signs |"))
+    assert [s.group for s in pack.behaviours[0].sentences] == ["First part", ""]
+    assert [(s.label, s.text) for s in pack.statements] == [("Insurance", "The clinic's")]
+    assert ("Consent", "A parent signs", True) in [(c.label, c.text, c.stated) for c in pack.consent]
+    assert "Contact" in pack.missing
+
+
+# ---- the command
+def run(*arguments: object) -> tuple[int, str]:
+    """Exit code and output of a command, as the entry point gives them."""
+    out = io.StringIO()
+    typed = mock.patch("sys.argv", ["rrp-sheets", *map(str, arguments)])
+    with typed, redirect_stdout(out), redirect_stderr(out), pytest.raises(SystemExit) as left:
+        main()
+    return int(left.value.code or 0), out.getvalue()
+
+
+def test_changes_since_the_approved_version_on_letter_paper(tmp_path, monkeypatch):
+    rows = (
+        "| Red ball | map | redBall.distance | Near | |\n| Near | filter | near < 1 | Close | |\n"
+        "| Close | subscribe | | Head tracker | |\n"
+    )
+    before = workbook(tmp_path, rows, "approved.md", protocol="| Version | 1.0 |")
+    more = rows.replace("near < 1", "near < 2") + "| Close | subscribe | | Nod | |\n"
+    devices = "## Devices\n| Stream | Device | Name |\n|---|---|---|\n| Nod | Gesture | Nod |\n"
+    now = workbook(tmp_path, more, "now.md", protocol="| Version | 1.1 |", rest=devices)
+    monkeypatch.chdir(tmp_path)
+    done = run("print", now, "--against", before, "--paper", "letter", "--date", "2026-01-02")
+    assert done == (0, "Printed: now.pdf\n")
+    pdf = read_pdf((tmp_path / "now.pdf").read_bytes())
+    assert [round(float(x)) for x in pdf.pages[0].mediabox[2:]] == [612, 792]
+    pages = texts_of(pdf)
+    assert "3 differences change the behaviour. See section 8." in pages[0]
+    text = " ".join(pages)
+    assert "Compared row by row with approved.md, version 1.0" in text
+    assert re.search(r"changed Play row 3 formula: near < 1 formula: near < 2", text)
+    assert re.search(r"added Play row 5", text)
+    assert re.search(r"it goes on as “Close”\. changed", text)
+
+
+def test_a_workbook_with_errors_is_printed_as_a_draft_only(tmp_path, monkeypatch):
+    broken = workbook(tmp_path, "| Red ball | mapp | redBall.distance | Near | |\n")
+    monkeypatch.chdir(tmp_path)
+    code, said = run("print", broken)
+    assert code == 1
+    assert "There is no connector “mapp”" in said and "--draft" in said
+    assert not (tmp_path / "w.pdf").exists()
+    with pytest.raises(SheetsError, match="has errors"):
+        api.print_pack(broken, tmp_path / "w.pdf")
+    code, said = run("print", broken, "--draft")
+    assert code == 1 and "Printed: w.pdf" in said
+    pages = texts_of(read_pdf((tmp_path / "w.pdf").read_bytes()))
+    assert all("DRAFT" in page for page in pages)
+    assert "DRAFT with an open error: it cannot run as it is" in pages[0]
+
+
+def test_texts_of_strangers_print_as_texts(tmp_path):
+    evil = '<script>x</script> #panic("x") $x$ \\u{41} @problems {n} `a'
+    rows = f"| Red ball | map | redBall.distance | N{'o' * 250} | |\n| Red ball | map | 1 | {evil} | |\n"
+    path = workbook(
+        tmp_path, rows, protocol=f"| Purpose | {evil} |\n| Ethics reference | {'long ' * 60} |\n| {evil} | = x |"
+    )
+    made = make(path, today=DAY, draft=True)
+    text = " ".join(texts_of(read_pdf(made.data)))
+    assert evil in text
+    assert "N" + "o" * 20 in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["-o", "w.xlsx"], "The file ends with .pdf"),
+        (["-o", "no/such/w.pdf"], "cannot be written"),
+        (["--against", "gone.xlsx"], "gone.xlsx"),
+    ],
+)
+def test_what_cannot_be_done_is_told(tmp_path, monkeypatch, arguments, message):
+    workbook(tmp_path, "| Red ball | subscribe | | Print | |\n")
+    monkeypatch.chdir(tmp_path)
+    code, said = run("print", "w.md", *arguments)
+    assert code == 2
+    assert message in said and "Traceback" not in said
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("paper", ["a4", "letter"])
+@pytest.mark.parametrize("name", WORKBOOKS)
+def test_every_workbook_as_a_pdf(name, paper):
+    path = bundled("workbooks", f"{name}.xlsx")
+    pdf = read_pdf(make(path, today=DAY, paper=paper).data)
+    pages = texts_of(pdf)
+    assert all(f"{n} of {len(pages)}" in text or f"{n} / {len(pages)}" in text for n, text in enumerate(pages, 1))
+    assert all(api.read(path).digest[:16] in text for text in pages)
+    assert all(figure.alt for figure in tags(pdf).all("Figure"))
+
+
+@pytest.mark.soak
+def test_a_thousand_rows_are_printed_in_bounded_time(tmp_path):
+    rows = "".join(f"| Red ball | map | redBall.distance + {n} | D{n} | |\n" for n in range(1_000))
+    assert len(read_pdf(make(workbook(tmp_path, rows), today=DAY).data).pages) > 50
