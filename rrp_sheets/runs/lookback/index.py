@@ -187,7 +187,8 @@ class _Reader:
             return
         t = float(entry["t"])
         if "value" in entry:
-            self._log.sent(t, entry)
+            if entry.get("stimulated") is True:
+                self._log.sent(t, entry)
             return
         self._log.add(t, entry)
         detail = entry.get("detail")

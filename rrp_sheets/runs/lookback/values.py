@@ -76,7 +76,7 @@ def piece(index: Index, number: int, words: Words) -> dict[str, Any]:
         text = _text(index, of, entry, words)
         told_series["t"].append(index.times[event])
         told_series["v"].append(table.setdefault(text, len(table)))
-        seen = _seen(entry.get("value"))
+        seen = _seen(entry.get("value")) if not index.series[of].row else None  # what a sensor gave, no command
         if seen is not None:
             told_series.setdefault("s", [None] * (len(told_series["t"]) - 1)).append(seen)
         elif "s" in told_series:

@@ -5,6 +5,7 @@ import { icon, make } from "../../run/make.js";
 import { last } from "./store.js";
 
 const NEAR = 16; // px: ticks that are nearer are one
+const ALMOST = 0.02; // s: a moment that is nearer is the one where one is
 const HEARD = 15; // s: a sound that began longer ago is over
 const KINDS = {
   error: ["error", "error", "Error"], mark: ["mark", "flag", "Mark"], edit: ["edit", "sheet", "Edited"], button: ["hand", "button", "Button"],
@@ -23,6 +24,7 @@ export class Moments {
   constructor(list, ticks, told, leftOut, seconds, go) {
     Object.assign(this, { list, ticks, told, seconds, go });
     this.times = told.map(({ t }) => t);
+    this.stops = told.filter(({ kind }) => kind !== "note").map(({ t }) => t); // notes come at camera rate
     this.here = -2;
     this.items = told.map((moment) => this.item(moment));
     const rest = leftOut ? [make("li", { className: "quiet", textContent: `… and ${leftOut} more: run.xlsx and the CSV have them all.` })] : [];
@@ -74,10 +76,10 @@ export class Moments {
     else if (bottom > box.scrollTop + box.clientHeight) box.scrollTop = bottom - box.clientHeight;
   }
 
-  /** The moment before a time, or after it. */
+  /** When the moment before a time was, or the one after it; notes are passed over. */
   next(t, way) {
-    const here = last(this.times, way > 0 ? t : t - 0.05);
-    return this.times[way > 0 ? here + 1 : here];
+    const here = last(this.stops, way > 0 ? t + ALMOST : t - ALMOST);
+    return this.stops[way > 0 ? here + 1 : here];
   }
 
   /** What was said last until a time. */

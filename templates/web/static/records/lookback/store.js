@@ -79,7 +79,7 @@ export function valuesAt(piece, overview, ids, t) {
     }
     if (id && !(rows[id]?.at > when)) Object.assign((rows[id] ??= { n: 1 }), { v: text, at: when });
     if (!(streams[name]?.at > when)) streams[name] = { v: text, at: when, n: 1, kind };
-    if (s?.[at]) seen[name] = { t: when, at: s[at] };
+    if (s?.[at] && kind === "sensor") seen[name] = { t: when, at: s[at] };
   }
   for (const entry of Object.values(rows)) entry.e = stillFailed(entry) ? entry.failed : "";
   return { rows, streams, seen };
