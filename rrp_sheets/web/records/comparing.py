@@ -49,9 +49,7 @@ def compare_page(
             result = _result(library, desk, runs, clerk, refs, words)
         except SheetsError as error:
             trouble = f"{error.message} {error.remedy}".strip()
-    return ComparePage(
-        tuple(groups), first, second, books[0] if len(books) == 1 else "", result, trouble
-    )
+    return ComparePage(tuple(groups), first, second, books[0] if len(books) == 1 else "", result, trouble)
 
 
 def choices(

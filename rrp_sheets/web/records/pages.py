@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 from flask import render_template
 from markupsafe import Markup
 
-from rrp_sheets.web.pages import Problem, Words
+from rrp_sheets.render.pack.model import Pack
+from rrp_sheets.web.pages import Piece
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +51,7 @@ class RunsPage:
         words: only those with these words.
         books: the workbooks that have runs.
         total: how many runs there are; `older` the number to go on from, 0 when these are the last ones.
+        participant: only those of this one; `participants` all codes that there are.
     """
 
     template: ClassVar[str] = "runs.html"
@@ -60,6 +62,8 @@ class RunsPage:
     total: int
     older: int
     here: bool = False
+    participant: str = ""
+    participants: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,6 +123,7 @@ class RecordPage:
         writing: its last files are still being written.
         events: how many there are.
         window: the seconds that the marbles show at first.
+        participant: the code.
     """
 
     template: ClassVar[str] = "record.html"
@@ -140,6 +145,7 @@ class RecordPage:
     window: tuple[str, str]
     curves: int
     compared_with: tuple[RunLine, ...]
+    participant: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,69 +227,49 @@ class ComparePage:
 
 
 @dataclass(frozen=True, slots=True)
-class Drawn:
-    """A part of a diagram on paper."""
-
-    svg: Markup
-    caption: str
-    landscape: bool
-
-
-@dataclass(frozen=True, slots=True)
-class DrawnPart:
-    """The diagram of a behaviour, a piece of the printed page; `why` says why there is none."""
-
-    template: ClassVar[str] = "drawn.html"
-    name: str
-    drawn: tuple[Drawn, ...]
-    why: str
-
-
-@dataclass(frozen=True, slots=True)
-class PrintTable:
-    """A sheet as a table: its columns (what each holds, and its name), and rows: number, whether off, texts."""
-
-    name: str
-    kind: str
-    heads: tuple[tuple[str, str], ...]
-    rows: tuple[tuple[int, bool, tuple[str, ...]], ...]
-    left_out: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class PrintBehaviour:
-    """A behaviour on paper; its diagram follows, unless `why` says why not."""
-
-    name: str
-    number: int
-    why: str
-    table: PrintTable | None
-    words: Words | None
-
-
-@dataclass(frozen=True, slots=True)
 class PrintPage:
-    """A workbook on paper.
+    """A workbook on paper: what can be chosen; the protocol itself follows.
 
     Attributes:
-        fields: of the Protocol: name and text.
+        own: the language that the Protocol sheet says.
+        choice: language, paper and against, as they are asked for.
+        has_approved: whether a kept version is called an approved one.
+        errors: whether it will be a draft.
     """
 
     template: ClassVar[str] = "print.html"
     name: str
     title: str
-    fields: tuple[tuple[str, str], ...]
-    behaviours: tuple[PrintBehaviour, ...]
-    tables: tuple[PrintTable, ...]
-    problems: tuple[Problem, ...]
-    left_out: int
     digest: str
-    when: str
-    program: str
-    tests: str
+    own: str
+    languages: tuple[tuple[str, str], ...]
+    papers: tuple[tuple[str, str], ...]
+    groups: tuple[tuple[str, tuple[Choice, ...]], ...]
+    choice: Mapping[str, str]
+    has_approved: bool
+    errors: bool
 
 
-Page = RunsPage | RecordPage | MarblesPage | VersionsPage | ComparePage | PrintPage | DrawnPart
+@dataclass(frozen=True, slots=True)
+class ProtocolPart:
+    """The protocol on the page; `trouble` says why there is none.
+
+    Attributes:
+        t: the words of its language.
+        pictures: the diagrams, by the names under which the pack has them.
+        pieces: cuts a sentence at its formulas.
+    """
+
+    template: ClassVar[str] = "protocol.html"
+    pack: Pack | None
+    t: Mapping[str, str]
+    pictures: Mapping[str, Markup]
+    legend: Markup
+    trouble: str
+    pieces: Callable[[str], tuple[Piece, ...]] | None = None
+
+
+Page = RunsPage | RecordPage | MarblesPage | VersionsPage | ComparePage | PrintPage | ProtocolPart
 
 
 def show(page: Page) -> str:

@@ -1,136 +1,148 @@
-"""A workbook on paper: title block, diagrams, tables, sentences, and what is still open."""
+"""A workbook on paper: the protocol for an ethics board, as a page and as a PDF that say the same."""
 
 from __future__ import annotations
 
 import re
-import threading
-from collections import OrderedDict
-from collections.abc import Iterable
+import tempfile
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from datetime import datetime
+from hashlib import sha256
+from io import BytesIO
+from pathlib import Path
 
+from flask import Blueprint, Response, abort, jsonify, request, send_file
 from markupsafe import Markup
 
-from rrp_sheets import __version__
-from rrp_sheets.documents.grid import Grid
-from rrp_sheets.documents.opening import take_over
+from rrp_sheets.documents.journal import Version
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.graph import BehaviourGraph
-from rrp_sheets.model.names import key
-from rrp_sheets.render.diagram import draw_diagram
-from rrp_sheets.render.sentences import explain
-from rrp_sheets.web.browserwords import in_browser
-from rrp_sheets.web.library import Book
-from rrp_sheets.web.pages import Problem, Words
-from rrp_sheets.web.pictures import MOST_ROWS
-from rrp_sheets.web.records.pages import Drawn, DrawnPart, PrintBehaviour, PrintPage, PrintTable
-from rrp_sheets.web.words import words_of
+from rrp_sheets.model.languages import LANGUAGES, language_code
+from rrp_sheets.render.texts import texts
+from rrp_sheets.web.desk import Desk
+from rrp_sheets.web.library import Library, printable
+from rrp_sheets.web.records.comparing import choices, path_of
+from rrp_sheets.web.records.pages import PrintPage, ProtocolPart, show
+from rrp_sheets.web.records.press import Press, Wanted
+from rrp_sheets.web.records.shelved import Runs
+from rrp_sheets.web.words import pieces
 
-_SECONDS = 20.0  # for a diagram's layout
-_ORDER = ("devices", "helpers", "scene", "gestures", "table", "test")
-_MOST_PROBLEMS = 200
-_MOST_PRINTED = 2_000  # rows of a table
-_KEPT = 16  # drawn behaviours
+PAPERS = {"a4": "A4", "letter": "Letter"}
+_APPROVED = re.compile(r"approved|承認", re.IGNORECASE)
+_NOTHING = "none"  # chosen by hand, where an approved version would be proposed
 
 
-def print_page(book: Book) -> PrintPage:
-    """Everything that is printed of a workbook."""
-    look, workbook = book.look, book.look.workbook
-    grids, _ = take_over({}, book.reading.sheets, workbook.tables)
-    tables = {name: _table(grid) for name, grid in grids.items()}
-    sheets = {key(name): table for name, table in tables.items()}
-    behaviours = tuple(
-        _behaviour(book, number, graph, sheets.get(graph.key)) for number, graph in enumerate(look.graph.behaviours, 1)
-    )
-    others = sorted((t for t in tables.values() if t.kind in _ORDER and t.rows), key=lambda t: _ORDER.index(t.kind))
-    protocol = workbook.protocol
-    fields = tuple((protocol.names.get(k, k), cell.text) for k, cell in protocol.fields.items() if cell.text)
-    found = [d for d in enumerate(look.findings, 1) if d[1].severity.value != "info"]
-    problems = tuple(
-        Problem(
-            number,
-            d.severity.value,
-            d.code,
-            str(d.address) if d.address else "",
-            "",
-            "",
-            in_browser(d.message),
-            in_browser(d.remedy),
-        )
-        for number, d in found[:_MOST_PROBLEMS]
-    )
-    tests = [t.name for t in workbook.tests]
-    return PrintPage(
-        name=book.name, title=book.title, fields=tuple(f for f in fields if key(f[0]) != "title"),
-        behaviours=behaviours, tables=tuple(others), problems=problems, left_out=max(0, len(found) - _MOST_PROBLEMS),
-        digest=book.reading.digest, when=today(), program=__version__, tests=", ".join(tests),
-    )  # fmt: skip
+@dataclass(frozen=True)
+class Printer:
+    """What the pages of a folder's workbooks print with."""
+
+    library: Library
+    desk: Desk
+    runs: Runs
+    press: Press
+
+    def page(self, name: str, asked: Mapping[str, str]) -> PrintPage:
+        """The page, which asks for the protocol itself when it is shown."""
+        book = self.library.open(name)
+        kept = self.desk.room(self.library.path(name)).document.versions()
+        against = asked.get("against", "") or _approved(name, kept)
+        groups = choices(self.library, self.desk, self.runs, [name], [against])
+        mine = [(title, tuple(c for c in group if c.ref != f"book/{name}")) for title, group in groups]
+        choice = {"language": _one_of(asked.get("language", ""), LANGUAGES), "against": against,
+                  "paper": _one_of(asked.get("paper", ""), PAPERS) or "a4"}  # fmt: skip
+        own = language_code(book.look.workbook.protocol.text("Language")) or "en"
+        return PrintPage(
+            name=name, title=book.title, digest=book.reading.digest, own=LANGUAGES[own],
+            languages=tuple(LANGUAGES.items()), papers=tuple(PAPERS.items()), groups=tuple(g for g in mine if g[1]),
+            choice=choice, has_approved=bool(_approved(name, kept)), errors=bool(book.look.errors),
+        )  # fmt: skip
+
+    def part(self, name: str, asked: Mapping[str, str]) -> ProtocolPart:
+        """The protocol as a piece of the page, or why there is none."""
+        try:
+            proof = self.press.proof(self._wanted(name, asked))
+        except SheetsError as error:
+            return ProtocolPart(None, {}, {}, Markup(""), f"{error.message} {error.remedy}".strip())
+        words = texts(proof.pack.language).entries
+        mine = {entry.removeprefix("pack."): text for entry, text in words.items() if entry.startswith("pack.")}
+        drawn = {name: Markup(svg) for name, svg in proof.pictures.items()}  # our own drawing, with all texts escaped
+        return ProtocolPart(proof.pack, mine, drawn, Markup(proof.legend), "", pieces)
+
+    def pdf(self, name: str, asked: Mapping[str, str]) -> tuple[bytes, list[str]]:
+        """The PDF, and what it lacks.
+
+        Raises:
+            SheetsError: it cannot be made.
+        """
+        return self.press.pdf(self._wanted(name, asked), _one_of(asked.get("paper", ""), PAPERS) or "a4")
+
+    def _wanted(self, name: str, asked: Mapping[str, str]) -> Wanted:
+        book = self.library.open(name)
+        language = _one_of(asked.get("language", ""), LANGUAGES)
+        ref = asked.get("against", "")[:400]
+        if not ref or ref == _NOTHING:
+            return Wanted(self.library.path(name).absolute(), book.reading.digest, language=language)
+        other, digest = self._other(ref)
+        return Wanted(self.library.path(name).absolute(), book.reading.digest, other, digest, language)
+
+    def _other(self, ref: str) -> tuple[Path, str]:
+        """The file of what is compared with, and its SHA-256."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = path_of(self.library, self.desk, self.runs, ref, Path(folder) / "version")
+            content = b"" if path.is_dir() else path.read_bytes()
+            if path.is_relative_to(folder):
+                path = self.press.held(content, path.name)
+        return path, sha256(content).hexdigest()
+
+
+def add_paper(pages: Blueprint, library: Library, desk: Desk, runs: Runs) -> None:
+    """The addresses of the printed page and its PDF."""
+    printer = Printer(library, desk, runs, Press())
+
+    def have(name: str) -> str:
+        if not library.has(name):
+            abort(404)
+        return name
+
+    @pages.get("/book/<name>/print", endpoint="print_page")
+    def paper_page(name: str) -> str:
+        return show(printer.page(have(name), request.args))
+
+    @pages.get("/book/<name>/print/protocol")
+    def protocol(name: str) -> str:
+        return show(printer.part(have(name), request.args))
+
+    @pages.get("/book/<name>/print/ready")
+    def pdf_ready(name: str) -> Response:
+        try:
+            return jsonify({"notes": printer.pdf(have(name), request.args)[1]})
+        except SheetsError as error:
+            return jsonify({"trouble": f"{error.message} {error.remedy}".strip()})
+
+    @pages.get("/book/<name>/print/protocol.pdf")
+    def protocol_pdf(name: str) -> Response:
+        data, _ = printer.pdf(have(name), request.args)
+        file = f"{printable(Path(name).stem)}-protocol.pdf"
+        return send_file(BytesIO(data), mimetype="application/pdf", as_attachment=True, download_name=file)
+
+    @pages.get("/book/<name>/paper.css")
+    def paper(name: str) -> Response:
+        style = paper_style(name, library.open(have(name)).reading.digest, today())
+        return Response(style, mimetype="text/css")
+
+
+def _approved(name: str, kept: Iterable[Version]) -> str:
+    """The newest kept version whose name says that it was approved, as a reference; empty when there is none."""
+    return next((f"version/{v.id}/{name}" for v in kept if _APPROVED.search(v.name)), "")
+
+
+def _one_of(text: str, known: Iterable[str]) -> str:
+    return text if text in known else ""
 
 
 def today() -> str:
     """The date and time, for people."""
     now = datetime.now()
     return f"{now.day} {now:%B %Y, %H:%M}"
-
-
-def _table(grid: Grid) -> PrintTable:
-    """A sheet as it stands there; blank rows, and columns with nothing in them, are left out."""
-    filled = [c for c in grid.columns if any(grid.text(row, c.number) for row in grid.rows)]
-    on = next((c.number for c in filled if c.name == "On"), 0)
-    rows = []
-    for number, row in enumerate(grid.rows, grid.first):
-        texts = tuple(grid.text(row, c.number) for c in filled)
-        if any(texts):
-            rows.append((number, bool(on) and _is_off(grid.text(row, on)), texts))
-    heads = tuple((key(c.name).replace(" ", ""), c.header) for c in filled)
-    return PrintTable(grid.name, grid.kind, heads, tuple(rows[:_MOST_PRINTED]), max(0, len(rows) - _MOST_PRINTED))
-
-
-def _is_off(text: str) -> bool:
-    return text.strip().casefold() in ("false", "no", "off", "0")
-
-
-def _behaviour(book: Book, number: int, behaviour: BehaviourGraph, table: PrintTable | None) -> PrintBehaviour:
-    look = book.look
-    if not behaviour.steps:
-        return PrintBehaviour(behaviour.name, number, "There is no row in it yet.", table, None)
-    if not look.understood:
-        return PrintBehaviour(behaviour.name, number, "The diagram comes when the problems are mended.", table, None)
-    words: Words = words_of(explain(look.graph, look.workbook, look.robot, [behaviour])[0])
-    return PrintBehaviour(behaviour.name, number, "", table, words)
-
-
-class Drawings:
-    """The diagrams on paper: drawn once for each state of a workbook, as a long one takes its time."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._kept: OrderedDict[tuple[str, str, int], DrawnPart] = OrderedDict()
-
-    def part(self, book: Book, number: int) -> DrawnPart | None:
-        """The diagram of a behaviour; None when there is no such behaviour."""
-        behaviours = book.look.graph.behaviours
-        if not 1 <= number <= len(behaviours):
-            return None
-        name = (book.name, book.reading.digest, number)
-        with self._lock:
-            if name not in self._kept:
-                self._kept[name] = _drawn(book, behaviours[number - 1])
-                while len(self._kept) > _KEPT:
-                    self._kept.popitem(last=False)
-            return self._kept[name]
-
-
-def _drawn(book: Book, behaviour: BehaviourGraph) -> DrawnPart:
-    if len(behaviour.steps) > MOST_ROWS:
-        why = f"Its diagram is not printed: it has more than {MOST_ROWS} rows. Divide the sheet."
-        return DrawnPart(behaviour.name, (), why)
-    if not book.look.understood:
-        return DrawnPart(behaviour.name, (), "The diagram comes when the problems are mended.")
-    try:
-        pages = draw_diagram(book.look.graph, behaviour, problems=book.look.flags(behaviour), timeout=_SECONDS)
-    except SheetsError as error:
-        return DrawnPart(behaviour.name, (), f"{error.message} {error.remedy}".strip())
-    return DrawnPart(behaviour.name, tuple(Drawn(Markup(p.svg), p.caption, p.landscape) for p in pages), "")
 
 
 def paper_style(name: str, digest: str, when: str) -> str:
@@ -144,7 +156,7 @@ def paper_style(name: str, digest: str, when: str) -> str:
     return (
         "@media print {\n  @page {\n"
         f'    @bottom-left {{ content: "{foot}"; }}\n'
-        '    @bottom-right { content: "page " counter(page) " of " counter(pages); }\n'
+        '    @bottom-right { content: counter(page) " / " counter(pages); }\n'
         "  }\n}\n"
     )
 

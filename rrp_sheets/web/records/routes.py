@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from io import BytesIO
 from typing import cast
 
 from flask import Blueprint, Response, abort, current_app, jsonify, request, send_file
@@ -16,9 +17,10 @@ from rrp_sheets.web.library import Library
 from rrp_sheets.web.records import versions as kept
 from rrp_sheets.web.records.comparing import compare_page, drawn_changes
 from rrp_sheets.web.records.files import everything, run_file, trace_csv
+from rrp_sheets.web.records.keeping import add_keeping
 from rrp_sheets.web.records.lookback import add_lookback
 from rrp_sheets.web.records.pages import show
-from rrp_sheets.web.records.printing import Drawings, paper_style, print_page, today
+from rrp_sheets.web.records.printing import add_paper
 from rrp_sheets.web.records.replaying import add_replay
 from rrp_sheets.web.records.runs import marbles_page, record_page, runs_page
 from rrp_sheets.web.records.shelved import Runs
@@ -33,11 +35,12 @@ def make_records(library: Library, desk: Desk) -> Blueprint:
     runs = Runs(library.folder, lambda: _names("going"), lambda: _names("writing"))
     _add_runs(pages, library, runs, clerk)
     _add_files(pages, runs, clerk)
+    add_keeping(pages, library, runs)
     add_lookback(pages, library, runs)
     add_replay(pages, library, desk, runs)
     _add_comparison(pages, library, desk, runs, clerk)
     _add_versions(pages, rooms(library, desk))
-    _add_paper(pages, library)
+    add_paper(pages, library, desk, runs)
     return pages
 
 
@@ -50,9 +53,9 @@ def _have(runs: Runs, run: str) -> str:
 def _add_runs(pages: Blueprint, library: Library, runs: Runs, clerk: Clerk) -> None:
     @pages.get("/runs", endpoint="runs")
     def all_runs() -> str:
-        book, words = (request.args.get(n, "")[:200] for n in ("book", "words"))
+        book, words, participant = (request.args.get(n, "")[:300] for n in ("book", "words", "participant"))
         first = request.args.get("first", 0, type=int)
-        return show(runs_page(runs, library, book, words, max(0, first)))
+        return show(runs_page(runs, library, book, words, max(0, first), participant))
 
     @pages.get("/runs/<run>")
     def record(run: str) -> str:
@@ -125,32 +128,8 @@ def _add_versions(pages: Blueprint, room_of: RoomOf) -> None:
         content = document.version_content(number) if found else None
         if found is None or content is None:
             abort(404)
-        answer = Response(content, mimetype="application/octet-stream")
-        answer.headers.set("Content-Disposition", "attachment", filename=kept.file_name(name, found))
-        return answer
-
-
-def _add_paper(pages: Blueprint, library: Library) -> None:
-    drawings = Drawings()
-
-    @pages.get("/book/<name>/print", endpoint="print_page")
-    def paper_page(name: str) -> str:
-        if not library.has(name):
-            abort(404)
-        return show(print_page(library.open(name)))
-
-    @pages.get("/book/<name>/print/<int:number>")
-    def drawn(name: str, number: int) -> str:
-        part = drawings.part(library.open(name), number) if library.has(name) else None
-        if part is None:
-            abort(404)
-        return show(part)
-
-    @pages.get("/book/<name>/paper.css")
-    def paper(name: str) -> Response:
-        if not library.has(name):
-            abort(404)
-        return Response(paper_style(name, library.open(name).reading.digest, today()), mimetype="text/css")
+        file = kept.file_name(name, found)  # in any script: a header alone holds no Japanese letters
+        return send_file(BytesIO(content), mimetype="application/octet-stream", as_attachment=True, download_name=file)
 
 
 def _names(which: str) -> Collection[str]:

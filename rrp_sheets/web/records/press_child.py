@@ -1,0 +1,49 @@
+"""The press's process: `python -m rrp_sheets.web.records.press_child LINK`, started by `press` only.
+
+It puts the printed protocol of a workbook together and sets it. The workbook's tests run here, with a memory limit.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.printing import Gathered, HasErrors, gather
+from rrp_sheets.render.legend import draw_legend
+from rrp_sheets.render.pack.setting import set_pack
+from rrp_sheets.runs.records.clerk_child import main
+
+Choice = tuple[str, str, str, str]
+
+
+@lru_cache(maxsize=2)
+def _gathered(path: str, digest: str, against: str, language: str) -> Gathered:
+    """The page and its PDF are asked for one after the other; the digests make sure that it is the same."""
+    other = Path(against) if against else None
+    try:
+        return gather(Path(path), against=other, language=language)
+    except HasErrors:
+        return gather(Path(path), against=other, language=language, draft=True)
+
+
+def _data(path: str, digest: str, against: str, language: str, target: str) -> None:
+    """Write everything in the protocol, and its diagrams, as JSON."""
+    found = _gathered(path, digest, against, language)
+    legend, _, _ = draw_legend(found.pack.language)
+    everything: dict[str, Any] = {"pack": asdict(found.pack), "pictures": found.pictures, "legend": legend}
+    Path(target).write_text(json.dumps(everything, ensure_ascii=False), encoding="utf-8")
+
+
+def _pdf(path: str, digest: str, against: str, language: str, paper: str, target: str) -> list[str]:
+    """Write the PDF; what it lacks, in words."""
+    found = _gathered(path, digest, against, language)
+    data, notes = set_pack(found.pack, found.pictures, "letter" if paper == "letter" else "a4")
+    Path(target).write_bytes(data)
+    return notes
+
+
+if __name__ == "__main__":
+    main({"data": _data, "pdf": _pdf})
