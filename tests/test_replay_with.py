@@ -172,9 +172,9 @@ def resumed(script, control):
 
 
 def test_a_workbook_that_cannot_run_is_refused(session, tmp_path):
-    with pytest.raises(SheetsError, match="other.md” has errors and cannot run"):
+    with pytest.raises(SheetsError, match=r"other\.md” has errors and cannot run"):
         api.replay(session.result.folder, other(session, tmp_path, ("distance < 0.8", "distence < 0.8")))
-    with pytest.raises(SheetsError, match="No row of “none.md” is switched on"):
+    with pytest.raises(SheetsError, match=r"No row of “none\.md” is switched on"):
         (tmp_path / "none.md").write_text(rows(""))
         api.replay(session.result.folder, tmp_path / "none.md")
 

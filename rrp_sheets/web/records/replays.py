@@ -28,17 +28,20 @@ class Job:
         part: how far it is, from 0 to 1.
         account: what was found, when it is over.
         trouble: why there is no account, in words.
+        asked: when a page has last asked for it.
+        done: set when it is over.
     """
 
     part: float = 0.0
     account: dict[str, Any] | None = None
     trouble: str = ""
     asked: float = field(default_factory=time.monotonic)
+    done: threading.Event = field(default_factory=threading.Event)
 
     @property
     def over(self) -> bool:
         """Whether there is nothing more to wait for."""
-        return self.account is not None or bool(self.trouble)
+        return self.done.is_set()
 
 
 class Replays:
@@ -91,6 +94,8 @@ class Replays:
             job.trouble = f"It cannot be read ({error.strerror})."
         else:
             job.account = account
+        finally:
+            job.done.set()
 
 
 class _GivenUp(str):
