@@ -49,7 +49,7 @@ def draw_contact(
         for number, moment in enumerate(shown):
             pieces += _tile(moment, _EDGE + number * (wide + _BETWEEN), y, wide)
         y += highest + 12 + _LINE * max(1, *(len(_told(m)) for m in shown)) + 8
-    for words in wrap(clean(foot), 150, 3):
+    for words in wrap(clean(foot), 190, 3):
         pieces.append(text(_EDGE, y, words, 7, fill=SOFT))
         y += 10
     body = metadata(about or {}) + f'<rect width="{WIDE:g}" height="{y:.1f}" fill="#fff"/>' + "\n".join(pieces)

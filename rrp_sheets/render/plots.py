@@ -75,7 +75,7 @@ def draw_plots(
         curves: one plot each.
         notes: what happened.
         seconds: how long the run was.
-        foot: where it comes from, a line at its foot.
+        foot: where it comes from, lines at its foot.
         more: what is not shown, in words.
         about: as the SVG's metadata.
         legend: what the line is and the dashed one, when the curves have both.
@@ -98,7 +98,7 @@ def draw_plots(
     pieces += [text(scale.x(t), y + 6, f"{t:g}", SMALL_PT, fill=SOFT, middle=True) for t in scale.ticks()]
     pieces.append(text(14, y + 6, "Time (s)", SMALL_PT, fill=SOFT))
     y += 22
-    for words in (more, *wrap(clean(foot), 150, 3)):
+    for words in (more, *(piece for part in foot.split("\n") for piece in wrap(clean(part), 190, 2))):
         if words:
             pieces.append(text(14, y, words, 7, fill=SOFT))
             y += 10

@@ -102,7 +102,7 @@ def _overlaid(first: Path, second: Path) -> str:
         return ""
     drawn = [_curve(curves[0].get(name), curves[1].get(name)) for name in names]
     stamps = [stamp_of(first), stamp_of(second)]
-    foot = " | ".join(stamp.line() for stamp in stamps)
+    foot = "\n".join(stamp.line() for stamp in stamps)
     seconds = max(float(one["seconds"]) for one in told)
     legend = ("first run", "second run")
     return draw_plots("Both runs over one another", drawn, [], seconds, foot=foot, legend=legend)[0]

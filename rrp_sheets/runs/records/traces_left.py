@@ -20,6 +20,8 @@ _MOST_MEMBER = 200_000_000  # bytes of a file in a zip
 _PICTURES = (".gif", ".png", ".jpg", ".jpeg", ".wav")  # their bytes hold no text of ours but what was drawn
 _ZIPS = (".xlsx", ".zip", ".xlsm")
 _JOURNAL = "journal.sqlite"
+_TAG, _FORMULA = re.compile(rb"<[^<>]*>"), re.compile(rb"<f[ >][^<]*</f>")
+_NAME = re.compile(rb' (?:name|title|author|displayName)="([^"<>]*)"')
 
 
 class Code:
@@ -100,12 +102,24 @@ def _zip_has(code: Code, file: Path | io.BytesIO, depth: int = 2) -> bool:
                 if about.file_size > _MOST_MEMBER or about.filename.casefold().endswith(_PICTURES):
                     continue
                 data = packed.read(about)
+                if about.filename.endswith((".xml", ".rels")):
+                    data = _words(data)
                 nested = depth > 1 and about.filename.casefold().endswith(_ZIPS)
                 if code.stands_in(data) or (nested and _zip_has(code, io.BytesIO(data), depth - 1)):
                     return True
     except (zipfile.BadZipFile, RuntimeError, NotImplementedError, ValueError, EOFError):  # damaged, or with a password
         return False
     return False
+
+
+def _words(xml: bytes) -> bytes:
+    """What people wrote in a part of a workbook: P11 is a cell's name too, and stands in tags and formulas.
+
+    >>> _words(b'<c r="P11"><f>P11+1</f><v>2</v></c><sheet name="With P12"/>').split()
+    [b'2', b'With', b'P12']
+    """
+    text = _TAG.sub(b" ", _FORMULA.sub(b" ", xml))
+    return b" ".join([text, *_NAME.findall(xml)])
 
 
 def _journal(code: Code, path: Path) -> Iterator[str]:

@@ -45,27 +45,24 @@ _KINDS = {
 }  # fmt: skip
 
 
-def runs_page(runs: Runs, library: Library, book: str, words: str, first: int) -> RunsPage:
+def runs_page(runs: Runs, library: Library, book: str, words: str, first: int, participant: str = "") -> RunsPage:
     """The list, from the newest to the oldest; `first`: how many are skipped."""
     books = set(library.names())
-    names = runs.names()
-    if not book and not words:
-        shown = runs.facts(names[first : first + A_PAGE])
-        older = first + A_PAGE if len(names) > first + A_PAGE else 0
-        known = {f.workbook for f in shown} if len(names) <= A_PAGE else {f.workbook for f in runs.facts(names)}
-        return _runs_page(shown, books, "", "", known, len(names), older)
-    every = runs.facts(names)
-    found = [f for f in every if (not book or f.workbook == book) and _has(f, words)]
-    older = first + A_PAGE if len(found) > first + A_PAGE else 0
+    every = runs.facts(runs.names())
+    found = [
+        f for f in every
+        if (not book or f.workbook == book) and (not participant or f.participant == participant) and _has(f, words)
+    ]  # fmt: skip
     shown = found[first : first + A_PAGE]
-    return _runs_page(shown, books, book, words, {f.workbook for f in every}, len(names), older)
+    return RunsPage(
+        tuple(line_of(f, books) for f in shown), book, words, _choices({f.workbook for f in every}, book), len(every),
+        first + A_PAGE if len(found) > first + A_PAGE else 0, book in books, participant,
+        _choices({f.participant for f in every}, participant),
+    )  # fmt: skip
 
 
-def _runs_page(
-    shown: list[Facts], books: set[str], book: str, words: str, known: set[str], total: int, older: int
-) -> RunsPage:
-    choices = tuple(sorted(filter(None, known | ({book} if book else set())), key=str.casefold))
-    return RunsPage(tuple(line_of(f, books) for f in shown), book, words, choices, total, older, book in books)
+def _choices(known: set[str], chosen: str) -> tuple[str, ...]:
+    return tuple(sorted((known | {chosen}) - {""}, key=str.casefold))
 
 
 def _has(facts: Facts, words: str) -> bool:
@@ -103,6 +100,7 @@ def record_page(runs: Runs, library: Library, clerk: Clerk, run: str) -> RecordP
         trouble=trouble, writing=writing, events=f"{told.get('count', 0):,}",
         window=("0", f"{_FIRST:g}") if seconds > _WHOLE else ("", ""), curves=len(told.get("curves", ())),
         compared_with=tuple(line_of(f, books) for f in others if f.run != run)[:_BESIDE],
+        participant=facts.participant,
     )  # fmt: skip
 
 

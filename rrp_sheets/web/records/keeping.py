@@ -1,0 +1,268 @@
+"""What can be done with recorded runs in the browser: export them, compare two, delete some."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+from flask import Blueprint, Response, abort, render_template, request, send_file
+from markupsafe import Markup
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.records.archive import PROGRAM
+from rrp_sheets.runs.records.clerk import Clerk
+from rrp_sheets.runs.records.facts import Facts
+from rrp_sheets.runs.records.wording import clock
+from rrp_sheets.web.library import Library, printable
+from rrp_sheets.web.records.pages import RunLine
+from rrp_sheets.web.records.shelved import Runs
+from rrp_sheets.web.records.telling import line_of
+
+WITHIN = 150.0  # s: a table of a long run takes its time
+MOST_RUNS = 500  # in one table
+_MEGA = 1e6
+_PICTURES = {".svg": "image/svg+xml", ".png": "image/png", ".pdf": "application/pdf"}
+_TABLES = {
+    ".csv": "text/csv", ".xlsx": "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Beside:
+    """A fact of two runs; `same` when it is the same in both."""
+
+    name: str
+    values: tuple[str, str]
+    same: bool
+
+
+@dataclass(frozen=True, slots=True)
+class StreamPair:
+    """A stream in two runs: how many values, and when the first one came, in words; each with whether it differs."""
+
+    name: str
+    kind: str
+    cells: tuple[tuple[str, bool], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PairPage:
+    """Two runs side by side.
+
+    Attributes:
+        lines: the two, as lists show them.
+        same_book: whether the same workbook ran, to the last bit.
+        drawing: their numbers over one another, of our own making.
+        trouble: why there is nothing to show.
+    """
+
+    template: ClassVar[str] = "runpair.html"
+    lines: tuple[RunLine, RunLine]
+    facts: tuple[Beside, ...]
+    same_book: bool
+    streams: tuple[StreamPair, ...]
+    drawing: Markup
+    trouble: str
+
+
+@dataclass(frozen=True, slots=True)
+class DeletePage:
+    """What would be deleted, or what was.
+
+    Attributes:
+        participant: whose runs; blank when they were chosen one by one.
+        word: what has to be typed to confirm.
+        lines: the runs.
+        what: files, pictures, sounds, in words.
+        wiped: faces that are wiped, each with why.
+        stays: what stays, in sentences.
+        done: it was deleted.
+        notice: what is wrong, or what was done.
+    """
+
+    template: ClassVar[str] = "rundelete.html"
+    participant: str
+    word: str
+    lines: tuple[RunLine, ...]
+    what: str
+    wiped: tuple[tuple[str, str], ...]
+    stays: tuple[str, ...]
+    done: bool
+    notice: str
+    failed: bool
+
+
+def add_keeping(pages: Blueprint, library: Library, runs: Runs) -> None:
+    """The routes."""
+    archive = Clerk(WITHIN, PROGRAM)
+    _add_exports(pages, runs, archive)
+
+    @pages.get("/runs/pair", endpoint="pair")
+    def two() -> str:
+        page = pair_page(runs, library, archive, request.args.getlist("run"))
+        return render_template(page.template, page=page)
+
+    @pages.get("/runs/delete", endpoint="delete")
+    def ask() -> str:
+        page = delete_page(runs, library, archive, *_asked(request.args.get("participant"), "run"))
+        return render_template(page.template, page=page)
+
+    @pages.post("/runs/delete", endpoint="delete_now")
+    def do() -> str:
+        page = deleted_page(runs, library, archive, *_asked(request.form.get("participant"), "run"))
+        return render_template(page.template, page=page)
+
+
+def _asked(participant: str | None, names: str) -> tuple[str, list[str]]:
+    return (participant or "")[:300], request.values.getlist(names)[:MOST_RUNS]
+
+
+def _add_exports(pages: Blueprint, runs: Runs, archive: Clerk) -> None:
+    @pages.get("/runs/<run>/<any(plots,contact):what>.<any(svg,png,pdf):kind>", endpoint="picture")
+    def picture(run: str, what: str, kind: str) -> Response:
+        if run not in runs.names():
+            abort(404)
+        return _made(archive, [runs.place(run)], what, f".{kind}", f"{run}-{what}", take="take" in request.args)
+
+    @pages.get("/runs/table.<any(csv,xlsx):kind>", endpoint="table")
+    def table(kind: str) -> Response:
+        chosen = request.args.getlist("run")[:MOST_RUNS]
+        if not chosen:
+            raise SheetsError("No run is chosen.", "Tick the runs that the table shall have.")
+        places = [runs.place(run) for run in dict.fromkeys(chosen)]
+        return _made(archive, places, "table", f".{kind}", places[0].name if len(places) == 1 else "runs", take=True)
+
+
+def _made(archive: Clerk, places: Sequence[Path], what: str, suffix: str, name: str, *, take: bool) -> Response:
+    """A file that is made for this answer."""
+    with tempfile.TemporaryDirectory() as folder:
+        target = Path(folder) / f"made{suffix}"
+        archive.ask(places[0].name, "export", [str(place) for place in places], str(target), what)
+        file = target.open("rb")  # stays readable when its name is gone
+    kind = {**_PICTURES, **_TABLES}[suffix]
+    return send_file(file, mimetype=kind, as_attachment=take, download_name=f"{name}{suffix}")
+
+
+# ---- two runs
+
+
+def pair_page(runs: Runs, library: Library, archive: Clerk, chosen: Sequence[str]) -> PairPage:
+    """Two runs side by side.
+
+    Raises:
+        SheetsError: they are not two, or there is no such run.
+    """
+    names = list(dict.fromkeys(chosen))
+    if len(names) != 2:
+        raise SheetsError(f"{len(names) or 'No'} run{'' if len(names) == 1 else 's'} chosen.",
+                          "Tick two runs in the list of runs, and compare them.")  # fmt: skip
+    places = [runs.place(name) for name in names]
+    facts = sorted(runs.facts(names), key=lambda f: f.began.timestamp() if f.began else 0.0)
+    places.sort(key=lambda p: [f.run for f in facts].index(p.name))
+    books = set(library.names())
+    lines = (line_of(facts[0], books), line_of(facts[1], books))
+    told: dict[str, Any] = {"streams": [], "svg": ""}
+    trouble = ""
+    try:
+        told = archive.ask(f"{names[0]} and {names[1]}", "pair", str(places[0]), str(places[1]))
+    except SheetsError as error:
+        trouble = f"{error.message} {error.remedy}"
+    same = bool(facts[0].digest) and facts[0].digest == facts[1].digest
+    return PairPage(
+        lines, tuple(_beside(facts, lines)), same, tuple(_stream(s) for s in told["streams"]), Markup(told["svg"]),
+        trouble,
+    )  # fmt: skip
+
+
+def _beside(facts: Sequence[Facts], lines: Sequence[RunLine]) -> list[Beside]:
+    rows = [
+        ("Workbook", *(f.workbook for f in facts)), ("Participant", *(f.participant for f in facts)),
+        ("Condition", *(f.condition for f in facts)), ("Operator", *(f.operator for f in facts)),
+        ("Mode", *(f.mode for f in facts)), ("Length", *(line.length for line in lines)),
+        ("How it ended", *(line.ended for line in lines)),
+        ("Errors", *(f"{line.errors:,}" for line in lines)), ("Seed", *(f.seed for f in facts)),
+        ("Robot", *(f.robot for f in facts)), ("Program", *(f.program for f in facts)),
+        ("Workbook SHA-256", *(f.digest[:12] for f in facts)),
+    ]  # fmt: skip
+    return [Beside(name, (a, b), a == b) for name, a, b in rows if a or b]
+
+
+def _stream(told: dict[str, Any]) -> StreamPair:
+    counts, firsts = told["counts"], told["firsts"]
+    pairs = ([_many(c) for c in counts], [_at(t) for t in firsts])
+    cells = [(words, told_both[0] != told_both[1]) for told_both in pairs for words in told_both]
+    return StreamPair(str(told["name"]), str(told["kind"]), tuple(cells))
+
+
+def _many(count: int | None) -> str:
+    return "not in it" if count is None else f"{count:,}"
+
+
+def _at(seconds: float | None) -> str:
+    return "" if seconds is None else clock(seconds)
+
+
+# ---- deleting
+
+
+def delete_page(
+    runs: Runs, library: Library, archive: Clerk, participant: str, names: list[str], notice: str = ""
+) -> DeletePage:
+    """What would go and what would stay; raises SheetsError when there is nothing like that, or a run goes on."""
+    told = archive.ask("This folder", "plan", str(runs.folder), participant, names, _busy(runs))
+    return _page(library, participant, told, runs, notice, failed=bool(notice))
+
+
+def deleted_page(runs: Runs, library: Library, archive: Clerk, participant: str, names: list[str]) -> DeletePage:
+    """Delete, when what has to be typed was typed, and nothing has changed since the page was shown."""
+    typed, expected = request.form.get("typed", "").strip(), request.form.getlist("shown")
+    if typed != (participant or "delete"):
+        what = f"The code {participant}" if participant else "The word “delete”"
+        return delete_page(runs, library, archive, participant, names, f"{what} was not typed; nothing was deleted.")
+    # what it was is told from what is there now: afterwards there is nothing to tell it from
+    told = archive.ask("This folder", "delete", str(runs.folder), participant, names, _busy(runs), expected)
+    if not told["deleted"]:
+        notice = "Meanwhile there are other runs than were shown; nothing was deleted. Look again."
+        return _page(library, participant, told, runs, notice, failed=True)
+    count = len(told["runs"])
+    notice = f"{count} run{'' if count == 1 else 's'} deleted{f' of {participant}' if participant else ''}."
+    return _page(library, participant, told, runs, notice, failed=False)
+
+
+def _busy(runs: Runs) -> list[str]:
+    return [*runs.going(), *runs.writing()]
+
+
+def _page(
+    library: Library, participant: str, told: dict[str, Any], runs: Runs, notice: str, *, failed: bool
+) -> DeletePage:
+    books = set(library.names())
+    done = bool(told.get("deleted"))
+    shown = [] if done else runs.facts([str(run["run"]) for run in told["runs"]])
+    sounds = f"{told['sounds']:,} sound{'' if told['sounds'] == 1 else 's'}"
+    what = (f"{told['files']:,} files ({told['bytes'] / _MEGA:,.1f} MB), with {told['pictures']:,} of pictures and "
+            f"films, and {sounds}")  # fmt: skip
+    return DeletePage(
+        participant=participant, word=participant or "delete", lines=tuple(line_of(f, books) for f in shown),
+        what=what, wiped=tuple((n, "") for n in told["faces_wiped"]), stays=tuple(_stays(participant, told)),
+        done=done, notice=notice, failed=failed,
+    )  # fmt: skip
+
+
+def _stays(participant: str, told: dict[str, Any]) -> list[str]:
+    said = [f"The remembered face “{f['name']}”: {f['why']}" for f in told["faces_kept"]]
+    if told["faces_kept"]:
+        said.append("Is one of these faces theirs? Wipe it with: rrp-sheets faces --forget NAME")
+    if told["faces_unreadable"]:
+        said.append(str(told["faces_unreadable"]))
+    said += [f"The runs of “{code}”, which is spelled nearly the same." for code in told["similar_codes"]]
+    if told["unreadable_runs"]:
+        said.append("Runs whose record cannot be read, so that nobody knows whose they are: "
+                    + ", ".join(printable(str(n)) for n in told["unreadable_runs"][:12]))  # fmt: skip
+    said += [f"“{participant}” in {place}" for place in told["code_still_in"][:40]]
+    if not told["looked_through_everything"]:
+        said.append("The folder is too large to look for the code everywhere in it.")
+    return [*said, "Copies elsewhere: a backup, an export that was mailed, a bundle."]
