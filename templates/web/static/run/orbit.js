@@ -3,12 +3,12 @@
 import * as THREE from "/vendor/js/three.module.js";
 
 const FRONT = { azimuth: -0.5, elevation: 0.2 }; // rad: from the robot's right front, a little from above
-const ELSEWHERE = [-0.5, 1.05, 0.5, -1.05, -1.6, 1.6]; // rad: where else to look from when somebody hides the robot
+const ELSEWHERE = [-0.5, 0.8, -0.8, 1.05, 0.5, -1.05, 0, 0.3, -1.6, 1.6]; // rad: where else to look from when the robot is hidden, or somebody left out
 const BROAD = 0.35; // m: half as wide as somebody is
 const ASIDE = -1.05; // rad: when persons sit before the robot, they and it are seen from the side
 const NEAREST = 0.45;
 const FARTHEST = 6; // m
-const WIDEST = 2.3; // m away at most by itself: the robot must stay large enough
+const WIDEST = 2.4; // m away at most by itself, if the picture is not narrow: the robot must stay large enough
 const STEP = 0.12; // rad, of an arrow key
 const TURN = 0.008; // rad per pixel
 const EASE = 260; // ms, of a third of the way to a new view
@@ -35,14 +35,15 @@ export class Orbit {
   /** The view from the front; from then on it frames things by itself again. */
   front() {
     this.azimuth = FRONT.azimuth;
-    this.other = null; // the side to look from when somebody stands in the way
+    this.other = null; // the side to look from when somebody stands in the way, or would not be in the picture
     this.elevation = FRONT.elevation;
     this.byHand = false;
     if (this.framed) this.settle(1);
     this.changed();
   }
 
-  /** Frame these groups of points, the first always, the others in their order while it can stay near enough. */
+  /** Frame these groups, each with `points` and whether it is `somebody`: the first always, the others in their order
+   * while it can stay near enough. */
   frame(groups, base, aside, hiding = []) {
     if (this.base && this.byHand) this.target.add(base.clone().sub(this.base).setZ(0)); // it goes along
     this.base = base.clone();
@@ -60,14 +61,34 @@ export class Orbit {
     }).length, 0);
   }
 
-  /** From where to look: the wanted side, or the first one from which nobody hides the robot. */
+  /** From where to look: the wanted side, or the one where it looks from, or the first one from which nobody hides the
+   * robot and, as far as can be, everybody is in the picture. */
   side(wanted) {
-    if (!this.hidden(wanted)) this.other = null;
-    else if (this.other === null || this.hidden(this.other)) {
-      const sides = [wanted, ...ELSEWHERE].map((azimuth) => [this.hidden(azimuth), azimuth]);
-      this.other = sides.reduce((best, one) => (one[0] < best[0] ? one : best))[1];
+    const sides = [wanted, this.other ?? wanted, ...ELSEWHERE].map((azimuth) => {
+      return { azimuth, faults: 100 * this.hidden(azimuth) + this.framing(azimuth).missing };
+    });
+    const best = sides.reduce((found, one) => (one.faults < found.faults ? one : found)).azimuth;
+    this.other = best === wanted ? null : best;
+    return best;
+  }
+
+  /** The farthest by itself, in m: a narrow picture shows less, so from farther away. */
+  get widest() {
+    return WIDEST / Math.min(this.camera.aspect, 1);
+  }
+
+  /** What is framed from an azimuth (as `fit`), and how many persons are missing. */
+  framing(azimuth) {
+    const [{ points }, ...more] = this.framed;
+    let best = this.fit(points, azimuth);
+    let missing = more.filter(({ somebody }) => somebody).length;
+    for (const [n, { somebody }] of more.entries()) {
+      const wider = this.fit(this.framed.slice(0, n + 2).flatMap((group) => group.points), azimuth);
+      if (wider.distance > this.widest) break;
+      best = wider;
+      missing -= somebody;
     }
-    return this.other ?? wanted;
+    return { ...best, missing };
   }
 
   /** From where these points just fill the picture: the middle to look at, and the distance. */
@@ -91,18 +112,11 @@ export class Orbit {
     this.settled = now;
     if (this.byHand || this.held || !this.framed) return false;
     part ??= 1 - Math.exp(-since / EASE);
-    const beside = this.aside && this.fit(this.framed.flat(), ASIDE).distance <= WIDEST;
+    const all = this.framed.flatMap(({ points }) => points);
+    const beside = this.aside && this.fit(all, ASIDE).distance <= WIDEST;
     const turn = this.side(beside ? ASIDE : FRONT.azimuth) - this.azimuth;
     this.azimuth += turn * part;
-    let [points, ...more] = this.framed;
-    let best = this.fit(points);
-    for (const group of more) {
-      points = [...points, ...group];
-      const wider = this.fit(points);
-      if (wider.distance > WIDEST) break;
-      best = wider;
-    }
-    const { middle, distance } = best;
+    const { middle, distance } = this.framing(this.azimuth);
     const way = Math.abs(distance - this.distance) + middle.distanceTo(this.target) + Math.abs(turn);
     if (way < 0.004) return false;
     this.target.lerp(middle, part);

@@ -161,11 +161,14 @@ export class Stage {
     for (const x of [-0.1, 0.14]) for (const y of [-0.17, 0.17]) for (const z of [0, height * 1.02]) robot.push(new THREE.Vector3(base.x + x, base.y + y, z));
     const far = ({ position }) => Math.hypot(position.x - base.x, position.y - base.y);
     const near = [...this.things.values()].map(({ object }) => object).filter((o) => o.userData.kind !== "wall" && far(o) < NEAR).sort((a, b) => far(a) - far(b));
-    const around = ({ position, userData: { radius, tall } }) => [
-      position.clone().addScalar(-radius).setZ(Math.min(position.z, HIGHEST) - (tall > 0 ? 0 : radius)),
-      position.clone().addScalar(radius).setZ(Math.min(position.z + (tall > 0 ? tall : radius), HIGHEST)),
-    ];
-    this.orbit.frame([robot, ...near.map(around)], base, near.some((o) => o.userData.kind === "person"), this.hiding());
+    const around = ({ position: { x, y, z }, userData: { radius, tall, kind } }) => {
+      const points = [];
+      const heights = [Math.min(z, HIGHEST) - (tall > 0 ? 0 : radius), Math.min(z + (tall > 0 ? tall : radius), HIGHEST)];
+      for (const dx of [-radius, radius]) for (const dy of [-radius, radius]) for (const at of heights) points.push(new THREE.Vector3(x + dx, y + dy, at));
+      return { points, somebody: kind === "person" };
+    };
+    const groups = [{ points: robot, somebody: false }, ...near.map(around)];
+    this.orbit.frame(groups, base, groups.some(({ somebody }) => somebody), this.hiding());
   }
 
   // those who can hide the robot
