@@ -26,6 +26,7 @@ def set_pack(pack: Pack, pictures: Pictures, paper: Paper = "a4") -> tuple[bytes
     data = {
         "paper": {"a4": "a4", "letter": "us-letter"}[paper],
         "t": own,
+        "quoted": own["says.quoted"],
         "page_n_of_m": words.get("page.n_of_m"),
         "legend": {"title": words.get("legend.title"), "alt": words.get("legend.alt"), "width": wide},
         "pack": asdict(pack),
