@@ -14,7 +14,7 @@ from pathlib import Path
 
 from rrp_sheets.checks import Checked, check_workbook
 from rrp_sheets.devices.own_robot import files_of
-from rrp_sheets.errors import SheetsError
+from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.runs.beside import material
 from rrp_sheets.runs.bundle import form
 from rrp_sheets.runs.bundle.names import is_safe
@@ -79,6 +79,8 @@ def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), print
         try:
             content[form.PAPER], lacks = printer(path)
             notes += lacks
+        except UnreadableFile:  # the approved version: whoever named it wants to see what changed
+            raise
         except SheetsError as error:
             notes.append(f"{form.PAPER} is not in it: {error}")
     told = versions(name, reading, checked, folders)
