@@ -9,16 +9,21 @@ from rrp_sheets.documents.changes import Changed
 from rrp_sheets.documents.grid import Grid, make_grid
 from rrp_sheets.model.names import key
 from rrp_sheets.workbook.headers import recognise
-from rrp_sheets.workbook.raw import Extent, RawSheet
+from rrp_sheets.workbook.raw import Book, Extent, RawSheet
 from rrp_sheets.workbook.reading import open_book
 
 Stamp = tuple[int, int]
 
 
 def raw_sheets(path: Path) -> tuple[tuple[RawSheet, ...], str]:
-    """The sheets as they stand in the file, and its digest; raises UnreadableFile."""
+    """The sheets as they stand in the file, ours to their last row, and its digest; raises UnreadableFile."""
     book, digest = open_book(path)
-    return tuple(book.sheet(index, Extent.TABLE) for index in range(len(book.names))), digest
+    return tuple(_raw_sheet(book, index) for index in range(len(book.names))), digest
+
+
+def _raw_sheet(book: Book, index: int) -> RawSheet:
+    ours = recognise(book.sheet(index, Extent.HEAD)).kind is not None
+    return book.sheet(index, Extent.WHOLE if ours else Extent.TABLE)
 
 
 def take_over(

@@ -19,7 +19,7 @@ from rrp_sheets.web.pictures import MOST_ROWS
 from rrp_sheets.web.room import Room
 from rrp_sheets.web.shelf import counts
 from rrp_sheets.web.strip import strip_of
-from rrp_sheets.web.testing.panel import tests_panel
+from rrp_sheets.web.testing.panel import panel_of
 from rrp_sheets.web.vocabulary import vocabulary
 from rrp_sheets.web.words import words_of
 
@@ -105,5 +105,5 @@ def panels(room: Room, name: str, sheet: str, icons: frozenset[str]) -> Panels:
     return Panels(
         name=name, sheet=sheet, counts=counts(look.findings), problems=tuple(problems),
         left_out=max(0, len(look.findings) - MOST_PROBLEMS), drawing=drawing, words=words, why=why,
-        checked=look.checked, picture=number, tests=tests_panel(room.tests, room.document, sheet),
+        checked=look.checked, picture=number, tests=panel_of(room.tests, room.document, sheet),
     )  # fmt: skip

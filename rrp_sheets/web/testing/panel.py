@@ -69,7 +69,7 @@ class TestsPanel:
     running: bool
 
 
-def tests_panel(tests: RoomTests, document: Document, sheet: str) -> TestsPanel | None:
+def panel_of(tests: RoomTests, document: Document, sheet: str) -> TestsPanel | None:
     """What is shown of a workbook's tests beside a sheet; None of a workbook without tests."""
     names = tests.sheets
     if not names:

@@ -12,12 +12,16 @@ from rrp_sheets.processes import Child
 from rrp_sheets.runs.office import readable
 from rrp_sheets.runs.wire import Lines, line, unpack_error
 
-GRACE = 5.0
-"""Seconds that a process has to tell what it has, after its time; what still goes on then is ended."""
+GRACE = 10.0
+"""Seconds that a process may take besides its time, since it is not alone on the machine; then it is ended."""
+START = 20.0
+"""Seconds more when it has to be started first."""
 
 
 class Tester:
     """Runs tests; from any thread, one workbook at a time. The process starts when it is needed."""
+
+    __test__ = False  # no test of pytest's
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -30,7 +34,7 @@ class Tester:
 
         Args:
             path: of the workbook.
-            within: seconds for all tests.
+            within: seconds of the processor's time for all tests.
 
         Raises:
             SheetsError: when the file cannot be read, or the tests had to be ended.
@@ -38,10 +42,12 @@ class Tester:
         with self._lock:
             if self._closed:
                 raise SheetsError("The server is being ended.")
+            patience = within + GRACE
             if self._child is None:
                 self._child = Child("rrp_sheets.web.testing.child")
                 self._lines = Lines(self._child.link)
-            kind, answer = self._ask(self._child, [str(path.absolute()), within], within + GRACE)
+                patience += START
+            kind, answer = self._ask(self._child, [str(path.absolute()), within], patience)
             if kind not in ("done", "failed"):
                 self._drop()
         if kind == "done":

@@ -1,0 +1,143 @@
+"""The tutorial, done as a newcomer does it: in the real grid, by the keyboard, lesson by lesson until all tests hold."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from chromium import GridPage
+
+from rrp_sheets import api
+from rrp_sheets.resources import bundled
+
+TUTORIAL = bundled("templates", "workbooks", "tutorial.xlsx")
+LESSONS = ["Hello", "Near", "Name it", "Slip", "Wave", "Together", "Forget", "Silence", "Calm", "Cheer"]
+DONE = [f"Lesson {n} {name}" for n, name in enumerate(LESSONS, 1)]
+
+
+def test_it_comes_as_its_source_says(tmp_path: Path) -> None:
+    source = bundled("templates", "workbooks", "source", "tutorial.md")
+    made = api.convert(source, tmp_path / "tutorial.xlsx")
+    assert made.read_bytes() == TUTORIAL.read_bytes(), "run `python templates/workbooks/make.py`"
+
+
+def test_it_begins_without_problems_and_with_every_lesson_open() -> None:
+    checked, report = api.test(TUTORIAL)
+    assert not list(checked.report)
+    assert report is not None and [c.case.name for c in report.cases if not c.passed] == DONE
+
+
+def test_every_lesson_says_what_to_do() -> None:
+    text = bundled("templates", "workbooks", "source", "tutorial.md").read_text(encoding="utf-8")
+    for number, name in enumerate(LESSONS, 1):
+        lesson = text[text.index(f"# LESSON {number}: ") :].partition(f"# LESSON {number + 1}: ")[0]
+        assert "# Do: " in lesson and f"## Lesson {number} {name}" in text
+
+
+@pytest.fixture(scope="module")
+def page(folder: Path, url: str, browser: Any) -> Iterator[GridPage]:
+    (folder / "tutorial.xlsx").write_bytes(TUTORIAL.read_bytes())
+    made = GridPage(browser, url, "tutorial.xlsx", name="Aya")
+    yield made
+    assert not made.errors
+
+
+def row_of(page: GridPage, text: str, below: str) -> int:
+    """The number of the first row with a text (or of the first empty one) below another."""
+    script = """([text, below]) => { const rows = [...document.querySelectorAll("[role=grid] tbody tr")];
+      const told = rows.map((row) => [...row.querySelectorAll("td:not(.example)")].map((cell) => cell.dataset.v ?? "").join("|"));
+      const begin = told.findIndex((line) => line.includes(below));
+      const empty = (line) => !line.replaceAll("|", "");
+      return begin < 0 ? 0 : Number(rows.slice(begin + 1).find((row, i) => text
+        ? told[begin + 1 + i].includes(text) && !told[begin + 1 + i].startsWith("#")
+        : empty(told[begin + 1 + i])).cells[0].textContent); }"""
+    found = page.page.evaluate(script, [text, below])
+    assert found, below
+    return int(found)
+
+
+def go(page: GridPage, letter: str, row: int) -> None:
+    """The cursor to a cell, with the arrows."""
+    bar = page.page.locator("#formula-bar b")
+    for _ in range(200):
+        at, number = re.fullmatch(r"([A-Z])(\d+)", bar.inner_text()).groups()
+        if int(number) != row:
+            page.press("ArrowDown" if int(number) < row else "ArrowUp")
+        elif at != letter:
+            page.press("ArrowRight" if at < letter else "ArrowLeft")
+        else:
+            return
+    raise AssertionError(f"{letter}{row} cannot be reached")
+
+
+def write(page: GridPage, row: int, *cells: str, begin: str = "B") -> None:
+    """A row, cell by cell with Tab, as everybody types it."""
+    go(page, begin, row)
+    for cell in cells[:-1]:
+        if cell:
+            page.page.keyboard.type(cell)
+        page.press("Tab")
+    page.type(cells[-1])
+
+
+def holds(page: GridPage, count: int) -> None:
+    """Wait until so many tests hold, as it is shown."""
+    words = f"{count} of 10 tests hold" + ("s" if count == 1 else "") if count < 10 else "All 10 tests hold"
+    try:
+        page.page.wait_for_selector(f".tests-count:text-is('{words}')", timeout=40_000)
+    except Exception:
+        print(page.page.locator("#panels").inner_text()[:1500])
+        raise
+
+
+def mend(page: GridPage, code: str) -> None:
+    """The fix that the message at the cursor offers, with its key."""
+    page.page.wait_for_selector(f"td.at .mend[data-code={code}] [data-fix]", state="attached")
+    page.press("Control+.")
+
+
+def test_all_lessons_by_the_keyboard(page: GridPage, folder: Path) -> None:
+    page.page.wait_for_selector("body[data-words]", state="attached")
+    holds(page, 0)
+    write(page, row_of(page, "", "LESSON 1"), "Hello heard", "subscribe", '"Hello!"', "Say")
+    holds(page, 1)
+    row = row_of(page, "filter", "LESSON 2")
+    write(page, row, "redBall.distance < 0.5", begin="D")
+    holds(page, 2)
+    write(page, row_of(page, "map", "LESSON 3"), '"That is my " & touched.zone', begin="D")
+    holds(page, 3)
+    row = row_of(page, "Sey", "LESSON 4")
+    go(page, "A", row)
+    page.press("Space")
+    go(page, "E", row)
+    mend(page, "GRAPH006")
+    holds(page, 4)
+    write(page, row_of(page, "changes", "LESSON 5"), "Hello heard, Pressed", "merge")
+    holds(page, 5)
+    write(page, row_of(page, "map", "LESSON 6"), "combineLatest", begin="C")
+    holds(page, 6)
+    write(page, row_of(page, "forgetAfter", "LESSON 6"), "1 s", begin="D")
+    holds(page, 7)
+    row = row_of(page, "", "LESSON 8")
+    write(page, row, "Touched", "timeout", "10 s", "Quiet")
+    write(page, row + 1, "Quiet", "subscribe", '"Shall we play?"', "Say")
+    holds(page, 8)
+    row = row_of(page, "Remark|subscribe", "LESSON 9")
+    go(page, "A", row)
+    page.press("Space")
+    go(page, "C", row)
+    mend(page, "LINT002")
+    page.press("Enter")  # the first of its two fixes
+    page.page.screenshot(path="/tmp/shots/l9.png")
+    holds(page, 9)
+    row = row_of(page, "", "LESSON 10")
+    write(page, row, "Touched", "accumulate", "", "Touches")
+    write(page, row + 1, "Touches", "filter", "touches = 3", "Three")
+    write(page, row + 2, "Three", "subscribe", '"Arms up"', "Gesture")
+    write(page, row + 3, "Three", "subscribe", '"Hooray, three touches!"', "Say")
+    holds(page, 10)
+    checked, report = api.test(folder / "tutorial.xlsx")
+    assert report is not None and report.passed and [d.code for d in checked.report] == ["LINT004", "LINT004"]
