@@ -5,7 +5,6 @@ from __future__ import annotations
 from array import array
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,7 @@ MOST_LINES = 2_000  # of the log
 MOST_POINTS = 1_200  # of a curve: two for each pixel of a wide screen's plot
 MOST_CURVES = 24
 _MOST_EVENTS = 2_000_000
+_LARGEST = 1e300
 _LONGEST_VALUE = 200  # letters
 _PLAIN = {"stream": 0, "sensor": 1, "actuator": 2}  # whose curves come first: what rows work out …
 _FIELDS = {"sensor": 0, "stream": 1, "actuator": 2}  # … and of records what was sensed, which rows pass on
@@ -58,6 +58,9 @@ class _Curve:
     values: array[float] = field(default_factory=lambda: array("d"))
 
 
+_Curves = dict[tuple[str, str], _Curve]  # by stream and field, which is blank for a plain number
+
+
 def course(place: Path, only: Collection[str] = ()) -> dict[str, Any]:
     """The log and the curves of a run, as JSON.
 
@@ -76,26 +79,29 @@ def course(place: Path, only: Collection[str] = ()) -> dict[str, Any]:
 
 def _course(place: Path, only: frozenset[str]) -> dict[str, Any]:
     log = Log(place)
-    curves: dict[str, _Curve] = {}
+    curves: _Curves = {}
     kinds: Mapping[str, str] = {}
     units: Mapping[str, Mapping[str, str]] = {}
     last, count = 0.0, 0
     for entry in _entries(place / TRACE):
-        if entry.get("type") == "header":
-            streams = entry.get("streams") or ()
-            kinds = {text_of(s.get("stream")): text_of(s.get("kind")) for s in streams if isinstance(s, dict)}
-            units = units_of(entry)
         if "t" not in entry:
+            if entry.get("type") == "header":
+                streams = entry.get("streams") or ()
+                kinds = {text_of(s.get("stream")): text_of(s.get("kind")) for s in streams if isinstance(s, dict)}
+                units = units_of(entry)
             continue
         t = float(entry["t"])
-        last, count = max(last, t), count + 1
+        last = t if t > last else last
+        count += 1
         if "value" in entry:
-            _note(curves, text_of(entry.get("stream")), kinds, t, entry["value"])
+            stream = entry.get("stream")
+            _note(curves, stream if isinstance(stream, str) else text_of(stream), kinds, t, entry["value"])
             if entry.get("stimulated") is True:
-                log.sent(t, entry)
+                log.add(t, {"happening": "send", "text": _sent(entry), "by": entry.get("by")})
         else:
             log.add(t, entry)
-    wanted = {k: c for k, c in curves.items() if not only or only & _names_of(k)}
+    labelled = {_label(stream, name): curve for (stream, name), curve in curves.items()}
+    wanted = {k: c for k, c in labelled.items() if not only or only & _names_of(k)}
     shown, more = _chosen(wanted, units)
     return {
         "lines": [asdict(line) for line in log.lines], "left_out": log.left_out, "seconds": last, "count": count,
@@ -192,28 +198,19 @@ def _put(entry: Mapping[str, Any]) -> str:
     return text_of(detail.get("thing"))
 
 
-def _note(curves: dict[str, _Curve], stream: str, kinds: Mapping[str, str], t: float, value: Any) -> None:
-    if isinstance(value, dict):
-        for name, part in value.items():
-            if _is_number(part):
-                _point(curves, f"{stream}.{name}", kinds.get(stream, ""), t, part)
-    elif _is_number(value):
-        _point(curves, stream, kinds.get(stream, ""), t, value)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e300
-
-
-def _point(curves: dict[str, _Curve], label: str, kind: str, t: float, value: float) -> None:
-    curve = curves.get(label)
-    if curve is None:
-        if len(curves) >= 20 * MOST_CURVES:
-            return
-        curve = curves[label] = _Curve(kind)
-    if isfinite(value):
-        curve.times.append(t)
-        curve.values.append(value)
+def _note(curves: _Curves, stream: str, kinds: Mapping[str, str], t: float, value: Any) -> None:
+    """A value's numbers; this is done a million times for a long run, so it is plain."""
+    parts = value.items() if isinstance(value, dict) else (("", value),)
+    for name, part in parts:
+        kind = type(part)
+        if (kind is float or kind is int) and -_LARGEST < part < _LARGEST:  # no truth value, no NaN
+            curve = curves.get((stream, name))
+            if curve is None:
+                if len(curves) >= 20 * MOST_CURVES:
+                    continue
+                curve = curves[stream, name] = _Curve(kinds.get(stream, ""))
+            curve.times.append(t)
+            curve.values.append(part)
 
 
 def _chosen(curves: Mapping[str, _Curve], units: Mapping[str, Mapping[str, str]]) -> tuple[list[dict[str, Any]], int]:

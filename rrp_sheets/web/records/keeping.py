@@ -242,9 +242,8 @@ def _page(
     books = set(library.names())
     done = bool(told.get("deleted"))
     shown = [] if done else runs.facts([str(run["run"]) for run in told["runs"]])
-    sounds = f"{told['sounds']:,} sound{'' if told['sounds'] == 1 else 's'}"
-    what = (f"{told['files']:,} files ({told['bytes'] / _MEGA:,.1f} MB), with {told['pictures']:,} of pictures and "
-            f"films, and {sounds}")  # fmt: skip
+    size = f"{told['files']:,} files ({told['bytes'] / _MEGA:,.1f} MB)"
+    what = f"{size}, of which {told['pictures']:,} hold pictures or films and {told['sounds']:,} speech or sounds"
     return DeletePage(
         participant=participant, word=participant or "delete", lines=tuple(line_of(f, books) for f in shown),
         what=what, wiped=tuple((n, "") for n in told["faces_wiped"]), stays=tuple(_stays(participant, told)),
