@@ -37,7 +37,8 @@ ROWS = [
     ["", "Say done", "map", '"blue"', "Colour", ""],
     ["", "Colour", "subscribe", "", "Eye colour", ""],
 ]
-BOOKS = {"b.xlsx": {"T": [HEADER, *ROWS]}, "session.xlsx": sessions.SESSION}
+SCENE = [*sessions.SCENE, ["0", "Kai", "appears", "at 1.1, -0.4, 0.75"]]
+BOOKS = {"b.xlsx": {"T": [HEADER, *ROWS]}, "session.xlsx": {**sessions.SESSION, "Scene": SCENE}}
 BROWSER_FLAGS = FLAGS_3D
 
 
@@ -277,11 +278,25 @@ def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: Pa
     canvas.press("0")
 
 
+def drawn(page: Any) -> Any:
+    """The robot's picture as it is on the screen: red, green and blue, each (height, width)."""
+    picture = page.locator("#robot3d canvas").screenshot()
+    return np.moveaxis(np.asarray(Image.open(io.BytesIO(picture)).convert("RGB"), dtype=int), 2, 0)
+
+
 def red(page: Any) -> tuple[Any, Any]:
     """Rows and columns of what is red in the robot's picture."""
-    picture = page.locator("#robot3d canvas").screenshot()
-    pixels = np.asarray(Image.open(io.BytesIO(picture)).convert("RGB"), dtype=int)
-    return np.nonzero((pixels[:, :, 0] > 120) & (pixels[:, :, 1] < 70) & (pixels[:, :, 2] < 70))
+    r, g, b = drawn(page)
+    return np.nonzero((r > 120) & (g < 70) & (b < 70))
+
+
+def jumper(page: Any) -> tuple[float, float]:
+    """Where on the screen the first person's jumper is, which is bluish green."""
+    r, g, b = drawn(page)
+    v, u = np.nonzero((r < 120) & (g > r + 25) & (b > r + 25) & (b < g + 25))
+    assert len(u) > 100, "there is nobody in the picture"
+    box = page.locator("#robot3d canvas").bounding_box()
+    return box["x"] + float(u.mean()), box["y"] + float(v.mean())
 
 
 def red_pixels(page: Any) -> int:
@@ -314,10 +329,23 @@ def test_what_is_dragged_moves_in_the_world(browser: Any, url: str, folder: Path
     page.mouse.move(x, y - 40, steps=10)
     page.mouse.up()
     page.wait_for_function("() => window.robot.things['Red ball'][2] > 0.45", timeout=20_000)
+    # a person too, taken anywhere from head to foot; whoever is moved stays on the floor
+    page.locator("#robot3d canvas").press("0")
+    page.wait_for_selector("#robot3d canvas[data-state=still]")
+    where = page.evaluate("window.robot.things.Kai")
+    x, y = jumper(page)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 30, y, steps=10)
+    assert page.locator("#robot3d .caption").inner_text().startswith("Kai: ")
+    page.mouse.up()
+    page.wait_for_function("was => Math.hypot(...was.map((v, i) => v - window.robot.things.Kai[i])) > 0.1", arg=where)
     page.click("[data-run=stop]")
     ended(page)
-    put = [n["detail"]["put"] for n in trace(folder, "session") if "put" in (n.get("detail") or {})]
-    assert put and put[-1][2] > 0.45
+    acts = [n for n in trace(folder, "session") if "put" in (n.get("detail") or {})]
+    put = {n["detail"]["thing"]: n["detail"]["put"] for n in acts}
+    assert put["Red ball"][2] > 0.45
+    assert put["Kai"][2] == where[2] and put["Kai"][:2] != pytest.approx(where[:2], abs=0.1)
     assert not at.errors
     at.context.close()
 

@@ -9,6 +9,7 @@ const ASIDE = -1.05; // rad: when persons sit before the robot, they and it are 
 const NEAREST = 0.45;
 const FARTHEST = 6; // m
 const WIDEST = 2.4; // m away at most by itself, if the picture is not narrow: the robot must stay large enough
+const COMPANY = 1.15; // that much farther away, so that somebody is in the picture too
 const STEP = 0.12; // rad, of an arrow key
 const TURN = 0.008; // rad per pixel
 const EASE = 260; // ms, of a third of the way to a new view
@@ -84,7 +85,7 @@ export class Orbit {
     let missing = more.filter(({ somebody }) => somebody).length;
     for (const [n, { somebody }] of more.entries()) {
       const wider = this.fit(this.framed.slice(0, n + 2).flatMap((group) => group.points), azimuth);
-      if (wider.distance > this.widest) break;
+      if (wider.distance > this.widest * (somebody ? COMPANY : 1)) break;
       best = wider;
       missing -= somebody;
     }
