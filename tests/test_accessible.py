@@ -174,6 +174,19 @@ def record(tour: Tour) -> None:
     tour.open(address, "#marbles svg")
 
 
+def replay(tour: Tour) -> None:
+    tour.open("/runs")
+    address = tour.page.locator("main a[href^='/runs/']").first.get_attribute("href")
+    tour.open(f"{address}/replay?with=book/greeter.xlsx", ".replay-verdict")
+
+
+def deleting(tour: Tour) -> None:
+    tour.open("/runs")
+    tour.page.locator(".choose input").first.check()
+    tour.page.get_by_role("button", name="Delete …").click()
+    tour.page.wait_for_selector(".deleting [name=typed]")
+
+
 def versions(tour: Tour) -> None:
     tour.open("/book/all.xlsx/versions")
     tour.page.get_by_label("Keep the workbook").fill("before the pilot")
@@ -197,7 +210,9 @@ SCREENS: dict[str, Callable[[Tour], None]] = {
     "sheet with problems": wrong, "editing with suggestions": editing, "menu of rows": menu, "find": finding,
     "name": naming, "help in the grid": helped, "conflict": conflict,
     "run dialog": asked, "run panel, running": running, "run panel, paused": paused, "run panel, ended": ended,
-    "runs": at("/runs"), "record": record, "versions": versions, "compare": at("/compare?first=all.xlsx&second=wrong.xlsx"),
+    "runs": at("/runs"), "record": record, "replay": replay, "deleting runs": deleting,
+    "versions": versions,
+    "compare": at("/compare?first=all.xlsx&second=wrong.xlsx"),
     "print": at("/book/all.xlsx/print"), "help": at("/help?topic=scene", "main.help-page"), "nothing there": at("/book/none.xlsx"),
     "refused": refused,
 }  # fmt: skip

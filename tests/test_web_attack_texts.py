@@ -88,12 +88,13 @@ def addresses() -> list[str]:
     asked = quote(CELL, safe="")
     return [
         "/", *sheets, book(NAME), f"{book(NAME)}/run", f"{book(NAME)}/versions", f"{book(NAME)}/print", "/runs",
-        f"{book(NAME)}/print/1", run, f"{run}/marbles", f"/runs?book={asked}", f"/runs?words={asked}",
+        f"{book(NAME)}/print/protocol", run, f"{run}/marbles", f"/runs?book={asked}", f"/runs?words={asked}",
         f"/compare?first=book/{quote(NAME, safe='')}&second=version/1/{quote(NAME, safe='')}", f"/compare?first={asked}&second={asked}",
         f"/compare?book={quote(NAME, safe='')}", f"/help?q={asked}", f"/help?topic={asked}", f"/book/{asked}",
         f"/book/{asked}/print", f"/runs/{asked}", f"/{asked}", f"{book('<b>broken<b>.xlsx')}", "/compare",
         f"{book(NAME)}/run/{quote(SHEET, safe='')}", f"/?sort={asked}", f"{book(NAME)}/sheet/{asked}",
         f"{book('good.xlsx')}/versions", f"/runs/{asked}/marbles",
+        f"{run}/replay", f"{run}/replay?with={asked}", f"{run}/replay/result?with=book/{quote(NAME, safe='')}",
     ]  # fmt: skip
 
 

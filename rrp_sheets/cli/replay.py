@@ -52,7 +52,7 @@ def command(trace: Path, other: Path | None, as_json: bool, output: Path | None)
     _show(found, as_json)
     for note in notes:
         click.echo(f"Note: {note}", err=True)
-    if output is not None:
+    if output is not None and output.is_file():
         click.echo(f"Written: {output}", err=as_json)
     sys.exit(0 if found.same else 1)
 
