@@ -101,6 +101,7 @@ def add_paper(pages: Blueprint, library: Library, desk: Desk, runs: Runs) -> Non
     def have(name: str) -> str:
         if not library.has(name):
             abort(404)
+        library.open(name)  # one that cannot be read, or leads out of the folder, is refused as everywhere
         return name
 
     @pages.get("/book/<name>/print", endpoint="print_page")
@@ -113,8 +114,9 @@ def add_paper(pages: Blueprint, library: Library, desk: Desk, runs: Runs) -> Non
 
     @pages.get("/book/<name>/print/ready")
     def pdf_ready(name: str) -> Response:
+        book = have(name)
         try:
-            return jsonify({"notes": printer.pdf(have(name), request.args)[1]})
+            return jsonify({"notes": printer.pdf(book, request.args)[1]})
         except SheetsError as error:
             return jsonify({"trouble": f"{error.message} {error.remedy}".strip()})
 
