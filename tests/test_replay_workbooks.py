@@ -1,0 +1,32 @@
+"""Runs of our workbooks with the simulated robot, replayed without it: two every day, all of them in the soak."""
+
+from __future__ import annotations
+
+import pytest
+
+from rrp_sheets import api
+from rrp_sheets.resources import bundled
+from rrp_sheets.runs.replay.wording import as_text
+
+BOOKS = sorted(p.name for p in bundled("workbooks").glob("*.xlsx"))
+QUICK = {"story.xlsx": 3.0, "simple-tracking.xlsx": 3.0}
+
+
+def replayed(name, seconds, folder):
+    settings = api.RunSettings(seconds=seconds, fast=True, film=False, out=folder / "run")
+    ended = api.run_apart(bundled("workbooks", name), settings)
+    assert ended.result is not None
+    found = api.replay(folder / "run")
+    assert found.same, as_text(found)
+    return found
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_a_run_with_the_simulated_robot_comes_out_the_same(name, tmp_path):
+    assert replayed(name, QUICK[name], tmp_path).compared > 3
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", BOOKS)
+def test_fifteen_seconds_of_every_workbook_come_out_the_same(name, tmp_path):
+    assert replayed(name, 15.0, tmp_path).compared > 3
