@@ -26,6 +26,7 @@ OURS = {"X-RRP": "grid", "Origin": HOME}
 
 PLACES: dict[str, Any] = {
     "name": BOOK, "sheet": SHEET, "run": RUN, "number": 1, "first": 0, "filename": "style.css", "action": "stop",
+    "picture": "plots", "what": "piece", "form": "svg", "kind": "csv",
 }  # fmt: skip
 """What stands in the variable parts of an address; `file` and others where the route needs them so."""
 
@@ -81,6 +82,7 @@ FORMS: dict[str, dict[str, Any]] = {
     "shelving.act upload": {"file": b"no workbook"},
     "records.act keep": {"title": "before"},
     "records.act restore": {"version": "1"},
+    "records.delete_now": {"run": RUN, "shown": RUN, "typed": "no"},
 }
 """What is sent as a form by our own script."""
 

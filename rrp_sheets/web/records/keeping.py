@@ -110,7 +110,7 @@ def add_keeping(pages: Blueprint, library: Library, runs: Runs) -> None:
         page = delete_page(runs, library, archive, *_asked(request.args.get("participant"), "run"))
         return render_template(page.template, page=page)
 
-    @pages.post("/runs/delete", endpoint="delete_now")
+    @pages.post("/runs/delete/now", endpoint="delete_now")
     def do() -> str:
         page = deleted_page(runs, library, archive, *_asked(request.form.get("participant"), "run"))
         return render_template(page.template, page=page)
@@ -121,11 +121,11 @@ def _asked(participant: str | None, names: str) -> tuple[str, list[str]]:
 
 
 def _add_exports(pages: Blueprint, runs: Runs, archive: Clerk) -> None:
-    @pages.get("/runs/<run>/<any(plots,contact):what>.<any(svg,png,pdf):kind>", endpoint="picture")
-    def picture(run: str, what: str, kind: str) -> Response:
+    @pages.get("/runs/<run>/<any(plots,contact):picture>.<any(svg,png,pdf):form>", endpoint="picture")
+    def drawn(run: str, picture: str, form: str) -> Response:
         if run not in runs.names():
             abort(404)
-        return _made(archive, [runs.place(run)], what, f".{kind}", f"{run}-{what}", take="take" in request.args)
+        return _made(archive, [runs.place(run)], picture, f".{form}", f"{run}-{picture}", take="take" in request.args)
 
     @pages.get("/runs/table.<any(csv,xlsx):kind>", endpoint="table")
     def table(kind: str) -> Response:
