@@ -275,9 +275,20 @@ def test_an_event_loop_is_done_again_event_by_event(tmp_path):
     script = Script({8: [wish("send", stream="Head yaw", text="3.5"), wish("switch", behaviour="Other", on=True)],
                      20: [wish("switch", behaviour="T", on=False), wish("pause"), wish("resume")],
                      24: [wish("switch", behaviour="T", on=True)]})  # fmt: skip
-    made = Run(tmp_path, book, script, EVENTS, seconds=1.2, paced=True, everything=True)
-    assert not script.refusals and len(made.happened("switch")) >= 2
+    script.frames[32] = lambda control: control.stop("Aya")
+    made = Run(tmp_path, book, script, EVENTS, seconds=5, paced=True, everything=True)
+    assert not script.refusals and len(made.happened("switch")) >= 2 and made.lines[-1]["ended"] == "stopped"
     found = api.replay(made.result.folder)
     assert found.same, as_text(found)
     assert found.compared > 80 and found.engine == "event loop"
     assert "same microsecond" in " ".join(found.unknown)
+
+
+def test_what_is_done_after_the_last_frame_is_done_again(tmp_path):
+    book = rows("| Head yaw | subscribe | | Say |\n| Head yaw | subscribe | | Pause |",
+                "## Devices\n| Stream | Device | Time |\n|---|---|---|\n| Pause | Wait | 9 s |\n")  # fmt: skip
+    script = Script({20: [wish("switch", behaviour="T", on=False), lambda control: None]})
+    script.frames[20].append(lambda control: script.frames.update({21: lambda c: c.stop("Aya")}))
+    made = Run(tmp_path, book, script, EVENTS, seconds=4.0)
+    assert made.happened("switch") and made.lines[-1]["ended"] == "stopped"
+    assert api.replay(made.result.folder).same

@@ -161,7 +161,7 @@ def test_edits_of_the_session_are_made_in_rows_that_say_the_same(tmp_path):
     (tmp_path / "book.md").write_text(book)
     assert api.replay(run.result.folder, other(run, tmp_path / "edit")).same
     found = api.replay(run.result.folder, other(run, tmp_path / "edit", ("double > 3", "double > 4")))
-    assert any("The edit of T!3 (“double > 3” → “double > 5”) is left out" in r for r in found.remarks)
+    assert any("The edit of T row 3 (“double > 3” → “double > 5”) is left out" in r for r in found.remarks)
 
 
 def resumed(script, control):

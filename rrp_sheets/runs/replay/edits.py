@@ -14,6 +14,7 @@ from rrp_sheets.graph import Step
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Behaviour, Helper, Row, Workbook
+from rrp_sheets.runs.replay.words import in_words
 from rrp_sheets.runtime.editing import compare, helper_text
 from rrp_sheets.runtime.engine import Engine
 from rrp_sheets.runtime.plan import make_plan
@@ -30,9 +31,6 @@ class Editions:
         engine: that plays it.
         rows: the places of rows in the workbook that is played, by their places in the one that ran.
         ran: the workbook that ran, when another one is played: what it says otherwise is left as it says it.
-
-    Attributes:
-        left_out: what could not be done again, in words.
     """
 
     def __init__(self, engine: Engine, rows: Mapping[str, str] | None = None, ran: Workbook | None = None) -> None:
@@ -42,7 +40,18 @@ class Editions:
         self._workbook = engine.plan.checked.workbook
         self._checked: Checked = engine.plan.checked
         self._steps: Mapping[str, Step] = {s.ref: s for s in engine.plan.steps}
-        self.left_out: list[str] = []
+        self._left: dict[str, list[str]] = {}
+
+    @property
+    def left_out(self) -> list[str]:
+        """What could not be done again, in words: of a place the first time, and how often it was more."""
+        more = {1: "", 2: " So is another one there."}
+        return [
+            words[0] + more.get(len(words), f" So are {len(words) - 1} more there.") for words in self._left.values()
+        ]
+
+    def _leave(self, place: str, words: str) -> None:
+        self._left.setdefault(place, []).append(words)
 
     def use(self, changes: Sequence[Change]) -> None:
         """Let the run go on with what somebody changed."""
@@ -54,13 +63,13 @@ class Editions:
         checked = check_workbook(edited, Report(), lints=False)
         errors = checked.report.errors
         if errors:
-            self.left_out.append(f"An edit at {_places(changes)} is left out: {errors[0].message}")
+            self._leave(_places(changes), f"An edit at {_places(changes)} is left out: {errors[0].message}")
             return
         plan = self._engine.plan
         try:
             made = compare(plan, self._checked, self._steps, make_plan(checked, everything=plan.everything))
         except SheetsError as error:
-            self.left_out.append(f"An edit at {_places(changes)} is left out: {error.message}")
+            self._leave(_places(changes), f"An edit at {_places(changes)} is left out: {error.message}")
             return
         for ref in made.renewed:
             step = made.steps[ref]
@@ -76,10 +85,10 @@ class Editions:
         ref = place if self._rows is None else self._rows.get(place, "")
         row = next((r for b in workbook.behaviours for r in b.rows if f"{b.name}!{r.number}" == ref), None)
         if row is None:
-            self.left_out.append(f"The edit of {place} is left out: that row is not in this workbook.")
+            self._leave(place, f"The edit of {in_words(place)} is left out: that row is not in this workbook.")
         elif self._rows is not None and row.formula.text != was:
             here = row.formula.text
-            self.left_out.append(f"The edit of {place} (“{was}” → “{now}”) is left out: here it says “{here}”.")
+            self._leave(place, f"The edit of {in_words(place)} (“{was}” → “{now}”) is left out: here it says “{here}”.")
         else:
             return replace(workbook, behaviours=tuple(_with(b, row, now) for b in workbook.behaviours))
         return workbook
@@ -87,7 +96,7 @@ class Editions:
     def _helper(self, workbook: Workbook, name: str, was: str, change: Change) -> Workbook:
         mine = next((h for h in workbook.helpers if key(h.name.text) == key(name)), None)
         if self._rows is not None and was != (helper_text(mine) if mine else ""):
-            self.left_out.append(f"The edit of the helper {name} is left out: here it is another one.")
+            self._leave(_HELPERS + name, f"The edit of the helper {name} is left out: here it is another one.")
             return workbook
         others = tuple(h for h in workbook.helpers if h is not mine)
         made = _helper_of(name, change)
@@ -97,11 +106,11 @@ class Editions:
     def _table(self, workbook: Workbook, change: Change) -> Workbook:
         name, told = str(change.get("place")), change["table"]
         if not isinstance(told, list) or not all(isinstance(row, list) for row in told):
-            self.left_out.append(f"The edit of the table {name} is left out: the record does not say what it became.")
+            self._leave(name, f"The edit of the table {name} is left out: the record does not say what it became.")
             return workbook
         rows = tuple(tuple(str(text) for text in row) for row in told)
         if self._ran is not None and self._ran.tables.get(key(name)) != workbook.tables.get(key(name)):
-            self.left_out.append(f"The edit of the table {name} is left out: here it is another one.")
+            self._leave(name, f"The edit of the table {name} is left out: here it is another one.")
             return workbook
         tables = {k: cells for k, cells in workbook.tables.items() if k != key(name)}
         sheets = workbook.sheets

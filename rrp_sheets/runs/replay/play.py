@@ -152,10 +152,12 @@ class Player:
                 self._tell(place)
             self._send(entries)
             self._settle(now, [*self._values(e for e in entries if self._is_fed(e)), *self._nominal(now)])
-            if engine.ended_by or frame >= last:
+            if engine.ended_by:
                 return
             acts = [e for e in entries if e.kind == ACT]
             self._act(acts)
+            if frame >= last:
+                return
             following = [last]
             if acts:  # what they leave is carried out in the next frame
                 following.append(frame + 1)

@@ -156,7 +156,7 @@ def _script(recorded: Recorded, entries: tuple[Entry, ...], found: Matching) -> 
     gone = {id(e) for e in at_end or ()}
     played = tuple(e for e in entries if id(e) not in gone)
     until = recorded.last_us
-    if recorded.ended == "broken" or (recorded.engine != "frame" and recorded.ended in ("stopped", "cut")):
+    if recorded.ended == "broken":
         until = max((e.us for e in played), default=0)
     return Script(
         list(moments(played)), at_end, found.streams, int(recorded.header.get("seed") or 0), until, found.behaviours
