@@ -109,6 +109,10 @@ def _course(place: Path, only: frozenset[str]) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def _label(stream: str, name: str) -> str:
+    return f"{text_of(stream)}.{text_of(name)}" if name else text_of(stream)
+
+
 def _names_of(curve: str) -> set[str]:
     """What a curve may be called: with or without its sheet, with or without its field; as keys.
 
