@@ -73,7 +73,9 @@ def _example(connector: Connector) -> Iterator[str]:
     yield titled("For example", entries(cell for cell in cells if cell[1]))
     yield titled("In words", paragraph(_sentence(connector), 2))
     title = f"As marbles: one place is {MARK_MS} ms, time goes to the right"
-    yield titled(title, entries(marbles(connector), kind="marbles"))
+    picture = entries(marbles(connector), kind="marbles")
+    picture.head = connector.name  # a page draws it anew
+    yield titled(title, picture)
 
 
 def _sentence(connector: Connector) -> str:

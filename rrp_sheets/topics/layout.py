@@ -19,7 +19,8 @@ class Block(str):
 
     Attributes:
         kind: `paragraph`, `heading`, `entries`, `columns`, `grid`, `lines`, `marbles` or `titled`.
-        head: of a heading, a grid (the sheet's name) or a titled block; the whole text of a paragraph.
+        head: of a heading, a grid (the sheet's name) or a titled block; the connector of marbles; the whole text of a
+            paragraph.
         rows: of entries, columns, marbles and grids.
         parts: of a titled block.
     """

@@ -10,7 +10,9 @@ from typing import ClassVar
 from flask import Blueprint, render_template, request
 from markupsafe import Markup
 
+from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.testing.example import example_score
 from rrp_sheets.topics.finding import text_on
 from rrp_sheets.topics.layout import Block, paragraph
 from rrp_sheets.topics.names import Name, all_names, known, near, search
@@ -18,6 +20,7 @@ from rrp_sheets.web.browserwords import of_help
 from rrp_sheets.web.marblepicture import marble_picture
 
 MOST = 6  # topics at once
+_PICTURED = "As marbles: time goes to the right"  # its text in the terminal has places instead
 _ASKS = re.compile(r'^(?:rrp-sheets help )?"?([^"]+?)"?$')
 _CODE = re.compile(r"`([^`]+)`")
 
@@ -97,14 +100,16 @@ def _parts(blocks: Iterator[str]) -> Iterator[Part]:
 def _part(block: str) -> Part:
     if not isinstance(block, Block):
         block = paragraph(of_help(block))
-    if block.kind == "marbles":
-        return Part("marbles", picture=marble_picture([(row[0], row[1]) for row in block.rows]))
+    if block.kind == "marbles" and (connector := connectors().get(block.head)) is not None:
+        return Part("marbles", picture=marble_picture(example_score(connector)))
     linked = block.kind in ("entries", "columns")
     rows = tuple(
         tuple(_term(cell) if linked and i == 0 else tuple(bits(cell)) for i, cell in enumerate(row))
         for row in block.rows
     )
-    return Part(block.kind, tuple(bits(block.head)), rows, tuple(_part(p) for p in block.parts))
+    parts = tuple(_part(p) for p in block.parts)
+    head = _PICTURED if any(part.picture for part in parts) else block.head
+    return Part(block.kind, tuple(bits(head)), rows, parts)
 
 
 def _term(text: str) -> tuple[Bit, ...]:

@@ -1,0 +1,51 @@
+"""Help in the browser: every connector has a picture of its example, in words too, in which nothing overlaps."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from browser import get, visit
+from flask.testing import FlaskClient
+
+from rrp_sheets.connectors import connectors
+from rrp_sheets.testing.example import example_score
+from rrp_sheets.topics.marbles import marbles
+from rrp_sheets.web.marblepicture import marble_picture
+
+NAMES = sorted({c.name for c in connectors()})
+
+
+@pytest.fixture(scope="module")
+def client(tmp_path_factory: pytest.TempPathFactory) -> FlaskClient:
+    folder: Path = tmp_path_factory.mktemp("books")
+    return visit(folder)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_connector_has_its_picture(name: str, client: FlaskClient) -> None:
+    connector = connectors().get(name)
+    assert connector is not None
+    text = get(client, f"/help?topic={name}").text
+    picture = str(marble_picture(example_score(connector)))
+    assert picture in text and "one place is" not in text
+    root = ET.fromstring(picture)
+    told = root.get("aria-label", "")
+    shown = [e.text for e in root.iter("text") if e.get("class") == "value"]
+    assert shown and all(f"{value} at " in told for value in shown) and name in told
+    inputs = [line for label, line in marbles(connector)[:-1]]
+    assert len(root.findall("g[@class]")) == len(inputs) + 2, "a line for each input, the connector, and the output"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_nothing_overlaps(name: str) -> None:
+    connector = connectors().get(name)
+    assert connector is not None
+    root = ET.fromstring(str(marble_picture(example_score(connector))))
+    for lane in root.findall("g[@class]"):
+        found = [e for e in lane.iter("rect") if e.get("class") == "marble"]
+        spans = sorted((float(e.get("x", 0)), float(e.get("x", 0)) + float(e.get("width", 0))) for e in found)
+        assert all(a[1] < b[0] for a, b in pairwise(spans))
+        assert all(52 <= a and b <= float(root.get("width", 0)) for a, b in spans)
