@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+import html
+import io
 import json
 import os
 import re
@@ -19,7 +21,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from browser import get, post, visit
 from click.testing import CliRunner, Result
+from flask.testing import FlaskClient
 
 from rrp_sheets import api
 from rrp_sheets.cli.main import group
@@ -374,3 +378,41 @@ def test_a_link_in_a_catalogue_is_refused(tmp_path: Path) -> None:
     (folder / "ell.obj").symlink_to("/etc/passwd")
     with pytest.raises(UnreadableFile, match="is a link"):
         own_robot(tmp_path, "nao")
+
+
+# ---- in the browser
+
+
+def test_a_bundle_is_downloaded_and_uploaded(place: Path, tmp_path: Path) -> None:
+    answer = get(visit(place), "/book/song.md/bundle.zip?run=one")
+    assert answer.status_code == 200 and answer.mimetype == "application/zip"
+    assert "song-bundle.zip" in answer.headers["Content-Disposition"]
+    got = tmp_path / "got.zip"
+    got.write_bytes(answer.data)
+    assert files(got).keys() == files(place / "song.zip").keys()
+    (tmp_path / "shelf").mkdir()
+    client = visit(tmp_path / "shelf")
+    for _ in range(2):  # the same again harms nothing
+        said = upload(client, "song.zip", answer.data)
+        assert "song.md is on the shelf." in said
+    assert (tmp_path / "shelf" / "a tune.wav").read_bytes() == (place / "a tune.wav").read_bytes()
+    assert api.replay(tmp_path / "shelf" / "runs" / "one").same
+    (tmp_path / "shelf" / "a tune.wav").write_bytes(b"mine")
+    (tmp_path / "shelf" / "song.md").unlink()
+    assert "already another file “a tune.wav”" in html.unescape(upload(client, "song.zip", answer.data))
+    assert not (tmp_path / "shelf" / "song.md").exists()
+
+
+def test_what_cannot_be_downloaded_or_uploaded(place: Path, tmp_path: Path) -> None:
+    client = visit(place)
+    assert get(client, "/book/none.md/bundle.zip").status_code == 404
+    assert get(client, "/book/song.md/bundle.zip?run=../runs/one").status_code == 404
+    before = sorted(place.iterdir())
+    evil = remade(tmp_path / "x.zip", relisted({**files(place / "song.zip"), "../evil": EVIL}))
+    assert "outside of its folder" in upload(client, "x.zip", evil.read_bytes())
+    assert "cannot be taken as a bundle" in upload(client, "x.zip", b"hello")
+    assert sorted(place.iterdir()) == before
+
+
+def upload(client: FlaskClient, name: str, data: bytes) -> str:
+    return post(client, "/shelf/upload", file=(io.BytesIO(data), name)).text

@@ -10,10 +10,12 @@ from flask import Blueprint, Response, request, send_file, url_for
 from rrp_sheets import api
 from rrp_sheets.documents.tutorial import begin
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.bundle.unpacking import is_zip
 from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.library import SUFFIXES, Library
 from rrp_sheets.web.pages import show
 from rrp_sheets.web.shelf import ARCHIVE, archived, shelf_page
+from rrp_sheets.web.unbundling import take_in
 from rrp_sheets.workbook.atomic import write_atomically
 from rrp_sheets.workbook.limits import FILE_BYTES
 
@@ -108,16 +110,24 @@ def _unarchive(library: Library, desk: Desk) -> Done:
 def _upload(library: Library, desk: Desk) -> Done:
     files = [f for f in request.files.getlist("file") if f.filename]
     if not files:
-        raise SheetsError("No file was chosen.", "Choose an .xlsx file.")
+        raise SheetsError("No file was chosen.", "Choose an .xlsx file, or a bundle (.zip).")
     stored: list[str] = []
+    notes: list[str] = []
     for file in files[:_MOST_UPLOADS]:
         try:
-            stored.append(_store(library, Path(file.filename or "").name, file.stream.read(FILE_BYTES + 1)))
+            name = Path(file.filename or "").name
+            if is_zip(Path(name)):
+                book, note = take_in(library.folder, name, file.stream.read())  # of a request of bounded size
+                stored.append(book)
+                notes.append(note)
+            else:
+                stored.append(_store(library, name, file.stream.read(FILE_BYTES + 1)))
         except SheetsError as error:
             done = f" {' and '.join(stored)} could be stored." if stored else ""
             raise SheetsError(error.message + done, error.remedy) from error
     verb = "is" if len(stored) == 1 else "are"
-    return f"{' and '.join(stored)} {verb} on the shelf.", stored[0] if len(stored) == 1 else ""
+    told = " ".join([f"{' and '.join(stored)} {verb} on the shelf.", *notes]).strip()
+    return told, stored[0] if len(stored) == 1 else ""
 
 
 def _store(library: Library, name: str, data: bytes) -> str:

@@ -15,6 +15,7 @@ from rrp_sheets.web.addressed import RoomOf, rooms
 from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.library import Library
 from rrp_sheets.web.records import versions as kept
+from rrp_sheets.web.records.bundling import add_bundles
 from rrp_sheets.web.records.comparing import compare_page, drawn_changes
 from rrp_sheets.web.records.files import everything, run_file, trace_csv
 from rrp_sheets.web.records.keeping import add_keeping
@@ -39,6 +40,7 @@ def make_records(library: Library, desk: Desk) -> Blueprint:
     add_lookback(pages, library, runs)
     add_replay(pages, library, desk, runs)
     _add_comparison(pages, library, desk, runs, clerk)
+    add_bundles(pages, library, runs)
     _add_versions(pages, rooms(library, desk))
     add_paper(pages, library, desk, runs)
     return pages

@@ -1,0 +1,48 @@
+"""A bundle as a download: packed in a process of its own, since a printed protocol has its tests run."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from flask import Blueprint, Response, abort, request, send_file
+
+from rrp_sheets.runs.records.clerk import Clerk
+from rrp_sheets.web.library import Library, printable
+from rrp_sheets.web.records.shelved import Runs
+
+_WITHIN = 90.0  # s; the tests of the workbook may take 20
+_MOST_RUNS = 20
+
+
+class Packer(Clerk):
+    """Packs bundles; from any thread, one at a time."""
+
+    def __init__(self) -> None:
+        super().__init__(_WITHIN, "rrp_sheets.web.records.bundling_child")
+
+    def pack(self, path: Path, runs: list[Path], target: Path) -> None:
+        """Make a bundle of a workbook and the runs in those folders.
+
+        Raises:
+            SheetsError: it cannot be made, or not in time.
+        """
+        self._ask(path.name, "pack", str(path), [str(run) for run in runs], str(target))
+
+
+def add_bundles(pages: Blueprint, library: Library, runs: Runs) -> None:
+    """The address of a workbook's bundle; `run` names a run that goes along."""
+    packer = Packer()
+
+    @pages.get("/book/<name>/bundle.zip")
+    def bundle(name: str) -> Response:
+        wanted = request.args.getlist("run")[:_MOST_RUNS]
+        if not library.has(name) or set(wanted) - set(runs.names()):
+            abort(404)
+        path = library.path(name).absolute()
+        with tempfile.TemporaryDirectory(prefix="rrp-sheets-") as folder:
+            target = Path(folder) / "bundle.zip"
+            packer.pack(path, [runs.place(run).absolute() for run in wanted], target)
+            file = target.open("rb")  # stays readable when its name is gone
+        shown = f"{printable(path.stem)}-bundle.zip"
+        return send_file(file, mimetype="application/zip", as_attachment=True, download_name=shown)

@@ -1,0 +1,16 @@
+"""The packer's process: `python -m rrp_sheets.web.records.bundling_child LINK`, started by `bundling` only."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rrp_sheets.bundling import pack
+from rrp_sheets.runs.records.clerk_child import main
+
+
+def _pack(path: str, runs: list[str], target: str) -> None:
+    pack(Path(path), Path(target), runs, None, None)
+
+
+if __name__ == "__main__":
+    main({"pack": _pack})
