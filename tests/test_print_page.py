@@ -1,92 +1,177 @@
-"""The page that is printed: what it says, and what comes on paper."""
+"""The page that is printed, and the PDF that it gives: both say the same, in both languages, and compared."""
 
 from __future__ import annotations
 
+import html
 import re
 import shutil
 from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import GOOD, HEADER, book, get, visit
+from browser import GOOD, HEADER, HOME, book, get, visit
 from chromium import let_in, violations
 
 from rrp_sheets import api
+from rrp_sheets.printing import gather
 from rrp_sheets.resources import bundled
+from rrp_sheets.web.records.press import Press, Wanted
 
+LETTER = b"/MediaBox[0 0 612 792]"
 HOSTILE = "<script>alert(1)</script>\"'"
 LONG = "## Tracking\n" + HEADER + "| Red ball | map | redBall.distance | Distance 1 | | |\n" + "".join(
     f"| Distance {n - 1} | map | distance{n - 1} * 1.01 | Distance {n} | {'FALSE' if n == 30 else ''} | |\n"
     for n in range(2, 60)
 ) + "| Distance 59 | subscribe | | Head tracker | | |\n"  # fmt: skip
+GREETING = f"""## あいさつ
+{HEADER}| 顔 | filter | value.new | 新しい人 | | 初めて |
+| 新しい人 | subscribe | | こんにちは | | |
+
+## Devices
+| Stream | Device | Text |
+|---|---|---|
+| 顔 | Face | |
+| こんにちは | Say parameter | こんにちは。 |
+
+## Protocol
+| Field | Value |
+|---|---|
+| Title | あいさつの練習 |
+| Version | 2 |
+| Language | 日本語 |
+"""
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("books")
-    for name in ("complex-tracking", "say-ball-colour-ja"):
-        shutil.copy(bundled("workbooks", f"{name}.xlsx"), made)
+    shutil.copy(bundled("workbooks", "complex-tracking.xlsx"), made)
     (made / "long.md").write_text(LONG, encoding="utf-8")
+    (made / "挨拶.md").write_text(GREETING, encoding="utf-8")
+    wrong = "| Red ball | mapp | redBall.x | | | |\n| | subscribe | | Say | | |\n"
+    (made / "wrong.md").write_text(f"## Tracking\n{HEADER}{wrong}", encoding="utf-8")
+    rows = f"| Red ball | map | redBall.x + '{HOSTILE}' | {HOSTILE} | | {HOSTILE} |\n| {HOSTILE} | subscribe | | Say | | |\n"
+    protocol = f"\n## Protocol\n| Field | Value |\n|---|---|\n| Title | {HOSTILE} |\n| {HOSTILE} | {HOSTILE} |\n"
+    (made / "hostile.md").write_text(f"## A {HOSTILE}\n{HEADER}{rows}{protocol}", encoding="utf-8")
     return made
 
 
-def test_the_page_says_everything_that_the_workbook_says(folder: Path) -> None:
-    text = get(visit(folder), f"{book('complex-tracking.xlsx')}/print").text
-    digest = api.read(folder / "complex-tracking.xlsx").digest
-    for expected in (
-        "Complex tracking</p>", "<dt>Authors</dt><dd>The RRP Sheets authors", digest, "<b>Warning</b>", "Tracking!B10",
-        "<h2>Tracking</h2>", '<td class="in-formula">redBall.distance</td>', "What it does", "<h2>Scene</h2>",
-        "at 1.8, 0, 0.42", "hx-get=\"/book/complex-tracking.xlsx/print/1\"", "Test near and far",
-    ):  # fmt: skip
-        assert expected in text
+@pytest.fixture(scope="module")
+def client(folder: Path) -> Any:
+    return visit(folder)
+
+
+def protocol(client: Any, name: str, **choice: str) -> str:
+    asked = "&".join(f"{k}={v}" for k, v in choice.items())
+    answer = get(client, f"{book(name)}/print/protocol?{asked}")
+    assert answer.status_code == 200
+    return str(answer.text)
+
+
+# ---- what it says ----
+
+
+def test_the_page_says_everything_that_the_pdf_says(client: Any, folder: Path) -> None:
+    text = protocol(client, "complex-tracking.xlsx")
+    pack = gather(folder / "complex-tracking.xlsx").pack
+    plain = re.sub(r"\s+", " ", re.sub(r"<[^>]+>", "", text))
+    told = [pack.title, pack.digest, pack.summary, pack.hand_note, *(g.text for g in pack.glance), *pack.always]
+    told += [s.notices for s in pack.sensed] + [k.text for k in pack.kept] + [a.does for a in pack.acts]
+    told += [s.how for s in pack.stops] + [f.text for f in pack.findings] + [t.counted for t in pack.tests]
+    told += [r.formula for b in pack.behaviours for r in b.rows] + [c for s in pack.sheets for r in s.rows for c in r]
+    told += [k.text for k in pack.consent] + list(pack.signatures)
+    missing = [t for t in told if re.sub(r"\s+", " ", t) not in html.unescape(plain)]
+    assert missing == [] and len(told) > 50
+    assert all(name in text for b in pack.behaviours for name in (f'data-row="{r.row}"' for r in b.rows))
     assert not re.search(r"<style|\sstyle=|\son\w+=|javascript:", text)
-    assert ">10</th>" in text  # rows have the numbers that they have in Excel
 
 
-def test_diagrams_come_one_by_one(folder: Path) -> None:
-    client = visit(folder)
-    drawn = get(client, f"{book('complex-tracking.xlsx')}/print/1").text
-    assert drawn.startswith("<figure") and 'data-row="10"' in drawn and " style=" not in drawn
-    for number in ("0", "2", "x"):
-        assert get(client, f"{book('complex-tracking.xlsx')}/print/{number}").status_code == 404
+def test_the_page_asks_for_the_protocol_with_what_is_chosen(client: Any) -> None:
+    text = get(client, f"{book('complex-tracking.xlsx')}/print?language=ja&paper=letter&against=book/long.md").text
+    assert "/print/protocol?language=ja&amp;against=book/long.md&amp;paper=letter" in text
+    assert '<option value="ja" selected>' in text and '<option value="book/long.md" selected>long.md' in text
+    assert 'value="book/complex-tracking.xlsx"' not in text  # it is not compared with itself
+    assert "xx" not in re.findall(r"language=(\w*)", get(client, f"{book('long.md')}/print?language=xx&paper=a0").text)
 
 
-def test_the_foot_of_every_sheet_has_file_and_hash(folder: Path, tmp_path: Path) -> None:
-    answer = get(visit(folder), f"{book('complex-tracking.xlsx')}/paper.css")
+def test_its_language_is_the_protocols_or_the_chosen_one(client: Any) -> None:
+    text = protocol(client, "挨拶.md")
+    assert '<div class="protocol" lang="ja">' in text and "倫理審査用プロトコル" in text
+    assert "「新しい人」が届くたびに、『こんにちは。』と話します。" in text and ">センサー<" in text
+    english = protocol(client, "挨拶.md", language="en")
+    assert 'lang="en"' in english and "Whenever “新しい人” comes, say “こんにちは。”" in english
+    assert "as the Protocol says: 日本語" in get(client, f"{book('挨拶.md')}/print").text
+
+
+def test_a_workbook_with_mistakes_is_a_draft(client: Any) -> None:
+    text = protocol(client, "wrong.md")
+    assert "Did you mean map?" in text and ">mapp</td>" in text and "DRAFT" in text
+    assert "Get the PDF (draft)" in get(client, f"{book('wrong.md')}/print").text
+    assert get(client, "/book/nothing.md/print").status_code == 404
+    assert get(client, "/book/nothing.md/print/protocol.pdf").status_code == 404
+
+
+def test_hostile_texts_are_shown_as_text(client: Any) -> None:
+    for address in ("print", "print/protocol"):
+        answer = get(client, f"{book('hostile.md')}/{address}")
+        assert answer.status_code == 200 and "<script>alert" not in answer.text
+        assert "&lt;script&gt;" in answer.text
+
+
+def test_the_foot_of_every_sheet_has_file_and_hash(client: Any, folder: Path, tmp_path: Path) -> None:
+    answer = get(client, f"{book('complex-tracking.xlsx')}/paper.css")
     digest = api.read(folder / "complex-tracking.xlsx").digest
     assert answer.mimetype == "text/css"
-    assert (
-        f"SHA-256 {digest[:4]} {digest[4:8]} " in answer.text and 'counter(page) " of " counter(pages)' in answer.text
-    )
+    assert f"SHA-256 {digest[:4]} {digest[4:8]} " in answer.text and 'counter(page) " / " counter(pages)' in answer.text
     name = 'a"; } * { color: red } \\ \n.md'
     (tmp_path / name).write_text(GOOD, encoding="utf-8")
     style = get(visit(tmp_path), f"{book(name)}/paper.css").text
     assert style.count("{") == style.count("}") == 4 and "color: red" not in style
 
 
-def test_a_workbook_with_mistakes_is_printed_with_its_mistakes(tmp_path: Path) -> None:
-    rows = "| Red ball | mapp | redBall.x | | | |\n| | subscribe | | Say | | |\n"
-    (tmp_path / "wrong.md").write_text(f"## Tracking\n{HEADER}{rows}", encoding="utf-8")
-    (tmp_path / "none.md").write_text(f"## Tracking\n{HEADER}", encoding="utf-8")
+# ---- the approved version ----
+
+
+def test_it_is_compared_with_the_version_that_was_approved(tmp_path: Path) -> None:
+    path = tmp_path / "protocol.md"
+    path.write_text(GREETING.replace("日本語", "English"), encoding="utf-8")
     client = visit(tmp_path)
-    text = get(client, "/book/wrong.md/print").text
-    assert "Did you mean map?" in text and ">mapp</td>" in text
-    assert "There is no row in it yet." in get(client, "/book/none.md/print").text
-    assert get(client, "/book/nothing.md/print").status_code == 404
+    before = get(client, f"{book('protocol.md')}/print").text
+    assert "keep it as a version</a> with “approved”" in before
+    sent = {"data": {"title": "Approved, 倫2026-041, 1 May 2026"}, "headers": {"X-RRP": "grid", "Origin": HOME}}
+    assert client.post(f"{book('protocol.md')}/versions/keep", base_url=HOME, **sent).status_code == 200
+    path.write_text(path.read_text(encoding="utf-8").replace("こんにちは。", "はじめまして。"), encoding="utf-8")
+    after = get(client, f"{book('protocol.md')}/print").text
+    assert '<option value="version/1/protocol.md" selected>Approved, 倫2026-041' in after
+    text = protocol(client, "protocol.md", against="version/1/protocol.md")
+    assert "1 difference changes the behaviour." in text and "こんにちは。" in text and 'id="changes"' in text
+    assert 'id="changes"' not in protocol(client, "protocol.md", against="none")
+    for gone in ("version/99/protocol.md", "run/nothing", "book/nothing.md", "../x", "x" * 2000):
+        assert "is-error" in protocol(client, "protocol.md", against=gone)
+        assert get(client, f"{book('protocol.md')}/print/ready?against={gone}").json["trouble"]
 
 
-def test_hostile_texts_are_shown_as_text(tmp_path: Path) -> None:
-    rows = f"| Red ball | map | redBall.x + '{HOSTILE}' | {HOSTILE} | | {HOSTILE} |\n| {HOSTILE} | subscribe | | Say | | |\n"
-    protocol = f"\n## Protocol\n| Field | Value |\n|---|---|\n| Title | {HOSTILE} |\n| {HOSTILE} | {HOSTILE} |\n"
-    (tmp_path / "hostile.md").write_text(f"## A {HOSTILE}\n{HEADER}{rows}{protocol}", encoding="utf-8")
-    client = visit(tmp_path)
-    for address in ("/book/hostile.md/print", "/book/hostile.md/print/1"):
-        answer = get(client, address)
-        assert answer.status_code == 200 and "<script>" not in answer.text
-        assert "&lt;script&gt;" in answer.text
+# ---- the PDF ----
 
 
-# ---- on paper ----
+def test_the_pdf_is_made_in_a_process_of_its_own_and_kept(folder: Path) -> None:
+    press = Press()
+    path = folder / "挨拶.md"
+    wanted = Wanted(path, api.read(path).digest)
+    first, notes = press.pdf(wanted, "a4")
+    assert first.startswith(b"%PDF") and notes == []
+    assert press.pdf(wanted, "a4")[0] is first and press.proof(wanted) is press.proof(wanted)
+    letter, _ = press.pdf(wanted, "letter")
+    assert LETTER in letter and LETTER not in first
+    assert press.proof(wanted).pack == gather(path).pack
+    press.close()
+    assert press.pdf(wanted, "a4")[0] is first
+    path.touch()
+    assert press.pdf(Wanted(path, "another"), "a4")[0].startswith(b"%PDF")  # the process is started anew
+    press.close()
+
+
+# ---- in the browser, and on paper ----
 
 
 @pytest.fixture(scope="module")
@@ -103,20 +188,25 @@ def drawn(page: Any, name: str) -> None:
     page.wait_for_selector("[data-print]:enabled", timeout=60_000)
 
 
-@pytest.mark.parametrize("name", ["complex-tracking.xlsx", "say-ball-colour-ja.xlsx"])
-def test_nothing_is_cut_on_either_paper(page: Any, name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "paper", "width"),  # px at 96 dpi, without the margins of 14 mm
+    [("complex-tracking.xlsx", "A4", 794 - 106), ("挨拶.md", "Letter", 816 - 106)],
+)
+def test_nothing_is_cut_on_paper(page: Any, name: str, paper: str, width: int) -> None:
     drawn(page, name)
     assert violations(page) == []
-    for paper, width in (("A4", 794 - 106), ("Letter", 816 - 106)):  # px at 96 dpi, without the margins of 14 mm
-        assert len(re.findall(rb"/Type\s*/Page\b", page.pdf(format=paper))) in (2, 3, 4)
-        page.emulate_media(media="print")
-        page.set_viewport_size({"width": width, "height": 900})
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
-        assert not page.locator(".topbar").is_visible() and page.locator(".drawn svg").is_visible()
-        assert page.evaluate("getComputedStyle(document.querySelector('.paper-table')).display") == "table"
-        assert page.evaluate("getComputedStyle(document.body).color") == "rgb(0, 0, 0)"
-        page.emulate_media(media="screen")
-        page.set_viewport_size({"width": 1280, "height": 800})
+    assert len(re.findall(rb"/Type\s*/Page\b", page.pdf(format=paper))) in (4, 5, 6, 7, 8)
+    page.emulate_media(media="print")
+    page.set_viewport_size({"width": width, "height": 900})
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert not page.locator(".topbar").is_visible() and not page.locator(".print-choices").is_visible()
+    assert page.locator(".drawn svg").first.is_visible()
+    rights = "[...document.querySelectorAll('.drawn svg')].map((e) => e.getBoundingClientRect().right)"
+    assert max(page.evaluate(rights)) <= width
+    assert page.evaluate("getComputedStyle(document.querySelector('.paper-table')).display") == "table"
+    assert page.evaluate("getComputedStyle(document.body).color") == "rgb(0, 0, 0)"
+    page.emulate_media(media="screen")
+    page.set_viewport_size({"width": 1280, "height": 800})
 
 
 def test_sixty_rows_are_printed_whole(page: Any) -> None:
@@ -133,9 +223,27 @@ def test_sixty_rows_are_printed_whole(page: Any) -> None:
     page.emulate_media(media="screen")
 
 
-def test_the_button_prints(page: Any) -> None:
-    page.goto(page.url_of("say-ball-colour-ja.xlsx"))
+def test_the_buttons_print_and_give_the_pdf(page: Any, tmp_path: Path) -> None:
+    drawn(page, "挨拶.md")
     page.evaluate("window.print = () => { window.printed = true }")
-    page.wait_for_selector("[data-print]:enabled", timeout=60_000)
-    page.get_by_role("button", name="Print").click()
+    page.get_by_role("button", name="Print this page").click()
     assert page.evaluate("window.printed") is True
+    page.get_by_label("Paper").select_option("letter")
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Get the PDF").click()
+    assert download.value.suggested_filename == "挨拶-protocol.pdf"
+    download.value.save_as(tmp_path / "made.pdf")
+    assert LETTER in (tmp_path / "made.pdf").read_bytes()
+    assert page.locator("[data-said]").inner_text() == "The PDF is made."
+    page.get_by_label("Language").select_option("en")
+    page.wait_for_selector(".protocol[lang=en]", timeout=60_000)
+    page.get_by_label("Compared with").select_option("book/complex-tracking.xlsx")
+    page.wait_for_selector("#changes", timeout=60_000)
+
+
+def test_trouble_with_the_pdf_is_told(page: Any) -> None:
+    drawn(page, "挨拶.md")
+    page.evaluate("document.querySelector('[name=against] option').value = 'version/99/挨拶.md'")
+    page.get_by_role("button", name="Get the PDF").click()
+    page.wait_for_selector("[data-said].is-error")
+    assert "no such version" in page.locator("[data-said]").inner_text()
