@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
@@ -24,6 +24,7 @@ from rrp_sheets.testing.words import failure_lines
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.atomic import refuse_workbook, write_atomically
 
+MOST_ROWS = 1_000  # a hundred and fifty pages; no board reads more, and Typst takes half a gigabyte for them
 MOST_CHANGES = 500
 _MOST_LINES = 6  # about one failed test
 _LONGEST = 20.0  # s that all tests may take
@@ -61,13 +62,15 @@ class Gathered:
 
 def print_pack(
     path: Path, target: Path, *, against: Path | None = None, paper: Paper = "a4", language: str = "",
-    draft: bool = False, today: date | None = None,
+    draft: bool = False, today: date | None = None, gathered: Callable[[], None] = lambda: None,
 ) -> Printed:  # fmt: skip
-    """Make the pack and write it; see `api.print_pack`."""
+    """Make the pack and write it; see `api.print_pack`. `gathered` is called when no formula is evaluated any more."""
     refuse_workbook(target, path)
     if against is not None:
         refuse_workbook(target, against)
-    made = make(path, against=against, paper=paper, language=language, draft=draft, today=today)
+    found = gather(path, against=against, language=language, draft=draft, today=today)
+    gathered()
+    made = _set(found, paper)
     try:
         write_atomically(target, made.data)
     except OSError as error:
@@ -84,7 +87,10 @@ def make(
     Raises:
         SheetsError: see `gather`; or the PDF cannot be set.
     """
-    found = gather(path, against=against, language=language, draft=draft, today=today)
+    return _set(gather(path, against=against, language=language, draft=draft, today=today), paper)
+
+
+def _set(found: Gathered, paper: Paper) -> Printed:
     data, notes = set_pack(found.pack, found.pictures, paper)
     return Printed(found.checked, data, notes)
 
@@ -97,11 +103,16 @@ def gather(
     Raises:
         UnreadableFile: one of the workbooks cannot be read.
         HasErrors: the workbook has errors and no draft is wanted.
+        SheetsError: it has too many rows.
     """
     reading = read(path)
     checked = check_workbook(reading.workbook, reading.report)
     if checked.report.errors and not draft:
         raise HasErrors(checked)
+    rows = sum(len(b.rows) for b in checked.workbook.behaviours)
+    if rows > MOST_ROWS:
+        message = f"The workbook has {rows:,} rows; at most {MOST_ROWS:,} can be printed."
+        raise SheetsError(message, "Divide it into several workbooks.")
     words = texts(language or checked.run.language)
     tests, note = _tested(checked, words)
     changes = _changes((reading, checked), against, words) if against is not None else None

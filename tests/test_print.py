@@ -18,7 +18,7 @@ from rrp_sheets import api
 from rrp_sheets.checks import check_workbook
 from rrp_sheets.cli.main import main
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.printing import make
+from rrp_sheets.printing import MOST_ROWS, make
 from rrp_sheets.render.pack import Pack, Print, make_pack
 from rrp_sheets.render.pack.model import Labelled
 from rrp_sheets.render.pack.setting import set_pack
@@ -311,6 +311,12 @@ def test_every_workbook_as_a_pdf(name, paper):
     assert all(f"{n} of {len(pages)}" in text or f"{n} / {len(pages)}" in text for n, text in enumerate(pages, 1))
     assert all(api.read(path).digest[:16] in text for text in pages)
     assert all(figure.alt for figure in tags(pdf).all("Figure"))
+
+
+def test_too_many_rows_are_refused(tmp_path):
+    rows = "".join(f"| Red ball | map | redBall.distance + {n} | D{n} | |\n" for n in range(MOST_ROWS + 1))
+    with pytest.raises(SheetsError, match="1,001 rows; at most 1,000 can be printed"):
+        make(workbook(tmp_path, rows), draft=True)
 
 
 @pytest.mark.soak

@@ -34,6 +34,7 @@ def command(
     from rrp_sheets.cli.check import print_findings
     from rrp_sheets.cli.main import fail
     from rrp_sheets.printing import HasErrors, print_pack
+    from rrp_sheets.runs.limits import lift_limit
 
     target = output or Path(file.resolve().name).with_suffix(".pdf")
     if target.suffix.casefold() != ".pdf":
@@ -41,7 +42,7 @@ def command(
     try:
         made = print_pack(
             file, target, against=against, paper="letter" if paper == "letter" else "a4", language=language or "",
-            draft=draft, today=day.date() if day else None,
+            draft=draft, today=day.date() if day else None, gathered=lift_limit,
         )  # fmt: skip
     except HasErrors as error:
         print_findings(error.checked.report.errors, err=True)
