@@ -1,0 +1,172 @@
+"""The page that looks back at a run, in a real browser: what one sees at a time is what was then."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+from chromium import let_in, violations
+from playwright.sync_api import expect
+from test_lookback import BOOK, events, go, rows_of_the_trace
+
+from rrp_sheets.runs.told import told
+from rrp_sheets.workbook.maker import make_workbook
+
+TWO = {
+    **BOOK,
+    "Other <b>": [
+        BOOK["Look"][0],
+        ["", "Yaw", "map", "yaw + 1", "More", ""],
+        ["", "More", "subscribe", "", "Print", ""],
+    ],
+}
+EDIT = {
+    "t": 2.0, "happening": "edit", "text": "distance < 0.95 → distance < 2", "by": "Aya", "row": "Look!4",
+    "detail": {"place": "Look!4", "was": "distance < 0.95", "now": "distance < 2"},
+}  # fmt: skip
+MARK = {"t": 2.5, "happening": "mark", "text": "<img src=x onerror=alert(1)>", "by": "Kai"}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A real run with an edit and a mark besides, and one without what was recorded beside the trace."""
+    made = tmp_path_factory.mktemp("books")
+    run = go(make_workbook(TWO, made / "look.xlsx"), made / "runs" / "one")
+    trace = run / "trace.jsonl"
+    header, *rest, summary = trace.read_text(encoding="utf-8").splitlines()
+    lines = sorted([*map(json.loads, rest), EDIT, MARK], key=lambda e: e["t"])
+    trace.write_text("\n".join([header, *map(json.dumps, lines), summary]) + "\n", encoding="utf-8")
+    shutil.copytree(run, made / "runs" / "old", ignore=shutil.ignore_patterns("poses*", "camera*"))
+    return made
+
+
+@pytest.fixture(scope="module")
+def page(browser: Any, url: str) -> Any:
+    context = browser.new_context(viewport={"width": 1280, "height": 800}, base_url=url)
+    let_in(context, url)
+    opened = context.new_page()
+    opened.problems = []
+    opened.on("pageerror", lambda error: opened.problems.append(str(error)))
+    return opened
+
+
+def look(page: Any, run: str, fragment: str = "") -> None:
+    page.goto("about:blank")
+    page.goto(f"/runs/{run}/lookback{fragment}")
+    expect(page.locator("#play")).to_be_enabled(timeout=20_000)
+    expect(page.locator(".ran-diagram svg").first).to_be_visible(timeout=20_000)
+
+
+def shown(page: Any) -> dict[str, str]:
+    """The value of each row of the first behaviour that is on."""
+    script = "rows => rows.map((r) => [`Look!${r.cells[0].textContent}`, r.querySelector('.value').textContent])"
+    return dict(page.locator("#sheet-0 tbody tr:not(.off)").evaluate_all(script))
+
+
+def words(place: Path, t: float) -> dict[str, str]:
+    """The same, computed from the trace alone."""
+    units = {"Look!2": "m", "Look!4": "m", "Look!5": "m"}
+    failed = {e["row"]: (e["t"], e["error"]) for e in events(place) if "error" in e and e["t"] <= t}
+    found = {
+        row: told(v, units.get(row, ""))
+        for row, (_, v) in rows_of_the_trace(place, t).items()
+        if not isinstance(v, dict)
+    }
+    return {**found, **{row: text for row, (_, text) in failed.items()}}
+
+
+def test_values_by_keyboard_at_times_are_those_of_the_trace(page: Any, folder: Path) -> None:
+    look(page, "one", "#t=1.2")
+    expect(page.locator("#now")).to_have_text("0:01.2")
+    slider = page.get_by_label("Time of the run")
+    slider.focus()
+    for key, t in (
+        ("ArrowRight", 1.3),
+        ("ArrowLeft", 1.2),
+        ("Home", 0.0),
+        ("PageUp", 3.6),
+        ("End", 3.6),
+        ("PageDown", 0.0),
+        ("ArrowUp", 0.1),
+    ):
+        page.keyboard.press(key)
+        expect(page.locator("#now")).to_have_text(f"0:{t:04.1f}")
+        mine, theirs = shown(page), words(folder / "runs" / "one", t)
+        assert {row: text for row, text in mine.items() if text != "none yet" and row != "Look!8"} == {
+            row: text for row, text in theirs.items() if row in mine
+        }, t
+    assert slider.get_attribute("aria-valuetext") == "0:00.1 of 0:03.6"
+    expect(page).to_have_url(re.compile("#t=0.1$"))
+
+
+def test_it_plays_and_stops_with_space_and_jumps_from_moment_to_moment(page: Any, folder: Path) -> None:
+    look(page, "one")
+    page.get_by_label("Speed").select_option("4")
+    page.locator("#time").focus()
+    page.keyboard.press("Space")
+    expect(page.locator("#play")).to_have_text("Pause")
+    expect(page.locator("#now")).to_have_text("0:03.6", timeout=20_000)
+    expect(page.locator("#play")).to_have_text("Play")
+    first = min(e["t"] for e in events(folder / "runs" / "one") if "error" in e)
+    page.locator("#time").press("Home")
+    page.keyboard.press(".")
+    expect(page.locator("#now")).to_have_text(f"0:{int(first * 10 + 1e-6) / 10:04.1f}")
+    page.get_by_role("button", name="Mark <img src=x onerror=alert(1)> by Kai").click()
+    expect(page.locator("#now")).to_have_text("0:02.5")
+    expect(page.locator("#moments [aria-current]")).to_contain_text("onerror")
+    assert page.locator("#moments img, .ticks img").count() == 0 and page.locator(".tick").count() >= 3
+    page.keyboard.press(",")
+    expect(page.locator("#now")).to_have_text("0:02.0")
+    assert page.problems == []
+
+
+def test_edits_are_in_place_the_diagram_is_lit_and_what_the_camera_saw_is_there(page: Any, folder: Path) -> None:
+    look(page, "one", "#t=2.4")
+    formula = page.locator("#r0-4 .formula")
+    expect(formula).to_have_text("distance < 2")
+    assert formula.get_attribute("data-edited") == "since 0:02.0, was distance < 0.95"
+    expect(page.locator("#sheet-0 svg [data-row='2'].lit")).to_be_visible()
+    expect(page.locator("#sheet-0 svg [data-row='3'].failed")).to_be_visible()
+    expect(page.locator("#eye img")).to_be_visible()
+    assert page.locator("#eye img").evaluate("e => e.decode().then(() => e.naturalWidth)") == 320
+    expect(page.locator("#eye rect.seen")).to_have_count(1)
+    expect(page.locator("#robot-facts")).to_contain_text("Red ball")
+    expect(page.locator("#said")).to_contain_text("There you are")
+    expect(page.locator("#curves canvas").first).to_be_visible()
+    page.locator("#time").press("Home")
+    expect(formula).to_have_text("distance < 0.95")
+    expect(page.locator("#said")).to_have_text(re.compile("Nothing was said yet"))
+    expect(page.locator("#sheet-0 svg .row.lit")).to_have_count(1)  # the joint's sensor gives a value at once
+    page.get_by_role("tab", name="Other <b>").click()
+    expect(page.locator("#sheet-1 svg [data-row='2'].lit")).to_be_visible(timeout=20_000)
+    assert violations(page) == []
+    assert page.problems == []
+
+
+def test_a_run_that_was_recorded_before_has_rows_and_diagram_and_says_what_is_missing(page: Any) -> None:
+    look(page, "old", "#t=2.4")
+    expect(page.get_by_text("How the robot stood was not recorded in this run.")).to_be_visible()
+    expect(page.get_by_text("No pictures of the camera were kept in this run.")).to_be_visible()
+    assert shown(page)["Look!2"].endswith(" m")
+    expect(page.locator("#said")).to_contain_text("There you are")
+
+
+def test_the_record_leads_there_and_what_is_not_there_is_told(page: Any, folder: Path) -> None:
+    page.goto("/runs/one")
+    page.get_by_role("link", name="look back at 0:02.5").click()
+    expect(page.locator("#now")).to_have_text("0:02.5")
+    (folder / "runs" / "bad").mkdir(exist_ok=True)
+    (folder / "runs" / "bad" / "trace.jsonl").write_text('{"type":"header","streams":[]}\nbroken\n')
+    page.goto("/runs/bad/lookback")
+    expect(page.locator("#trouble")).to_contain_text("is not a record of a run")
+    for address in (
+        "none/lookback",
+        "one/lookback/piece/99.json",
+        "one/lookback/picture/99.jpg",
+        "one/lookback/other/1.json",
+    ):
+        assert page.request.get(f"/runs/{address}").status in (404, 422), address
