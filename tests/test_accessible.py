@@ -213,7 +213,7 @@ SCREENS: dict[str, Callable[[Tour], None]] = {
     "runs": at("/runs"), "record": record, "replay": replay, "deleting runs": deleting,
     "versions": versions,
     "compare": at("/compare?first=all.xlsx&second=wrong.xlsx"),
-    "print": at("/book/all.xlsx/print"), "help": at("/help?topic=scene", "main.help-page"), "nothing there": at("/book/none.xlsx"),
+    "print": at("/book/all.xlsx/print", ".protocol"), "help": at("/help?topic=scene", "main.help-page"), "nothing there": at("/book/none.xlsx"),
     "refused": refused,
 }  # fmt: skip
 
