@@ -53,16 +53,16 @@ def write_table(
         if written >= _MOST_ROWS:
             number += 1
             sheet = _new_sheet(book, title if number == 1 else f"{title} {number}", widths, get_column_letter)
-            sheet.append([_head(WriteOnlyCell(sheet, name), Font, PatternFill) for name in header])
+            sheet.append([_head(WriteOnlyCell, sheet, name, Font, PatternFill) for name in header])
             written = 1
         sheet.append([_cell(WriteOnlyCell, sheet, value) for value in row])
         written += 1
     if sheet is None:
         sheet = _new_sheet(book, title, widths, get_column_letter)
-        sheet.append([_head(WriteOnlyCell(sheet, name), Font, PatternFill) for name in header])
+        sheet.append([_head(WriteOnlyCell, sheet, name, Font, PatternFill) for name in header])
     for one in more:
         sheet = _new_sheet(book, one.title, one.widths, get_column_letter)
-        sheet.append([_head(WriteOnlyCell(sheet, name), Font, PatternFill) for name in one.header])
+        sheet.append([_head(WriteOnlyCell, sheet, name, Font, PatternFill) for name in one.header])
         for row in one.rows:
             sheet.append([_cell(WriteOnlyCell, sheet, value) for value in row])
     for name, text in (properties or {}).items():
@@ -83,7 +83,9 @@ def _new_sheet(book: Any, title: str, widths: Sequence[float], letter: Any) -> A
     return sheet
 
 
-def _head(cell: Any, font: Any, fill: Any) -> Any:
+def _head(make: Any, sheet: Any, name: str, font: Any, fill: Any) -> Any:
+    cell = make(sheet, _text(name))
+    cell.data_type = "s"
     cell.font = font(name="Calibri", size=11, bold=True)
     cell.fill = fill("solid", fgColor="DDE6F0")
     return cell
@@ -92,9 +94,13 @@ def _head(cell: Any, font: Any, fill: Any) -> Any:
 def _cell(make: Any, sheet: Any, value: Any) -> Any:
     if value is None or isinstance(value, (int, float)):
         return value
-    text = _CONTROL.sub("\ufffd", str(value))[:_LONGEST]
+    text = _text(value)
     if not text.startswith("="):
         return text
     cell = make(sheet, text)
     cell.data_type = "s"  # after the value: a text that begins with = must not become a formula
     return cell
+
+
+def _text(value: Any) -> str:
+    return _CONTROL.sub("\ufffd", str(value))[:_LONGEST]

@@ -1,0 +1,256 @@
+"""Runs as tables, plots and contact sheets: what is in them, where they say that they come from, and hostile records."""
+
+from __future__ import annotations
+
+import csv
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import openpyxl
+import pytest
+from click.testing import CliRunner
+from PIL import Image
+from recorded import END, EVENT, HEADER, HOSTILE, write_run
+
+from rrp_sheets import api
+from rrp_sheets.cli.main import group
+from rrp_sheets.errors import SheetsError, UnreadableFile
+
+SVG = "{http://www.w3.org/2000/svg}"
+BALL = {"x": 0.1, "distance": 1.5, "colour": "red"}
+STAMP = ["Workbook", "Workbook SHA-256", "Program", "Mode", "Seed", "Operator", "Began"]
+
+
+def sensed(t: float, distance: float) -> dict[str, Any]:
+    return {"t": t, "stream": "Red ball", "row": "", "value": {**BALL, "distance": distance}}
+
+
+@pytest.fixture
+def session(tmp_path: Path) -> Path:
+    """A run with numbers, speech, a button, a mark, an error."""
+    return write_run(
+        tmp_path, "2026-a", HEADER, *(sensed(n / 10, 1 + n / 100) for n in range(40)),
+        {"t": 1.0, "stream": "Tracking!Distance", "row": "Tracking!2", "value": 0.5},
+        {"t": 1.5, "happening": "say", "text": "Hello", "row": "Tracking!3"},
+        {"t": 2.0, "happening": "press", "text": "Start", "by": "Aya"},
+        {"t": 2.5, "happening": "mark", "text": "Kai laughs", "by": "Aya"},
+        {"t": 3.0, "row": "Tracking!4", "error": "This divides by zero.", "code": "FORM101", "inputs": []},
+        {"t": 3.5, "stream": "Tracking!Distance", "row": "Tracking!2", "value": 0.75}, END,
+    )  # fmt: skip
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8-sig", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+# ---- tables ----
+
+
+def test_a_csv_says_in_every_row_where_it_comes_from(session: Path, tmp_path: Path) -> None:
+    target = tmp_path / "run.csv"
+    assert api.export([session], target) == []
+    assert target.read_bytes().startswith(
+        b"\xef\xbb\xbfTime (s),Kind,Stream,Row,Value,Message,By,x (rad),distance (m),"
+    )
+    rows = rows_of(target)
+    assert len(rows) == 46
+    for row in rows:
+        assert [row[n] for n in STAMP] == ["good.md", "0" * 64, "RRP Sheets 0.2.0", "simulated", "7", "Aya",
+                                           "2026-11-02 09:05:00+00:00"]  # fmt: skip
+        assert (row["Run"], row["Participant"], row["Condition"]) == ("2026-a", "P-01", "Control")
+    assert (rows[3]["Time (s)"], rows[3]["distance (m)"], rows[3]["colour"]) == ("0.3", "1.03", "red")
+    assert [(r["Kind"], r["Message"], r["By"]) for r in rows if r["Message"]] == [
+        ("say", "Hello", ""), ("press", "Start", "Aya"), ("mark", "Kai laughs", "Aya"),
+        ("error", "This divides by zero.", ""),
+    ]  # fmt: skip
+
+
+def test_a_study_is_one_long_table(session: Path, tmp_path: Path) -> None:
+    other = write_run(
+        tmp_path, "2026-b", HEADER | {"participant": "P-02", "condition": "寒い", "mode": "pilot"}, EVENT, END
+    )
+    notes = api.export([session, other / "trace.jsonl"], tmp_path / "study.csv")
+    assert notes == ["A pilot, whose data never counts as a session: 2026-b. See the column Mode."]
+    rows = rows_of(tmp_path / "study.csv")
+    assert list(rows[0])[:4] == ["Run", "Participant", "Condition", "Time (s)"]
+    assert {(r["Run"], r["Participant"], r["Condition"], r["Mode"]) for r in rows} == {
+        ("2026-a", "P-01", "Control", "simulated"), ("2026-b", "P-02", "寒い", "pilot"),
+    }  # fmt: skip
+    assert rows[-1]["Value"] == "1.5" and rows[-1]["distance (m)"] == ""
+    api.export([session, other], tmp_path / "study.xlsx")
+    book = openpyxl.load_workbook(tmp_path / "study.xlsx", read_only=True)
+    assert book.sheetnames == ["runs", "About these runs", "Streams"]
+    about = list(book["About these runs"].iter_rows(values_only=True))
+    assert about[0][:3] == ("Run", "Workbook", "Workbook SHA-256") and [r[0] for r in about[1:]] == ["2026-a", "2026-b"]
+
+
+def test_an_xlsx_has_numbers_and_a_sheet_about_the_run(session: Path, tmp_path: Path) -> None:
+    api.export([session], tmp_path / "run.xlsx")
+    book = openpyxl.load_workbook(tmp_path / "run.xlsx")
+    assert book.sheetnames == ["run", "About this run", "Streams"]
+    sheet = book["run"]
+    assert sheet.cell(2, 1).value == 0 and sheet.cell(5, 9).value == 1.03 and sheet.freeze_panes == "A2"
+    about = {a: b for a, b in book["About this run"].iter_rows(values_only=True)}  # noqa: C416
+    assert about["Workbook SHA-256"] == "0" * 64 and about["Participant"] == "P-01" and about["Run"] == "2026-a"
+    assert ["Red ball", "sensor", "RedBall", "x: rad, y: rad, width: rad, height: rad, distance: m"] in [
+        list(r) for r in book["Streams"].iter_rows(values_only=True)
+    ]
+    assert "P-01" in book.properties.description and book.properties.title == "Run 2026-a of good.md"
+
+
+def test_texts_are_never_formulas(tmp_path: Path) -> None:
+    bad = '=HYPERLINK("http://evil.example")'
+    place = write_run(tmp_path, bad.replace("/", "-"), HEADER | {"participant": bad, "name": "@evil.xlsx"},
+                      EVENT | {"value": bad, "stream": "+1"}, EVENT | {"value": {"=1+1": "-2", "n": -2}}, END)  # fmt: skip
+    api.export([place], tmp_path / "t.csv")
+    first, second = rows_of(tmp_path / "t.csv")
+    assert (first["Value"], first["Stream"], first["Participant"], first["Workbook"]) == (
+        f"'{bad}", "'+1", f"'{bad}", "'@evil.xlsx",
+    )  # fmt: skip
+    assert first["Run"].startswith("'=") and second["n"] == "-2" and second["'=1+1"] == "'-2"
+    api.export([place], tmp_path / "t.xlsx")
+    for sheet in openpyxl.load_workbook(tmp_path / "t.xlsx"):
+        assert {cell.data_type for row in sheet.iter_rows() for cell in row} <= {"s", "n", "inlineStr"}
+
+
+# ---- pictures ----
+
+
+def words_in(svg: Path) -> list[str]:
+    return [e.text or "" for e in ET.parse(svg).iter(f"{SVG}text")]
+
+
+def test_plots_have_one_axis_a_line_per_stream_and_what_happened(session: Path, tmp_path: Path) -> None:
+    api.export([session], tmp_path / "p.svg")
+    words = words_in(tmp_path / "p.svg")
+    assert words[0] == "good.md, P-01, Control, 2026-11-02 09:05"
+    for expected in ("Distance", "Red ball.distance", "in m", "sensor, 40 values", "Said", "Hello", "Button", "Start",
+                     "Mark", "Kai laughs", "Error", "This divides by zero.", "Time (s)", "1.39"):  # fmt: skip
+        assert expected in words
+    assert words[-1].startswith("good.md · 000000000000 · RRP Sheets 0.2.0 · simulated · seed 7 · P-01 · Control")
+    told = {e.get("name"): e.text for e in ET.parse(tmp_path / "p.svg").iter("{urn:rrp-sheets:about}entry")}
+    assert told["Workbook SHA-256"] == "0" * 64 and told["Participant"] == "P-01"
+    ways = [e.get("d", "") for e in ET.parse(tmp_path / "p.svg").iter(f"{SVG}path") if "#1f5fa8" in e.attrib.values()]
+    assert [way.count("L") for way in ways] == [39, 39]  # its x never changes: a level line
+    assert len({piece.split()[1] for piece in ways[0][1:].split("L")}) == 1
+    dots = [e for e in ET.parse(tmp_path / "p.svg").iter(f"{SVG}circle") if e.get("fill") == "#2e7d32"]
+    assert len(dots) == 2  # two values far apart are no curve
+
+
+def test_only_the_streams_that_were_named(session: Path, tmp_path: Path) -> None:
+    api.export([session], tmp_path / "p.svg", streams=["red  BALL.distance"])
+    assert "Red ball.distance" in words_in(tmp_path / "p.svg") and "Distance" not in words_in(tmp_path / "p.svg")
+    with pytest.raises(SheetsError, match="No stream called Blue ball") as caught:
+        api.export([session], tmp_path / "p.svg", streams=["Blue ball"])
+    assert "Distance, Red ball.x, Red ball.distance" in caught.value.remedy
+
+
+def test_a_line_does_not_go_across_a_gap(tmp_path: Path) -> None:
+    times = [*(n / 10 for n in range(30)), *(20 + n / 10 for n in range(30))]
+    place = write_run(tmp_path, "gap", HEADER, *(EVENT | {"t": t, "value": t} for t in times), END)
+    api.export([place], tmp_path / "g.svg")
+    ways = [e for e in ET.parse(tmp_path / "g.svg").iter(f"{SVG}path") if e.get("stroke") == "#2e7d32"]
+    assert [e.get("d", "").count("L") for e in ways] == [29, 29]
+
+
+def film(place: Path, seconds: int) -> None:
+    from rrp_sheets.sim.film import Shot
+    from rrp_sheets.sim.strip import write_film
+
+    outside = np.full((320, 560, 3), 200, np.uint8)
+    shots = [
+        Shot(n * 1_000_000, outside, outside[:96, :128], "", (1, 0, 0), f"moment {n}", 0.0) for n in range(seconds)
+    ]
+    write_film(place / "film.gif", shots)
+
+
+def test_a_contact_sheet_shows_moments_with_what_happened(session: Path, tmp_path: Path) -> None:
+    film(session, 5)
+    api.export([session], tmp_path / "c.svg", what="contact")
+    words = words_in(tmp_path / "c.svg")
+    assert len(list(ET.parse(tmp_path / "c.svg").iter(f"{SVG}image"))) == 5
+    at = words.index("2.0 s")
+    assert words[at : at + 4] == ["2.0 s", "mark: Kai laughs", "button Start", "3.0 s"]
+    api.export([session], tmp_path / "c.png")
+    with Image.open(tmp_path / "c.png") as picture:
+        assert picture.width > 1500 and "Workbook SHA-256: " + "0" * 64 in picture.text["Description"]  # type: ignore[attr-defined]
+    api.export([session], tmp_path / "c.pdf", what="contact")
+    import pypdf
+
+    about = pypdf.PdfReader(tmp_path / "c.pdf")
+    assert about.metadata is not None and "Participant: P-01" in (about.metadata.subject or "")
+    assert "Kai laughs" in about.pages[0].extract_text()
+
+
+def test_a_film_that_is_none_is_told(session: Path, tmp_path: Path) -> None:
+    with pytest.raises(SheetsError, match="has no film"):
+        api.export([session], tmp_path / "c.png")
+    (session / "film.gif").write_bytes(b"GIF89a no film")
+    with pytest.raises(UnreadableFile, match="is no film of a run"):
+        api.export([session], tmp_path / "c.png")
+
+
+def test_hostile_names_are_text_in_every_picture(tmp_path: Path) -> None:
+    header = HEADER | {"participant": HOSTILE, "name": "a" * 300, "condition": "\u202eタロウ\x00", "streams": [
+        {"stream": HOSTILE, "kind": HOSTILE, "device": None}]}  # fmt: skip
+    lines = [EVENT | {"stream": HOSTILE, "value": {HOSTILE: v, "y" * 300: v}, "t": v} for v in range(9)]
+    marks = [{"t": 2.0, "happening": k, "text": HOSTILE * 20} for k in ("say", "mark", "press", "what", HOSTILE)]
+    place = write_run(tmp_path, "x", header, *lines, *marks, END)
+    api.export([place], tmp_path / "p.svg")
+    root = ET.parse(tmp_path / "p.svg").getroot()
+    assert {e.tag.rpartition("}")[2] for e in root.iter()} <= {
+        "svg", "title", "desc", "metadata", "about", "entry", "rect", "text", "path", "circle",
+    }  # fmt: skip
+    assert any("<script>" in (e.text or "") for e in root.iter())
+    api.export([place], tmp_path / "t.xlsx")
+
+
+# ---- what goes wrong ----
+
+
+def test_what_cannot_be_exported_is_told_with_a_remedy(session: Path, tmp_path: Path) -> None:
+    other = write_run(tmp_path, "b", HEADER, EVENT, END)
+    broken = write_run(tmp_path, "c", "PK garbage")
+    for runs, target, more, message in (
+        ([session], "run.doc", {}, "cannot be exported as “.doc”"),
+        ([session], "run", {}, "cannot be exported as “run”"),
+        ([session, other], "p.svg", {}, "A picture is of one run"),
+        ([session], "p.svg", {"what": "table"}, "“p.svg” cannot hold a table"),
+        ([session], "p.csv", {"what": "plots"}, "“p.csv” cannot hold a plots"),
+        ([session], "p.csv", {"streams": ["x"]}, "chosen for plots"),
+        ([session, session], "p.csv", {}, "is named twice"),
+        ([broken], "p.csv", {}, "is not a record of a run"),
+        ([tmp_path / "none"], "p.csv", {}, "There is no run"),
+        ([session], "no/such/folder/p.csv", {}, "cannot be written"),
+        ([session], "runs/2026-a/protocol.xlsx", {}, "belongs to the record"),
+        ([other], "p.svg", {}, "has no numbers that change"),
+    ):
+        with pytest.raises(SheetsError) as caught:
+            api.export(runs, tmp_path / target, **more)  # type: ignore[arg-type]
+        assert message in caught.value.message and caught.value.remedy, message
+    assert not list(tmp_path.glob("*.part"))
+
+
+def test_a_record_that_was_cut_off_gives_what_it_has(tmp_path: Path) -> None:
+    place = write_run(tmp_path, "cut", HEADER, EVENT, EVENT, '{"t": 1.0, "stre')
+    for suffix in ("csv", "xlsx"):
+        api.export([place], tmp_path / f"t.{suffix}")
+    assert len(rows_of(tmp_path / "t.csv")) == 2
+
+
+def test_a_record_that_is_damaged_in_its_middle_leaves_no_half_file(tmp_path: Path) -> None:
+    place = write_run(tmp_path, "x", HEADER, EVENT, "garbage", EVENT, END)
+    for suffix in ("csv", "xlsx", "svg"):
+        with pytest.raises(UnreadableFile):
+            api.export([place], tmp_path / f"t.{suffix}")
+    assert not list(tmp_path.glob("t.*"))
+
+
+def test_the_command(session: Path, tmp_path: Path) -> None:
+    result = CliRunner().invoke(group, ["export", str(session), "-o", str(tmp_path / "a.csv")])
+    assert result.exit_code == 0 and result.output == f"Written: {tmp_path / 'a.csv'}\n"
+    helped = CliRunner().invoke(group, ["export", "--help"]).output
+    assert "Exit code" in helped and "study.csv" in helped
