@@ -116,6 +116,8 @@ def test_choices_colours_postures_and_gestures_have_japanese_names() -> None:
     words = robot.devices["gesture"].words("ja")
     assert [n for n in (*robot.postures, *robot.gestures) if words.name(n) == n] == []
     choices = {c for d in robot.devices.values() for s in d.settings.values() for c in s.choices}
+    settings = {s.name for d in robot.devices.values() for s in d.settings.values()}
+    assert [s for s in sorted(settings) if words.setting(s) == s] == []
     assert [c for c in sorted({*choices, *robot.touch_zones}) if words.value(c) == c] == []
 
 

@@ -1,7 +1,7 @@
-"""A robot's words in other languages: `robots/<name>/ja.toml` beside its catalogue. What is missing there stays English.
+"""A robot's words in other languages: `robots/<name>/ja.toml` beside its catalogue; what is missing there is English.
 
-`[values]` translates what the catalogue's settings may say (colours, zones), `[names]` its postures and gestures,
-`[fields.<name>]` the fields of all records,
+`[values]` translates what the catalogue's settings may say (colours, zones), `[settings]` the names of the settings,
+`[names]` the postures and gestures, `[fields.<name>]` the fields of all records,
 `[device.<Name>]` a device: its title, help, `says` and `takes`, and fields of its own that mean something else.
 """
 
@@ -18,6 +18,8 @@ from rrp_sheets.model.languages import LANGUAGES
 from rrp_sheets.model.names import key
 
 Table = Mapping[str, Any]
+_OURS = ("choice", "colour", "zone", "truth")  # kinds of settings whose words are the catalogue's own
+_NAMED = ("posture", "gesture")
 
 
 @dataclass(frozen=True)
@@ -29,6 +31,7 @@ class DeviceWords:
         fields: name and help of its record's fields, by their keys.
         values: what its settings may say, by the key of the English word.
         names: what the postures and gestures of the robot are called, by the key of their names.
+        settings: what the settings are called, by their keys.
     """
 
     title: str = ""
@@ -38,10 +41,19 @@ class DeviceWords:
     fields: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     values: Mapping[str, str] = field(default_factory=dict)
     names: Mapping[str, str] = field(default_factory=dict)
+    settings: Mapping[str, str] = field(default_factory=dict)
 
     def name(self, text: str) -> str:
         """What a posture or a gesture of the robot is called; any other text as it is."""
         return self.names.get(key(text), text)
+
+    def said(self, text: str, kind: str) -> str:
+        """What a setting of a kind (`choice`, `text`, …) says: the catalogue's words translated, users' as they are."""
+        return self.name(text) if kind in _NAMED else self.value(text) if kind in _OURS else text
+
+    def setting(self, name: str) -> str:
+        """What a setting is called."""
+        return self.settings.get(key(name), name)
 
     def value(self, text: str) -> str:
         """A word of the catalogue in this language; any other text as it is."""
@@ -62,12 +74,12 @@ def _words(table: Table, device: str) -> DeviceWords:
                     _text({**_table(shared, name), **_table(own, name)}, "help"))
         for name in dict.fromkeys([*shared, *own])
     }  # fmt: skip
-    values, names = (
+    values, names, settings = (
         {key(name): text for name, text in _table(table, part).items() if isinstance(text, str)}
-        for part in ("values", "names")
+        for part in ("values", "names", "settings")
     )
     title, about, says, takes = (_text(mine, name) for name in ("title", "help", "says", "takes"))
-    return DeviceWords(title, about, says, takes, fields, values, names)
+    return DeviceWords(title, about, says, takes, fields, values, names, settings)
 
 
 @lru_cache(maxsize=8)

@@ -19,8 +19,6 @@ from rrp_sheets.render.measure import clean
 from rrp_sheets.render.texts import Texts
 from rrp_sheets.render.words import FieldNames
 
-_OURS = ("choice", "colour", "zone", "truth")  # kinds of settings whose words are the catalogue's own
-_NAMED = ("posture", "gesture")
 _CONDITIONS = re.compile(r"\s*((?:\w+=[\w ]*)(?:,\s*\w+=[\w ]*)*):\s+(.*)", re.DOTALL)
 
 
@@ -58,9 +56,7 @@ def _shown(value: object, kind: str, words: DeviceWords, texts: Texts) -> object
     """A setting as it is printed: words of the catalogue in the language, users' texts as they are."""
     if kind == "duration" and isinstance(value, int):
         return texts.duration(value)
-    if not isinstance(value, str):
-        return value
-    return words.name(value) if kind in _NAMED else words.value(value) if kind in _OURS else value
+    return words.said(value, kind) if isinstance(value, str) else value
 
 
 def source_of(content: Content, graph: Graph, texts: Texts) -> str:

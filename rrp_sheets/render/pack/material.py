@@ -42,7 +42,9 @@ def _devices(source: Source) -> Sheet:
         words = kind.words(source.words.language)
         settings = [
             source.get(
-                "material.setting", name=setting.name, value=_value(source, stream.settings.get(name), setting, words)
+                "material.setting",
+                name=words.setting(setting.name),
+                value=_value(source, stream.settings.get(name), setting, words),
             )
             for name, setting in kind.settings.items()
             if stream.settings.get(name) not in (None, "", False)
@@ -57,9 +59,11 @@ def _value(source: Source, value: Value, setting: Setting, words: DeviceWords) -
         return source.words.duration(value)
     if isinstance(value, (tuple, list)):
         return source.words.in_a_row([str(v) for v in value])
+    if setting.kind == "language" and isinstance(value, str):
+        return words.value(source.checked.robot.languages.get(value, value))
     if isinstance(value, str):
-        return words.value(value)
-    return f"{show(value)} {setting.unit}".strip()
+        return words.said(value, setting.kind)
+    return f"{show(value)} {words.value(setting.unit)}".strip()
 
 
 def _helpers(source: Source) -> Sheet:
