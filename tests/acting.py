@@ -100,7 +100,8 @@ class Run:
         settings = RunSettings(seconds=seconds, fast=not paced, out=folder / name, everything=everything)
         self.result = run(reading, checked, settings, script, world, control=script.control)
         self.text = (folder / name / "trace.jsonl").read_text()
-        self.lines = [json.loads(line) for line in self.text.splitlines()]
+        lines = self.text.split("\n")  # not splitlines: what people write may hold other breaks, such as U+0085
+        self.lines = [json.loads(line) for line in lines if line]
 
     def happened(self, *kinds):
         """The lines of what people did."""

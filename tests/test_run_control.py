@@ -9,12 +9,13 @@ import time
 import pytest
 from acting import Run, Script, wish
 from hypothesis import HealthCheck, given, settings
+from hypothesis import example as also
 from hypothesis import strategies as st
 from play import check, example, rows
 
 from rrp_sheets.model.scene import SceneAction
-from rrp_sheets.runs.records.tidy import tidy
 from rrp_sheets.runs.marbles import trace_scores
+from rrp_sheets.runs.records.tidy import tidy
 from rrp_sheets.runs.starting import start_of
 from rrp_sheets.runs.watchdog import Watchdog
 from rrp_sheets.runtime.pace import Pace, Showing
@@ -340,6 +341,7 @@ ACTS = st.one_of(
 
 
 @given(st.lists(st.tuples(st.integers(0, 12), ACTS), max_size=12))
+@also([(1, wish("mark", note="two\x85\u2028lines"))])
 @settings(
     max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
 )

@@ -60,7 +60,7 @@ class Play:
                         self.dones.append(got)
             self.state = world.state()
         finally:
-            world.stop()
+            world.kill()
 
     @property
     def short(self) -> list[tuple[str, Any, bool]]:

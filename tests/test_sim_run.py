@@ -85,7 +85,7 @@ def play(
         if before_stop is not None:
             before_stop(world)
     finally:
-        world.stop()
+        (world.stop if out else world.kill)()  # only the files want the robot at its rest
     return played
 
 
