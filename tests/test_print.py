@@ -244,7 +244,7 @@ def test_changes_since_the_approved_version_on_letter_paper(tmp_path, monkeypatc
     devices = "## Devices\n| Stream | Device | Name |\n|---|---|---|\n| Nod | Gesture | Nod |\n"
     now = workbook(tmp_path, more, "now.md", protocol="| Version | 1.1 |", rest=devices)
     monkeypatch.chdir(tmp_path)
-    done = run("print", now, "--against", before, "--paper", "letter", "--date", "2026-01-02")
+    done = run("print", "now.md", "--against", before, "--paper", "letter", "--date", "2026-01-02")
     assert done == (0, "Printed: now.pdf\n")
     pdf = read_pdf((tmp_path / "now.pdf").read_bytes())
     assert [round(float(x)) for x in pdf.pages[0].mediabox[2:]] == [612, 792]
@@ -266,7 +266,7 @@ def test_a_workbook_with_errors_is_printed_as_a_draft_only(tmp_path, monkeypatch
     assert not (tmp_path / "w.pdf").exists()
     with pytest.raises(SheetsError, match="has errors"):
         api.print_pack(broken, tmp_path / "w.pdf")
-    code, said = run("print", broken, "--draft")
+    code, said = run("print", "w.md", "--draft")
     assert code == 1 and "Printed: w.pdf" in said
     pages = texts_of(read_pdf((tmp_path / "w.pdf").read_bytes()))
     assert all("DRAFT" in page for page in pages)

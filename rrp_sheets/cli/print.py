@@ -14,7 +14,7 @@ from rrp_sheets.model.languages import LANGUAGES
 
 @click.command(name="print")
 @click.argument("file", type=Workbook())
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="the PDF; by default FILE's name with .pdf")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="the PDF; by default beside FILE, with its name")
 @click.option("--against", metavar="APPROVED", type=Workbook(), help="mark what changed since then")
 @click.option("--paper", type=click.Choice(["a4", "letter"]), default="a4", show_default=True, help="the paper's size")
 @click.option("--language", type=click.Choice(list(LANGUAGES)), default=None, help="by default the Protocol's")
@@ -36,7 +36,7 @@ def command(
     from rrp_sheets.printing import HasErrors, print_pack
     from rrp_sheets.runs.limits import lift_limit
 
-    target = output or Path(file.resolve().name).with_suffix(".pdf")
+    target = output or (file if file.name else file.resolve()).with_suffix(".pdf")
     if target.suffix.casefold() != ".pdf":
         raise click.UsageError("The file ends with .pdf: rrp-sheets print FILE -o protocol.pdf")
     try:

@@ -22,7 +22,8 @@ from rrp_sheets.web.looks import Look
 
 Word = dict[str, str]
 FIELDS = (
-    "Title", "Authors", "Version", "Purpose", "Participants", "Ethics reference", "Contact", "Data kept", "Retention",
+    "Title", "Authors", "Version", "Purpose", "Participants", "Ethics reference", "Contact", "What happens",
+    "Data kept", "Retention", "Consent", "Withdrawal", "Deletion", "Participants are told",
     "Robot", "Engine", "Frame rate", "Run", "Seed", "Time limit", "Face memory", "Camera pictures", "Language",
 )  # fmt: skip
 
