@@ -174,6 +174,12 @@ def record(tour: Tour) -> None:
     tour.open(address, "#marbles svg")
 
 
+def lookback(tour: Tour) -> None:
+    tour.open("/runs")
+    address = tour.page.locator("main a[href^='/runs/']").first.get_attribute("href")
+    tour.open(f"{address}/lookback#t=1.5", ".ran-diagram svg")
+
+
 def replay(tour: Tour) -> None:
     tour.open("/runs")
     address = tour.page.locator("main a[href^='/runs/']").first.get_attribute("href")
@@ -210,7 +216,7 @@ SCREENS: dict[str, Callable[[Tour], None]] = {
     "sheet with problems": wrong, "editing with suggestions": editing, "menu of rows": menu, "find": finding,
     "name": naming, "help in the grid": helped, "conflict": conflict,
     "run dialog": asked, "run panel, running": running, "run panel, paused": paused, "run panel, ended": ended,
-    "runs": at("/runs"), "record": record, "replay": replay, "deleting runs": deleting,
+    "runs": at("/runs"), "record": record, "looking back": lookback, "replay": replay, "deleting runs": deleting,
     "versions": versions,
     "compare": at("/compare?first=all.xlsx&second=wrong.xlsx"),
     "print": at("/book/all.xlsx/print", ".protocol"), "help": at("/help?topic=scene", "main.help-page"), "nothing there": at("/book/none.xlsx"),

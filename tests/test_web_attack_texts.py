@@ -94,6 +94,7 @@ def addresses() -> list[str]:
         f"/book/{asked}/print", f"/runs/{asked}", f"/{asked}", f"{book('<b>broken<b>.xlsx')}", "/compare",
         f"{book(NAME)}/run/{quote(SHEET, safe='')}", f"/?sort={asked}", f"{book(NAME)}/sheet/{asked}",
         f"{book('good.xlsx')}/versions", f"/runs/{asked}/marbles",
+        f"{run}/lookback", f"{run}/lookback/overview.json", f"{run}/lookback/piece/0.json", f"{run}/lookback/diagram/0",
         f"{run}/replay", f"{run}/replay?with={asked}", f"{run}/replay/result?with=book/{quote(NAME, safe='')}",
     ]  # fmt: skip
 

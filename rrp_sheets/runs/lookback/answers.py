@@ -82,7 +82,8 @@ _ANSWERS: dict[str, Callable[[Path, int], str]] = {
 
 
 def _json(data: Any) -> str:
-    return json.dumps(data, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    text = json.dumps(data, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    return text.replace("<", "\\u003c")  # as markup it would mean nothing, wherever it came to stand
 
 
 # ---- kept while the files are the same
