@@ -48,4 +48,4 @@ def test_nothing_overlaps(name: str) -> None:
         found = [e for e in lane.iter("rect") if e.get("class") == "marble"]
         spans = sorted((float(e.get("x", 0)), float(e.get("x", 0)) + float(e.get("width", 0))) for e in found)
         assert all(a[1] < b[0] for a, b in pairwise(spans))
-        assert all(52 <= a and b <= float(root.get("width", 0)) for a, b in spans)
+        assert all(a >= 52 and b <= float(root.get("width", 0)) for a, b in spans)

@@ -100,7 +100,8 @@ def _first(results: Results, sheet: str) -> Tested | None:
 
 
 def _missed(row: Missed) -> MissedLine:
-    return MissedLine(row.number, f"{row.ms / 1000:g} s", row.stream, row.expected, row.got, row.notes, row.hints)
+    expected = "any value" if row.expected.strip().casefold() == "any" else row.expected
+    return MissedLine(row.number, f"{row.ms / 1000:g} s", row.stream, expected, row.got, row.notes, row.hints)
 
 
 def _notes(results: Results) -> list[str]:
