@@ -227,7 +227,9 @@ def _runs(here: Sequence[Difference], *, spoken: bool) -> Iterator[list[Differen
 def _robot_line(run: Sequence[Difference], found: Replayed) -> Told:
     first, last = run[0], run[-1]
     row = first.came_row or first.row
-    when = _s(_when(first)) if len(run) == 1 else f"{_s(_when(first))[:-2]} to {_s(_when(last))}"
+    when = _s(_when(last), 2)
+    if len(run) > 1:
+        when = f"{_s(_when(first), 2).removesuffix(' s')} to {when}"
     words = _spoken_words(first, found) if first.stream in found.spoken else _given_words(run, found)
     return Told(when, _when(first), f"{words} ({in_words(row)})", row)
 
@@ -314,10 +316,10 @@ def _value(value: Any) -> Any:
     return [_value(v) for v in value] if isinstance(value, list) else value
 
 
-def _s(us: int) -> str:
-    """A time of the run.
+def _s(us: int, digits: int = 3) -> str:
+    """A time of the run, to so many digits.
 
     >>> _s(12_400_000), _s(33_333), _s(600_000_000)
     ('12.4 s', '0.033 s', '600 s')
     """
-    return f"{round(us / 1e6, 3):,.10g} s".replace(",", "")
+    return f"{round(us / 1e6, digits):.10g} s"
