@@ -160,7 +160,7 @@ def pair_page(runs: Runs, library: Library, archive: Clerk, chosen: Sequence[str
         raise SheetsError(f"{len(names) or 'No'} run{'' if len(names) == 1 else 's'} chosen.",
                           "Tick two runs in the list of runs, and compare them.")  # fmt: skip
     places = [runs.place(name) for name in names]
-    facts = sorted(runs.facts(names), key=lambda f: f.began.timestamp() if f.began else 0.0)
+    facts = sorted(runs.facts(names), key=lambda f: (f.began.timestamp() if f.began else 0.0, f.run))
     places.sort(key=lambda p: [f.run for f in facts].index(p.name))
     books = set(library.names())
     lines = (line_of(facts[0], books), line_of(facts[1], books))

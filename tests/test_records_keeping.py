@@ -1,0 +1,162 @@
+"""Runs in the browser: exported, side by side, deleted; the requests, and once by hand."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browser import HOME, get, visit
+from chromium import let_in, violations
+from flask.testing import FlaskClient
+from playwright.sync_api import expect
+from recorded import END, EVENT, HEADER, HOSTILE, write_run
+from test_export import film
+from werkzeug.test import TestResponse
+
+OTHER = HEADER | {"participant": "P-02", "workbook": "1" * 64, "condition": "Warm"}
+OURS = {"X-RRP": "grid", "Origin": HOME}
+
+
+def numbers(first: float, count: int) -> list[dict[str, Any]]:
+    return [EVENT | {"t": first + n / 10, "value": n + first} for n in range(count)]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("kept")
+    write_run(made, "1-a", HEADER, *numbers(0.5, 40), END)
+    write_run(made, "2-b", OTHER, *numbers(1.0, 30), {"t": 2.0, "row": "T!3", "error": "No.", "inputs": []}, END)
+    film(made / "runs" / "2-b", 5)
+    for name in ("3-c", "4-d"):
+        write_run(made, name, HEADER | {"participant": "P-03"}, EVENT, END)
+    return made
+
+
+@pytest.fixture(scope="module")
+def client(folder: Path) -> FlaskClient:
+    return visit(folder)
+
+
+def send(client: FlaskClient, **form: Any) -> TestResponse:
+    return client.post("/runs/delete/now", base_url=HOME, headers=OURS, data=form)
+
+
+# ---- exports ----
+
+
+def test_pictures_and_tables_are_made_when_they_are_asked_for(client: FlaskClient) -> None:
+    for name, kind, begins in (
+        ("plots.svg", "image/svg+xml", b"<svg"), ("plots.pdf", "application/pdf", b"%PDF"), ("contact.png", "image/png", b"\x89PNG"),
+    ):  # fmt: skip
+        answer = get(client, f"/runs/2-b/{name}?take=1")
+        assert (answer.status_code, answer.mimetype) == (200, kind) and answer.data.startswith(begins)
+        assert f"filename=2-b-{name}" in answer.headers["Content-Disposition"]
+        assert b"1" * 64 in answer.data or name == "plots.pdf"
+    answer = get(client, "/runs/table.csv?run=1-a&run=2-b&run=1-a")
+    rows = list(csv.DictReader(io.StringIO(answer.data.decode("utf-8-sig"))))
+    assert len(rows) == 71 and {r["Run"] for r in rows} == {"1-a", "2-b"}
+    assert get(client, "/runs/table.xlsx?run=1-a").data.startswith(b"PK")
+    assert "No run is chosen" in get(client, "/runs/table.xlsx").text
+    for address in ("/runs/none/plots.svg", "/runs/2-b/plots.doc"):
+        assert get(client, address).status_code == 404
+    assert "There is no run “../x” here" in get(client, "/runs/table.csv?run=../x").text
+    assert "has no film" in get(client, "/runs/1-a/contact.png").text
+
+
+def test_the_page_of_a_run_leads_to_all_of_it(client: FlaskClient) -> None:
+    text = get(client, "/runs/2-b").text
+    for address in re.findall(r'(?:href|src)="(/runs/[^"#]+)"', text):
+        assert get(client, address.replace("&amp;", "&")).status_code == 200, address
+    assert "/runs/2-b/contact.png" in text and "/runs/delete?participant=P-02" in text
+
+
+def test_the_list_by_participant(client: FlaskClient) -> None:
+    text = get(client, "/runs?participant=P-03").text
+    assert text.count('name="run"') == 2 and "Delete the runs of P-03" in text
+
+
+# ---- two runs ----
+
+
+def test_two_runs_side_by_side(client: FlaskClient) -> None:
+    text = get(client, "/runs/pair?run=2-b&run=1-a").text
+    found = [re.sub(r"<[^>]*>|\s+", " ", row).split() for row in re.findall(r"<tr.*?</tr>", text, re.DOTALL)]
+    assert ["Tracking!Distance", "stream", "40", "30", "0:00.5", "0:01.0"] in found
+    assert ["T!3:", "error", "error", "not", "in", "it", "1", "–", "0:02.0"] in found
+    assert ["Participant", "P-01", "P-02"] in found and ["Condition", "Control", "Warm"] in found
+    assert 'href="/compare?first=run/1-a&amp;second=run/2-b"' in text
+    dashed = re.findall(r'<path d="M[^"]*" fill="none"[^>]*stroke-dasharray="4 2.5"', text)
+    assert len(dashed) == 2  # the legend's, and that of the second run
+    assert "The same workbook ran in both" in get(client, "/runs/pair?run=3-c&run=4-d").text
+
+
+def test_only_two_runs_that_there_are_can_be_compared(client: FlaskClient) -> None:
+    for query, words in (("", "No runs chosen"), ("run=1-a", "1 run chosen"), ("run=1-a&run=1-a", "1 run chosen"),
+                         ("run=1-a&run=2-b&run=3-c", "3 runs chosen"), ("run=1-a&run=x", "There is no run “x”")):  # fmt: skip
+        answer = get(client, f"/runs/pair?{query}")
+        assert answer.status_code == 422 and words in answer.text
+
+
+# ---- deleting ----
+
+
+def test_deleting_asks_for_the_code(tmp_path: Path) -> None:
+    write_run(tmp_path, "1-a", HEADER | {"participant": HOSTILE}, EVENT, END)
+    write_run(tmp_path, "2-b", HEADER, EVENT, END)
+    client = visit(tmp_path)
+    shown = get(client, "/runs/delete").text
+    assert "There is no run" in shown
+    page = client.get("/runs/delete", base_url=HOME, query_string={"participant": HOSTILE}).text
+    assert "1 run of &lt;script&gt;" in page and "<script>alert" not in page
+    for typed in ("", "delete", HOSTILE.lower()[:-1]):
+        assert "was not typed; nothing was deleted" in send(client, participant=HOSTILE, typed=typed, shown="1-a").text
+    assert "Meanwhile there are other runs" in send(client, participant=HOSTILE, typed=HOSTILE, shown=["1-a", "0"]).text
+    assert (tmp_path / "runs" / "1-a").is_dir()
+    done = send(client, participant=HOSTILE, typed=HOSTILE, shown="1-a").text
+    assert "1 run deleted" in done and "Gone" in done
+    assert [p.name for p in (tmp_path / "runs").iterdir()] == ["2-b"]
+    assert "1 run deleted." in send(client, run="2-b", typed="delete", shown="2-b").text
+    assert "Nothing has run yet" in get(client, "/runs").text
+
+
+def test_a_run_that_goes_on_is_not_deleted(tmp_path: Path) -> None:
+    write_run(tmp_path, "1-a", HEADER, EVENT)
+    client = visit(tmp_path)
+    client.application.extensions["going"] = lambda: ["1-a"]
+    assert "1-a goes on" in send(client, participant="P-01", typed="P-01", shown="1-a").text
+    assert (tmp_path / "runs" / "1-a" / "trace.jsonl").is_file()
+
+
+# ---- by hand ----
+
+
+def test_by_hand(browser: Any, url: str, folder: Path) -> None:
+    context = browser.new_context(viewport={"width": 1280, "height": 800}, base_url=url)
+    let_in(context, url)
+    page = context.new_page()
+    problems: list[str] = []
+    page.on("pageerror", lambda error: problems.append(str(error)))
+    page.goto("/runs")
+    for row in page.locator("tr", has_text="P-0").all()[-2:]:
+        row.get_by_role("checkbox").check()
+    assert violations(page) == []
+    page.get_by_role("button", name="Compare two").click()
+    expect(page.get_by_role("heading", name="Their numbers over one another")).to_be_visible()
+    assert violations(page) == []
+    page.goto("/runs/2-b")
+    page.get_by_text("Moments of the run").click()
+    picture = page.locator(".contact img")
+    picture.scroll_into_view_if_needed()
+    page.wait_for_function("() => document.querySelector('.contact img').naturalWidth > 1000", timeout=30_000)
+    page.goto("/runs?participant=P-03")
+    page.get_by_role("link", name="Delete the runs of P-03").click()
+    assert violations(page) == []
+    page.get_by_label("To delete, type").fill("P-03")
+    page.get_by_role("button", name="Delete 2 runs").click()
+    expect(page.get_by_role("status").first).to_have_text("2 runs deleted of P-03.")
+    assert sorted(p.name for p in (folder / "runs").iterdir()) == ["1-a", "2-b"]
+    assert problems == []
