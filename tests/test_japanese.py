@@ -17,6 +17,7 @@ from rrp_sheets.devices import load_robot
 from rrp_sheets.devices.spoken import words_of
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.languages import LANGUAGES
+from rrp_sheets.printing import gather
 from rrp_sheets.render.diagram import draw_diagram
 from rrp_sheets.render.legend import draw_legend
 from rrp_sheets.render.measure import width
@@ -254,3 +255,30 @@ def svg_of(run, path: Path, folder: Path, options: list[str]) -> str:
     target = folder / "d.svg"
     assert run(group, ["diagram", str(path), "-o", str(target), *options]).exit_code == 0
     return target.read_text(encoding="utf-8")
+
+
+# ---- the ethics pack ----
+
+
+def test_nothing_of_the_programs_own_is_english_in_a_japanese_pack() -> None:
+    """Names of the Protocol's fields and of settings stand as they are typed; so do what is said and the formulas."""
+    found = gather(bundled("workbooks", "mixed-control.xlsx"), language="ja")
+    pack = found.pack
+    said = [pack.summary, pack.hand_note, pack.hand_title, pack.says_note, pack.tests_note, *pack.always]
+    said += [x.text for x in (*pack.glance, *pack.cautions)] + [
+        x.text for x in (*pack.kept, *pack.consent) if not x.stated
+    ]
+    said += [x.label for x in (*pack.glance, *pack.numbers, *pack.facts, *pack.kept, *pack.consent, *pack.cautions)]
+    said += [f"{s.through} {s.notices} {s.values}" for s in pack.sensed] + [s.voice for s in pack.says]
+    said += [f"{a.does} {a.parts} {a.speed}" for a in pack.acts] + [f"{s.who} {s.how}" for s in pack.stops]
+    said += [h.leads_to for h in pack.hand] + [t.counted for t in pack.tests] + [r.part for r in pack.rivals]
+    robot = found.checked.robot
+    names = sorted((*robot.postures, *robot.gestures, *(j.name for j in robot.joints.values())), key=len, reverse=True)
+    rest = re.sub(
+        r"「[^」]*」|『[^』]*』|[\w-]+\.(?:jsonl|xlsx|zip|gif|png|wav)|rrp-sheets [\w -]+", "", "\n".join(said)
+    )
+    for name in names:
+        rest = rest.replace(name, "")
+    assert set(re.findall(r"[A-Za-z]{2,}", rest)) <= {*UNITS, "Esc", "Ctrl", "Protocol", "runs", "SHA"}
+    assert "操作者が「Praise」" in pack.summary
+    assert all(a.does.endswith("ます") for a in pack.acts)

@@ -10,7 +10,8 @@ import tempfile
 import threading
 from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from datetime import date
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -21,7 +22,7 @@ from rrp_sheets.runs.records.clerk import Clerk
 from rrp_sheets.web.records.rebuilding import rebuilt
 
 T = TypeVar("T")
-_WITHIN = 60.0  # s for one protocol; its tests alone may take 20
+_WITHIN = 120.0  # s for one protocol; its tests alone may take 20, and a thousand rows fill 130 pages
 _KEPT = 8  # protocols, and as many PDFs
 _MOST_BYTES = 60_000_000
 
@@ -34,6 +35,7 @@ class Wanted:
         path: of the workbook; `digest` is its SHA-256, `against_digest` that of the one it is compared with.
         against: the other workbook; None for no comparison.
         language: its code; empty for the Protocol's.
+        day: that is printed.
     """
 
     path: Path
@@ -41,17 +43,18 @@ class Wanted:
     against: Path | None = None
     against_digest: str = ""
     language: str = ""
+    day: str = field(default_factory=lambda: date.today().isoformat())
 
     @property
     def name(self) -> tuple[str, ...]:
         """By which it is kept."""
-        return (str(self.path), self.digest, self.against_digest, self.language)
+        return (str(self.path), self.digest, self.against_digest, self.language, self.day)
 
     @property
     def request(self) -> tuple[str, ...]:
         """As the process is asked for it."""
         other = str(self.against) if self.against else ""
-        return (str(self.path), f"{self.digest} {self.against_digest}", other, self.language)
+        return (str(self.path), f"{self.digest} {self.against_digest} {self.day}", other, self.language)
 
 
 @dataclass(frozen=True)
@@ -87,7 +90,7 @@ class Press(Clerk):
         """The protocol as data.
 
         Raises:
-            SheetsError: it cannot be made, or not within a minute.
+            SheetsError: it cannot be made, or not in time.
         """
         return self._kept(("proof", *wanted.name), lambda: self._proof(wanted))
 
@@ -95,7 +98,7 @@ class Press(Clerk):
         """The PDF's bytes on that paper (`a4` or `letter`), and what it lacks, in words.
 
         Raises:
-            SheetsError: it cannot be made, or not within a minute.
+            SheetsError: it cannot be made, or not in time.
         """
         return self._kept(("pdf", paper, *wanted.name), lambda: self._pdf(wanted, paper))
 
