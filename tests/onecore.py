@@ -53,7 +53,7 @@ def go(sensor: DeviceUse, mode: str, scene: tuple[SceneAction, ...], film: bool)
     """Let the robot follow what a sensor sees."""
     tracker = DeviceUse("tracker", "Tracker", "Tracker", {"mode": mode, "effector": "None"})
     with TemporaryDirectory() as folder:
-        world = SimulatedWorld(load_robot(), (sensor,), (tracker,), scene, out=Path(folder), film=film)
+        world = SimulatedWorld(load_robot(), (sensor,), (tracker,), scene, out=Path(folder), film=film, record=film)
         count = 0
         try:
             arrivals = world.start()
