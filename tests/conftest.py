@@ -66,6 +66,22 @@ def _no_limit_here(monkeypatch):
     monkeypatch.setattr("rrp_sheets.runs.limits.limit_memory", lambda *_: None)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _one_checker():
+    """The servers of all tests check workbooks in one process: to start it takes longer than most checks."""
+    from rrp_sheets.runs.worker import CheckWorker
+
+    class Kept(CheckWorker):
+        def close(self) -> None:
+            """When the last test has ended."""
+
+    kept = Kept()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("rrp_sheets.web.app.CheckWorker", lambda: kept)
+        yield
+    CheckWorker.close(kept)
+
+
 @pytest.fixture(scope="session")
 def browsers():
     """The browsers of this worker: starting one takes longer than most tests."""

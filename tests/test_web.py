@@ -10,9 +10,11 @@ from xml.etree import ElementTree
 
 import pytest
 from browser import GOOD, HEADER, book, checked, get, post, visit
+from flask.testing import FlaskClient
 
 from rrp_sheets.resources import bundled
 
+LIBRARY = sorted(bundled("workbooks").glob("*.xlsx"))
 HOSTILE = "<script>alert(1)</script>"
 IMAGE = "\"><img src=x onerror='alert(1)'>"
 
@@ -79,10 +81,18 @@ def test_a_page_has_words_tabs_and_sheets_of_ones_own(folder: Path) -> None:
     assert "at 1, 0, 0" in get(client, f"{book('my book.md')}/sheet/Scene").text
 
 
-@pytest.mark.parametrize("path", sorted(bundled("workbooks").glob("*.xlsx")), ids=lambda p: p.stem)
-def test_bundled_workbooks_are_shown_without_inline_script_or_style(path: Path, tmp_path: Path) -> None:
-    (tmp_path / path.name).write_bytes(path.read_bytes())
-    text = checked(visit(tmp_path), book(path.name))
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> FlaskClient:
+    """A visitor of all workbooks that come along."""
+    folder = tmp_path_factory.mktemp("library")
+    for path in LIBRARY:
+        (folder / path.name).write_bytes(path.read_bytes())
+    return visit(folder)
+
+
+@pytest.mark.parametrize("path", LIBRARY, ids=lambda p: p.stem)
+def test_bundled_workbooks_are_shown_without_inline_script_or_style(path: Path, library: FlaskClient) -> None:
+    text = checked(library, book(path.name))
     assert 'class="badge error"' not in text
     assert not re.search(
         r"<script(?! type=.application/json| type=.module. src| src)|<style|\sstyle=|\son\w+=|javascript:", text
