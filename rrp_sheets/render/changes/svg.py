@@ -57,7 +57,7 @@ def draw_change_box(box: ChangeBox, centre: Point, prefix: str) -> str:
     if box.sign:
         corner = (centre[0] + box.width / 2 - 1, centre[1] - box.height / 2 + 1)
         if box.kind == "stream":  # its corner is empty
-            corner = (centre[0] + box.width * 0.38, centre[1] - box.height * 0.38)
+            corner = (centre[0] + box.width * 0.42, centre[1] - box.height * 0.44)
         inside += draw_sign(box.sign, corner)
     name = f"Row {box.row}, {box.name}" if box.kind == "row" else box.name
     told = f"{name}, {_WORDS.get(box.sign, 'as before')}" if name else ""

@@ -94,6 +94,8 @@ def _refuse_target(target: Path, path: Path) -> None:
         raise SheetsError(f"A bundle's name ends with {form.SUFFIX}, not “{target.suffix}”.", "Name it so with -o.")
     if target.is_dir() or (target.exists() and path.exists() and target.samefile(path)):
         raise SheetsError(f"“{target}” cannot be the bundle.", "Name another file with -o.")
+    if not target.absolute().parent.is_dir():
+        raise SheetsError(f"“{target}” cannot be written: there is no folder “{target.parent}”.", "Make it first.")
     refuse_open_file(target)
 
 
