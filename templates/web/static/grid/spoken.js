@@ -40,6 +40,8 @@ export class Spoken {
     if (!cell.parentElement.classList.contains("unfinished")) {
       for (const mend of cell.querySelectorAll(".mend:not(.is-info)")) parts.push(words(mend));
     }
+    const verdict = cell.querySelector(":scope > .verdict"); // of a test
+    if (verdict) parts.push(verdict.textContent.replace(/^[✓✗] /, ""));
     const tag = cell.querySelector(".name-tag");
     if (tag) parts.push(tag.textContent);
     const box = this.grid.selection.box();
@@ -74,7 +76,7 @@ export class Spoken {
     if (k < 0) return;
     const name = `${table.name(k)}, row ${cell.parentElement.cells[0].textContent}: `;
     const old = cell.querySelector(":scope > .cell-name");
-    if (!cell.querySelector(":scope > .mends, :scope > .name-tag")) {
+    if (!cell.querySelector(":scope > .mends, :scope > .name-tag, :scope > .verdict")) {
       old?.remove();
       cell.setAttribute("aria-label", [name + content(cell), cell.querySelector(".name-tag")?.textContent ?? ""].join(" ").trim());
       return;
