@@ -15,6 +15,7 @@ import { Pieces, valuesAt } from "./store.js";
 const root = document.getElementById("player");
 const { url, run, files } = root.dataset;
 const ids = JSON.parse(document.getElementById("row-ids").textContent);
+const BEGINS = 0.2; // s after it was told to speak until its pose tells it too
 const SAYS = 2; // s that a sentence is taken to last where the robot's pose does not tell
 
 const tell = (name, detail) => document.dispatchEvent(new CustomEvent(name, { detail }));
@@ -108,7 +109,8 @@ class View {
   /** What the robot says, or has said last. */
   speak(t, saying) {
     const before = this.moments.said(t);
-    const now = saying ?? (before && t - before.t < SAYS ? before.text : "");
+    const just = before && t - before.t < (saying === undefined ? SAYS : BEGINS) ? before.text : "";
+    const now = saying || just;
     this.said.classList.toggle("now", Boolean(now));
     const [words, age] = this.said.children;
     put(words, now ? `“${now.replace(/^[“"]|[”"]$/g, "")}”` : before ? `last said: ${before.text}` : "Nothing was said yet");

@@ -110,7 +110,8 @@ export class Player {
   /** The address tells the time, so that it can be sent to somebody. */
   remember() {
     clearTimeout(this.later);
-    this.later = setTimeout(() => history.replaceState(null, "", `#t=${this.t.toFixed(1)}`), 250);
+    const t = Math.ceil(this.t * 1000 - 0.001) / 1000; // not before the moment where one is
+    this.later = setTimeout(() => history.replaceState(null, "", `#t=${t}`), 250);
   }
 
   /** The time that the address tells, if any. */
