@@ -204,7 +204,7 @@ def test_a_run_leaves_everything_in_its_folder(ran):
     folder = ran("simple-tracking").folder
     names = {p.name for p in folder.iterdir()}
     kept = {"trace.jsonl", "protocol.xlsx", "robot.toml", "gestures.toml", "run.xlsx", "diagram.svg"}
-    assert names == kept | {"film.gif", "strip.png"}
+    assert names == kept | {"film.gif", "strip.png", "poses.jsonl", "camera.zip"}
     assert (folder / "protocol.xlsx").read_bytes() == (FOLDER / "simple-tracking.xlsx").read_bytes()
 
 

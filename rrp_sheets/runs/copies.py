@@ -30,6 +30,8 @@ def offers(robot: Robot) -> Offers:
         for setting in device.settings.values():
             if setting.kind == "choice" and key(setting.name) not in {key(c) for c in choices}:
                 choices[setting.name] = setting.choices
+            elif setting.kind == "gesture":
+                choices[setting.name] = tuple(robot.gestures)
     choices |= {"Thing": tuple(thing_names()), "Does": tuple(verb_names())}
     return Offers(
         connectors=tuple(dict.fromkeys(c.name for c in everyday)),
