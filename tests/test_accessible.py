@@ -218,7 +218,7 @@ SCREENS: dict[str, Callable[[Tour], None]] = {
     "run dialog": asked, "run panel, running": running, "run panel, paused": paused, "run panel, ended": ended,
     "runs": at("/runs"), "record": record, "looking back": lookback, "replay": replay, "deleting runs": deleting,
     "versions": versions,
-    "compare": at("/compare?first=all.xlsx&second=wrong.xlsx"),
+    "compare": at("/compare?first=book/all.xlsx&second=book/wrong.xlsx", ".changed-rows svg"),
     "print": at("/book/all.xlsx/print", ".protocol"), "help": at("/help?topic=scene", "main.help-page"), "nothing there": at("/book/none.xlsx"),
     "refused": refused,
 }  # fmt: skip
