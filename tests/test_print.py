@@ -202,7 +202,7 @@ def test_buttons_stops_walking_and_rivals_are_disclosed(tmp_path):
     assert pack.told == "Later"
     speeds = {a.stream: a.speed for a in pack.acts}
     assert speeds["There"] == "at most 0.5 m forward, 0 m to the side and a turn of 0° at one command"
-    assert speeds["Sit down"] == "282°/s (20 % of what is possible)"
+    assert speeds["Sit down"] == "95°/s (20 % of what is possible)"
     assert "Yes, by “There”" in pack.cautions[0].text
     assert "“There” and “Sit down”" in pack.cautions[1].text
     legs = next(r for r in pack.rivals if r.part == "legs")
@@ -211,6 +211,20 @@ def test_buttons_stops_walking_and_rivals_are_disclosed(tmp_path):
     assert ends["Rows of the workbook"].used[0].rows == (5,)
     assert ends["The chest button"].used[0].rows == (5,)
     assert "After 5 min" in ends["Time limit"].how
+
+
+def test_the_speed_of_a_gesture_is_that_of_its_keyframes(tmp_path):
+    rows = '| Go | subscribe | | Shake | |\n| Go | map | PICK(["Slow"; "Fast"]) | | |\n|  | subscribe | | Any | |\n'
+    rest = (
+        "## Devices\n| Stream | Device | Name |\n|---|---|---|\n| Go | OperatorButton | |\n| Shake | Gesture | Slow |\n"
+        "| Any | Gesture | |\n\n## Gestures\n| Name | Time (s) | HeadYaw |\n|---|---|---|\n| Slow | 2 | 20° |\n"
+        "| Fast | 0.4 | 60° |\n"
+    )
+    acts = {a.stream: a for a in pack_of(workbook(tmp_path, rows, rest=rest)).acts}
+    slow, fast = (int(acts[name].speed.removesuffix("°/s")) for name in ("Shake", "Any"))
+    assert slow <= 100  # °/s: on its way back
+    assert 60 / 0.4 < fast < 474  # the faster one of the two; the neck could do 474
+    assert (acts["Shake"].parts, acts["Any"].parts) == ("head", "head")
 
 
 def test_comment_rows_group_the_sentences_and_every_field_is_printed(tmp_path):
@@ -242,7 +256,7 @@ def test_changes_since_the_approved_version_on_letter_paper(tmp_path, monkeypatc
     before = workbook(tmp_path, rows, "approved.md", protocol="| Version | 1.0 |")
     more = rows.replace("near < 1", "near < 2") + "| Close | subscribe | | Nod | |\n"
     devices = "## Devices\n| Stream | Device | Name |\n|---|---|---|\n| Nod | Gesture | Nod |\n"
-    now = workbook(tmp_path, more, "now.md", protocol="| Version | 1.1 |", rest=devices)
+    workbook(tmp_path, more, "now.md", protocol="| Version | 1.1 |", rest=devices)
     monkeypatch.chdir(tmp_path)
     done = run("print", "now.md", "--against", before, "--paper", "letter", "--date", "2026-01-02")
     assert done == (0, "Printed: now.pdf\n")
