@@ -15,11 +15,9 @@ if "HYPOTHESIS_PROFILE" not in os.environ:  # how long one example takes says mo
     hypothesis.settings.load_profile("patient")
 
 if os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):
-    # The hundreds of processes that the tests start would each compile the program anew: what is compiled is kept after
-    # all, but not among the sources.
+    # The hundreds of processes that the tests start would each compile the program anew. (Not PYTHONPYCACHEPREFIX: what
+    # the libraries have compiled would not be found.)
     sys.dont_write_bytecode = False
-    os.environ.setdefault("PYTHONPYCACHEPREFIX", str(Path(__file__).parents[1] / ".pytest_cache" / "bytecode"))
-    sys.pycache_prefix = os.environ["PYTHONPYCACHEPREFIX"]
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # started in the background by a shell without job control: what the tests start would be deaf to Ctrl-C too

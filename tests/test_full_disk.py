@@ -28,7 +28,7 @@ FULL = (
 def folder(tmp_path: Path) -> Path:
     """A folder with a workbook whose journal is there already."""
     letters = random.Random(1)
-    notes = ["".join(letters.choices("abcdefghijklmnopqrstuvwxyz", k=300)) for _ in range(1000)]
+    notes = ["".join(letters.choices("abcdefghijklmnopqrstuvwxyz", k=1_500)) for _ in range(200)]
     path = make_workbook({"T": [HEADER, *[["", "", "", "", "", note] for note in notes]]}, tmp_path / "b.xlsx")
     assert path.stat().st_size > 1.3 * LIMIT
     with Served(tmp_path) as server:
