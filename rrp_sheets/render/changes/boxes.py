@@ -83,9 +83,7 @@ def make_change_drawing(
     return drawing
 
 
-def _arrow(
-    tail: str, head: str, link: Link, row: ChangedRow, stream_sign: str, headless: bool = False
-) -> ChangeArrow:
+def _arrow(tail: str, head: str, link: Link, row: ChangedRow, stream_sign: str, headless: bool = False) -> ChangeArrow:
     labelled = bool(link.sign) and link.sign not in (row.sign, stream_sign)
     return ChangeArrow(tail, head, row.off, headless, sign=link.sign, labelled=labelled)
 
