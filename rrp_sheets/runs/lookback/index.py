@@ -110,7 +110,8 @@ class _Reader:
     def __init__(self, index: Index, log: Log) -> None:
         self._index = index
         self._log = log
-        self._numbers: dict[tuple[bytes, bytes] | tuple[str, str], int] = {}
+        self._numbers: dict[tuple[bytes | str, bytes | str], int] = {}  # as they stand in the file
+        self._named: dict[Series, int] = {}
         self._last: array[int] = array("q")
         self._piece = 0.0  # when the piece of now began
 
@@ -132,16 +133,15 @@ class _Reader:
         index.seconds = max(index.seconds, index.times[-1] if index.count else 0.0)
 
     def _series(self, stream: bytes | str, row: bytes | str) -> int:
-        known = self._numbers.get((stream, row))  # type: ignore[arg-type]
+        known = self._numbers.get((stream, row))
         if known is None:
             names = Series(_text(stream), _text(row))
-            number = next((n for n, s in enumerate(self._index.series) if s == names), len(self._index.series))
-            if number >= _MOST_SERIES:
-                raise ValueError(number)
-            if number == len(self._index.series):
+            known = self._numbers[stream, row] = self._named.setdefault(names, len(self._named))
+            if known >= _MOST_SERIES:
+                raise ValueError(known)
+            if known == len(self._index.series):
                 self._index.series.append(names)
                 self._last.append(-1)
-            known = self._numbers[stream, row] = number  # type: ignore[index]
         return known
 
     def _event(self, t: float, series: int, place: int) -> None:
