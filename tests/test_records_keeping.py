@@ -127,7 +127,8 @@ def test_a_run_that_goes_on_is_not_deleted(tmp_path: Path) -> None:
     write_run(tmp_path, "1-a", HEADER, EVENT)
     client = visit(tmp_path)
     client.application.extensions["going"] = lambda: ["1-a"]
-    assert "1-a goes on" in send(client, participant="P-01", typed="P-01", shown="1-a").text
+    answer = send(client, participant="P-01", typed="P-01", shown="1-a")
+    assert answer.status_code == 200 and "1-a goes on" in answer.text and "To the runs" in answer.text
     assert (tmp_path / "runs" / "1-a" / "trace.jsonl").is_file()
 
 

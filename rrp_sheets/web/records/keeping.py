@@ -112,7 +112,11 @@ def add_keeping(pages: Blueprint, library: Library, runs: Runs) -> None:
 
     @pages.post("/runs/delete/now", endpoint="delete_now")
     def do() -> str:
-        page = deleted_page(runs, library, archive, *_asked(request.form.get("participant"), "run"))
+        participant, names = _asked(request.form.get("participant"), "run")
+        try:
+            page = deleted_page(runs, library, archive, participant, names)
+        except SheetsError as error:  # told where it was asked for
+            page = DeletePage(participant, "", (), "", (), (), False, f"{error.message} {error.remedy}", True)
         return render_template(page.template, page=page)
 
 
