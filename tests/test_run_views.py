@@ -399,7 +399,7 @@ def test_the_eye_goes_on_asking_whatever_comes(panel: Panel, real: Real) -> None
 
     page.route("**/run/eye.jpg*", answer)
     panel.live(t=2.7, eye=70)
-    asks(3)  # the same number: nothing newer is told of
+    asks(2)  # the same number: nothing newer is told of
     assert len(set(asked)) == len(asked), "a browser shows a picture of the same address again without asking"
     answers += ["lost", "none"]
     asks(3)
