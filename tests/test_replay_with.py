@@ -11,12 +11,14 @@ from tempfile import TemporaryDirectory
 
 import pytest
 from acting import Run, Script, wish
+from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from play import example, rows
 
 from rrp_sheets import api
-from rrp_sheets.errors import SheetsError
+from rrp_sheets.cli.replay import command
+from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.runs.replay.output import write
 from rrp_sheets.runs.replay.wording import as_text, robot_lines, row_lines
@@ -187,32 +189,30 @@ def test_rows_that_multiply_break_the_replay_off_and_not_the_program(session, tm
     assert found.ending.startswith("The replay broke off at 0 s: Rows multiply what they get")
 
 
-def rrp(*arguments):
-    command = [sys.executable, "-c", "from rrp_sheets.cli.main import main; main()", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, encoding="utf-8", timeout=60,
-                          env={**os.environ, "PYTHONIOENCODING": "utf-8"})  # fmt: skip
-
-
-def test_the_command(session, tmp_path):
+def test_the_command_needs_neither_simulator_nor_camera(session, tmp_path):
     path = other(session, tmp_path, ("distance < 0.8", "distance < 0.65"))
     table = tmp_path / "differences.csv"
-    told = rrp("replay", session.result.folder, "--with", path, "--json", "-o", table)
+    code = (
+        "import sys\n"
+        "for name in ('pybullet', 'cv2', 'numpy'): sys.modules[name] = None\n"  # importing them fails
+        "from rrp_sheets.cli.main import main; main()"
+    )
+    words = [sys.executable, "-c", code, "replay", session.result.folder, "--with", path, "--json", "-o", table]
+    told = subprocess.run(list(map(str, words)), capture_output=True, text=True, encoding="utf-8", timeout=60,
+                          env={**os.environ, "PYTHONIOENCODING": "utf-8"})  # fmt: skip
     assert told.returncode == 1, told.stderr
     found = json.loads(told.stdout)
     assert not found["same"] and found["other"] == "other.md" and found["difference_count"] == len(found["differences"])
     assert len(table.read_text("utf-8-sig").splitlines()) == 1 + found["difference_count"]
-    missing = rrp("replay", tmp_path / "nowhere")
-    assert missing.returncode == 2 and "There is no trace" in missing.stderr
 
 
-def test_neither_the_simulator_nor_the_camera_is_loaded(session):
-    code = (
-        "import sys\n"
-        "for name in ('pybullet', 'cv2', 'numpy'): sys.modules[name] = None\n"  # importing them fails
-        f"from rrp_sheets.cli.main import main; sys.argv = ['x', 'replay', {str(session.result.folder)!r}]; main()"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
-    assert done.returncode == 0 and done.stdout.startswith("The same: "), done.stderr
+def test_the_command_says_the_same_in_words_and_what_is_wrong(session, tmp_path):
+    done = CliRunner().invoke(command, [str(session.result.folder)])
+    assert done.exit_code == 0 and done.output.startswith("The same: ")
+    nowhere = CliRunner().invoke(command, [str(tmp_path / "nowhere")])
+    assert isinstance(nowhere.exception, UnreadableFile) and "There is no trace" in nowhere.exception.message
+    odd = CliRunner().invoke(command, [str(session.result.folder), "-o", "x.docx"])
+    assert odd.exit_code == 2 and "The name of OUT ends with .xlsx" in odd.output
 
 
 def test_differences_as_files(session, tmp_path):

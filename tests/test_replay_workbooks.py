@@ -1,4 +1,4 @@
-"""Runs of our workbooks with the simulated robot, replayed without it: two every day, all of them in the soak."""
+"""Runs of our workbooks with the simulated robot, replayed without it: one every day, all of them in the soak."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from rrp_sheets.resources import bundled
 from rrp_sheets.runs.replay.wording import as_text
 
 BOOKS = sorted(p.name for p in bundled("workbooks").glob("*.xlsx"))
-QUICK = {"story.xlsx": 3.0, "simple-tracking.xlsx": 3.0}
 
 
 def replayed(name, seconds, folder):
@@ -21,9 +20,8 @@ def replayed(name, seconds, folder):
     return found
 
 
-@pytest.mark.parametrize("name", QUICK)
-def test_a_run_with_the_simulated_robot_comes_out_the_same(name, tmp_path):
-    assert replayed(name, QUICK[name], tmp_path).compared > 3
+def test_a_run_with_the_simulated_robot_comes_out_the_same(tmp_path):
+    assert replayed("story.xlsx", 2.0, tmp_path).compared > 3
 
 
 @pytest.mark.soak
