@@ -337,7 +337,7 @@ def test_what_is_dragged_moves_in_the_world(browser: Any, url: str, folder: Path
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + 30, y, steps=10)
-    assert page.locator("#robot3d .caption").inner_text().startswith("Kai: ")
+    page.wait_for_selector("#robot3d .caption:text-matches('^Kai: ')")
     page.mouse.up()
     page.wait_for_function("was => Math.hypot(...was.map((v, i) => v - window.robot.things.Kai[i])) > 0.1", arg=where)
     page.click("[data-run=stop]")
