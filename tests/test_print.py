@@ -166,6 +166,13 @@ def test_every_text_that_can_be_known_is_printed(tmp_path):
     ]
 
 
+def test_arms_that_move_while_it_talks_are_disclosed(tmp_path):
+    rest = "## Devices\n| Stream | Device | Text | Gestures |\n|---|---|---|---|\n| Hi | Say parameter | Hi | yes |\n"
+    pack = pack_of(workbook(tmp_path, "| Red ball | subscribe | | Hi | |\n", rest=rest))
+    assert "the free arms make small gestures" in pack.says[0].voice
+    assert [g.text for g in pack.glance if g.label == "It moves"] == ["Left arm and right arm."]
+
+
 def test_too_many_combinations_are_told_in_short(tmp_path):
     many = "; ".join(f'"{c}"' for c in "abcdefghij")
     rows = f'| Go | map | PICK([{many}]) & "-" & PICK([{many}]) | |\n|  | subscribe | | Say |\n'

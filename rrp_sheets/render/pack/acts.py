@@ -53,9 +53,13 @@ def _voice(source: Source, stream: Stream) -> str:
     language = source.checked.robot.languages.get(code, code)
     if stream.device is not None:
         language = stream.device.type.words(source.words.language).value(language)
-    return source.get(
-        "says.voice", language=language, speed=show(settings.get("speed")), volume=show(settings.get("volume"))
-    )
+    entry = "says.voice_gestures" if _talks_with_its_arms(stream) else "says.voice"
+    return source.get(entry, language=language, speed=show(settings.get("speed")), volume=show(settings.get("volume")))
+
+
+def _talks_with_its_arms(stream: Stream) -> bool:
+    """Whether small gestures go with what it says."""
+    return speaks(stream) and stream.settings.get("gestures") is True
 
 
 def all_texts(said: Iterable[Said]) -> list[str]:
@@ -82,7 +86,10 @@ def _act(source: Source, drivers: list[Driver]) -> Act:
 
 def moving_parts(source: Source) -> list[str]:
     """The parts of the body that rows can move."""
-    used = {r for d in source.drivers if not d.stops for r in parts_of(source, [d])}
+    drivers = [d for d in source.drivers if not d.stops]
+    used = {r for d in drivers for r in parts_of(source, [d])}
+    if any(_talks_with_its_arms(d.stream) for d in drivers):
+        used |= {"left arm", "right arm"}
     return [r for r in ("head", "left arm", "right arm", _LEGS) if r in used]
 
 
