@@ -81,8 +81,7 @@ class Page:
 
     def __init__(self, path: Path, tester: Tester) -> None:
         self.document = Document(path, Journal(path.parent))
-        assert self.document.reading, (
-        )
+        assert self.document.reading, ()
         self.news: list[str] = []
         self.told = threading.Semaphore(0)
         self.tests = RoomTests(self.document, tester, self.tell, lambda: True)
