@@ -94,6 +94,15 @@ def test_two_runs_side_by_side(client: FlaskClient) -> None:
     assert "The same workbook ran in both" in get(client, "/runs/pair?run=3-c&run=4-d").text
 
 
+def test_hostile_runs_side_by_side_are_text(tmp_path: Path) -> None:
+    header = HEADER | dict.fromkeys(("participant", "condition", "name", "operator", "program"), HOSTILE)
+    values = [EVENT | {"stream": HOSTILE, "t": n / 10, "value": {HOSTILE: n}} for n in range(5)]
+    for name in ("1-a", "2-b"):
+        write_run(tmp_path, name, header, *values, {"t": 1.0, "row": HOSTILE, "error": HOSTILE}, END)
+    text = get(visit(tmp_path), "/runs/pair?run=1-a&run=2-b").text
+    assert "<script>alert" not in text and text.count("&lt;script&gt;alert(1)") > 10
+
+
 def test_only_two_runs_that_there_are_can_be_compared(client: FlaskClient) -> None:
     for query, words in (("", "No runs chosen"), ("run=1-a", "1 run chosen"), ("run=1-a&run=1-a", "1 run chosen"),
                          ("run=1-a&run=2-b&run=3-c", "3 runs chosen"), ("run=1-a&run=x", "There is no run “x”")):  # fmt: skip
