@@ -16,6 +16,7 @@ from rrp_sheets.runs.bundle.unpacking import Bundle, unpack
 from rrp_sheets.web.library import SUFFIXES
 from rrp_sheets.workbook.atomic import write_atomically
 
+_MOST_BYTES = 200_000_000  # unpacked; what is sent may have 8 MB
 _OTHER_ROBOT = (
     "The robot's catalogue in it is another one than this program's, which is used here; "
     "`rrp-sheets run` on the bundle itself takes the bundle's."
@@ -40,7 +41,7 @@ def take_in(folder: Path, name: str, data: bytes) -> tuple[str, str]:
         packed = Path(scratch) / "upload" / name
         packed.parent.mkdir()
         packed.write_bytes(data)
-        bundle = unpack(packed, Path(scratch) / "files")
+        bundle = unpack(packed, Path(scratch) / "files", _MOST_BYTES)
         book = bundle.workbook
         if not book.is_file() or book.suffix.casefold() not in SUFFIXES or book.name[0] in ".~":
             raise SheetsError("The workbook in this bundle cannot be shown here.", "Use `rrp-sheets run` for it.")

@@ -66,8 +66,13 @@ def unpacked(path: Path) -> Iterator[Bundle]:
         yield unpack(path, Path(folder))
 
 
-def unpack(path: Path, folder: Path) -> Bundle:
+def unpack(path: Path, folder: Path, most_bytes: int = form.MOST_BYTES) -> Bundle:
     """Put the files of a bundle into an empty folder.
+
+    Args:
+        path: of the zip.
+        folder: where its files come.
+        most_bytes: that they may have together.
 
     Raises:
         UnreadableFile: when it is none, or is refused.
@@ -75,7 +80,7 @@ def unpack(path: Path, folder: Path) -> Bundle:
     if not path.is_file():
         raise unreadable("FILE001", name=path.name, hint="Check the spelling and the folder.")
     try:
-        return _unpack(path, folder)
+        return _unpack(path, folder, most_bytes)
     except _Refused as problem:
         why = str(problem)
     except _BROKEN as problem:
@@ -84,9 +89,9 @@ def unpack(path: Path, folder: Path) -> Bundle:
     raise unreadable("FILE020", name=path.name, why=why)
 
 
-def _unpack(path: Path, folder: Path) -> Bundle:
+def _unpack(path: Path, folder: Path, most_bytes: int) -> Bundle:
     with zipfile.ZipFile(path) as archive:
-        entries = {e.filename: e for e in _judged(archive)}
+        entries = {e.filename: e for e in _judged(archive, most_bytes)}
         told = _list(archive, entries)
         files = _files(told)
         notes = []
@@ -112,7 +117,7 @@ def _unpack(path: Path, folder: Path) -> Bundle:
     return Bundle(path, folder, folder / workbook, runs, tuple(notes))
 
 
-def _judged(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
+def _judged(archive: zipfile.ZipFile, most_bytes: int) -> list[zipfile.ZipInfo]:
     """The files of a zip of harmless names, number and size."""
     entries = archive.infolist()
     names = {e.filename.casefold() for e in entries}
@@ -124,8 +129,8 @@ def _judged(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
         raise _Refused("two of its files have one name")
     if len(entries) > form.MOST_FILES:
         raise _Refused(f"it has {len(entries):,} files; {form.MOST_FILES:,} are possible")
-    if sum(e.file_size for e in entries) > form.MOST_BYTES:
-        raise _Refused(f"unpacked it would be larger than {form.MOST_BYTES // 10**9} GB")
+    if sum(e.file_size for e in entries) > most_bytes:
+        raise _Refused(f"unpacked it would be larger than {most_bytes // 10**6:,} MB")
     for e in entries:
         _judge(e)
     return [e for e in entries if not e.is_dir()]
