@@ -45,17 +45,17 @@ export class Moments {
   draw() {
     const wide = this.ticks.clientWidth;
     if (!wide) return;
-    const found = new Map();
+    const found = [];
     for (const moment of this.told) {
-      const place = Math.round(((moment.t / (this.seconds || 1)) * wide) / NEAR);
-      if (!found.has(place)) found.set(place, []);
-      found.get(place).push(moment);
+      const began = found.at(-1)?.[0].t;
+      if (began !== undefined && ((moment.t - began) / (this.seconds || 1)) * wide < NEAR) found.at(-1).push(moment);
+      else found.push([moment]);
     }
-    this.ticks.replaceChildren(...[...found.values()].map((group) => {
+    this.ticks.replaceChildren(...found.map((group) => {
       const shown = [...group].sort((a, b) => ORDER.indexOf(of(a.kind)[0]) - ORDER.indexOf(of(b.kind)[0]))[0];
       const tick = make("span", { className: `tick of-${of(shown.kind)[0]}` }, icon(of(shown.kind)[1]));
       tick.title = [`${clock(shown.t)} ${words(shown)}`, group.length > 1 && `and ${group.length - 1} more`].filter(Boolean).join("\n");
-      tick.style.left = `${(shown.t / (this.seconds || 1)) * 100}%`;
+      tick.style.left = `${(group[0].t / (this.seconds || 1)) * 100}%`;
       tick.addEventListener("click", () => this.go(shown.t));
       return tick;
     }));
