@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
 from unittest import mock
 
 import pytest
@@ -18,6 +19,7 @@ from rrp_sheets.printing import MOST_ROWS, make
 from rrp_sheets.resources import bundled
 
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
+GOLDEN = Path(__file__).parent / "golden" / "print"
 
 
 def run(*arguments: object) -> tuple[int, str]:
@@ -99,13 +101,18 @@ def test_what_cannot_be_done_is_told(tmp_path, monkeypatch, arguments, message):
 @pytest.mark.soak
 @pytest.mark.parametrize("paper", ["a4", "letter"])
 @pytest.mark.parametrize("name", WORKBOOKS)
-def test_every_workbook_as_a_pdf(name, paper):
+def test_every_workbook_as_a_pdf(name, paper, request):
     path = bundled("workbooks", f"{name}.xlsx")
     pdf = read_pdf(make(path, today=DAY, paper=paper).data)
     pages = texts_of(pdf)
     assert all(f"{n} of {len(pages)}" in text or f"{n} / {len(pages)}" in text for n, text in enumerate(pages, 1))
     assert all(api.read(path).digest[:16] in text for text in pages)
     assert all(figure.alt for figure in tags(pdf).all("Figure"))
+    if paper == "a4":  # what a reader of the PDF gets out of it, the diagrams' words included
+        golden, text = GOLDEN / f"{name}.pdf.txt", "\n\f\n".join(pages) + "\n"
+        if request.config.getoption("--regenerate-golden"):
+            golden.write_text(text, encoding="utf-8")
+        assert text == golden.read_text(encoding="utf-8")
 
 
 def test_too_many_rows_are_refused(tmp_path):
