@@ -107,3 +107,13 @@ def test_a_flagged_connector_of_the_longest_name_stands_on_one_line(shelf: Books
     grid.go("C4")
     high = "c => c.querySelector('.word').getBoundingClientRect().height"
     assert grid.page.evaluate(high, grid.cell("C4").element_handle()) < 20
+
+
+def test_a_large_diagram_is_first_seen_where_something_is_in_it(shelf: Books) -> None:
+    rows = [
+        ["", "Red ball", "map", f"redBall.distance + {n}", f"A very long name of a stream {n}", ""] for n in range(9)
+    ]
+    grid = shelf.open({"T": [HEADER, ["", "# the first row has no box", "", "", "", ""], *rows]}, sheet="T")
+    frame, box = (grid.page.locator(part).first.bounding_box() for part in ("#diagram", "#diagram [role=button]"))
+    assert grid.page.evaluate("document.querySelector('#diagram').scrollWidth") > 1.5 * frame["width"]
+    assert frame["x"] <= box["x"] and box["x"] + box["width"] <= frame["x"] + frame["width"]

@@ -96,6 +96,7 @@ def test_by_mouse(browser: Any, url: str, folder: Path, tmp_path: Path, task: st
 def test_by_touch(browser: Any, url: str, folder: Path, tmp_path: Path) -> None:
     page = Shelf(browser, url, viewport={"width": 400, "height": 800}, has_touch=True, is_mobile=True)
     page.new_by_mouse("by touch", touch=True)
+    assert page.page.evaluate("scrollY") == 0  # the page has not jumped to its tabs, which are below
     by_mouse(page, "walkthrough", touch=True)
     ends_well(page, "walkthrough", folder / "by touch.xlsx", tmp_path)
 

@@ -60,6 +60,8 @@ class View {
     const stop = document.getElementById(this.stop) ?? this.boxes[0];
     stop?.setAttribute("tabindex", "0");
     this.light(this.here);
+    if (!this.placed && this.boxes.length) this.reveal(this.svg.querySelector(".here") ?? this.boxes[0]);
+    this.placed = true; // a large drawing is not first seen where it is empty; from then on people scroll it
   }
 
   /** How large it is drawn: by hand, or so that it fills the width without becoming unreadable. */

@@ -15,7 +15,7 @@ export function tabs(grid, listen) {
   const said = sessionStorage.getItem(LATER);
   sessionStorage.removeItem(LATER);
   if (said) grid.say(said);
-  tabOf(server.sheet)?.scrollIntoView({ block: "nearest", inline: "nearest" });
+  reveal(tabOf(server.sheet));
 
   document.addEventListener("click", (event) => {
     const pressed = event.target.closest("#tabs [data-tab]");
@@ -220,4 +220,12 @@ export function tabs(grid, listen) {
     }
     strip().replaceWith(fresh);
   }
+}
+
+/** Bring a tab into sight within its row of tabs: on a narrow screen the row is below the fold, and the page must not jump there. */
+function reveal(tab) {
+  if (!tab) return;
+  const row = tab.parentElement;
+  const [mine, frame] = [tab.getBoundingClientRect(), row.getBoundingClientRect()];
+  if (mine.left < frame.left || mine.right > frame.right) row.scrollLeft += mine.left - frame.left - 16;
 }
