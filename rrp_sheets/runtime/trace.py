@@ -21,6 +21,9 @@ from rrp_sheets.runtime.holding import hold
 from rrp_sheets.runtime.plan import Plan
 
 FORMAT = 1
+LONGEST_SECONDS = 366 * 24 * 3600.0  # a year: longer is no run
+_LONGEST_NUMBER = 300  # digits: numbers of formulas have 16
+_DEEPEST = 60  # lists in lists
 
 
 def stream_label(stream: Stream) -> str:
@@ -133,6 +136,48 @@ def read_trace(path: Path) -> Iterator[dict[str, Any]]:
             if not line.endswith("\n"):
                 return
             try:
-                yield json.loads(line)
-            except json.JSONDecodeError:
+                entry = _parsed(line)
+            except (ValueError, RecursionError):
                 raise UnreadableFile("FILE001", f"“{path}” is not a trace.", "Name a run's folder.") from None
+            yield entry
+
+
+def _parsed(line: str) -> Any:
+    """A line of a trace, which may be a stranger's.
+
+    Raises:
+        ValueError: it is no JSON, or has what no run has: a time that is none, a huge number, lists in lists in lists.
+        RecursionError: the same.
+    """
+    entry = _careful(line) if len(line) > _LONGEST_NUMBER else json.loads(line)
+    if "\\ud" in line or "\\uD" in line:  # perhaps half of a letter, which could not be written again
+        entry = json.loads(json.dumps(entry, ensure_ascii=False).encode("utf-8", "replace"))
+    if line.count("[") + line.count("{") > _DEEPEST and _is_deep(entry):
+        raise ValueError("too deep")
+    if isinstance(entry, dict) and "t" in entry and not 0 <= float(_plain(entry["t"])) <= LONGEST_SECONDS:
+        raise ValueError(entry["t"])
+    return entry
+
+
+def _whole(digits: str) -> int:
+    if len(digits) > _LONGEST_NUMBER:
+        raise ValueError("too large")
+    return int(digits)
+
+
+_careful = json.JSONDecoder(parse_int=_whole).decode
+
+
+def _plain(value: Any) -> float:
+    if not isinstance(value, (int, float)):
+        raise ValueError(value)
+    return value
+
+
+def _is_deep(value: Any) -> bool:
+    level = [value]
+    for _ in range(_DEEPEST):
+        level = [p for v in level if isinstance(v, (dict, list)) for p in (v.values() if isinstance(v, dict) else v)]
+        if not level:
+            return False
+    return True

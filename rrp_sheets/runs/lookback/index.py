@@ -99,6 +99,8 @@ def index_trace(place: Path) -> Index:
     """
     found = Index(place / TRACE)
     try:
+        if not found.path.is_file():  # a pipe would be waited for without an end
+            raise ValueError(place)
         with found.path.open("rb") as file:
             _Reader(found, Log(place)).read(file)
     except (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError):

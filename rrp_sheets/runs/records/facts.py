@@ -6,8 +6,10 @@ with it is told.
 
 from __future__ import annotations
 
+import errno
 import json
 import os
+import stat
 import time
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
@@ -90,6 +92,8 @@ def facts_of(place: Path, going: Collection[str] = ()) -> Facts:
     run, trace = place.name, place / TRACE
     try:
         about = trace.stat()
+        if not stat.S_ISREG(about.st_mode):  # a pipe would be waited for without an end
+            raise IsADirectoryError(errno.EISDIR, "it is no file")
         first, last = _ends(trace)
     except OSError as error:
         missing = isinstance(error, FileNotFoundError)

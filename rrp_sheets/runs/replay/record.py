@@ -79,9 +79,7 @@ class Recorded:
         """Where the run's clock stood at the end; where the last line is of one that was cut off."""
         last = max((e.us for e in self.entries), default=0)
         if self.summary is not None:
-            seconds = self.summary.get("simulated_seconds")
-            if isinstance(seconds, (int, float)) and not isinstance(seconds, bool):
-                return max(last, _us(seconds))
+            return max(last, _us(_number(self.summary.get("simulated_seconds"))))
         return last
 
     @property
@@ -109,6 +107,7 @@ def read_record(path: Path) -> Recorded:
                 header = _header(line)
             elif line.get("type") == "summary":
                 summary = line
+                _us(_number(line.get("simulated_seconds")))
             elif "t" in line:
                 entries.append(_entry(line))
     except (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError):
@@ -165,6 +164,10 @@ def _text(line: Mapping[str, Any], name: str) -> str:
     if not isinstance(value, str):
         raise ValueError(value)
     return value
+
+
+def _number(value: Any) -> float:
+    return value if isinstance(value, (int, float)) and not isinstance(value, bool) else 0.0
 
 
 def _us(seconds: Any) -> int:
