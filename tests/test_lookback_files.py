@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from motion import RED
 from PIL import Image
 from test_lookback import BOOK, ask
 
@@ -73,9 +74,12 @@ def test_the_protocol_says_whether_pictures_are_kept(tmp_path: Path, text: str, 
     assert api.check(make_workbook(sheets, tmp_path / "look.xlsx")).run.keeps_pictures is kept
 
 
-def test_where_no_picture_may_be_kept_the_film_has_none(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("sensors", "camera"), [((RED,), False), ((), True)], ids=["forbidden", "no row looks"])
+def test_where_no_picture_may_be_kept_the_film_has_none(
+    tmp_path: Path, sensors: tuple[DeviceUse, ...], camera: bool
+) -> None:
     ball = SceneAction(0, "Red ball", "appear", {"at": (0.8, 0.0, 0.4), "size": 0.06, "colour": "red"})
-    world = SimWorld(Spec(load_robot(), scene=(ball,), film=True, camera=False))
+    world = SimWorld(Spec(load_robot(), sensors, scene=(ball,), film=True, camera=camera))
     world.start()
     film = world._film
     assert film is not None and [shot.inside for shot in film.shots] == [None]

@@ -178,6 +178,13 @@ def test_faces_that_are_kept_are_disclosed(tmp_path):
     assert any("rrp-sheets faces --forget" in line.text for line in wiping)
 
 
+def test_what_leaves_the_computer_and_what_the_operator_can_change_is_disclosed(tmp_path):
+    pack = pack_of(workbook(tmp_path, "| Red ball | map | redBall.distance | Distance | |\n"))
+    told = " ".join(line.text for line in pack.kept)
+    assert "Nothing is sent over the network, unless" in told and "its screen can show what the camera sees" in told
+    assert any(line.startswith("change the formulas of rows") for line in pack.always)
+
+
 def test_buttons_stops_walking_and_rivals_are_disclosed(tmp_path):
     rows = (
         "| Go | subscribe | | There | 2 |\n| Go | merge | | Both | |\n| Both | subscribe | | Sit down | 1 |\n"

@@ -74,7 +74,6 @@ class Film:
         self._place = (0.0, 0.0)  # m, of the robot, where the camera expects it
         self._camera = FilmCamera(bullet, *_view(spec.scene, self._place), SIZE, _hiding(spec.scene))
         self.shots: list[Shot] = []
-        self._camera_kept = spec.camera
         self._every = EVERY
         self._next = 0
         self._news = 0.0
@@ -132,7 +131,7 @@ class Film:
     def _take(self) -> None:
         world = self._world
         us = world.stage.us
-        inside = world.sight.recent(STALE_US) if self._camera_kept else None
+        inside = world.sight.recent(STALE_US) if world.keeps_pictures else None
         eyes = world.eyes.shining
         if eyes != self._eyes:
             self._news += SHINES

@@ -104,8 +104,9 @@ class SimWorld:
                       Path(spec.beside) if spec.beside else None)  # fmt: skip
         made = {a.stream: make_actuator(a, parts) for a in spec.actuators}
         self._actuators = {stream: actuator for stream, actuator in made.items() if actuator is not None}
+        self.keeps_pictures = spec.camera and bool(seeing)  # of its camera: none when no row looks through it
         self._film = Film(self._b, self, spec, out) if spec.film else None
-        self._recording = Recording(self, out, spec.camera and bool(seeing)) if spec.record and out else None
+        self._recording = Recording(self, out, self.keeps_pictures) if spec.record and out else None
 
     def start(self) -> Outcome:
         """The outcome of time 0."""

@@ -34,7 +34,7 @@ def _leads_to(source: Source, stream: str) -> str:
 
 def always(source: Source) -> tuple[str, ...]:
     """What the operator can do in every run, whatever the rows are."""
-    entries = ["sends", "types", "switches", "pauses", "scene"]
+    entries = ["sends", "types", "switches", "pauses", "edits", "scene"]
     if not any(source.channel(source.checked.graph.streams[s]) == "microphone" for s in source.sensors):
         entries.remove("types")
     return tuple(source.get(f"hand.{entry}") for entry in entries)

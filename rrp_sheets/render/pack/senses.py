@@ -78,7 +78,9 @@ def kept(source: Source) -> tuple[Labelled, ...]:
         faces = "kept"  # those of earlier runs are known again
     lines = [
         Labelled(get("kept.trace"), get("kept.trace_text")),
-        Labelled(get("kept.pictures"), get(f"kept.pictures_{pictures}")),
+        Labelled(
+            get("kept.pictures"), source.words.sentences([get(f"kept.pictures_{pictures}"), get("kept.pictures_live")])
+        ),
         Labelled(get("kept.sound"), get(f"kept.sound_{sound}")),
         Labelled(get("kept.faces"), get(f"kept.faces_{faces}")),
     ]
