@@ -50,6 +50,7 @@ SOLVED = (
     ("forgetAfter | 1 h", "forgetAfter | 1 s"),
     (EMPTY, "|  | Touched | timeout | 10 s | Quiet |  |\n"),
     (EMPTY, '|  | Quiet | subscribe | "Shall we play?" | Say |  |\n'),
+    ("| FALSE | Close ball |", "| TRUE | Close ball |"),
     ("| FALSE | Remark |", "| TRUE | Remark | throttle | 10 s |  |  |\n|  |  |"),
     (EMPTY, "|  | Touched | accumulate |  | Touches |  |\n"),
     (EMPTY, "|  | Touches | filter | touches = 3 | Three |  |\n"),
@@ -57,6 +58,7 @@ SOLVED = (
     (EMPTY, '|  | Three | subscribe | "Hooray, three touches!" | Say |  |\n'),
 )
 """What one does in the lessons, from top to bottom."""
+LESSON_9 = 10  # of these are done before it
 
 
 @pytest.fixture(scope="module")
@@ -68,6 +70,20 @@ def solved(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("solved") / "tutorial.md"
     path.write_text(text, encoding="utf-8")
     return path
+
+
+def test_no_mark_of_a_later_lesson_is_taken_for_a_slip_of_ones_own(tmp_path: Path) -> None:
+    text = bundled("templates", "workbooks", "source", "tutorial.md").read_text(encoding="utf-8")
+    for before, after in SOLVED[:LESSON_9]:
+        text = text.replace(before, after, 1)
+    path = tmp_path / "tutorial.md"
+    path.write_text(text, encoding="utf-8")
+    assert not list(api.check(path).report)
+
+
+def test_no_other_row_looks_like_one_to_be_written_in() -> None:
+    text = bundled("templates", "workbooks", "source", "tutorial.md").read_text(encoding="utf-8")
+    assert text.count(EMPTY) == 7 and f"{EMPTY}| # |" not in text
 
 
 def test_it_is_solved_by_doing_what_it_says(solved: Path) -> None:
@@ -189,8 +205,9 @@ def test_all_lessons_by_the_keyboard(page: GridPage, folder: Path) -> None:
     write(page, row + 1, "Quiet", "subscribe", '"Shall we play?"', "Say")
     holds(page, 8)
     row = row_of(page, "Remark|subscribe", "LESSON 9")
-    go(page, "A", row)
-    page.press("Space")
+    for tick in (row - 1, row):
+        go(page, "A", tick)
+        page.press("Space")
     go(page, "C", row)
     mend(page, "LINT002")
     page.press("Enter")  # the first of its two fixes

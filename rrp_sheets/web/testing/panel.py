@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rrp_sheets.documents import Document
+from rrp_sheets.testing.judge import seconds
 from rrp_sheets.web.testing.results import FAILS, HOLDS, IDLE, LATE, WAITS, Missed, Results, RoomTests, Tested, counted
 
 MOST_MISSED = 3  # rows of a test that are told beside the sheet
@@ -30,7 +31,7 @@ class TestLine:
 
 @dataclass(frozen=True, slots=True)
 class MissedLine:
-    """A row that does not hold; `at` is its time, `hints` explain it."""
+    """A row that does not hold; `at` is its time as `got` tells times, `hints` explain it."""
 
     row: int
     at: str
@@ -101,7 +102,7 @@ def _first(results: Results, sheet: str) -> Tested | None:
 
 def _missed(row: Missed) -> MissedLine:
     expected = "any value" if row.expected.strip().casefold() == "any" else row.expected
-    return MissedLine(row.number, f"{row.ms / 1000:g} s", row.stream, expected, row.got, row.notes, row.hints)
+    return MissedLine(row.number, seconds(round(row.ms * 1000)), row.stream, expected, row.got, row.notes, row.hints)
 
 
 def _notes(results: Results) -> list[str]:
