@@ -122,6 +122,9 @@ def test_commands_take_a_bundle(place: Path, tmp_path: Path, monkeypatch: Any) -
     assert "play the sound a tune.wav" in run("explain", bundle).output
     assert run("diagram", bundle, "-o", "x.svg").exit_code == 0 and (tmp_path / "x.svg").is_file()
     assert "no difference" in run("diff", bundle, place / "song.md").output
+    assert run("print", bundle).exit_code == 0 and (place / "song.pdf").read_bytes().startswith(b"%PDF")
+    shutil.copy(place / "song.md", "mine.md")
+    assert run("print", "mine.md", "--against", bundle).exit_code == 0 and (tmp_path / "mine.pdf").is_file()
     result = run("replay", bundle)
     assert result.exit_code == 0 and "one:" in result.output and "The same:" in result.output
 

@@ -102,6 +102,12 @@ def test_the_list_is_a_table_of_what_there_is(folder: Path) -> None:
     assert told["schema"] == 1 and told["runs"][-1]["participant"] == CODE and told["runs"][-1]["seconds"] == 8.0
 
 
+def test_the_newest_stands_first_whatever_the_folders_are_called(tmp_path: Path) -> None:
+    for name, began in (("demo", "08:00:00+00:00"), ("2026-a", "09:00:00+00:00"), ("2026-b", "10:30:00+02:00")):
+        write_run(tmp_path, name, of(CODE, f"2026-11-02T{began}"), EVENT, END)
+    assert [line.split()[-1] for line in run(tmp_path).output.splitlines()[1:]] == ["2026-a", "2026-b", "demo"]
+
+
 def test_no_runs_no_folder_and_a_link_that_leads_out(tmp_path: Path) -> None:
     assert run(tmp_path).output == "Nothing has run here yet.\n"
     with pytest.raises(SheetsError, match="There is no folder"):
@@ -229,6 +235,10 @@ def test_where_the_code_stands_elsewhere_is_told(folder: Path) -> None:
     journal.keep_version("x.xlsx", "with P07", "Aya", "digest", (folder / "cells.xlsx").read_bytes())
     journal.keep_version("x.xlsx", "another", "Aya", "digest", (folder / "texts.xlsx").read_bytes())
     journal.keep_version("x.xlsx", "clean", "Aya", "digest", (folder / "cells.xlsx").read_bytes())
+    for software in (folder / ".venv", folder / "node_modules"):
+        software.mkdir()
+        (software / "font.ttf").write_bytes(b"\0P07\0")
+    (folder / ".venv" / "pyvenv.cfg").touch()
     write_run(folder, "8-x", HEADER | {"participant": "P07"}, EVENT, END)
     write_run(folder, "9-x", HEADER, {"t": 1.0, "happening": "mark", "text": "like P07", "by": "Aya"}, END)
     found = [place for place in plan(folder, "P07").elsewhere if "-wal" not in place]

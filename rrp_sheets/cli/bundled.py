@@ -25,6 +25,8 @@ class Workbook(click.ParamType):  # type: ignore[type-arg]  # generic for its st
         path = Path(value)
         if ctx is None or not is_bundle(path):
             return path
+        if isinstance(param, click.Argument):
+            ctx.meta[__name__] = path
         return _opened(ctx, path).workbook
 
 
@@ -53,7 +55,6 @@ def _opened(ctx: click.Context, path: Path) -> Bundle:
     from rrp_sheets.runs.bundle.unpacking import unpacked
 
     bundle = ctx.with_resource(unpacked(path))
-    ctx.meta[__name__] = path
     for note in bundle.notes[:_MOST_NOTES]:
         click.echo(f"{click.style('Note:', fg='yellow')} {note}", err=True)
     if len(bundle.notes) > _MOST_NOTES:
@@ -62,6 +63,6 @@ def _opened(ctx: click.Context, path: Path) -> Bundle:
 
 
 def home_of(ctx: click.Context) -> Path | None:
-    """The folder of the bundle that a command was given; None when it was given a workbook."""
+    """The folder of the bundle that a command was given as FILE; None when it was given a workbook."""
     source: Path | None = ctx.meta.get(__name__)
     return None if source is None else source.resolve().parent

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from rrp_sheets.cli.bundled import Workbook
+from rrp_sheets.cli.bundled import Workbook, home_of
 from rrp_sheets.model.languages import LANGUAGES
 
 
@@ -27,7 +27,8 @@ def command(
     """Print FILE for an ethics board: an accessible PDF that says what the robot senses, keeps, says and does.
 
     It has the diagrams, the rows in words and as tables, what the operator drives by hand, how it stops, what is still
-    open, and what changed since the approved version. The SHA-256 of FILE stands on every page.
+    open, and what changed since the approved version. The SHA-256 of FILE stands on the first page,
+    its first 16 digits on every page.
 
     Exit code: 0, or 1 when the workbook has errors (nothing is printed, unless as a draft), 2 when it cannot be read.
     """
@@ -36,7 +37,9 @@ def command(
     from rrp_sheets.printing import HasErrors, print_pack
     from rrp_sheets.runs.limits import lift_limit
 
-    target = output or (file if file.name else file.resolve()).with_suffix(".pdf")
+    home = home_of(click.get_current_context())
+    beside = home / file.name if home else file
+    target = output or (beside if beside.name else beside.resolve()).with_suffix(".pdf")
     if target.suffix.casefold() != ".pdf":
         raise click.UsageError("The file ends with .pdf: rrp-sheets print FILE -o protocol.pdf")
     try:

@@ -36,7 +36,7 @@ def command() -> None:
     """
 
 
-@command.command(name="list")
+@command.command(name="list", short_help="List them, the newest first.")
 @click.argument("folder", type=click.Path(path_type=Path), default=Path())
 @click.option("--participant", default="", help="only those of this participant's code")
 @click.option("--workbook", default="", help="only those of this workbook")
@@ -60,7 +60,7 @@ def list_runs(folder: Path, participant: str, workbook: str, as_json: bool) -> N
         click.echo("\n".join(_table(found)))
 
 
-@command.command(name="delete")
+@command.command(name="delete", short_help="Delete all that was recorded of a participant, or in a run.")
 @click.argument("folder", type=click.Path(path_type=Path), default=Path())
 @click.option("--participant", default="", help="the code: all runs of this participant")
 @click.option("--run", "names", multiple=True, help="the name of a run; may be given several times")

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import errno
 import json
+import math
 import os
 import stat
 import time
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -72,7 +73,7 @@ class Facts:
 
 
 def run_names(folder: Path) -> list[str]:
-    """The names of the runs' folders beside the workbooks of a folder, the newest first."""
+    """The names of the runs' folders beside the workbooks of a folder, from the last name to the first."""
     place = folder / RUNS
     try:
         with os.scandir(place) as found:
@@ -80,6 +81,11 @@ def run_names(folder: Path) -> list[str]:
     except OSError:
         return []
     return sorted(names, reverse=True)
+
+
+def newest_first(runs: Iterable[Facts]) -> list[Facts]:
+    """Runs by when they began, whatever their folders are called; those that cannot be read stand before all others."""
+    return sorted(runs, key=lambda f: f.began.timestamp() if f.began else math.inf, reverse=True)
 
 
 def facts_of(place: Path, going: Collection[str] = ()) -> Facts:

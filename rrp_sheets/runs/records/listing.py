@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.records.facts import RUNS, TRACE, Facts, facts_of, run_names
+from rrp_sheets.runs.records.facts import RUNS, TRACE, Facts, facts_of, newest_first, run_names
 
 
 def runs_place(folder: Path) -> Path:
@@ -29,7 +29,7 @@ def runs_place(folder: Path) -> Path:
 
 
 def runs_in(folder: Path) -> list[Path]:
-    """The folders of the runs of a folder, the newest first; of a run's own folder that one; see `runs_place`."""
+    """The folders of the runs of a folder, from the last name to the first; of a run's own folder that one."""
     if (folder / TRACE).is_file():
         return [folder]
     place = runs_place(folder)
@@ -39,8 +39,8 @@ def runs_in(folder: Path) -> list[Path]:
 def chosen(
     places: Collection[Path], *, participant: str = "", workbook: str = "", going: Collection[str] = ()
 ) -> list[Facts]:
-    """What there is to know of the runs of a participant, of a workbook; blank: of all."""
-    found = [facts_of(place, going) for place in places]
+    """What there is to know of the runs of a participant, of a workbook, the newest first; blank: of all."""
+    found = newest_first(facts_of(place, going) for place in places)
     return [
         f for f in found
         if (not participant or f.participant == participant)

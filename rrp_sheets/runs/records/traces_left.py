@@ -20,6 +20,7 @@ _MOST_MEMBER = 200_000_000  # bytes of a file in a zip
 _PICTURES = (".gif", ".png", ".jpg", ".jpeg", ".wav")  # their bytes hold no text of ours but what was drawn
 _ZIPS = (".xlsx", ".zip", ".xlsm")
 _JOURNAL = "journal.sqlite"
+_LIBRARIES = "node_modules"
 _TAG, _FORMULA = re.compile(rb"<[^<>]*>"), re.compile(rb"<f[ >][^<]*</f>")
 _NAME = re.compile(rb' (?:name|title|author|displayName)="([^"<>]*)"')
 
@@ -45,7 +46,7 @@ def places_of(code: str, folder: Path, without: frozenset[Path] = frozenset()) -
     Args:
         code: the participant's.
         folder: to look through; no link is followed.
-        without: folders that are left out.
+        without: folders that are left out. So is installed software: it would take all the time, and holds any code.
     """
     wanted = Code(code)
     deadline = time.monotonic() + _MOST_SECONDS
@@ -63,8 +64,12 @@ def places_of(code: str, folder: Path, without: frozenset[Path] = frozenset()) -
 
 def _files(folder: Path, without: frozenset[Path]) -> Iterator[Path]:
     for root, folders, names in os.walk(folder):
-        folders[:] = sorted(n for n in folders if Path(root, n).resolve() not in without)
+        folders[:] = sorted(n for n in folders if Path(root, n).resolve() not in without and not _software(root, n))
         yield from (path for name in sorted(names) if not (path := Path(root, name)).is_symlink())
+
+
+def _software(root: str, name: str) -> bool:
+    return name == _LIBRARIES or Path(root, name, "pyvenv.cfg").is_file()
 
 
 def _within(code: Code, path: Path) -> Iterator[str]:

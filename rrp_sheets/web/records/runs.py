@@ -12,7 +12,7 @@ from markupsafe import Markup
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.folder import describe
 from rrp_sheets.runs.records.clerk import Clerk
-from rrp_sheets.runs.records.facts import Facts
+from rrp_sheets.runs.records.facts import Facts, newest_first
 from rrp_sheets.runs.records.wording import clock, length
 from rrp_sheets.web.library import Library
 from rrp_sheets.web.records.pages import (
@@ -48,7 +48,7 @@ _KINDS = {
 def runs_page(runs: Runs, library: Library, book: str, words: str, first: int, participant: str = "") -> RunsPage:
     """The list, from the newest to the oldest; `first`: how many are skipped."""
     books = set(library.names())
-    every = runs.facts(runs.names())
+    every = newest_first(runs.facts(runs.names()))
     found = [
         f for f in every
         if (not book or f.workbook == book) and (not participant or f.participant == participant) and _has(f, words)
