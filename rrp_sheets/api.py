@@ -360,12 +360,12 @@ def marbles(
         SheetsError: when there is no such behaviour, stream or time in it.
     """
     from rrp_sheets.render.score import chosen
-    from rrp_sheets.runs.marbles import is_trace, trace_scores
+    from rrp_sheets.runs.marbles import is_trace, stamped_scores
     from rrp_sheets.testing.marbles import scores
 
     checked, report = None, None
     if is_trace(Path(path)):
-        found = trace_scores(Path(path))
+        found = stamped_scores(Path(path))
     else:
         checked, report = test(path)
         if report is None or not report.cases:

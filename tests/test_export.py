@@ -17,6 +17,7 @@ from recorded import END, EVENT, HEADER, HOSTILE, write_run
 from rrp_sheets import api
 from rrp_sheets.cli.main import group
 from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.runs.records.stamp import stamp_of
 
 SVG = "{http://www.w3.org/2000/svg}"
 BALL = {"x": 0.1, "distance": 1.5, "colour": "red"}
@@ -209,6 +210,13 @@ def test_hostile_names_are_text_in_every_picture(tmp_path: Path) -> None:
 
 
 # ---- what goes wrong ----
+
+
+@pytest.mark.parametrize("form", ["svg", "txt"])
+def test_marbles_say_at_their_foot_where_they_come_from(session: Path, tmp_path: Path, form: str) -> None:
+    target = tmp_path / f"marbles.{form}"
+    assert api.draw_marbles(api.marbles(session)[1] or [], target) == []
+    assert stamp_of(session).line() in target.read_text(encoding="utf-8")
 
 
 def test_what_cannot_be_exported_is_told_with_a_remedy(session: Path, tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.marble_text import marble_text
 from rrp_sheets.render.marbles import draw_marbles
+from rrp_sheets.render.measure import clean
 from rrp_sheets.render.output import render_diagram, target_of
 from rrp_sheets.render.score import Score
 from rrp_sheets.workbook.atomic import write_atomically
@@ -37,4 +38,6 @@ def write_marbles(scores: Sequence[Score], path: str | os.PathLike[str]) -> list
 
 def text_of(scores: Sequence[Score], width: int = 110) -> str:
     """All diagrams as plain text, each under its title."""
-    return "\n".join("\n".join([score.title, *marble_text(score, width), ""]) for score in scores)
+    return "\n".join(
+        "\n".join([score.title, *marble_text(score, width), *filter(None, [clean(score.foot)]), ""]) for score in scores
+    )

@@ -9,7 +9,7 @@ from itertools import pairwise
 from rrp_sheets.render.diagram import Page
 from rrp_sheets.render.marble_beads import Span, draw_lane, lane_height
 from rrp_sheets.render.marble_text import nice_step, seconds_label
-from rrp_sheets.render.measure import clean, escape, width
+from rrp_sheets.render.measure import clean, escape, width, wrap
 from rrp_sheets.render.score import Bar, Group, Score
 from rrp_sheets.render.style import (
     BADGE,
@@ -37,6 +37,7 @@ _TALLEST = LANDSCAPE[1] / LEAST_SCALE  # points; made smaller by so much a page 
 _MOST_STRIPS = 6
 _WANTED_GAP = 15.0  # points between two marbles of the busiest stream
 _LABELS_APART = 48.0
+_FOOT = 190  # letters of a line at the foot
 
 
 @dataclass(frozen=True)
@@ -125,6 +126,9 @@ def _page(score: Score, sheet: Sequence[_Block], ident: str, of: tuple[int, int]
     if legend:
         pieces.append(_legend(y))
     high = y + (_LEGEND if legend else -_GAP + 4)
+    for words in wrap(clean(score.foot), _FOOT, 2) if score.foot else ():
+        pieces.append(text(14, high + 5, words, 7, fill=SOFT))
+        high += 10
     alt = _alt(score)
     svg = frame("\n".join(pieces), WIDE, high, ident=ident, title=clean(score.title), description=alt)
     caption = f"part {part} of {parts}" if parts > 1 else ""

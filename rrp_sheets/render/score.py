@@ -94,6 +94,7 @@ class Score:
         first_us: where the time begins.
         last_us: where it ends.
         marks: times with a short text each that are pointed at.
+        foot: where it comes from, a line below it; empty for none.
     """
 
     title: str
@@ -101,6 +102,7 @@ class Score:
     first_us: int
     last_us: int
     marks: tuple[tuple[int, str], ...] = field(default=())
+    foot: str = ""
 
     @property
     def lanes(self) -> list[Lane]:

@@ -17,6 +17,7 @@ from rrp_sheets.graph.build import build_graph
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Field, Record, RecordType, Value
 from rrp_sheets.render.score import KINDS, Group, Lane, Marble, Score, make_score
+from rrp_sheets.runs.records.stamp import stamp_of
 from rrp_sheets.runtime.trace import read_trace, stream_label
 
 _LONGEST_US = 366 * 24 * 3_600_000_000  # a year: longer is no run
@@ -49,6 +50,13 @@ def trace_scores(path: Path) -> list[Score]:
         return _alone(header, lines) if graph is None else _with_rows(graph, lines)
     except (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError):
         raise UnreadableFile("FILE001", f"“{file}” is not a trace.", "Name a run's folder.") from None
+
+
+def stamped_scores(path: Path) -> list[Score]:
+    """The same, and each says at its foot of which run it is."""
+    file = path / TRACE if path.is_dir() else path
+    foot = stamp_of(file.parent).line() if file.name == TRACE else ""
+    return [replace(score, foot=foot) for score in trace_scores(path)]
 
 
 def _graph(workbook: Path) -> Graph | None:
