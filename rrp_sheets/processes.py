@@ -17,15 +17,18 @@ class Child:
     Args:
         module: what it runs; its first argument is the number of its end of the connection.
         shared: further open files that it inherits; their numbers are its further arguments.
+        scratch: the folder for what it keeps for a moment; by default the system's.
 
     Attributes:
         link: our end of the connection; the process ends when it closes.
     """
 
-    def __init__(self, module: str, *shared: int) -> None:
+    def __init__(self, module: str, *shared: int, scratch: str = "") -> None:
         self.link, theirs = socket.socketpair()
         self._log: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115  # lives as long as the process
         environment = dict(os.environ)
+        if scratch:
+            environment.update(TMPDIR=scratch, TEMP=scratch, TMP=scratch)
         package = str(Path(__file__).parent.parent)
         environment["PYTHONPATH"] = os.pathsep.join(p for p in (package, environment.get("PYTHONPATH")) if p)
         with theirs:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import os
+import tempfile
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,6 +16,8 @@ from flask.testing import FlaskClient
 from recorded import END, EVENT, HEADER, HOSTILE, write_run
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.office import readable
+from rrp_sheets.runs.records import clerk as clerks
 from rrp_sheets.runs.records.clerk import Clerk
 from rrp_sheets.runs.records.facts import facts_of
 
@@ -99,6 +102,36 @@ def test_what_takes_too_long_is_ended_and_the_next_is_answered(tmp_path: Path, c
         clerk.course(place)
     write_run(tmp_path, "y", HEADER, EVENT, END)
     assert clerk.course(tmp_path / "runs" / "y")["count"] == 1
+
+
+def test_who_comes_when_many_wait_is_told_and_waits_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(clerks, "MOST", 1)
+    place = write_run(tmp_path, "good", HEADER, EVENT, END)
+    clerk, refused = Clerk(), list[SheetsError]()
+
+    def one_more_meanwhile(*link: object) -> bool:
+        with pytest.raises(SheetsError, match="at once") as told:
+            clerk.course(place)
+        refused.append(told.value)
+        return readable(*link)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(clerks, "readable", one_more_meanwhile)
+    assert clerk.course(place)["count"] == 1 and refused
+    monkeypatch.setattr(clerks, "readable", readable)
+    assert clerk.course(place)["count"] == 1
+    clerk.close()
+
+
+def test_what_the_process_keeps_for_a_moment_goes_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scratch = tmp_path / "tmp"
+    scratch.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(scratch))
+    clerk = Clerk()
+    clerk.course(write_run(tmp_path, "good", HEADER, END))
+    (place,) = scratch.iterdir()
+    (place / "half a table").write_text("x", encoding="utf-8")
+    clerk.close()
+    assert not list(scratch.iterdir())
 
 
 def test_nothing_but_a_runs_own_files(tmp_path: Path) -> None:

@@ -14,10 +14,11 @@ from waitress.server import create_server
 from waitress.task import ErrorTask
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.records.clerk import MOST_OF_ALL
 from rrp_sheets.web.desk import MOST_LISTENERS
 from rrp_sheets.web.headers import HEADERS
 
-THREADS = MOST_LISTENERS + 16  # each page that listens keeps one, and the others are for requests
+THREADS = MOST_LISTENERS + MOST_OF_ALL + 8  # each page that listens keeps one, and the others are for requests
 LARGEST_BODY = 8_500_000  # bytes; what is larger is refused while it comes, so that it fills no disk
 MOST_CONNECTIONS = 240  # at once; macOS gives a program 256 files
 MOST_OF_ONE = 80  # connections of one address, so that nobody takes them all

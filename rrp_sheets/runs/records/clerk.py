@@ -6,8 +6,11 @@ that asks it goes on answering others meanwhile.
 
 from __future__ import annotations
 
+import tempfile
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +22,11 @@ from rrp_sheets.runs.wire import Lines, line, unpack_error
 
 WITHIN = 30.0
 """Seconds for one answer, the start of the process included."""
+MOST = 8
+"""Requests at once to one clerk: who comes then is told so, and keeps no thread of the server waiting."""
+MOST_OF_ALL = 18
+"""Requests at once to all clerks: the server has more threads, so that a run can always be stopped."""
+_all_places = threading.BoundedSemaphore(MOST_OF_ALL)
 
 
 class Clerk:
@@ -33,7 +41,9 @@ class Clerk:
         self._within = within
         self._program = program
         self._lock = threading.Lock()
+        self._places = threading.BoundedSemaphore(MOST)
         self._child: Child | None = None
+        self._scratch: tempfile.TemporaryDirectory[str] | None = None  # goes with the process, which may be killed
         self._lines: Lines | None = None
 
     def course(self, place: Path) -> dict[str, Any]:
@@ -75,11 +85,12 @@ class Clerk:
         """Its answer.
 
         Raises:
-            SheetsError: what it says, or that it took too long.
+            SheetsError: what it says, that it took too long, or that too many others wait.
         """
-        with self._lock:
+        with _place(self._places), _place(_all_places), self._lock:
             if self._child is None:
-                self._child = Child(self._program)
+                self._scratch = tempfile.TemporaryDirectory(prefix="rrp-sheets-", ignore_cleanup_errors=True)
+                self._child = Child(self._program, scratch=self._scratch.name)
                 self._lines = Lines(self._child.link)
             kind, answer = self._answer(self._child, what, request)
             if kind in ("memory", "late", "gone"):
@@ -113,3 +124,16 @@ class Clerk:
         if self._child is not None:
             self._child.close(2.0)
             self._child = self._lines = None
+        if self._scratch is not None:
+            self._scratch.cleanup()
+            self._scratch = None
+
+
+@contextmanager
+def _place(places: threading.BoundedSemaphore) -> Iterator[None]:
+    if not places.acquire(blocking=False):
+        raise SheetsError("Too much is asked for at once here.", "Wait a minute, and try it again.")
+    try:
+        yield
+    finally:
+        places.release()
