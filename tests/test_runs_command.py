@@ -12,11 +12,13 @@ import numpy as np
 import openpyxl
 import pytest
 from click.testing import CliRunner, Result
+from PIL import Image
 from recorded import END, EVENT, HEADER, HOSTILE, write_run
 
 from rrp_sheets.cli.main import group
 from rrp_sheets.documents.journal import Journal
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.render.picture import with_texts
 from rrp_sheets.runs.faces import kept
 from rrp_sheets.runs.records.deleting import delete, plan
 from rrp_sheets.runs.records.facts import facts_of
@@ -230,6 +232,10 @@ def test_where_the_code_stands_elsewhere_is_told(folder: Path) -> None:
     (folder / "P07 consent.pdf").write_bytes(b"")
     (folder / "notes.md").write_text("XP07 P070 P07x")
     (folder / "table.csv").write_text("a,P07,b")
+    Image.new("1", (1, 1)).save(folder / "plain.png")
+    stamped = with_texts((folder / "plain.png").read_bytes(), {"Title": "x.xlsx, P07"})
+    (folder / "plain.png").write_bytes((folder / "plain.png").read_bytes() + b" P07 ")  # by chance
+    (folder / "contact.png").write_bytes(stamped)
     (folder / "damaged.zip").write_bytes(b"PK\x03\x04 no zip")
     journal = Journal(folder)
     journal.keep_version("x.xlsx", "with P07", "Aya", "digest", (folder / "cells.xlsx").read_bytes())
@@ -245,7 +251,7 @@ def test_where_the_code_stands_elsewhere_is_told(folder: Path) -> None:
     assert sorted(found) == [
         ".rrp-sheets/journal.sqlite (the version “another” of x.xlsx)",
         ".rrp-sheets/journal.sqlite (the version “with P07” of x.xlsx)",
-        "P07 consent.pdf (its name)", "bundle.zip", "runs/9-x/trace.jsonl", "table.csv", "texts.xlsx",
+        "P07 consent.pdf (its name)", "bundle.zip", "contact.png", "runs/9-x/trace.jsonl", "table.csv", "texts.xlsx",
     ]  # fmt: skip
     journal.close()
 

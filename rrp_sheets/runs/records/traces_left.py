@@ -7,17 +7,21 @@ import json
 import os
 import re
 import sqlite3
+import struct
 import time
 import zipfile
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
+from typing import BinaryIO
 
 _CHUNK = 1 << 20  # bytes that are read at once
 _MOST_FILES = 50_000
 _MOST_SECONDS = 20.0
 _MOST_MEMBER = 200_000_000  # bytes of a file in a zip
-_PICTURES = (".gif", ".png", ".jpg", ".jpeg", ".wav")  # their bytes hold no text of ours but what was drawn
+_PICTURES = (".gif", ".jpg", ".jpeg", ".wav")  # their bytes hold no text of ours but what was drawn
+_PNG = ".png"  # an export of ours has texts beside the picture
+_SIGNATURE, _TEXTS = b"\x89PNG\r\n\x1a\n", (b"tEXt", b"iTXt")
 _ZIPS = (".xlsx", ".zip", ".xlsm")
 _JOURNAL = "journal.sqlite"
 _LIBRARIES = "node_modules"
@@ -78,7 +82,11 @@ def _within(code: Code, path: Path) -> Iterator[str]:
     suffix = path.suffix.casefold()
     if suffix in _PICTURES or not path.is_file():
         return
-    if suffix in _ZIPS:
+    if suffix == _PNG:
+        with path.open("rb") as file:
+            if code.stands_in(_texts_of(file)):
+                yield ""
+    elif suffix in _ZIPS:
         if _zip_has(code, path):
             yield ""
     elif path.name == _JOURNAL:
@@ -107,6 +115,8 @@ def _zip_has(code: Code, file: Path | io.BytesIO, depth: int = 2) -> bool:
                 if about.file_size > _MOST_MEMBER or about.filename.casefold().endswith(_PICTURES):
                     continue
                 data = packed.read(about)
+                if about.filename.casefold().endswith(_PNG):
+                    data = _texts_of(io.BytesIO(data))
                 if about.filename.endswith((".xml", ".rels")):
                     data = _words(data)
                 nested = depth > 1 and about.filename.casefold().endswith(_ZIPS)
@@ -115,6 +125,19 @@ def _zip_has(code: Code, file: Path | io.BytesIO, depth: int = 2) -> bool:
     except (zipfile.BadZipFile, RuntimeError, NotImplementedError, ValueError, EOFError):  # damaged, or with a password
         return False
     return False
+
+
+def _texts_of(picture: BinaryIO) -> bytes:
+    """The texts that a PNG has beside its picture; among its other bytes a short code would stand by chance."""
+    found: list[bytes] = []
+    if picture.read(len(_SIGNATURE)) == _SIGNATURE:
+        while len(head := picture.read(8)) == 8:
+            size, kind = struct.unpack(">I4s", head)
+            if kind in _TEXTS:
+                found.append(picture.read(min(size, _CHUNK)))
+                size -= len(found[-1])
+            picture.seek(size + 4, os.SEEK_CUR)  # with its checksum
+    return b" ".join(found)
 
 
 def _words(xml: bytes) -> bytes:
