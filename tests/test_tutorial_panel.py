@@ -111,7 +111,7 @@ def test_what_holds_and_what_does_not_is_told_and_marked(page: Callable[..., Pag
     panel = panel_of(here.tests, here.document, "Talk")
     assert panel is not None and panel.count == "1 of 2 tests holds" and panel.first == "B"
     assert [(m.at, m.stream, m.expected, m.got) for m in panel.missed] == [
-        ("0 ms", "Print", "3", "2 at 0 ms from Talk!3")
+        ("at 0 ms", "Print", "3", "2 at 0 ms from Talk!3")
     ]
     assert [(line.sheet, line.sign, line.words) for line in panel.lines] == [
         ("A", "✓", "holds"), ("B", "✗", "does not hold"),

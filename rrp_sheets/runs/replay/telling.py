@@ -49,7 +49,7 @@ def unknown(
         told.append("The event loop's record does not say which of two things of the same microsecond came first.")
     world = Counter(e.what for e in entries if e.kind == HAPPENING and not is_engines(e))
     if world and ends is None:
-        listed = ", ".join(f"{what} {count:,} times" for what, count in sorted(world.items()))
+        listed = ", ".join(f"{what} {count:,} time{'' if count == 1 else 's'}" for what, count in sorted(world.items()))
         told.append(f"What the robot and its world did is taken from the record and not done again ({listed}).")
     if ends is not None:
         told += _ends_said(ends)

@@ -19,23 +19,6 @@ Style = Callable[[str, str], str]
 
 
 @dataclass(frozen=True)
-class Told:
-    """A line of the account.
-
-    Attributes:
-        when: in words: `12.4 s`, or `6 to 6.9 s`.
-        us: when it begins.
-        text: what is different then.
-        row: whose it is, in the workbook that was played, or in the one that ran if that has none.
-    """
-
-    when: str
-    us: int
-    text: str
-    row: str
-
-
-@dataclass(frozen=True)
 class RowLine:
     """What is different at a row, or of a sensor stream.
 
@@ -92,11 +75,11 @@ def verdict(found: Replayed) -> str:
     if found.same:
         if found.other:
             return f"The same: with {found.other} {events} of this session would have come as they came."
-        return f"The same: {events} in {found.seconds:g} s, as they were recorded."
+        return f"The same: {events} in {round(found.seconds, 1):g} s, as they were recorded."
     if found.other:
-        return f"Different: with {found.other}, {_would(found)} in these {found.seconds:g} s."
+        return f"Different: with {found.other}, {_would(found)} in these {round(found.seconds, 1):g} s."
     first = found.first
-    words = f" The first at {_s(first.us)}: {_each(first)}" if first is not None else ""
+    words = f" The first at {in_seconds(first.us)}: {_each(first)}" if first is not None else ""
     return f"Different: {_counted(found)}.{words}"
 
 
@@ -195,100 +178,16 @@ def _how_many(here: Sequence[Difference], count: Count, found: Replayed) -> str:
     return ", ".join(parts)
 
 
-# ---- what the robot does
-def robot_lines(found: Replayed) -> list[Told]:
-    """What the robot would have done otherwise, in the order of time; what goes on is one line."""
-    actuators = set(found.actuators)
-    mine = [d for d in found.differences if d.stream in actuators and d.what == "event" and d.kind != ROW]
-    lines: list[Told] = []
-    by_stream = sorted(mine, key=lambda d: (d.stream, d.row, d.came_row))
-    for (stream, *_), group in groupby(by_stream, key=lambda d: (d.stream, d.row, d.came_row)):
-        for run in _runs(sorted(group, key=_when), spoken=stream in found.spoken):
-            lines.append(_robot_line(run, found))
-    return sorted(lines, key=lambda t: t.us)
-
-
-def _when(difference: Difference) -> int:
-    return difference.came_us if difference.kind == EXTRA else difference.us
-
-
-def _runs(here: Sequence[Difference], *, spoken: bool) -> Iterator[list[Difference]]:
-    """Differences of one kind that follow each other closely; every sentence of the robot counts by itself."""
-    run: list[Difference] = []
-    for d in here:
-        if run and (spoken or d.kind != run[-1].kind or _when(d) - _when(run[-1]) > _TOGETHER_US):
-            yield run
-            run = []
-        run.append(d)
-    if run:
-        yield run
-
-
-def _robot_line(run: Sequence[Difference], found: Replayed) -> Told:
-    first, last = run[0], run[-1]
-    row = first.came_row or first.row
-    when = _s(_when(last), 2)
-    if len(run) > 1:
-        when = f"{_s(_when(first), 2).removesuffix(' s')} to {when}"
-    words = _spoken_words(first, found) if first.stream in found.spoken else _given_words(run, found)
-    return Told(when, _when(first), f"{words} ({in_words(row)})", row)
-
-
-def _spoken_words(d: Difference, found: Replayed) -> str:
-    own = found.spoken[d.stream].text
-    recorded, came = (_quoted(own or value) for value in (d.recorded, d.came))
-    would = bool(found.other)
-    if d.kind == MISSING:
-        if d.recorded is None:
-            return "would not have been silenced" if would else "was not silenced"
-        return f"would not have said {recorded}" if would else f"did not say {recorded}"
-    if d.kind == EXTRA:
-        if d.came is None:
-            return "would have been silenced" if would else "was silenced"
-        return f"would have said {came}" if would else f"said {came}"
-    if d.kind == TIME:
-        said = f"said {came} at {_s(d.came_us)} instead"
-        return f"would have {said}" if would else said
-    if d.kind == VALUE:
-        return f"would have said {came} instead of {recorded}" if would else f"said {came} instead of {recorded}"
-    return "would have said it in another order" if would else "said it in another order"
-
-
-def _quoted(value: Any) -> str:
-    return f"“{value}”" if isinstance(value, str) else _show(value)
-
-
-def _given_words(run: Sequence[Difference], found: Replayed) -> str:
-    d, many, name = run[0], len(run), f"“{run[0].stream}”"
-    would = bool(found.other)
-    blank = all((r.recorded if d.kind == MISSING else r.came) is None for r in run)
-    if d.kind == MISSING:
-        verb = "would not have been" if would else "was not"
-    else:
-        verb = "would have been" if would else "was"
-    if blank and d.kind in (MISSING, EXTRA):  # blank stops what it is doing
-        return f"{name} {verb} stopped{f' {many:,} times' if many > 1 else ''}"
-    if d.kind in (MISSING, EXTRA):
-        what = _show(d.recorded if d.kind == MISSING else d.came) if many == 1 else f"{many:,} values"
-    elif d.kind == TIME:
-        what = f"{_show(d.came)} at {_s(d.came_us)} instead" if many == 1 else f"{many:,} values at other times"
-    elif d.kind == VALUE:
-        what = f"{_show(d.came)} instead of {_show(d.recorded)}" if many == 1 else f"{many:,} other values"
-    else:
-        what = "its values in another order"
-    return f"{name} {verb} given {what}"
-
-
 # ---- one by one
 def each_line(found: Replayed) -> list[Told]:
     """Every difference in words."""
-    return [Told(_s(d.us), d.us, _each(d), d.came_row or d.row) for d in found.differences]
+    return [Told(in_seconds(d.us), d.us, _each(d), d.came_row or d.row) for d in found.differences]
 
 
 def _each(d: Difference) -> str:
     row = d.came_row or d.row
     where = f"{in_words(row)}{f' → {_name(d.stream)}' if _name(d.stream) else ''}" if row else f"“{_name(d.stream)}”"
-    recorded, came = (_error(v) if d.what == "error" else _show(v) for v in (d.recorded, d.came))
+    recorded, came = (_error(v) if d.what == "error" else shown(v) for v in (d.recorded, d.came))
     if d.kind == MISSING:
         return f"{where}: {recorded} was recorded and did not come"
     if d.kind == EXTRA:
@@ -296,30 +195,11 @@ def _each(d: Difference) -> str:
     if d.kind == VALUE:
         return f"{where}: {recorded} was recorded, {came} came"
     if d.kind == TIME:
-        return f"{where}: {recorded} came at {_s(d.came_us)} instead"
+        return f"{where}: {recorded} came at {in_seconds(d.came_us)} instead"
     if d.kind == ROW:
         return f"{recorded} came from {in_words(d.came_row)} instead of {in_words(d.row)}"
     return f"{where}: {recorded} was recorded, {came} came before it"
 
 
 def _error(value: Any) -> str:
-    return f"the error “{value[0]}”" if isinstance(value, list) and value else _show(value)
-
-
-def _show(value: Any) -> str:
-    return show(_value(value), _LONGEST).strip()
-
-
-def _value(value: Any) -> Any:
-    if isinstance(value, dict):
-        return record_from_mapping("", {str(n): _value(v) for n, v in value.items()})
-    return [_value(v) for v in value] if isinstance(value, list) else value
-
-
-def _s(us: int, digits: int = 3) -> str:
-    """A time of the run, to so many digits.
-
-    >>> _s(12_400_000), _s(33_333), _s(600_000_000)
-    ('12.4 s', '0.033 s', '600 s')
-    """
-    return f"{round(us / 1e6, digits):.10g} s"
+    return f"the error “{value[0]}”" if isinstance(value, list) and value else shown(value)

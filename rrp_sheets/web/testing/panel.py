@@ -31,7 +31,7 @@ class TestLine:
 
 @dataclass(frozen=True, slots=True)
 class MissedLine:
-    """A row that does not hold; `at` is its time as `got` tells times, `hints` explain it."""
+    """A row that does not hold; `at` is its time, in words as `got` tells times, `hints` explain it."""
 
     row: int
     at: str
@@ -101,8 +101,10 @@ def _first(results: Results, sheet: str) -> Tested | None:
 
 
 def _missed(row: Missed) -> MissedLine:
+    time = seconds(round(row.ms * 1000))
+    when = f"up to {time}" if row.expected.strip().casefold() == "nothing" else f"at {time}"
     expected = "any value" if row.expected.strip().casefold() == "any" else row.expected
-    return MissedLine(row.number, seconds(round(row.ms * 1000)), row.stream, expected, row.got, row.notes, row.hints)
+    return MissedLine(row.number, when, row.stream, expected, row.got, row.notes, row.hints)
 
 
 def _notes(results: Results) -> list[str]:
