@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import errno
 import io
 import os
 import tempfile
@@ -132,6 +133,17 @@ def test_what_the_process_keeps_for_a_moment_goes_with_it(tmp_path: Path, monkey
     (place / "half a table").write_text("x", encoding="utf-8")
     clerk.close()
     assert not list(scratch.iterdir())
+
+
+def test_a_full_disk_is_told_as_such(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    write_run(tmp_path, "good", HEADER, END)
+    client = visit(tmp_path)
+    monkeypatch.setattr(tempfile, "TemporaryFile", full)
+    answer = get(client, "/runs/good/everything.zip")
+    assert answer.status_code == 507 and "Make room" in answer.text and "fault" not in answer.text
 
 
 def test_nothing_but_a_runs_own_files(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -111,6 +112,13 @@ def _answer_errors(app: Flask) -> None:
     @app.errorhandler(SheetsError)
     def tell(error: SheetsError) -> tuple[str, int]:
         return show(MessagePage("This cannot be shown", error.message, error.remedy, reload=True)), 422
+
+    @app.errorhandler(OSError)
+    def no_room(error: OSError) -> tuple[str, int]:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EROFS):
+            raise error
+        why = f"The computer where the server runs cannot write: {error.strerror}."
+        return show(MessagePage("This cannot be done now", why, "Make room there, and try it again.", reload=True)), 507
 
     @app.errorhandler(HTTPException)
     def explain(error: HTTPException) -> tuple[str, int]:
