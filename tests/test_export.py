@@ -257,6 +257,18 @@ def test_a_record_that_is_damaged_in_its_middle_leaves_no_half_file(tmp_path: Pa
     assert not list(tmp_path.glob("t.*"))
 
 
+def test_what_lies_beside_the_runs_is_left_out(tmp_path: Path) -> None:
+    place = write_run(tmp_path, "one", HEADER, EVENT, END)
+    faces = tmp_path / "runs" / "faces.json"
+    faces.write_text("{}")
+    target = tmp_path / "study.csv"
+    assert api.export(sorted(faces.parent.iterdir()), target) == []
+    api.export([place], tmp_path / "alone.csv")
+    assert target.read_bytes() == (tmp_path / "alone.csv").read_bytes()
+    with pytest.raises(UnreadableFile, match=r"faces.json” is not a record"):
+        api.export([faces], tmp_path / "none.csv")
+
+
 def test_the_command(session: Path, tmp_path: Path) -> None:
     result = CliRunner().invoke(group, ["export", str(session), "-o", str(tmp_path / "a.csv")])
     assert result.exit_code == 0 and result.output == f"Written: {tmp_path / 'a.csv'}\n"

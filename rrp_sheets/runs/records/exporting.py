@@ -23,7 +23,7 @@ def export(runs: Sequence[Path], target: Path, what: str = "", streams: Sequence
     """Write what was recorded into a file.
 
     Args:
-        runs: folders of runs, or their trace.jsonl; several only for a table.
+        runs: folders of runs, or their trace.jsonl; several only for a table. What else `runs/*` names is left out.
         target: the file; its suffix tells the format.
         what: `table`, `plots`, `contact` (pictures of moments); blank: what is usual for the suffix.
         streams: of plots, only these.
@@ -35,6 +35,8 @@ def export(runs: Sequence[Path], target: Path, what: str = "", streams: Sequence
         SheetsError: that cannot be made as such a file, or it cannot be written.
         UnreadableFile: one of the runs is no record of a run.
     """
+    strays = [run for run in runs if run.is_file() and run.suffix != Path(TRACE).suffix]  # runs/faces.json
+    runs = [run for run in runs if run not in strays] or runs
     suffix = target.suffix.casefold()
     what = what or _USUAL.get(suffix, "")
     _require(what, suffix, target, len(runs), streams)
@@ -77,6 +79,10 @@ def trace_of(run: Path) -> Path:
     trace = run / TRACE if run.is_dir() else run
     if not trace.is_file():
         raise UnreadableFile("FILE001", f"There is no run “{run}”.", "Name a run's folder; see `rrp-sheets runs`.")
+    if trace.suffix != Path(TRACE).suffix:
+        raise UnreadableFile(
+            "FILE001", f"“{run}” is not a record of a run.", "Name a run's folder; see `rrp-sheets runs`."
+        )
     if trace.name == TRACE:
         facts = facts_of(trace.parent)
         if not facts.readable:
