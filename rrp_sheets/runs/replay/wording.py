@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from typing import Any
 
-from rrp_sheets.model.values import record_from_mapping, show
 from rrp_sheets.runs.replay.differences import EXTRA, MISSING, ORDER, ROW, TIME, VALUE, Count, Difference
 from rrp_sheets.runs.replay.result import Replayed
-from rrp_sheets.runs.replay.words import in_words
+from rrp_sheets.runs.replay.wording_robot import robot_lines
+from rrp_sheets.runs.replay.words import Told, in_seconds, in_words, shown
 
 MOST = 40  # lines of a list; the JSON and the table have all
-_LONGEST = 60  # letters of a value
-_TOGETHER_US = 2_000_000  # between two of a row that are told in one line
 Style = Callable[[str, str], str]
 
 

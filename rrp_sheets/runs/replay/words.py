@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any
+
+from rrp_sheets.model.values import record_from_mapping, show
+
+_LONGEST = 60  # letters of a value
+
 
 def in_words(row: str) -> str:
     """A row as people name it.
@@ -11,3 +18,40 @@ def in_words(row: str) -> str:
     """
     sheet, mark, number = row.rpartition("!")
     return f"{sheet} row {number}" if mark else row or "a row"
+
+
+@dataclass(frozen=True)
+class Told:
+    """A line of the account.
+
+    Attributes:
+        when: in words: `12.4 s`, or `6 to 6.9 s`.
+        us: when it begins.
+        text: what is different then.
+        row: whose it is, in the workbook that was played, or in the one that ran if that has none.
+    """
+
+    when: str
+    us: int
+    text: str
+    row: str
+
+
+def shown(value: Any) -> str:
+    """A value, in short."""
+    return show(_value(value), _LONGEST).strip()
+
+
+def _value(value: Any) -> Any:
+    if isinstance(value, dict):
+        return record_from_mapping("", {str(n): _value(v) for n, v in value.items()})
+    return [_value(v) for v in value] if isinstance(value, list) else value
+
+
+def in_seconds(us: int, digits: int = 3) -> str:
+    """A time of the run, to so many digits.
+
+    >>> in_seconds(12_400_000), in_seconds(33_333), in_seconds(600_000_000)
+    ('12.4 s', '0.033 s', '600 s')
+    """
+    return f"{round(us / 1e6, digits):.10g} s"
