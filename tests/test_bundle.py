@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import html
 import io
@@ -203,6 +204,28 @@ def test_what_cannot_be_downloaded_or_uploaded(place: Path, tmp_path: Path) -> N
     bomb = remade(tmp_path / "b.zip", {**files(place / "song.zip"), **swollen})
     assert "larger than 200 MB" in upload(client, "b.zip", bomb.read_bytes())
     assert sorted(place.iterdir()) == before
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links need rights there")
+def test_runs_that_lie_elsewhere_get_none_by_an_upload(place: Path, tmp_path: Path) -> None:
+    (tmp_path / "shelf").mkdir()
+    (tmp_path / "outside").mkdir()
+    (tmp_path / "shelf" / "runs").symlink_to(tmp_path / "outside")
+    said = upload(visit(tmp_path / "shelf"), "song.zip", (place / "song.zip").read_bytes())
+    assert "leads to another folder" in said
+    assert not list((tmp_path / "outside").iterdir()) and not (tmp_path / "shelf" / "song.md").exists()
+
+
+def test_a_run_for_which_there_is_no_room_is_told(place: Path, tmp_path: Path, monkeypatch: Any) -> None:
+    def full(run: Path, making: Path, **_: Any) -> None:
+        making.mkdir()
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("rrp_sheets.web.unbundling.shutil.copytree", full)
+    monkeypatch.setattr("rrp_sheets.runs.bundle.unpacking.dress", lambda *_: None)
+    said = html.unescape(upload(visit(tmp_path), "song.zip", (place / "song.zip").read_bytes()))
+    assert "“one” could not be stored" in said and "song.md is on the shelf" in said
+    assert not list((tmp_path / "runs").iterdir())
 
 
 def upload(client: FlaskClient, name: str, data: bytes) -> str:

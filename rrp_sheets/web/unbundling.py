@@ -13,6 +13,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.bundle import form
 from rrp_sheets.runs.bundle.catalogues import catalogue_note
 from rrp_sheets.runs.bundle.unpacking import Bundle, unpack
+from rrp_sheets.runs.records.listing import runs_place
 from rrp_sheets.web.library import SUFFIXES
 from rrp_sheets.workbook.atomic import write_atomically
 
@@ -46,6 +47,7 @@ def take_in(folder: Path, name: str, data: bytes) -> tuple[str, str]:
         if not book.is_file() or book.suffix.casefold() not in SUFFIXES or book.name[0] in ".~":
             raise SheetsError("The workbook in this bundle cannot be shown here.", "Use `rrp-sheets run` for it.")
         api.read(book)
+        runs_place(folder)  # refuses one that leads elsewhere, before anything is stored
         _move(folder, _new_files(folder, bundle))
         other = catalogue_note(bundle.folder)
         kept = _take_runs(folder, bundle, with_robot=bool(other))
@@ -89,6 +91,10 @@ def _take_runs(folder: Path, bundle: Bundle, *, with_robot: bool) -> list[str]:
         target.parent.mkdir(exist_ok=True)
         making = target.with_name(f".{run.name}.part")
         shutil.rmtree(making, ignore_errors=True)
-        shutil.copytree(run, making, ignore=None if with_robot else shutil.ignore_patterns(form.ROBOTS))
-        making.rename(target)
+        try:
+            shutil.copytree(run, making, ignore=None if with_robot else shutil.ignore_patterns(form.ROBOTS))
+            making.rename(target)
+        except OSError as error:  # no room, or another upload was quicker
+            shutil.rmtree(making, ignore_errors=True)
+            notes.append(f"The run “{run.name}” could not be stored ({error.strerror or 'is there room for it?'}).")
     return notes
