@@ -26,7 +26,7 @@ _WHAT = {
     "poses.jsonl": "how the robot and the things around it stood",
     "camera.zip": "pictures of the robot's camera",
     "film.gif": "the robot, filmed",
-    "strip.png": "six moments of the run, and what the robot saw",
+    "strip.png": "six moments of the run, and what its camera saw if that is kept",
 }
 
 
