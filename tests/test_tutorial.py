@@ -182,6 +182,15 @@ def test_the_first_lessons_by_the_keyboard(page: GridPage) -> None:
     assert "Lesson 3 Name it does not hold yet" in page.page.locator(".tests-first").inner_text()
 
 
+def test_a_lesson_is_read_on_a_narrow_screen_without_moving_the_table(page: GridPage) -> None:
+    size = page.page.viewport_size
+    page.page.set_viewport_size({"width": 400, "height": 800})
+    script = """() => [...document.querySelectorAll("tr.comment td.on .word")]
+      .every((word) => word.getBoundingClientRect().width <= innerWidth - 80)"""
+    assert page.page.evaluate(script)
+    page.page.set_viewport_size(size)
+
+
 @pytest.mark.soak
 def test_all_lessons_by_the_keyboard(page: GridPage, folder: Path) -> None:
     if "2 of 10" not in page.page.locator("#panels").inner_text():
