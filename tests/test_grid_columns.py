@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from grid_books import HEADER, Books, Shared
 
 from rrp_sheets.connectors import connectors
@@ -87,9 +89,11 @@ def test_the_panel_beside_the_grid_is_dragged_and_moved_by_keys(shelf: Books) ->
     assert grid.page.evaluate(wide) == before
 
 
-def test_every_connector_has_its_icon() -> None:
+def test_every_connector_has_the_icon_of_the_diagram() -> None:
     icons = (bundled("templates", "web") / "static" / "icons.svg").read_text(encoding="utf-8")
-    assert [c.name for c in connectors() if f'id="i-{c.name}"' not in icons] == []
+    for connector in connectors():
+        (drawn,) = re.findall(rf'id="i-{connector.name}" [^>]*>(.*)</symbol>', icons)
+        assert drawn == connector.icon.replace('class="f"', 'fill="currentColor" stroke="none"')
 
 
 def test_a_comment_in_the_first_column_is_seen(shelf: Books) -> None:

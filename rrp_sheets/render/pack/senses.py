@@ -70,7 +70,8 @@ def kept(source: Source) -> tuple[Labelled, ...]:
     """What is stored, where, and for how long: what the program does, then what the authors say."""
     get, through = source.get, channels(source)
     pictures = "none" if "camera" not in through else "kept" if keeps_pictures(source) else "not"
-    sound = "heard" if "microphone" in through else "none"
+    speaks = any("voice" in d.stream.device.type.resources for d in source.drivers if d.stream.device)
+    sound = "heard" if "microphone" in through else "none" if speaks else "silent"
     keeps = source.checked.run.keeps_faces
     remembers = "kept" if keeps else "run"
     faces = remembers if remembers_faces(source) else "seen" if sees_faces(source) else "none"
