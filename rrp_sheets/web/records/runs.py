@@ -189,7 +189,8 @@ def marbles_page(runs: Runs, clerk: Clerk, run: str, asked: Mapping[str, Any], r
     return MarblesPage(
         run=run, behaviours=tuple(behaviours), behaviour=str(told["behaviour"]),
         rows=tuple((n, f"{connector} {formula}".strip(), not rows or n in rows) for n, connector, formula in found),
-        all_rows=not rows, first=first, last=last, seconds=f"{round(told['seconds'], 1):g}", spread=spread,
+        all_rows=not rows, first=first, last=last, spread=spread,
+        seconds=f"{float(str(told['seconds'])):.1f}".removesuffix(".0"),
         pictures=tuple(Markup(svg) for svg in pictures), left_out=int(str(told["left_out"])), trouble=trouble,
     )  # fmt: skip
 
