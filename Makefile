@@ -26,10 +26,9 @@ serve: setup  ## open the grid on copies of the workbooks, in my-workbooks
 	@for book in workbooks/*.xlsx; do [ -e "my-workbooks/$${book##*/}" ] || cp "$$book" my-workbooks/; done
 	$(BIN)/rrp-sheets serve my-workbooks
 
-# Three at a time on two cores: a quarter of its time a test waits for a browser, a clock or another process.
 test: setup  ## install what the tests need, and run them
 	@sh .ci/apt-packages
-	$(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 lint: setup  ## style, types, layers
 	$(BIN)/ruff check .
