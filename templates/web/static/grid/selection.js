@@ -102,7 +102,7 @@ export class Selection {
     else if (box.bottom > frame.top + this.scroll.clientHeight) {
       this.scroll.scrollTop += Math.min(box.bottom - frame.top - this.scroll.clientHeight, box.top - top);
     }
-    if (box.left < left + 8 && this.scroll.scrollLeft < 48 + left - box.left) this.scroll.scrollLeft = 0; // no narrow column stays hidden
+    if (box.left < left + 8 && this.scroll.scrollLeft && this.scroll.scrollLeft < 48 + left - box.left) this.scroll.scrollLeft = 0; // no narrow column stays hidden
     else if (box.left < left) this.scroll.scrollLeft -= left - box.left;
     else if (box.right > frame.left + this.scroll.clientWidth) {
       this.scroll.scrollLeft += Math.min(box.right - frame.left - this.scroll.clientWidth, box.left - left);
