@@ -1,0 +1,161 @@
+"""Reading, checking, changing and comparing workbooks, and trying formulas."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rrp_sheets.checks import Checked
+    from rrp_sheets.checks.fixing import Change
+    from rrp_sheets.compare import Comparison
+    from rrp_sheets.diagnostics import Report
+    from rrp_sheets.formulas.trial import Answer
+    from rrp_sheets.runs.changes import CellSet
+    from rrp_sheets.runs.changes_drawn import Compared
+    from rrp_sheets.runs.posing import Posed
+    from rrp_sheets.workbook import Reading
+    from rrp_sheets.workbook.editing import Edit, Edited
+
+
+def read(path: Path | str) -> Reading:
+    """Read a workbook: an .xlsx, a folder of CSV files, or a Markdown file.
+
+    Raises:
+        UnreadableFile: when it cannot be read at all, or is refused.
+    """
+    from rrp_sheets.workbook import read as read_workbook
+
+    return read_workbook(Path(path))
+
+
+def check(path: Path | str) -> Checked:
+    """Read and check a workbook; everything that is wrong is in the result's `report`."""
+    from rrp_sheets.checks import check_workbook
+
+    reading = read(path)
+    return check_workbook(reading.workbook, reading.report)
+
+
+def new(path: Path | str, robot: str = "nao", template: str = "guided") -> Path:
+    """Make a workbook to start from; raises SheetsError when the file exists already, or the template does not."""
+    from rrp_sheets.devices import load_robot
+    from rrp_sheets.runs.copies import make_new
+
+    return make_new(Path(path), load_robot(robot), template)
+
+
+def convert(path: Path | str, target: Path | str, *, replace: bool = True) -> Path:
+    """Write a workbook in another format: a styled .xlsx, a Markdown file (.md), or a folder of CSV files.
+
+    Raises:
+        SheetsError: when it cannot be written, or there is such a file and `replace` is False.
+        UnreadableFile: when the workbook cannot be read.
+    """
+    from rrp_sheets.devices import load_robot
+    from rrp_sheets.runs.copies import convert as convert_workbook
+
+    return convert_workbook(Path(path), load_robot(), Path(target), replace=replace)
+
+
+def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None = None) -> Edited:
+    """Change cells and rows of a workbook's file (`workbook.edits`), all or none, and leave all else as it is.
+
+    Raises:
+        SheetsError: when an edit cannot be done, somebody else has changed the file, or it cannot be written.
+    """
+    from rrp_sheets.workbook.editing import edit as edit_file
+
+    return edit_file(path, edits, expected_digest=expected_digest)
+
+
+def fix(path: Path | str, target: Path | str, chosen: Mapping[str, int] | None = None) -> tuple[list[Change], Checked]:
+    """Write a copy of a workbook with all safe fixes in it; `chosen` names others, `{"LINT001": 2}` the second one.
+
+    Returns:
+        What was changed, and the copy, checked.
+
+    Raises:
+        SheetsError: when the copy would replace the workbook itself, or cannot be written.
+    """
+    from rrp_sheets.runs.fixes import fix_copy
+
+    return fix_copy(Path(path), Path(target), chosen or {})
+
+
+def mark(path: Path | str, target: Path | str, report: Report) -> Path:
+    """Write an .xlsx copy of a workbook in which its findings stand beside their rows; the original stays as it is.
+
+    Raises:
+        SheetsError: when the copy cannot be written, or its name is taken by another file.
+    """
+    from rrp_sheets.runs.changes import write_marked
+
+    return write_marked(Path(path), Path(target), report)
+
+
+def set_cell(path: Path | str, cell: str, value: str, sheet: str = "") -> CellSet:
+    """Put a typed text into a cell (`Tracking!C5`, or `C5` of a sheet), and check the workbook; see `edit`."""
+    from rrp_sheets.runs.changes import set_cell as set_one
+
+    return set_one(Path(path), cell, value, sheet)
+
+
+def pose(
+    path: Path | str, name: str, joints: Sequence[str] = (), *, posture: str = "", at: float | None = None,
+    picture: Path | str | None = None,
+) -> Posed:  # fmt: skip
+    """Let the simulated robot take a pose, and write its joints as a keyframe into the workbook's Gestures sheet.
+
+    Args:
+        path: of the workbook.
+        name: of the gesture; it may be new.
+        joints: joints to move, as `RShoulderPitch=-60°` or `LElbowRoll=-0.5` (rad).
+        posture: to begin with; else the gesture's last keyframe, or the start posture.
+        at: s from the gesture's beginning; None: 1 s after its last keyframe.
+        picture: where to store a picture of that pose.
+
+    Raises:
+        SheetsError: a joint, an angle or the posture is not known, or the file cannot be written.
+        MissingPart: when the simulator is not installed here.
+    """
+    from rrp_sheets.runs.posing import pose as write_pose
+
+    return write_pose(
+        Path(path), name, joints, posture=posture, at=at, picture=None if picture is None else Path(picture)
+    )
+
+
+def diff(first: Path | str, second: Path | str) -> Comparison:
+    """Compare two workbooks of any formats by what they mean; `same` tells whether they have the same behaviour.
+
+    Raises:
+        UnreadableFile: when one of them cannot be read at all.
+
+    >>> from rrp_sheets.resources import bundled
+    >>> diff(bundled("workbooks", "greeter.xlsx"), bundled("workbooks", "source", "greeter.md")).same
+    True
+    """
+    from rrp_sheets.compare import compare
+    from rrp_sheets.compare.opening import open_checked
+
+    return compare(open_checked(Path(first)), open_checked(Path(second)))
+
+
+def diff_in_detail(first: Path | str, second: Path | str) -> Compared:
+    """As `diff`; with the rows of the behaviours that changed, and pictures of them (`svg`, `html`)."""
+    from rrp_sheets.runs.changes_drawn import compared
+
+    return compared(Path(first), Path(second))
+
+
+def formula(text: str, inputs: Mapping[str, Any] | None = None) -> Answer:
+    """Try a formula with inputs as JSON knows them; an object is a payload record.
+
+    >>> formula("IF(x > 3; 1; 0)", {"x": 5}).value
+    1
+    """
+    from rrp_sheets.formulas.trial import try_formula
+
+    return try_formula(text, inputs or {})
