@@ -55,8 +55,11 @@ def folder(tmp_path: Path) -> Path:
     made = tmp_path / "study"
     for name, participant in (("1-a", CODE), ("2-b", CODE), ("3-c", "P-08"), ("4-d", "p 07"), ("5-e", CODE)):
         place = write_run(made, name, HEADER | {"participant": participant}, EVENT, END)
-        for file in ("film.gif", "say-001.wav", "camera.zip", "run.xlsx"):
-            (place / file).write_bytes(b"something of P-07" if participant == CODE else b"something")
+        words = b"something of P-07" if participant == CODE else b"something"
+        for file in ("film.gif", "say-001.wav", "camera.zip"):
+            (place / file).write_bytes(words)
+        with zipfile.ZipFile(place / "run.xlsx", "w") as packed:
+            packed.writestr("words.txt", words)
     (made / "runs" / "5-e" / "more").mkdir()
     (made / "runs" / "5-e" / "more" / "deep.txt").write_text(CODE)
     return made
@@ -237,6 +240,12 @@ def test_where_the_code_stands_elsewhere_is_told(folder: Path) -> None:
     (folder / "plain.png").write_bytes((folder / "plain.png").read_bytes() + b" P07 ")  # by chance
     (folder / "contact.png").write_bytes(stamped)
     (folder / "damaged.zip").write_bytes(b"PK\x03\x04 no zip")
+    with zipfile.ZipFile(folder / "scratched.zip", "w", zipfile.ZIP_DEFLATED) as packed:
+        packed.writestr("a.txt", "nothing " * 99)
+        packed.writestr("b.txt", "nothing")
+    scratched = bytearray((folder / "scratched.zip").read_bytes())
+    scratched[35:45] = b"\xff" * 10  # in what is compressed
+    (folder / "scratched.zip").write_bytes(scratched)
     journal = Journal(folder)
     journal.keep_version("x.xlsx", "with P07", "Aya", "digest", (folder / "cells.xlsx").read_bytes())
     journal.keep_version("x.xlsx", "another", "Aya", "digest", (folder / "texts.xlsx").read_bytes())
@@ -251,7 +260,11 @@ def test_where_the_code_stands_elsewhere_is_told(folder: Path) -> None:
     assert sorted(found) == [
         ".rrp-sheets/journal.sqlite (the version “another” of x.xlsx)",
         ".rrp-sheets/journal.sqlite (the version “with P07” of x.xlsx)",
-        "P07 consent.pdf (its name)", "bundle.zip", "contact.png", "runs/9-x/trace.jsonl", "table.csv", "texts.xlsx",
+        "P07 consent.pdf (its name)", "bundle.zip", "contact.png",
+        "damaged.zip (it could not be looked into: it is damaged, too large, or has a password)",
+        "runs/9-x/trace.jsonl",
+        "scratched.zip (it could not be looked into: it is damaged, too large, or has a password)",
+        "table.csv", "texts.xlsx",
     ]  # fmt: skip
     journal.close()
 

@@ -13,6 +13,8 @@ from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.raw import unreadable
 from rrp_sheets.workbook.xml_stream import Budget, Handler, XmlReader
 
+BROKEN_ZIP = (zipfile.BadZipFile, OSError, EOFError, ValueError, RuntimeError, NotImplementedError, zlib.error)
+"""What the zip library raises of a file that is damaged, cut off, protected, or compressed in an unusual way."""
 _OLE = bytes.fromhex("d0cf11e0a1b11ae1")
 _MB = 1_000_000
 _ENCRYPTED_NAME = "EncryptedPackage".encode("utf-16-le")
@@ -70,7 +72,7 @@ class Package:
         _check_beginning(data, name)
         try:
             self._zip = zipfile.ZipFile(io.BytesIO(data))
-        except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError) as error:
+        except BROKEN_ZIP as error:
             raise unreadable("FILE008", name=name, what="it is cut off or not whole") from error
         entries = self._zip.infolist()
         self._check_entries(entries)
@@ -120,7 +122,7 @@ class Package:
         with self.open(part) as stream:
             try:
                 beginning = stream.read(_PROLOGUE)
-            except _BROKEN as error:
+            except BROKEN_ZIP as error:
                 raise unreadable("FILE008", name=self.name, what=f"{part} cannot be read") from error
         if _DOCTYPE.search(beginning.replace(b"\0", b"")):
             raise unreadable("FILE009", name=self.name, what=f"{part} declares its own document type")
@@ -147,7 +149,7 @@ class Package:
             return self._zip.open(self.parts[part.casefold()])
         except KeyError:
             raise unreadable("FILE008", name=self.name, what=f"{part} is missing") from None
-        except _BROKEN as error:
+        except BROKEN_ZIP as error:
             raise unreadable("FILE008", name=self.name, what=f"{part} cannot be read") from error
 
     def read(self, part: str) -> bytes:
@@ -155,7 +157,7 @@ class Package:
         with self.open(part) as stream:
             try:
                 return stream.read()
-            except _BROKEN as error:
+            except BROKEN_ZIP as error:
                 raise unreadable("FILE008", name=self.name, what=f"{part} cannot be read") from error
 
     def reader(self, part: str, handler: Handler) -> XmlReader:
@@ -178,9 +180,6 @@ class Package:
             id: (kind, posixpath.normpath(posixpath.join("/", folder, target)).lstrip("/"))
             for id, (kind, target) in handler.found.items()
         }
-
-
-_BROKEN = (zipfile.BadZipFile, OSError, EOFError, ValueError, RuntimeError, NotImplementedError, zlib.error)
 
 
 def _check_beginning(data: bytes, name: str) -> None:

@@ -7,7 +7,6 @@ import json
 import stat
 import tempfile
 import zipfile
-import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -18,13 +17,13 @@ from rrp_sheets.runs.bundle import form
 from rrp_sheets.runs.bundle.catalogues import catalogue_note, dress
 from rrp_sheets.runs.bundle.names import is_safe
 from rrp_sheets.runs.bundle.versions import differences
+from rrp_sheets.workbook.package import BROKEN_ZIP
 from rrp_sheets.workbook.raw import unreadable
 
 _MOST_LIST = 2_000_000  # bytes of the list
 _RATIO, _RATIO_FROM = 400, 10_000_000  # a trace of one value that never changes is honest, and small
 _PIECE = 1 << 20
 _ENCRYPTED = 0x1
-_BROKEN = (zipfile.BadZipFile, OSError, EOFError, ValueError, RuntimeError, NotImplementedError, zlib.error)
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,7 @@ def unpack(path: Path, folder: Path, most_bytes: int = form.MOST_BYTES) -> Bundl
         return _unpack(path, folder, most_bytes)
     except _Refused as problem:
         why = str(problem)
-    except _BROKEN as problem:
+    except BROKEN_ZIP as problem:
         full = isinstance(problem, OSError) and problem.errno is not None
         why = f"{problem.strerror}" if full and isinstance(problem, OSError) else "it is damaged, or cut off"
     raise unreadable("FILE020", name=path.name, why=why)

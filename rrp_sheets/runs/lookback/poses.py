@@ -13,6 +13,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from rrp_sheets.workbook.package import BROKEN_ZIP
+
 POSES, PICTURES = "poses.jsonl", "camera.zip"
 PIECE_SECONDS = 30.0
 _FULL = b'"full":true'
@@ -132,7 +134,7 @@ def picture(place: Path, number: int) -> bytes:
     try:
         with zipfile.ZipFile(place / PICTURES) as archive:
             data = archive.read(names[number])
-    except (OSError, zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError, ValueError):
+    except BROKEN_ZIP:
         return b""
     return data if data.startswith(_JPEG) else b""
 
@@ -144,7 +146,7 @@ def _picture_names(place: Path) -> list[str]:
             return []
         with zipfile.ZipFile(path) as archive:
             entries = archive.infolist()
-    except (OSError, zipfile.BadZipFile, NotImplementedError, ValueError):
+    except BROKEN_ZIP:
         return []
     names = {
         e.filename for e in entries

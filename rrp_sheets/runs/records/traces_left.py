@@ -15,14 +15,17 @@ from contextlib import closing
 from pathlib import Path
 from typing import BinaryIO
 
+from rrp_sheets.workbook.package import BROKEN_ZIP
+
 _CHUNK = 1 << 20  # bytes that are read at once
 _MOST_FILES = 50_000
 _MOST_SECONDS = 20.0
 _MOST_MEMBER = 200_000_000  # bytes of a file in a zip
-_PICTURES = (".gif", ".jpg", ".jpeg", ".wav")  # their bytes hold no text of ours but what was drawn
+_PICTURES = (".gif", ".jpg", ".jpeg", ".wav", "camera.zip")  # their bytes hold no text of ours but what was drawn
 _PNG = ".png"  # an export of ours has texts beside the picture
 _SIGNATURE, _TEXTS = b"\x89PNG\r\n\x1a\n", (b"tEXt", b"iTXt")
 _ZIPS = (".xlsx", ".zip", ".xlsm")
+_UNREAD = " (it could not be looked into: it is damaged, too large, or has a password)"
 _JOURNAL = "journal.sqlite"
 _LIBRARIES = "node_modules"
 _TAG, _FORMULA = re.compile(rb"<[^<>]*>"), re.compile(rb"<f[ >][^<]*</f>")
@@ -80,15 +83,15 @@ def _within(code: Code, path: Path) -> Iterator[str]:
     if code.stands_in(os.fsencode(path.name)):
         yield " (its name)"
     suffix = path.suffix.casefold()
-    if suffix in _PICTURES or not path.is_file():
+    if path.name.casefold().endswith(_PICTURES) or not path.is_file():
         return
     if suffix == _PNG:
         with path.open("rb") as file:
             if code.stands_in(_texts_of(file)):
                 yield ""
     elif suffix in _ZIPS:
-        if _zip_has(code, path):
-            yield ""
+        if (told := _zip_says(code, path)) is not None:
+            yield told
     elif path.name == _JOURNAL:
         yield from _journal(code, path)
     elif _file_has(code, path):
@@ -105,26 +108,40 @@ def _file_has(code: Code, path: Path) -> bool:
     return False
 
 
-def _zip_has(code: Code, file: Path | io.BytesIO, depth: int = 2) -> bool:
-    """Whether it stands in a workbook, or in a file or workbook of a zip."""
+def _zip_says(code: Code, file: Path | io.BytesIO, depth: int = 2) -> str | None:
+    """What is told of a zip: blank when the code stands in it, None when it does not, else why nobody knows."""
+    told = None
     try:
         with zipfile.ZipFile(file) as packed:
             for about in packed.infolist():
-                if code.stands_in(about.filename.encode("utf-8", "replace")):
-                    return True
-                if about.file_size > _MOST_MEMBER or about.filename.casefold().endswith(_PICTURES):
-                    continue
-                data = packed.read(about)
-                if about.filename.casefold().endswith(_PNG):
-                    data = _texts_of(io.BytesIO(data))
-                if about.filename.endswith((".xml", ".rels")):
-                    data = _words(data)
-                nested = depth > 1 and about.filename.casefold().endswith(_ZIPS)
-                if code.stands_in(data) or (nested and _zip_has(code, io.BytesIO(data), depth - 1)):
-                    return True
-    except (zipfile.BadZipFile, RuntimeError, NotImplementedError, ValueError, EOFError):  # damaged, or with a password
-        return False
-    return False
+                one = _member_says(code, packed, about, depth)
+                if one == "":
+                    return ""
+                told = told or one
+    except BROKEN_ZIP:
+        return _UNREAD
+    return told
+
+
+def _member_says(code: Code, packed: zipfile.ZipFile, about: zipfile.ZipInfo, depth: int) -> str | None:
+    name = about.filename.casefold()
+    if code.stands_in(about.filename.encode("utf-8", "replace")):
+        return ""
+    if name.endswith(_PICTURES):
+        return None
+    if about.file_size > _MOST_MEMBER:
+        return _UNREAD
+    try:
+        data = packed.read(about)
+    except BROKEN_ZIP:
+        return _UNREAD
+    if name.endswith(_PNG):
+        data = _texts_of(io.BytesIO(data))
+    elif name.endswith((".xml", ".rels")):
+        data = _words(data)
+    if code.stands_in(data):
+        return ""
+    return _zip_says(code, io.BytesIO(data), depth - 1) if depth > 1 and name.endswith(_ZIPS) else None
 
 
 def _texts_of(picture: BinaryIO) -> bytes:
@@ -160,7 +177,11 @@ def _journal(code: Code, path: Path) -> Iterator[str]:
                     break
             for book, name, content in database.execute("select book, name, content from versions"):
                 kept = content if isinstance(content, bytes) else b""
-                if code.stands_in(str(name).encode()) or code.stands_in(kept) or _zip_has(code, io.BytesIO(kept)):
+                if (
+                    code.stands_in(str(name).encode())
+                    or code.stands_in(kept)
+                    or _zip_says(code, io.BytesIO(kept)) == ""
+                ):
                     yield f" (the version “{name}” of {book})"
     except sqlite3.Error:
         if _file_has(code, path):
