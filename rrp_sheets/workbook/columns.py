@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.diagnostics.fix import Fix
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.names import key
 from rrp_sheets.workbook import limits
@@ -56,10 +58,10 @@ class Table:
             first_cell = self.address(self.header_row, first).cell
             self.add("SHEET005", self.address(self.header_row, column), header=text, first=first_cell)
 
-    def add(self, code: str, address: Address, **details: object) -> None:
+    def add(self, code: str, address: Address, *, fixes: Iterable[Fix] = (), **details: object) -> None:
         """Report a finding, unless there are too many already."""
         if len(self.report) < limits.FINDINGS:
-            self.report.add(code, address, span=None, fixes=(), **details)
+            self.report.add(code, address, span=None, fixes=fixes, **details)
 
     def address(self, row: int, column: int) -> Address:
         """The address of a cell."""
@@ -70,6 +72,12 @@ class Table:
         says = self.ours - {self._notes, self.columns.get("On", 0), self.columns.get("Priority", 0)}
         for number, cells in self.sheet.rows().items():
             if number > self.header_row and not self._is_comment(cells) and self._filled(cells, says):
+                yield Line(number, cells)
+
+    def comments(self) -> Iterator[Line]:
+        """The comment rows below the header."""
+        for number, cells in self.sheet.rows().items():
+            if number > self.header_row and self._is_comment(cells):
                 yield Line(number, cells)
 
     @staticmethod
@@ -158,7 +166,9 @@ class Table:
             else:
                 blocks.append([row, row])
         for first, last in blocks:
-            rows = f"Row {first}" if first == last else f"Rows {first} to {last}"
+            rows: str = Phrase("Row {n}", n=first)
+            if first != last:
+                rows = Phrase("Rows {first} to {last}", first=first, last=last)
             address = self.address(first, min(self.columns.values()))
             self.add("SHEET009", address, rows=rows, sheet=self.sheet.name)
 

@@ -113,4 +113,9 @@ CODES: tuple[Code, ...] = (
         "This cell lists {count} names; at most {limit} are read.",
         "Merge some of the streams in a row of their own before.",
     ),
+    Code(
+        "SHEET022", _W, "Row inside a comment",
+        "Row {row} begins with #, so it is a comment: the robot does nothing with what stands beside it.",
+        "Put the row's contents into a row of their own.",
+    ),
 )  # fmt: skip

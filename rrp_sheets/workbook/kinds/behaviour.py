@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from rrp_sheets.diagnostics.fix import Fix, Insert, Put
 from rrp_sheets.model.workbook import Behaviour, Row
 from rrp_sheets.workbook.columns import Line, Table
 
@@ -15,9 +16,32 @@ _OFF = {"false", "no", "off", "0", "falsch", "faux", "falso", "onwaar"}
 def read_behaviour(table: Table) -> Behaviour:
     """The behaviour that a sheet describes."""
     rows = [_row(table, line) for line in table.lines()]
+    for line in table.comments():
+        _report_buried(table, line)
     table.report_hidden({row.number: row for row in rows if row.on})
     header = table.address(table.header_row, table.columns["Input streams"])
     return Behaviour(table.sheet.name, tuple(rows), header)
+
+
+def _report_buried(table: Table, line: Line) -> None:
+    """Warn of a row that was written into a comment; one after a lone `#` is switched off in this way on purpose."""
+    on, inputs, connector, output = (
+        table.columns.get(header, 0) for header in ("On", "Input streams", "Connector", "Output stream")
+    )
+    texts = {column: cell.typed.strip() for column, cell in line.cells.items() if cell.typed.strip()}
+    comment = texts.get(on, "")
+    if (
+        not (comment.startswith("#") and comment.strip("# "))
+        or connector not in texts
+        or not (inputs in texts or output in texts)
+    ):
+        return
+    mine = {column: text for column, text in sorted(texts.items()) if column in table.ours and column != on}
+    emptied = (Put(table.address(line.number, column), "") for column in mine)
+    apart = Fix(
+        "Put it into a row of its own", (*emptied, Insert(table.sheet.name, line.number + 1, tuple(mine.items())))
+    )
+    table.add("SHEET022", table.address(line.number, connector), fixes=(apart,), row=line.number)
 
 
 def _row(table: Table, line: Line) -> Row:

@@ -1,5 +1,6 @@
 // The one editor: a text field outside the table, placed over the cell. It survives whatever happens to the table.
 
+import { noteOf } from "./comments.js";
 import { suggest, signature } from "./suggest.js";
 
 let serial = 0;
@@ -79,8 +80,9 @@ export class Editor {
   }
 
   scold(cell) {
-    const told = cell.parentElement.classList.contains("unfinished") ? [] : cell.querySelectorAll(".mend:not(.is-info)");
-    this.wrong.replaceChildren(...[...told].map((mend) => {
+    const note = noteOf(this.table, cell);
+    const told = note || cell.parentElement.classList.contains("unfinished") ? [] : cell.querySelectorAll(".mend:not(.is-info)");
+    this.wrong.replaceChildren(...(note ? [note] : []), ...[...told].map((mend) => {
       const copy = mend.cloneNode(true);
       copy.removeAttribute("id");
       for (const button of copy.querySelectorAll("button")) button.remove();

@@ -2,6 +2,7 @@
 
 import { Clipboard } from "./clipboard.js";
 import { Columns } from "./columns.js";
+import { comments, spoken as aboutComment } from "./comments.js";
 import { conflict, lost } from "./conflict.js";
 import { Editor } from "./editor.js";
 import { keys } from "./keys.js";
@@ -45,6 +46,7 @@ export class Grid {
     this.spoken = new Spoken(this);
     this.unfinished = new Unfinished(this);
     this.mending = new Mending(this);
+    this.comments = comments(this);
     this.columns = new Columns(this);
     this.rows = new Rows(this);
     this.clipboard = new Clipboard(this);
@@ -66,7 +68,8 @@ export class Grid {
 
   /** Take a cell for editing, or give it free; when somebody else has it, the editor closes again. */
   async taking(row, k, on) {
-    if (on) this.spoken.say(`Editing ${this.table.name(k)}. Enter keeps, Escape takes back.`);
+    const comment = on ? aboutComment(this.table, this.table.cell(this.table.row(row), k)) : "";
+    if (on) this.spoken.say(`Editing ${this.table.name(k)}. ${comment || "Enter keeps, Escape takes back."}`);
     const answer = await this.server.send(on ? "lock" : "unlock", { row, column: this.table.sheetColumn(k) });
     if (answer.taken && this.editor.isOpen && this.editor.rowId === row && this.editor.k === k) {
       const text = this.editor.field.value;
@@ -118,6 +121,7 @@ export class Grid {
     this.mending.place();
     this.bar.querySelector("b").textContent = this.table.address(cell);
     this.bar.querySelector("code").textContent = this.table.value(cell);
+    this.bar.classList.toggle("at-comment", row.classList.contains("comment"));
     document.dispatchEvent(new CustomEvent("rrp:row", { detail: { number: Number(row.cells[0].textContent) } }));
   }
 
@@ -132,7 +136,10 @@ export class Grid {
       this.table.put(cell, text);
     }
     if (changes.length) this.server.cells(changes);
-    for (const { row, k } of changes) this.spoken.nameCell(this.table.cell(this.table.row(row), k));
+    for (const { row, k } of changes) {
+      this.spoken.nameCell(this.table.cell(this.table.row(row), k));
+      this.comments.look(this.table.row(row));
+    }
     this.look();
   }
 
@@ -141,6 +148,7 @@ export class Grid {
       const change = { row: cell.parentElement.id, k: this.table.column(cell), text, was };
       this.table.put(cell, text);
       this.unfinished.typed(change.row);
+      this.comments.look(cell.parentElement);
       this.spoken.nameCell(cell);
       this.server.cells([change]);
     }
