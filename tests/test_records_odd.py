@@ -6,6 +6,7 @@ import csv
 import errno
 import io
 import os
+import signal
 import tempfile
 import zipfile
 from collections.abc import Iterator
@@ -17,6 +18,7 @@ from flask.testing import FlaskClient
 from recorded import END, EVENT, HEADER, HOSTILE, write_run
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs import office
 from rrp_sheets.runs.office import readable
 from rrp_sheets.runs.records import clerk as clerks
 from rrp_sheets.runs.records.clerk import Clerk
@@ -97,8 +99,8 @@ def test_what_takes_too_long_is_ended_and_the_next_is_answered(tmp_path: Path, c
     (place / "trace.jsonl").write_bytes(b"\xff\xfe")
     with pytest.raises(SheetsError, match="not a record"):
         clerk.course(place)
-    assert clerk._child is not None
-    clerk._child.kill()
+    assert clerk.pid is not None
+    os.kill(clerk.pid, signal.SIGKILL)
     with pytest.raises(SheetsError, match="ended unexpectedly"):
         clerk.course(place)
     write_run(tmp_path, "y", HEADER, EVENT, END)
@@ -116,9 +118,9 @@ def test_who_comes_when_many_wait_is_told_and_waits_not(tmp_path: Path, monkeypa
         refused.append(told.value)
         return readable(*link)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(clerks, "readable", one_more_meanwhile)
+    monkeypatch.setattr(office, "readable", one_more_meanwhile)
     assert clerk.course(place)["count"] == 1 and refused
-    monkeypatch.setattr(clerks, "readable", readable)
+    monkeypatch.setattr(office, "readable", readable)
     assert clerk.course(place)["count"] == 1
     clerk.close()
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -175,3 +177,22 @@ def test_a_test_that_does_not_end_is_ended_and_said(
     alone.close()
     with pytest.raises(SheetsError, match="being ended"):
         alone.run(here.document.path, 5)
+
+
+def test_when_their_process_is_killed_that_is_said_and_the_next_check_runs_them_again(
+    page: Callable[..., Page], tester: Tester
+) -> None:
+    here = page(GOOD, A=HOLDS)
+    here.run()
+    assert tester.pid is not None
+    os.kill(tester.pid, signal.SIGSTOP)  # so that it is in the middle of them
+    here.run(asked=True)
+    assert here.tests.results.running
+    os.kill(tester.pid, signal.SIGKILL)
+    assert here.told.acquire(timeout=60)
+    panel = panel_of(here.tests, here.document, "Talk")
+    assert panel is not None and not panel.running and not panel.lines
+    assert panel.notes[0].startswith("The tests were ended: they ended unexpectedly (signal 9). Press Run tests")
+    assert here.tests.marks("A") == {}
+    here.run()  # as after the next check: nobody has asked for it
+    assert [t.state for t in here.tests.results.tests] == ["holds"] and not here.tests.results.stale

@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.errors import RunBroken
+from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.runs.mending import close_trace
-from rrp_sheets.runs.office import Office, readable
+from rrp_sheets.runs.office import KeptOffice, RunOffice, readable
 from rrp_sheets.runs.telling import pack_settings, show, unpack_result, unpack_start
 from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView
 from rrp_sheets.runs.watchdog import FINISHED_AFTER, PREPARED_AFTER, SILENT_AFTER, STUCK_AFTER, Watchdog
@@ -59,7 +59,7 @@ class RunProcess:
 
     def __init__(self, path: Path, settings: RunSettings | None = None) -> None:
         require()
-        self._office = Office()
+        self._office = RunOffice()
         self._sending = threading.Lock()
         self._asked = False  # to stop
         self._send("run", str(path.absolute()), pack_settings(settings or RunSettings()))
@@ -253,20 +253,14 @@ def _finish(folder: Path) -> tuple[dict[str, str], tuple[str, ...]]:
     """Let a fresh process write table and diagram; it checks the workbook again, and may be ended as well."""
     from rrp_sheets.runs.folder import files_in  # loads what reads a trace: only when something broke
 
-    office = Office()
+    office = KeptOffice(RunOffice)
     try:
-        office.send("finish", str(folder))
-        deadline = time.monotonic() + FINISH_WITHIN
-        while (left := deadline - time.monotonic()) > 0 and (messages := office.receive(left)) is not None:
-            for kind, *rest in messages:
-                if kind == "finished":
-                    return rest[0], tuple(rest[1])
-                if kind in ("failed", "memory"):
-                    break
-        office.kill()
+        files, problems = office.ask(["finish", str(folder)], FINISH_WITHIN)
+        return files, tuple(problems)
+    except SheetsError:
+        return files_in(folder), ("The table and the diagram could not be made.",)
     finally:
         office.close()
-    return files_in(folder), ("The table and the diagram could not be made.",)
 
 
 def run_apart(path: Path, settings: RunSettings | None = None, view: RunView | None = None) -> Ended:

@@ -6,9 +6,7 @@ that asks it goes on answering others meanwhile.
 
 from __future__ import annotations
 
-import tempfile
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,9 +14,7 @@ from typing import Any
 
 from rrp_sheets.compare.changes import Comparison
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.processes import Child
-from rrp_sheets.runs.office import readable
-from rrp_sheets.runs.wire import Lines, line, unpack_error
+from rrp_sheets.runs.office import KeptOffice, NoAnswer, Office
 
 WITHIN = 30.0
 """Seconds for one answer, the start of the process included."""
@@ -39,12 +35,13 @@ class Clerk:
 
     def __init__(self, within: float = WITHIN, program: str = "rrp_sheets.runs.records.clerk_child") -> None:
         self._within = within
-        self._program = program
-        self._lock = threading.Lock()
         self._places = threading.BoundedSemaphore(MOST)
-        self._child: Child | None = None
-        self._scratch: tempfile.TemporaryDirectory[str] | None = None  # goes with the process, which may be killed
-        self._lines: Lines | None = None
+        self._office = KeptOffice(lambda: Office(program, scratch=True))
+
+    @property
+    def pid(self) -> int | None:
+        """The process's number; None while there is none."""
+        return self._office.pid
 
     def course(self, place: Path) -> dict[str, Any]:
         """The log and the curves of a run; see `records.course`."""
@@ -78,8 +75,7 @@ class Clerk:
 
     def close(self) -> None:
         """End the process."""
-        with self._lock:
-            self._drop()
+        self._office.close()
 
     def _ask(self, what: str, *request: Any) -> Any:
         """Its answer.
@@ -87,46 +83,13 @@ class Clerk:
         Raises:
             SheetsError: what it says, that it took too long, or that too many others wait.
         """
-        with _place(self._places), _place(_all_places), self._lock:
-            if self._child is None:
-                self._scratch = tempfile.TemporaryDirectory(prefix="rrp-sheets-", ignore_cleanup_errors=True)
-                self._child = Child(self._program, scratch=self._scratch.name)
-                self._lines = Lines(self._child.link)
-            kind, answer = self._answer(self._child, what, request)
-            if kind in ("memory", "late", "gone"):
-                self._drop()
-        if kind == "done":
-            return answer
-        if kind == "failed":
-            raise unpack_error(answer)
-        raise SheetsError(f"{what} cannot be shown: {answer}.", "It is perhaps too large, or damaged.")
-
-    def _answer(self, child: Child, what: str, request: tuple[Any, ...]) -> tuple[str, Any]:
-        assert self._lines is not None
-        deadline = time.monotonic() + self._within
-        try:
-            child.link.sendall(line(list(request)))
-        except OSError:
-            return "gone", f"its process has ended unexpectedly{child.last_words()}"
-        while (left := deadline - time.monotonic()) > 0:
-            if not readable(child.link.fileno(), left):
-                break
-            messages = self._lines.receive()
-            if messages is None:
-                return "gone", f"its process has ended unexpectedly{child.last_words()}"
-            if messages:
-                kind, answer = messages[0]
-                return kind, "it needs more memory than it may have" if kind == "memory" else answer
-        child.kill()
-        return "late", f"it did not come to an end within {self._within:g} s"
-
-    def _drop(self) -> None:
-        if self._child is not None:
-            self._child.close(2.0)
-            self._child = self._lines = None
-        if self._scratch is not None:
-            self._scratch.cleanup()
-            self._scratch = None
+        with _place(self._places), _place(_all_places):
+            try:
+                (answer,) = self._office.ask(request, self._within)
+            except NoAnswer as none:
+                message = f"{what} cannot be shown: it {none.why}."
+                raise SheetsError(message, "It is perhaps too large, or damaged.") from None
+        return answer
 
 
 @contextmanager

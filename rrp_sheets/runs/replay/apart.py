@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.processes import Child
-from rrp_sheets.runs.office import readable
-from rrp_sheets.runs.wire import Lines, line, unpack_error
+from rrp_sheets.runs.office import NoAnswer, Office
+from rrp_sheets.runs.wire import unpack_error
 
 WITHIN = 180.0
 """Seconds for one replay: several times what an hour of a busy session takes."""
@@ -42,42 +40,26 @@ def replay_apart(
         Stopped: when it was stopped.
         SheetsError: when it cannot be replayed, needs too much memory or too long.
     """
-    child = Child("rrp_sheets.runs.replay.child")
+    office = Office("rrp_sheets.runs.replay.child")
     try:
-        return _listen(child, [str(trace), str(other or "")], told, stopped, time.monotonic() + within)
-    finally:
-        child.close(0.5)
-
-
-def _listen(
-    child: Child, request: list[str], told: Callable[[float], None], stopped: Callable[[], bool], deadline: float
-) -> dict[str, Any]:
-    lines = Lines(child.link)
-    try:
-        child.link.sendall(line(request))
-    except OSError:
-        raise _gone(child) from None
-    while time.monotonic() < deadline:
-        if stopped():
-            child.kill()
-            raise Stopped("The replay was stopped.", "Replay it again.")
-        if not readable(child.link.fileno(), _LISTEN):
-            continue
-        messages = lines.receive()
-        if messages is None:
-            raise _gone(child)
-        for kind, answer in messages:
-            if kind == "at":
-                told(float(answer))
-            elif kind == "done":
+        said = office.answers([str(trace), str(other or "")], within, every=_LISTEN)
+        while True:
+            message = next(said)
+            if stopped():
+                office.kill()
+                raise Stopped("The replay was stopped.", "Replay it again.")
+            if message is None:
+                continue
+            kind, answer = message
+            if kind == "done":
                 return dict(answer)
-            elif kind == "failed":
+            if kind == "failed":
                 raise unpack_error(answer)
-            else:
-                raise SheetsError("This replay needs more memory than it may have.", "Replay it by rrp-sheets replay.")
-    child.kill()
-    raise SheetsError("This replay does not come to an end.", "Replay it by rrp-sheets replay.")
-
-
-def _gone(child: Child) -> SheetsError:
-    return SheetsError(f"The replay has ended unexpectedly{child.last_words()}.", "Try it again.")
+            if kind == "memory":
+                raise NoAnswer("needed more memory than it may have")
+            told(float(answer))
+    except NoAnswer as none:
+        remedy = "Try it again." if none.gone else "Replay it by rrp-sheets replay."
+        raise SheetsError(f"The replay {none.why}.", remedy) from None
+    finally:
+        office.close(0.5)

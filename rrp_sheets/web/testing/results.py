@@ -9,6 +9,7 @@ from typing import Any
 
 from rrp_sheets.documents import Document
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.office import NoAnswer
 from rrp_sheets.web.testing.tester import Tester
 
 QUICK = 2.0
@@ -151,8 +152,9 @@ class RoomTests:
         version = self._document.version
         try:
             answer = self._tester.run(self._document.path, PATIENT if asked else QUICK)
-        except SheetsError as error:
-            results, self._slow = Results(why=f"{error.message} {error.remedy}".strip()), True
+        except SheetsError as error:  # where their process was ended from outside, they are not to blame
+            results = Results(why=f"{error.message} {error.remedy}".strip())
+            self._slow = not (isinstance(error, NoAnswer) and error.gone)
         else:
             self._slow = bool(answer.get("late"))
             results = self._understood(answer)

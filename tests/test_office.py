@@ -1,0 +1,67 @@
+"""A process of ours that answers: in time, whatever becomes of it; it is started again, and ended at once."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.office import KeptOffice, NoAnswer, Office
+
+GONE = ["course", "/nowhere"]
+
+
+@pytest.fixture
+def office() -> Iterator[KeptOffice]:
+    made = KeptOffice(lambda: Office("rrp_sheets.runs.records.clerk_child"))
+    yield made
+    made.close()
+
+
+def alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_one_that_does_not_take_what_is_sent_is_ended_in_time(office: KeptOffice) -> None:
+    with pytest.raises(SheetsError, match="cannot be read"):
+        office.ask(GONE, 30)
+    hung = office.pid
+    assert hung is not None
+    os.kill(hung, signal.SIGSTOP)
+    with pytest.raises(NoAnswer, match=r"did not come to an end within 0\.3 s") as told:
+        office.ask(["course", "x" * 5_000_000], 0.3)  # more than a connection holds
+    assert not told.value.gone and office.pid is None and not alive(hung)
+    with pytest.raises(SheetsError, match="cannot be read"):
+        office.ask(GONE, 30)
+    assert office.pid not in (None, hung)
+
+
+def test_closing_does_not_wait_for_an_answer_and_who_asks_is_told(office: KeptOffice) -> None:
+    with pytest.raises(SheetsError, match="cannot be read"):
+        office.ask(GONE, 30)
+    hung = office.pid
+    assert hung is not None
+    os.kill(hung, signal.SIGSTOP)
+    heard: list[str] = []
+
+    def ask() -> None:
+        try:
+            office.ask(GONE, 60)
+        except SheetsError as error:
+            heard.append(error.message)
+
+    threads = [threading.Thread(target=ask) for _ in range(3)]  # one asks, the others wait for it
+    for thread in threads:
+        thread.start()
+    office.close()
+    for thread in threads:
+        thread.join(10)
+    assert heard == ["The program is being ended."] * 3 and not alive(hung)
