@@ -20,6 +20,7 @@ from rrp_sheets.devices.gesture_sheet import parse_gestures
 from rrp_sheets.devices.own_robot import own_robot
 from rrp_sheets.devices.scene import check_presses, parse_scene
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas import Formula, make_scope
 from rrp_sheets.graph import Graph, Stream
 from rrp_sheets.graph.build import build_graph
@@ -112,6 +113,10 @@ def _robot(workbook: Workbook, report: Report) -> Robot:
         return load_robot(name)
     address = workbook.protocol.fields["robot"].address
     guess = nearest(name, robot_names())
-    remedy = f"Did you mean {guess}?" if guess else f"The robots are: {', '.join(robot_names())}."
+    remedy = (
+        Phrase("Did you mean {guess}?", guess=guess)
+        if guess
+        else Phrase("The robots are: {names}.", names=", ".join(robot_names()))
+    )
     report.add("PROT001", address, name=name, remedy=remedy)
     return load_robot("nao")

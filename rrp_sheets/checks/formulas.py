@@ -14,6 +14,7 @@ from rrp_sheets.checks.telling import tell
 from rrp_sheets.connectors import Parameter
 from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas import Formula, FormulaProblem, Scope, Table, compile_formula, make_scope, make_table
 from rrp_sheets.graph import Graph, Step, StreamKind
 from rrp_sheets.model.cells import Cell
@@ -145,7 +146,9 @@ class _Compiler:
             return
         guess = scope.propose(name, [*self.sheets, *scope.known()]) if self.sheets else None
         if guess is not None and guess in self.sheets:
-            problem.details["remedy"] = f'Did you mean {argument_name(guess)}? (A text needs quotes: "{name}".)'
+            problem.details["remedy"] = Phrase(
+                'Did you mean {guess}? (A text needs quotes: "{name}".)', guess=argument_name(guess), name=name
+            )
 
 
 def _propose_total(problem: FormulaProblem, step: Step) -> None:
@@ -182,12 +185,14 @@ def helper_alone(cell: Cell, scope: Scope, count: int) -> str:
     if helper is None and re.fullmatch(r"\w+( \w+)+", text):
         guess = scope.propose(text, [h.shown for h in scope.helpers.values()])
         if guess and not {"if", "and", "or", "not", "in"} & set(text.casefold().split()):
-            raise FormulaProblem("FORM005", 0, len(text), name=text, remedy=f"Did you mean {guess}?")
+            raise FormulaProblem(
+                "FORM005", 0, len(text), name=text, remedy=Phrase("Did you mean {guess}?", guess=guess)
+            )
     if helper is None or not helper.parameters or key(text) in scope.inputs:
         return text
     if len(helper.parameters) != count:
         wanted = len(helper.parameters)
-        takes = "one input" if wanted == 1 else f"{wanted} inputs"
+        takes = "one input" if wanted == 1 else Phrase("{wanted} inputs", wanted=wanted)
         raise FormulaProblem("FORM014", name=helper.shown, takes=takes, gets="one" if count == 1 else count)
     return f"{argument_name(helper.shown)}({', '.join(scope.order[-count:])})"
 

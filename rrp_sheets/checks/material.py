@@ -8,6 +8,7 @@ from pathlib import Path
 from rrp_sheets.devices import Robot
 from rrp_sheets.devices.sound_files import SUFFIX, BadSoundError, is_plain, look_at
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.graph.devices import understand
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.names import nearest
@@ -60,7 +61,7 @@ def _check_sound(cell: Cell, folder: Path, report: Report) -> None:
         remedy = _ELSE
         if not (folder / name).is_file():
             guess = nearest(name, _sounds_in(folder))
-            remedy = f"Did you mean {guess}?" if guess else _ELSE
+            remedy = Phrase("Did you mean {guess}?", guess=guess) if guess else _ELSE
         report.add("DEV012", cell.address, name=name, problem=problem, remedy=remedy)
 
 

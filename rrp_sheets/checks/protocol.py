@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.languages import language_code
 from rrp_sheets.model.names import key, nearest
@@ -99,6 +100,10 @@ def _behaviours(workbook: Workbook, report: Report) -> frozenset[str]:
             chosen.add(key(name))
         elif name and known:  # without any behaviour that is what is told
             guess = nearest(name, known.values())
-            remedy = f"Did you mean {guess}?" if guess else f"The behaviours are: {', '.join(known.values())}."
+            remedy = (
+                Phrase("Did you mean {guess}?", guess=guess)
+                if guess
+                else Phrase("The behaviours are: {names}.", names=", ".join(known.values()))
+            )
             report.add("PROT004", workbook.protocol.fields["run"].address, name=name, remedy=remedy)
     return frozenset(chosen)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.graph import Graph, Stream, StreamKind
 from rrp_sheets.graph.names import DONE_DEVICE
 from rrp_sheets.model.names import Proposals, key
@@ -39,7 +40,7 @@ def find_cues(
         stream = known.get(_name(action.cue))
         if stream is None:
             guess = propose(action.cue, [s.name for s in known.values()])
-            remedy = f"Did you mean {guess}?" if guess else _ANY
+            remedy = Phrase("Did you mean {guess}?", guess=guess) if guess else _ANY
             report.add("SCENE007", cells[action.row].address, name=action.cue, remedy=remedy)
             continue
         streams[stream.id] = stream

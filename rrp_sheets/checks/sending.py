@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from rrp_sheets.checks.parts import TooLarge, compiled, fields, literal, without_equals
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.diagnostics.phrase import Phrase, sentences, small
 from rrp_sheets.formulas import Formula, FormulaProblem, Scope
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.names import key, nearest
@@ -92,7 +93,11 @@ def known_fields(cell: Cell, names: list[str], record: RecordType | None, report
         if k is None and record is not None:
             guess = nearest(name, [f.name for f in record.fields])
             every = ", ".join(f.name for f in record.fields)
-            remedy = f"Did you mean {guess}?" if guess else f"Its fields are: {every}."
+            remedy = (
+                Phrase("Did you mean {guess}?", guess=guess)
+                if guess
+                else Phrase("Its fields are: {every}.", every=every)
+            )
             report.add("TEST008", cell.address, record=record.name, field=name, remedy=remedy)
             return False
         if k in seen:
@@ -111,11 +116,13 @@ def _is_text(name: str, record: RecordType | None) -> bool:
 
 def tell_formula(report: Report, code: str, cell: Cell, problem: FormulaProblem) -> None:
     """Report at a test's cell what is wrong with the formula in it."""
-    why, remedy = problem.message[:1].lower() + problem.message[1:], problem.remedy
+    why, remedy = small(problem.message), problem.remedy
     if code == "TEST007" and problem.code == "FORM004":
         name = problem.details.get("name", "")
-        why = f"“{name}” is no number, no text in quotes, no helper and no table."
-        remedy = f'Put a text between quotes: "{name}". Fields of a record are written as field=value.'
+        why = Phrase("“{name}” is no number, no text in quotes, no helper and no table.", name=name)
+        remedy = Phrase(
+            'Put a text between quotes: "{name}". Fields of a record are written as field=value.', name=name
+        )
     elif code == "TEST007" and problem.code == "FORM001" and "quote" not in remedy:
-        remedy += ' A text to send stands in quotes: "Hello".'
+        remedy = sentences(remedy, 'A text to send stands in quotes: "Hello".')
     report.add(code, cell.address, text=cell.text, why=why, remedy=remedy.strip())

@@ -10,6 +10,7 @@ from rrp_sheets.checks.expecting import Expectation, Place, read_expect
 from rrp_sheets.checks.sending import Sending, read_send
 from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas import Scope
 from rrp_sheets.graph import Graph, Stream, StreamKind
 from rrp_sheets.model.cells import Address, Cell
@@ -121,7 +122,11 @@ class _Names:
         unused = None if bang else self._unused(cell.text)
         if unused is None:
             guess = self.propose(cell.text, self._all_names)
-            remedy = f"Did you mean {guess}?" if guess else "Write a stream as it stands in a behaviour or in Devices."
+            remedy = (
+                Phrase("Did you mean {guess}?", guess=guess)
+                if guess
+                else "Write a stream as it stands in a behaviour or in Devices."
+            )
             report.add("TEST002", cell.address, name=cell.text, remedy=remedy)
         return unused
 

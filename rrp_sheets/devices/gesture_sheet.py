@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from rrp_sheets.devices.catalogue import Joint, Robot
 from rrp_sheets.devices.gestures import Gesture, Keyframe, parse_angle
 from rrp_sheets.devices.ways import Planner, joint_limits
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.durations import meant_duration, parse_duration
@@ -96,7 +97,9 @@ def _wants(joint: Joint) -> str:
     middle = (joint.lower + joint.upper) / 2
     if not joint.unit:
         return "a number from 0 (closed) to 1 (open)"
-    return f"an angle such as {middle + 0.3:.1f} (rad) or {math.degrees(middle) + 20:.0f}°"
+    return Phrase(
+        "an angle such as {value:.1f} (rad) or {value2:.0f}°", value=middle + 0.3, value2=math.degrees(middle) + 20
+    )
 
 
 def _tell_unknown_columns(rows: Sequence[GestureRow], robot: Robot, report: Report) -> None:
@@ -111,11 +114,11 @@ def _tell_unknown_columns(rows: Sequence[GestureRow], robot: Robot, report: Repo
             header = row.headers.get(k, k)
             sides = [name for name in names if key(name)[1:] == k]
             near = " and ".join(sides) if sides else nearest(header, names)
-            remedy = f"Did you mean {near}? Then correct the header of this column." if near else (
-                f"The joints are: {', '.join(names)}."
+            remedy = Phrase("Did you mean {near}? Then correct the header of this column.", near=near) if near else (
+                Phrase("The joints are: {names}.", names=', '.join(names))
             )  # fmt: skip
             if sides:
-                remedy = f"Write a column for each side: {near}."
+                remedy = Phrase("Write a column for each side: {near}.", near=near)
             report.add("GEST003", cell.address, header=header, remedy=remedy)
 
 
@@ -133,7 +136,7 @@ def _tell_limits(lines: Sequence[_Line], robot: Robot, report: Report) -> None:
             report.add(
                 "GEST005", cell.address, text=cell.text, joint=c.joint, low=_shown(low, unit), high=_shown(high, unit),
                 nearest=_within(c.given, c.wanted > c.given, degrees="°" in cell.text),
-                when=f" while HeadYaw is at {_shown(yaws[c.frame], 'rad')}" if turned else "",
+                when=Phrase(" while HeadYaw is at {shown}", shown=_shown(yaws[c.frame], 'rad')) if turned else "",
             )  # fmt: skip
     late: dict[int, str] = {}
     for frame, joint in plan.slowed:
@@ -154,7 +157,8 @@ def _within(limit: float, upper: bool, *, degrees: bool) -> str:
     """
     value = math.degrees(limit) if degrees else limit * 100
     whole = math.floor(value) if upper else math.ceil(value)
-    return f"{f'{whole}°' if degrees else f'{whole / 100:g}'} {'at most' if upper else 'at least'}"
+    angle = f"{whole}°" if degrees else f"{whole / 100:g}"
+    return Phrase("{angle} at most", angle=angle) if upper else Phrase("{angle} at least", angle=angle)
 
 
 def _shown(angle: float, unit: str) -> str:

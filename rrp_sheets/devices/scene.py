@@ -27,6 +27,7 @@ from rrp_sheets.devices.scene_words import (
     verb_names,
     verbs_of,
 )  # fmt: skip
+from rrp_sheets.diagnostics.phrase import Phrase, sentences
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.durations import meant_duration
@@ -86,11 +87,11 @@ def _action(row: SceneRow, report: Report, robot: Robot) -> SceneAction | None:
 
 def _tell_time(time: Cell, report: Report) -> None:
     meant = meant_duration(time.text, "s")
-    remedy = f"Write seconds from the start of the run, for example {meant or '2.5'}."
+    remedy: str = Phrase("Write seconds from the start of the run, for example {value}.", value=meant or "2.5")
     if "+" in time.text:
         remedy = "Behind + write seconds: Ask done + 2."
     elif time.text and not meant:
-        remedy += " Or a stream, and seconds after its event: Say done + 2."
+        remedy = sentences(remedy, "Or a stream, and seconds after its event: Say done + 2.")
     report.add("SCENE001", time.address, text=time.text or "blank", remedy=remedy)
 
 
@@ -98,9 +99,11 @@ def _values(kind: Kind, colour: str, verb: Verb, row: SceneRow, report: Report) 
     try:
         return read_value(kind, verb, row.value.text, colour)
     except BadValueError as error:
-        remedy = f"Write it like this: {verb.example}." if verb.example else "Leave the cell blank."
+        remedy = (
+            Phrase("Write it like this: {example}.", example=verb.example) if verb.example else "Leave the cell blank."
+        )
         report.add("SCENE004", row.value.address, text=row.value.text or "blank", does=row.does.text,
-                   remedy=f"{error} {remedy}".strip())  # fmt: skip
+                   remedy=sentences(*error.args, remedy))  # fmt: skip
         return None
 
 
@@ -121,9 +124,13 @@ def check_presses(
         if action.verb != "press" or key(label) in {key(b) for b in buttons}:
             continue
         near = nearest(label, buttons)
-        remedy = f"Did you mean “{near}”?" if near else f"The buttons are: {', '.join(buttons)}."
+        remedy = (
+            Phrase("Did you mean “{near}”?", near=near)
+            if near
+            else Phrase("The buttons are: {buttons}.", buttons=", ".join(buttons))
+        )
         if not buttons:
-            remedy = f"Declare it in the sheet Devices: Device Operator button, Label “{label}”."
+            remedy = Phrase("Declare it in the sheet Devices: Device Operator button, Label “{label}”.", label=label)
         report.add("SCENE006", cells[action.row].address, label=label, remedy=remedy)
 
 
@@ -139,7 +146,7 @@ def _kind(thing: Cell, does: Cell, report: Report) -> tuple[Kind, str] | None:
     if near is None and text and text[0].isalpha() and not _is_thing(text) and find_verb(person, does.text) is not None:
         return person, ""
     near = near or _nearest_thing(text)
-    remedy = f"Did you mean “{near}”?" if near else _ANY
+    remedy = Phrase("Did you mean “{near}”?", near=near) if near else _ANY
     report.add("SCENE002", thing.address, text=text or "blank", remedy=remedy)
     return None
 
@@ -155,7 +162,11 @@ def _known_zone(value: Cell, values: dict[str, Value], does: Cell, report: Repor
     if key(said) in zones:
         return True
     near = nearest(said, robot.touch_zones)
-    remedy = f"Did you mean “{near}”?" if near else f"{robot.title} feels a touch on: {', '.join(robot.touch_zones)}."
+    remedy = (
+        Phrase("Did you mean “{near}”?", near=near)
+        if near
+        else Phrase("{title} feels a touch on: {names}.", title=robot.title, names=", ".join(robot.touch_zones))
+    )
     report.add("SCENE004", value.address, text=value.text, does=does.text, remedy=remedy)
     return False
 
@@ -178,6 +189,10 @@ def _verb(kind: Kind, does: Cell, report: Report) -> Verb | None:
     if verb is None:
         names = [verb.name for verb in kind.verbs]
         near = nearest(does.text, [n for v in kind.verbs for n in (v.name, *v.also)])
-        remedy = f"Did you mean “{near}”?" if near else f"It can do this: {', '.join(names)}."
+        remedy = (
+            Phrase("Did you mean “{near}”?", near=near)
+            if near
+            else Phrase("It can do this: {names}.", names=", ".join(names))
+        )
         report.add("SCENE003", does.address, text=does.text or "blank", kind=kind.name, remedy=remedy)
     return verb

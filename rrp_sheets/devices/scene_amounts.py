@@ -7,6 +7,7 @@ import re
 import unicodedata
 from collections.abc import Mapping
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.scene import Range
 
@@ -157,5 +158,7 @@ def _within(amount: Amount, least: float, most: float, unit: str) -> Amount:
     low, high = ends(amount)
     if not (least <= low and high <= most):
         scale = 100 if unit == "%" else 1
-        raise BadValueError(f"Write from {least * scale:g} to {most * scale:g} {unit}.")
+        raise BadValueError(
+            Phrase("Write from {value:g} to {value2:g} {unit}.", value=least * scale, value2=most * scale, unit=unit)
+        )
     return amount

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.names import nearest
 from rrp_sheets.model.scene import SceneAction
@@ -57,9 +58,13 @@ def _problem(folder: Path, name: str) -> tuple[str, str] | None:
         if not path.is_file():
             there = [p.name for p in sorted(folder.iterdir()) if p.suffix.casefold() in SUFFIXES]
             guess = nearest(name, there)
-            return "there is no such file beside the workbook.", f"Did you mean {guess}?" if guess else _PUT
+            return "there is no such file beside the workbook.", Phrase(
+                "Did you mean {guess}?", guess=guess
+            ) if guess else _PUT
         if path.stat().st_size > MOST_BYTES:
-            return f"it is larger than {MOST_BYTES // 1_000_000} MB.", "Save it smaller: 400 x 400 pixels are enough."
+            return Phrase(
+                "it is larger than {value} MB.", value=MOST_BYTES // 1000000
+            ), "Save it smaller: 400 x 400 pixels are enough."
         size = picture_size(path.read_bytes())
     except (OSError, ValueError):
         return "it cannot be read.", "Save it anew as a .png or .jpg file."
@@ -67,7 +72,9 @@ def _problem(folder: Path, name: str) -> tuple[str, str] | None:
         return "it is no picture.", "Save it anew as a .png or .jpg file."
     if not all(LEAST_PIXELS <= side <= MOST_PIXELS for side in size):
         limits = f"from {LEAST_PIXELS} to {MOST_PIXELS} pixels"
-        return f"it is {size[0]} x {size[1]} pixels large.", f"Save it with sides {limits}."
+        return Phrase("it is {value} x {value2} pixels large.", value=size[0], value2=size[1]), Phrase(
+            "Save it with sides {limits}.", limits=limits
+        )
     return None
 
 

@@ -10,6 +10,7 @@ from rrp_sheets.devices.scene_amounts import METRES, RADIANS, SHARES, Amount, Ba
 from rrp_sheets.devices.scene_amounts import place as read_place
 from rrp_sheets.devices.scene_amounts import seconds as read_seconds
 from rrp_sheets.devices.scene_words import CHILD, FACE_HEIGHT, FARTHEST, KINDS, Kind, Part, Verb
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import Range
 from rrp_sheets.model.values import Value
@@ -55,7 +56,7 @@ def _parts(verb: Verb, text: str) -> Said:
     said: Said = {}
     for part, words in _cut(verb, text):
         if part.name in said:
-            raise BadValueError(f"Write “{part.word or words}” once.")
+            raise BadValueError(Phrase("Write “{value}” once.", value=part.word or words))
         said[part.name] = _READERS[part.kind](part, words)
     return said
 
@@ -127,7 +128,9 @@ def _choice(part: Part, text: str) -> Value:
         words: dict[object, str] = {}
         for word, value in part.choices.items():
             words.setdefault(value, word)  # one for each
-        raise BadValueError(f"Behind “{part.word}” may stand: {', '.join(words.values())}.")
+        raise BadValueError(
+            Phrase("Behind “{word}” may stand: {names}.", word=part.word, names=", ".join(words.values()))
+        )
     return meant[key(text)]
 
 

@@ -6,6 +6,8 @@ import wave
 from dataclasses import dataclass
 from pathlib import Path
 
+from rrp_sheets.diagnostics.phrase import Phrase
+
 LARGEST = 20_000_000  # bytes
 LONGEST = 300.0  # s
 RATES = (4_000, 192_000)  # samples a second
@@ -58,7 +60,7 @@ def read_wave(folder: Path, name: str) -> Wave:
     except (wave.Error, EOFError):
         raise BadSoundError("is no .wav file that can be played: save it as 16-bit PCM") from None
     except OSError as error:
-        raise BadSoundError(f"cannot be read ({error.strerror})") from None
+        raise BadSoundError(Phrase("cannot be read ({strerror})", strerror=error.strerror)) from None
 
 
 def look_at(folder: Path, name: str) -> None:
@@ -70,7 +72,7 @@ def look_at(folder: Path, name: str) -> None:
     except (wave.Error, EOFError):
         raise BadSoundError("is no .wav file that can be played: save it as 16-bit PCM") from None
     except OSError as error:
-        raise BadSoundError(f"cannot be read ({error.strerror})") from None
+        raise BadSoundError(Phrase("cannot be read ({strerror})", strerror=error.strerror)) from None
 
 
 def _beside(folder: Path, name: str) -> Path:
@@ -84,7 +86,7 @@ def _beside(folder: Path, name: str) -> Path:
             raise BadSoundError("is a link that leaves the folder of the workbook")
         size = path.stat().st_size
     except OSError as error:
-        raise BadSoundError(f"cannot be read ({error.strerror})") from None
+        raise BadSoundError(Phrase("cannot be read ({strerror})", strerror=error.strerror)) from None
     if size > LARGEST:
         raise BadSoundError(f"has {size / 1e6:.0f} MB; {LARGEST / 1e6:.0f} MB are possible")
     return path
@@ -93,10 +95,19 @@ def _beside(folder: Path, name: str) -> Path:
 def _judge(file: wave.Wave_read) -> None:
     rate, frames = file.getframerate(), file.getnframes()
     if not RATES[0] <= rate <= RATES[1]:
-        raise BadSoundError(f"has {rate:,} samples a second; {RATES[0]:,} to {RATES[1]:,} are possible")
+        raise BadSoundError(
+            Phrase(
+                "has {rate:,} samples a second; {value:,} to {value2:,} are possible",
+                rate=rate,
+                value=RATES[0],
+                value2=RATES[1],
+            )
+        )
     if not 1 <= file.getnchannels() <= MOST_CHANNELS or file.getsampwidth() not in (1, 2, 3, 4):
         raise BadSoundError("is no .wav file that can be played: save it as 16-bit PCM")
     if not frames:
         raise BadSoundError("is empty")
     if frames / rate > LONGEST:
-        raise BadSoundError(f"lasts {frames / rate:.0f} s; {LONGEST:.0f} s are possible")
+        raise BadSoundError(
+            Phrase("lasts {value:.0f} s; {longest:.0f} s are possible", value=frames / rate, longest=LONGEST)
+        )

@@ -9,6 +9,7 @@ from typing import Any
 from rrp_sheets.diagnostics.catalogue import CODES, Severity
 from rrp_sheets.diagnostics.fix import Fix
 from rrp_sheets.diagnostics.followers import without_followers
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.proposals import proposed
 from rrp_sheets.model.cells import Address
 
@@ -21,8 +22,8 @@ class Diagnostic:
         code: the catalogue's code.
         severity: of that code.
         address: the cell it belongs to; None for the whole file.
-        message: what is wrong, in the user's words.
-        remedy: what to do about it.
+        message: what is wrong, in the user's words; a `Phrase`, which `languages.told` says in another language.
+        remedy: what to do about it, likewise.
         span: first and last+1 character within the cell's text, where known.
         fixes: what would remove it, to choose from.
     """
@@ -75,7 +76,7 @@ class Report:
     ) -> Diagnostic:
         """Add a finding; `details` fill the catalogue's texts."""
         entry = CODES[code]
-        message, remedy = entry.message.format(**details), entry.remedy.format(**details)
+        message, remedy = Phrase(entry.message, **details), Phrase(entry.remedy, **details)
         diagnostic = Diagnostic(code, entry.severity, address, message, remedy, span,
                                 tuple(fixes) or proposed(code, address, details, remedy))  # fmt: skip
         self._found[diagnostic] = None

@@ -7,6 +7,7 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.compare import ORDER
 from rrp_sheets.formulas.functions.maths import power
 from rrp_sheets.formulas.nodes import Pick
@@ -82,5 +83,5 @@ class Binder:
 def _written(node: ast.expr) -> str:
     """What an argument is, as a text; a table by its name, however many rows it has."""
     if isinstance(node, ast.Constant) and isinstance(node.value, Table):
-        return f"the table {node.value.name}"
+        return Phrase("the table {name}", name=node.value.name)
     return ast.dump(node)

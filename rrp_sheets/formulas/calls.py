@@ -8,6 +8,7 @@ import unicodedata
 from abc import ABC, abstractmethod
 from typing import NoReturn
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.elsewhere import AMBIGUOUS, function_here, name_here
 from rrp_sheets.formulas.functions import Function
 from rrp_sheets.formulas.hints import cell, cell_reference
@@ -63,10 +64,16 @@ class Calls(ABC):
             return ast.copy_location(plain(table), node)
         if k == "value" and len(scope.inputs) > 1:
             self.refuse(
-                node, f"{name} in a row with several inputs", f"Write an input's name: {', '.join(self._mine())}."
+                node,
+                Phrase("{name} in a row with several inputs", name=name),
+                Phrase("Write an input's name: {names}.", names=", ".join(self._mine())),
             )
         if scope.functions.get(name) and not self._as_field(k):
-            self.refuse(node, f"The function {name} without brackets", f"Write {name}(…) with what it works on.")
+            self.refuse(
+                node,
+                Phrase("The function {name} without brackets", name=name),
+                Phrase("Write {name}(…) with what it works on.", name=name),
+            )
         if cell(name) and not any(cell(other) for other in scope.known()):
             raise cell_reference(node.col_offset, name, self._mine())
         raise FormulaProblem("FORM004", node.col_offset, _length(node), name=name, remedy=self._propose(name))
@@ -86,21 +93,27 @@ class Calls(ABC):
         k = key(name)
         field = self._as_field(k)
         if field:
-            return f'Did you mean {field}? (A text needs quotes: "{name}".)'
+            return Phrase('Did you mean {field}? (A text needs quotes: "{name}".)', field=field, name=name)
         records = [i.record for i in self.scope.inputs.values() if i.record]
         if any(k == key(c) for r in records for f in r.fields for c in f.choices):
-            return f'Put the text between quotes: "{name}".'
+            return Phrase('Put the text between quotes: "{name}".', name=name)
         guess = self.scope.propose(name, self.scope.known())
         if guess:
-            return f'Did you mean {argument_name(guess)}? (A text needs quotes: "{name}".)'
+            return Phrase(
+                'Did you mean {guess}? (A text needs quotes: "{name}".)', guess=argument_name(guess), name=name
+            )
         there = name_here(k)
         if there:
             return there
         mine = self._mine()
         if not mine:
             return "Put a text between quotes."
-        named = f"The inputs are called {', '.join(mine)}" if len(mine) > 1 else f"The input is called {mine[0]}"
-        return f'{named} here. (A text needs quotes: "{name}".)'
+        named = (
+            Phrase("The inputs are called {mine}", mine=", ".join(mine))
+            if len(mine) > 1
+            else Phrase("The input is called {value}", value=mine[0])
+        )
+        return Phrase('{named} here. (A text needs quotes: "{name}".)', named=named, name=name)
 
     def new_name(self, target: ast.expr) -> str:
         """Take a name after “for” into use; it must not be in use."""
@@ -110,7 +123,7 @@ class Calls(ABC):
         scope = self.scope
         taken = k in scope.inputs or k in scope.helpers or k in scope.constants or scope.table(name) is not None
         if taken or scope.functions.get(name) or k in _RESERVED:
-            self.refuse(target, f"“{name}” after “for”", "Choose a name that is not in use yet.")
+            self.refuse(target, Phrase("“{name}” after “for”", name=name), "Choose a name that is not in use yet.")
         target.id = self.local[k] = name
         return k
 
@@ -126,7 +139,11 @@ class Calls(ABC):
         function = scope.functions.get(name)
         alias = k == "value" and k in scope.inputs and scope.inputs[k].name != "value"
         if k in scope.inputs and not alias and not (helper is None and function is not None and k == "value"):
-            self.refuse(node, f"The input {name} followed by brackets", "An input is a value: write it without ( ).")
+            self.refuse(
+                node,
+                Phrase("The input {name} followed by brackets", name=name),
+                "An input is a value: write it without ( ).",
+            )
         if helper is not None:
             return self._helper(node, helper, depth)
         if k in AMBIGUOUS:
@@ -135,7 +152,7 @@ class Calls(ABC):
             raise self._unknown_function(node, name)
         args = self._arguments(node, depth)
         if not function.least <= len(args) <= function.most:
-            usage = function.usage + self._comma_hint(node, len(args) > function.most)
+            usage = self._with_comma_hint(function.usage, node, len(args) > function.most)
             raise FormulaProblem("FORM006", node.col_offset, len(name), name=function.name, gets=_given(len(args)),
                                  takes=function.takes, usage=usage)  # fmt: skip
         if function.make is None:
@@ -152,7 +169,9 @@ class Calls(ABC):
                 left = arg.left.id
                 if not self._is_known(left):
                     self.refuse(
-                        arg, f"{left}= inside the brackets", f"Write the value alone. ({left} is no input here.)"
+                        arg,
+                        Phrase("{left}= inside the brackets", left=left),
+                        Phrase("Write the value alone. ({left} is no input here.)", left=left),
                     )
         return [self.visit_at(a, depth) for a in node.args]
 
@@ -160,9 +179,12 @@ class Calls(ABC):
         k, scope = key(name), self.scope
         return any(k in known for known in (self.local, scope.inputs, scope.helpers, scope.constants, scope.tables))
 
-    def _comma_hint(self, node: ast.Call, too_many: bool) -> str:
+    def _with_comma_hint(self, usage: str, node: ast.Call, too_many: bool) -> str:
         found = _DECIMAL_COMMA.search(self.typed[node.col_offset : node.end_col_offset])
-        return f" — decimal numbers with a point: {found[0].replace(',', '.')}" if found and too_many else ""
+        if not found or not too_many:
+            return usage
+        value = found[0].replace(",", ".")
+        return Phrase("{usage} — decimal numbers with a point: {value}", usage=usage, value=value)
 
     def _helper(self, node: ast.Call, helper: HelperDef, depth: int) -> ast.expr:
         args = self._arguments(node, depth)
@@ -174,7 +196,11 @@ class Calls(ABC):
 
     def _method(self, method: ast.Attribute) -> NoReturn:
         function = self.scope.functions.get(method.attr)
-        advice = f"Write {function.name}(…) instead." if function else function_here(key(method.attr)) or ADVICE
+        advice = (
+            Phrase("Write {name}(…) instead.", name=function.name)
+            if function
+            else function_here(key(method.attr)) or ADVICE
+        )
         self.refuse(method, f"“.{method.attr}( )”", advice)
 
     def _unknown_function(self, node: ast.Call, name: str) -> FormulaProblem:
@@ -182,9 +208,11 @@ class Calls(ABC):
         if advice is None:
             known = [h.shown for h in self.scope.helpers.values()] + self.scope.functions.names()
             guess = None if name.startswith("_") else self.scope.propose(name, known)
-            advice = f"Did you mean {guess}?" if guess else "See `rrp-sheets help functions`."
+            advice = Phrase("Did you mean {guess}?", guess=guess) if guess else "See `rrp-sheets help functions`."
         if self.scope.table(name) is not None:
-            advice = f"{name} is a table: write INDEX({name}; 1) for a row, or {name}[…] for a column."
+            advice = Phrase(
+                "{name} is a table: write INDEX({name}; 1) for a row, or {name}[…] for a column.", name=name
+            )
         return FormulaProblem("FORM005", node.col_offset, len(name), name=name, remedy=advice)
 
 

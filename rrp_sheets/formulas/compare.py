@@ -7,6 +7,7 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
+from rrp_sheets.diagnostics.phrase import Phrase, capital
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
 from rrp_sheets.model.values import Record, Value
 
@@ -69,4 +70,7 @@ def compare(op: ast.cmpop, left: Value, right: Value, charge: Charge = _free) ->
         return ORDER[type(op)](left, right)
     if left is None or right is None:
         raise FormulaProblem("FORM102", needed="a value to compare")
-    raise FormulaProblem("FORM103", what=f"{kind_of(left).capitalize()} cannot be compared with {kind_of(right)}")
+    raise FormulaProblem(
+        "FORM103",
+        what=Phrase("{what} cannot be compared with {kind}", what=capital(kind_of(left)), kind=kind_of(right)),
+    )

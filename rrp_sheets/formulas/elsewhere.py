@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from rrp_sheets.diagnostics.phrase import Phrase
+
 AMBIGUOUS = {  # where spreadsheets and Python disagree: never guess
     "log": "Write LN(…) for the natural logarithm, or LOG10(…).",
     "atan2": "Write ANGLE(x; y): the direction of a point, x ahead and y to the left.",
@@ -56,7 +58,7 @@ def function_here(name: str) -> str | None:
     ('Write IF: functions have their English names.', 'Write XLOOKUP(what; Table[Column]; Table).')
     """
     if name in _GERMAN_FRENCH:
-        return f"Write {_GERMAN_FRENCH[name]}: functions have their English names."
+        return Phrase("Write {value}: functions have their English names.", value=_GERMAN_FRENCH[name])
     if name in _INSTEAD:
         return f"Write {_INSTEAD[name]}."
     if name in _CLOCK:
@@ -70,4 +72,4 @@ def name_here(name: str) -> str | None:
     >>> name_here("null")
     'Write BLANK.'
     """
-    return f"Write {_NAMES[name]}." if name in _NAMES else None
+    return Phrase("Write {value}.", value=_NAMES[name]) if name in _NAMES else None

@@ -13,6 +13,7 @@ from typing import Any
 
 from asteval import Interpreter
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.binding import Binder
 from rrp_sheets.formulas.compare import NUMBERS, compare, same
 from rrp_sheets.formulas.functions.define import bounded, listing, shown, weighed
@@ -101,7 +102,15 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         if problem is None:
             raise error
         failure = problem.failure(column)
-        return Failure(failure.code, f"In the helper {helper}: {failure.message}", column) if helper else failure
+        return (
+            Failure(
+                failure.code,
+                Phrase("In the helper {helper}: {message}", helper=helper, message=failure.message),
+                column,
+            )
+            if helper
+            else failure
+        )
 
     # ---- values; the handlers of constants, lists and tuples are asteval's own
     def on_name(self, node: Any) -> Value:
@@ -158,7 +167,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
             return not self._truth(value)
         if type(value) not in NUMBERS:
             raise FormulaProblem("FORM102", needed="a number") if value is None else FormulaProblem(
-                "FORM103", what=f"This needs a number, but gets {kind_of(value)}")  # fmt: skip
+                "FORM103", what=Phrase("This needs a number, but gets {kind}", kind=kind_of(value)))  # fmt: skip
         return -value if isinstance(node.op, ast.USub) else +value
 
     def _truth(self, value: Value) -> bool:
@@ -243,7 +252,9 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         outer = self.symtable
         self.helpers_deep += 1
         if self.helpers_deep > DEEPEST_HELPERS:
-            raise OutOfSteps("FORM105", reason=f"helpers call each other more than {DEEPEST_HELPERS} deep")
+            raise OutOfSteps(
+                "FORM105", reason=Phrase("helpers call each other more than {most} deep", most=DEEPEST_HELPERS)
+            )
         self.symtable = dict(zip(node.parameters, args, strict=True))
         try:
             return self.run(node.entry[0])
@@ -266,7 +277,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         if level == len(comprehension.generators):
             found.append(self.run(comprehension.elt))
             if len(found) > LONGEST_LIST:
-                raise FormulaProblem("FORM105", reason=f"lists have at most {LONGEST_LIST} places")
+                raise FormulaProblem("FORM105", reason=Phrase("lists have at most {most} places", most=LONGEST_LIST))
             return
         loop = comprehension.generators[level]
         for member in listing(self.run(loop.iter)):
@@ -280,7 +291,9 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
             self.symtable[target.id] = member
             return
         if not isinstance(member, (list, tuple)) or len(member) != len(target.elts):
-            raise FormulaProblem("FORM103", what=f"Each member must be a list of {len(target.elts)} values")
+            raise FormulaProblem(
+                "FORM103", what=Phrase("Each member must be a list of {count} values", count=len(target.elts))
+            )
         for name, value in zip(target.elts, member, strict=True):
             self.symtable[name.id] = value
 

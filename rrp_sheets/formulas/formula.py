@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.hints import refuse_setting
 from rrp_sheets.formulas.limits import LONGEST_FORMULA
 from rrp_sheets.formulas.parser import parse
@@ -97,7 +98,9 @@ def read_formula(text: str) -> ast.expr:
 def _check_characters(text: str) -> None:
     size = len(text.strip())
     if size > LONGEST_FORMULA:
-        raise FormulaProblem("FORM002", LONGEST_FORMULA, reason=f"it has more than {LONGEST_FORMULA} characters")
+        raise FormulaProblem(
+            "FORM002", LONGEST_FORMULA, reason=Phrase("it has more than {most} characters", most=LONGEST_FORMULA)
+        )
     if text.isprintable():
         return
     for i, c in enumerate(text):
@@ -110,7 +113,9 @@ def _propose_name(problem: FormulaProblem, text: str, scope: Scope) -> None:
     """A stream's name with a space in it, or with a digit at its beginning, is written in another way here."""
     names = list(dict.fromkeys(i.name for i in scope.inputs.values()))
     if problem.code == "FORM018" and names and "such as" in problem.remedy:
-        problem.details["remedy"] = f"Write the name of the row's input instead: {' or '.join(names[:3])}."
+        problem.details["remedy"] = Phrase(
+            "Write the name of the row's input instead: {names}.", names=" or ".join(names[:3])
+        )
     if problem.code != "FORM001":
         return
     lower = text.casefold()

@@ -6,6 +6,7 @@ import ast
 import re
 from typing import NoReturn
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.limits import LARGEST_NUMBER
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.tokens import Token
@@ -51,8 +52,8 @@ def cell(name: str) -> bool:
 def cell_reference(start: int, text: str, names: list[str] | None = None) -> FormulaProblem:
     """The problem FORM018: a cell where a stream's name belongs."""
     example = " or ".join(names[:3]) if names else "redBall"
-    remedy = f"Write the name of the row's input instead: {example}." if names else (
-        f"Write the name of one of the row's inputs instead, such as {example}.")  # fmt: skip
+    remedy = Phrase("Write the name of the row's input instead: {example}.", example=example) if names else (
+        Phrase("Write the name of one of the row's inputs instead, such as {example}.", example=example))  # fmt: skip
     return FormulaProblem("FORM018", start, len(text), cell=text, remedy=remedy)
 
 
@@ -68,7 +69,9 @@ def number(token: Token) -> int | float:
             else float(text)
         )
     except ValueError:
-        raise syntax(token, f"“{token.text}” is not a number", "Write a number such as 0.5.") from None
+        raise syntax(
+            token, Phrase("“{text}” is not a number", text=token.text), "Write a number such as 0.5."
+        ) from None
     if abs(found) > LARGEST_NUMBER:
         shown = token.text if len(token.text) <= 13 else token.text[:12] + "…"
         raise FormulaProblem("FORM008", token.start, token.end - token.start, number=shown)
@@ -85,9 +88,15 @@ def bare_separator(tokens: list[Token], i: int) -> NoReturn:
     """A comma or semicolon that no brackets stand around."""
     decimal = _decimal(tokens, i)
     if decimal:
-        raise refused(decimal[0], "A decimal comma", f"Write {decimal[1]}; for a pair, use brackets: (x; y).")
+        raise refused(
+            decimal[0], "A decimal comma", Phrase("Write {value}; for a pair, use brackets: (x; y).", value=decimal[1])
+        )
     name = "comma" if tokens[i].text == "," else "semicolon"
-    raise refused(tokens[i], f"A {name} without brackets", "Put brackets around values that belong together: (x; y).")
+    raise refused(
+        tokens[i],
+        Phrase("A {name} without brackets", name=name),
+        "Put brackets around values that belong together: (x; y).",
+    )
 
 
 def mixed_separators(tokens: list[Token], i: int, separator: Token) -> NoReturn:
@@ -118,7 +127,7 @@ def no_value(tokens: list[Token], i: int) -> NoReturn:
     if now.kind == "end":
         if before is None:
             raise syntax(now, "there is nothing in it", "Write a formula.")
-        raise syntax(before, f"it breaks off after “{_near(before)}”", "Write what belongs there.")
+        raise syntax(before, Phrase("it breaks off after “{near}”", near=_near(before)), "Write what belongs there.")
     if now.text in ("*", "**") and (before is None or before.text in ("(", "[", ",", ";")):
         raise refused(now, "A star", "Write the list itself: MAX(balls).")
     if now.text == "{":
@@ -126,14 +135,18 @@ def no_value(tokens: list[Token], i: int) -> NoReturn:
     if now.text == "$":
         raise cell_reference(now.start, now.text + "".join(t.text for t in tokens[i + 1 : i + 4] if t.kind != "end"))
     if now.text in _SIGNS:
-        raise refused(now, f"The sign {now.text}", _SIGNS[now.text])
+        raise refused(now, Phrase("The sign {text}", text=now.text), _SIGNS[now.text])
     if now.text in (")", "]"):
-        raise syntax(now, f"there is nothing before “{now.text}”", "Write a value there, or take the sign away.")
+        raise syntax(
+            now,
+            Phrase("there is nothing before “{text}”", text=now.text),
+            "Write a value there, or take the sign away.",
+        )
     if now.text == ":":
         raise syntax(now, "there is a colon in it", "Colons stand only in brackets: balls[0:2].")
     if before is not None and before.text in ("=", "==") and now.text in ("=", "=="):
         raise syntax(now, "two signs = stand apart", "Write x = 3 or x == 3.")
-    raise syntax(now, f"a value is missing before “{_near(now)}”", "Write what belongs there.")
+    raise syntax(now, Phrase("a value is missing before “{near}”", near=_near(now)), "Write what belongs there.")
 
 
 def _braces(tokens: list[Token], i: int) -> FormulaProblem:
@@ -154,8 +167,8 @@ def keyword(tokens: list[Token], i: int) -> NoReturn:
     if lower == "not":
         raise syntax(now, "NOT in capitals needs brackets", "Write NOT(…), or not in small letters.")
     if lower in ("and", "or", "in", "is", "else", "for"):
-        raise syntax(now, f"a value is missing before “{now.text}”", "Write what belongs there.")
-    raise syntax(now, f"“{now.text}” belongs to a program", _ADVICE)
+        raise syntax(now, Phrase("a value is missing before “{text}”", text=now.text), "Write what belongs there.")
+    raise syntax(now, Phrase("“{text}” belongs to a program", text=now.text), _ADVICE)
 
 
 def leftover(tokens: list[Token], i: int, typed: str) -> NoReturn:
@@ -166,14 +179,18 @@ def leftover(tokens: list[Token], i: int, typed: str) -> NoReturn:
     if now.kind == "number" and before.kind == "number" and now.start == before.end:
         raise syntax(now, "there are two points in a number", "Write numbers with one point: 1.5.")
     if now.kind == "number" and before.kind == "number":
-        raise syntax(now, "there is a space in a number", f"Write {before.text}{now.text}.")
+        raise syntax(
+            now, "there is a space in a number", Phrase("Write {text}{text2}.", text=before.text, text2=now.text)
+        )
     if now.kind in ("text", "texts") and before.kind in ("text", "texts"):
         raise syntax(now, "two texts stand side by side", "Write & between them to join them.")
     if now.kind == "name":
         raise _odd_word(before, now)
     shown = "a text" if now.kind in ("text", "texts") else f"“{_near(now)}”"
     raise syntax(
-        now, f"there is no sign before {shown}", "Write what to do with the two values: & + - * / < =, or ; between."
+        now,
+        Phrase("there is no sign before {shown}", shown=shown),
+        "Write what to do with the two values: & + - * / < =, or ; between.",
     )
 
 
@@ -183,22 +200,31 @@ def _odd_word(before: Token, now: Token) -> FormulaProblem:
         return syntax(now, "AND, OR and NOT in capitals need brackets",
                       "Write and, or, not in small letters, or AND(…; …).")  # fmt: skip
     if lower in ("then", "elif", "elseif"):
-        return syntax(now, f"“{now.text}” is not understood", "Write IF(condition; then; otherwise).")
+        return syntax(now, Phrase("“{text}” is not understood", text=now.text), "Write IF(condition; then; otherwise).")
     if lower == "between":
         return syntax(now, "“between” is not understood", "Write 1 <= distance <= 2.")
     if lower in ("equals", "equal", "is"):
-        return syntax(now, f"“{now.text}” is not understood", "Write = to compare.")
+        return syntax(now, Phrase("“{text}” is not understood", text=now.text), "Write = to compare.")
     if lower == "mod":
         return syntax(now, "“mod” stands between two values", "Write MOD(x; y).")
     if before.kind == "number" and lower in _TIMES:
-        advice = f'Write "{before.text} {now.text}" in quotes for Wait, and a number of seconds elsewhere.'
+        spelt = f"{before.text} {now.text}"
+        advice: str = Phrase('Write "{spelt}" in quotes for Wait, and a number of seconds elsewhere.', spelt=spelt)
         return syntax(now, "there is a unit of time behind a number", advice)
     if before.kind == "number" and lower in _UNITS:
         advice = "Leave the unit out: distances are in metres, angles in radians (30° is 30 degrees)."
         return syntax(now, "there is a unit behind a number", advice)
     if before.kind == "number":
-        return syntax(now, "there is no sign between a number and a name", f"Write {before.text} * {now.text}.")
-    return syntax(now, f"there is no sign before “{_near(now)}”", f"{_BETWEEN} A text needs quotes.")
+        return syntax(
+            now,
+            "there is no sign between a number and a name",
+            Phrase("Write {text} * {text2}.", text=before.text, text2=now.text),
+        )
+    return syntax(
+        now,
+        Phrase("there is no sign before “{near}”", near=_near(now)),
+        Phrase("{between} A text needs quotes.", between=_BETWEEN),
+    )
 
 
 def _odd_sign(tokens: list[Token], i: int) -> FormulaProblem:
@@ -220,8 +246,8 @@ def _odd_sign(tokens: list[Token], i: int) -> FormulaProblem:
     if now.text == ":=":
         return refused(now, "An assignment", _SIGNS[":="])
     if now.text in _SIGNS:
-        return refused(now, f"The sign {now.text}", _SIGNS[now.text])
-    return syntax(now, f"“{now.text}” does not belong there", "Check what stands there.")
+        return refused(now, Phrase("The sign {text}", text=now.text), _SIGNS[now.text])
+    return syntax(now, Phrase("“{text}” does not belong there", text=now.text), "Check what stands there.")
 
 
 def _near(token: Token) -> str:
@@ -244,5 +270,6 @@ def refuse_setting(tree: ast.expr, typed: str) -> None:
         text = typed.strip()
         raise FormulaProblem(
             "FORM003", tree.col_offset, len(text), what="Setting a value with =",
-            remedy=f"To ask whether they are equal write {text.replace('=', '==', 1)}, or ={text}.",
+            remedy=Phrase("To ask whether they are equal write {twice}, or ={text}.",
+                          twice=text.replace("=", "==", 1), text=text),
         )  # fmt: skip

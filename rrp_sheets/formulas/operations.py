@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from typing import Any
 
+from rrp_sheets.diagnostics.phrase import Phrase, capital
 from rrp_sheets.formulas.compare import NUMBERS, Charge
 from rrp_sheets.formulas.functions.define import shown
 from rrp_sheets.formulas.limits import LONGEST_LIST, LONGEST_TEXT
@@ -48,10 +49,15 @@ def arithmetic(kind: type, left: Value, right: Value, charge: Charge) -> Value:
             charge(size)
             return many * times
     if left is None or right is None:
-        raise FormulaProblem("FORM102", needed=f"a value beside {_SIGNS[kind]}")
+        raise FormulaProblem("FORM102", needed=Phrase("a value beside {value}", value=_SIGNS[kind]))
     if kind is ast.Add and {type(left), type(right)} & {str} and {type(left), type(right)} & NUMBERS:
         raise FormulaProblem("FORM114")
-    raise FormulaProblem("FORM103", what=f"{_SIGNS[kind]} cannot work with {kind_of(left)} and {kind_of(right)}")
+    raise FormulaProblem(
+        "FORM103",
+        what=Phrase(
+            "{value} cannot work with {kind} and {kind2}", value=_SIGNS[kind], kind=kind_of(left), kind2=kind_of(right)
+        ),
+    )
 
 
 def _fits(size: int, like: Value) -> None:
@@ -63,13 +69,15 @@ def field(owner: Value, name: str) -> Value:
     """A field of a record; nothing else has fields."""
     if type(owner) is not Record:
         if owner is None:
-            raise FormulaProblem("FORM102", needed=f"something with a field “{name}”")
-        raise FormulaProblem("FORM103", what=f"{kind_of(owner).capitalize()} has no field “{name}”")
+            raise FormulaProblem("FORM102", needed=Phrase("something with a field “{name}”", name=name))
+        raise FormulaProblem(
+            "FORM103", what=Phrase("{what} has no field “{name}”", what=capital(kind_of(owner)), name=name)
+        )
     try:
         return owner.get(name)
     except KeyError:
         guess = nearest(name, [f.name for f in owner.type.fields])
-        remedy = f"Did you mean {guess}?" if guess else "Check its fields."
+        remedy = Phrase("Did you mean {guess}?", guess=guess) if guess else "Check its fields."
         raise FormulaProblem("FORM104", record=owner.type.name, field=name, remedy=remedy) from None
 
 
@@ -109,4 +117,6 @@ def formatted(value: Value, spec: str) -> str:
     try:
         return format(value, spec)
     except ValueError:
-        raise FormulaProblem("FORM107", what=f"The format “{spec}” does not fit {kind_of(value)}") from None
+        raise FormulaProblem(
+            "FORM107", what=Phrase("The format “{spec}” does not fit {kind}", spec=spec, kind=kind_of(value))
+        ) from None

@@ -8,6 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import NoReturn, TypeVar
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas import hints
 from rrp_sheets.formulas.limits import DEEPEST
 from rrp_sheets.formulas.problems import FormulaProblem
@@ -135,7 +136,11 @@ class Values(ABC):
         if following.text in ("-", "+"):
             shown = self.typed[node.col_offset : self.now.start].strip()
             sign = following.text
-            advice = f"Write ({shown}%) {sign} … for percent, or MOD({shown}; {sign}…) for the remainder."
+            advice = Phrase(
+                "Write ({shown}%) {sign} … for percent, or MOD({shown}; {sign}…) for the remainder.",
+                shown=shown,
+                sign=sign,
+            )
             self.refuse("“%” before a sign", advice, self.now.start, following.end)
         if following.text == "not":
             return False
@@ -211,7 +216,9 @@ class Values(ABC):
                 start = self.step()
                 if self.word != ")":
                     self.fail(
-                        f"there is something between the brackets of {token.text}", f"Write {token.text} alone.", start
+                        Phrase("there is something between the brackets of {text}", text=token.text),
+                        Phrase("Write {text} alone.", text=token.text),
+                        start,
                     )
                 token = token._replace(end=self.step().end)
             return self.at(ast.Constant(CONSTANTS[lower]), token.start, token.end)
@@ -262,7 +269,7 @@ class Values(ABC):
         if self.word == "for":
             self.refuse("A generator", "Write the brackets [ ] around it.", self.now.start, self.now.end)
         if self.now.kind == "end":
-            self.fail("a closing bracket is missing", f"Add the closing bracket {closer}.", start)
+            self.fail("a closing bracket is missing", Phrase("Add the closing bracket {closer}.", closer=closer), start)
         hints.leftover(self.tokens, self.i, self.typed)
 
     def _text_with_values(self, token: Token) -> ast.expr:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rrp_sheets.diagnostics import CODES
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Failure, Value
 
@@ -23,12 +24,12 @@ class FormulaProblem(Exception):
     @property
     def message(self) -> str:
         """In the user's words."""
-        return CODES[self.code].message.format(**self.details)
+        return Phrase(CODES[self.code].message, **self.details)
 
     @property
     def remedy(self) -> str:
         """What to do about it."""
-        return CODES[self.code].remedy.format(**self.details)
+        return Phrase(CODES[self.code].remedy, **self.details)
 
     def failure(self, column: int = -1) -> Failure:
         """The problem as a value."""
@@ -60,7 +61,9 @@ def wrong_kind(needed: str, value: Value) -> FormulaProblem:
     """The problem that `value` is not `needed` (“a number”)."""
     if value is None:
         return FormulaProblem("FORM102", needed=needed)
-    return FormulaProblem("FORM103", what=f"This needs {needed}, but gets {kind_of(value)}")
+    return FormulaProblem(
+        "FORM103", what=Phrase("This needs {needed}, but gets {kind}", needed=needed, kind=kind_of(value))
+    )
 
 
 _OWN_FAULTS = (TypeError, ValueError, ArithmeticError, LookupError, AttributeError)

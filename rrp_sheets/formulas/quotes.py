@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.problems import FormulaProblem
 
 _DOUBLE, _SINGLE = '"“”„‟＂', "'‘’‚‛＇"
@@ -93,6 +94,6 @@ def _escape(body: str, i: int, start: int) -> tuple[str, int]:
         if re.fullmatch(r"[0-9a-fA-F]+", digits) and len(digits) == _CODED[following] and int(digits, 16) < 0x110000:
             return chr(int(digits, 16)), 2 + len(digits)
     if following and following in "xuUN01234567abfrv":
-        raise FormulaProblem("FORM003", start + i, 2, what=f"“\\{following}” in a text",
+        raise FormulaProblem("FORM003", start + i, 2, what=Phrase("“\\{following}” in a text", following=following),
                              remedy="Write the character itself; for a backslash, write two.")  # fmt: skip
     return "\\", 1

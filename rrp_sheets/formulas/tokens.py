@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.limits import MOST_TEXTS_DEEP
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.quotes import PAIRS, QUOTES, closing, decode
@@ -154,8 +155,8 @@ class _Lexer:
         following = self.typed[end : end + 1]
         if following and following in QUOTES and set(name) <= _LETTERS:
             if name not in "fF":
-                raise FormulaProblem("FORM003", token.start, len(name), what=f"The letter {name} before a text",
-                                     remedy="Leave it out.")  # fmt: skip
+                what = Phrase("The letter {name} before a text", name=name)
+                raise FormulaProblem("FORM003", token.start, len(name), what=what, remedy="Leave it out.")
             parts, end = self._text_with_values(end)
             return Token("texts", "", token.start, end, parts)
         if following == "[" and self.is_table(name):
@@ -172,7 +173,9 @@ class _Lexer:
                 if len(title) > 1 and title[0] in QUOTES and title[-1] in QUOTES:
                     title = title[1:-1]
                 return Token("column", title, start, end, (name,))
-        raise FormulaProblem("FORM001", at, reason="a closing bracket is missing", remedy=f"Write {name}[Column].")
+        raise FormulaProblem(
+            "FORM001", at, reason="a closing bracket is missing", remedy=Phrase("Write {name}[Column].", name=name)
+        )
 
     # ---- texts with values in them
     def _text_with_values(self, at: int) -> tuple[tuple[str | Hole, ...], int]:
@@ -244,11 +247,11 @@ def _strange(typed: str, at: int) -> FormulaProblem:
     c = typed[at]
     found = _ERROR_VALUE.match(typed, at)
     if found:
-        reason = f"it holds the error value {found[0]} of a spreadsheet"
+        reason = Phrase("it holds the error value {value} of a spreadsheet", value=found[0])
         return FormulaProblem("FORM001", at, len(found[0]), reason=reason,
                               remedy="Type the formula again; write the streams' names instead of cells.")  # fmt: skip
     if unicodedata.category(c) in ("Cc", "Cs", "Co", "Cn", "Cf"):
         return FormulaProblem("FORM001", at, reason="there is a character in it that cannot be seen",
                               remedy="Type the formula again.")  # fmt: skip
     remedy = _REMEDIES.get(c, "Leave it out; texts stand between quotes.")
-    return FormulaProblem("FORM001", at, reason=f"“{c}” has no meaning in a formula", remedy=remedy)
+    return FormulaProblem("FORM001", at, reason=Phrase("“{c}” has no meaning in a formula", c=c), remedy=remedy)

@@ -12,6 +12,7 @@ import unicodedata
 from collections.abc import Callable
 from typing import Any
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.calls import Calls, plain
 from rrp_sheets.formulas.limits import DEEPEST, LARGEST_NUMBER, MOST_LOOPS, MOST_NODES
 from rrp_sheets.formulas.nodes import Join, Pick
@@ -46,7 +47,11 @@ class _Resolver(Calls):
     def visit_at(self, node: ast.expr, depth: int) -> ast.expr:
         self.count += 1
         if depth > DEEPEST or self.count > MOST_NODES:
-            raise FormulaProblem("FORM002", node.col_offset, reason=f"more than {MOST_NODES} parts, or {DEEPEST} deep")
+            raise FormulaProblem(
+                "FORM002",
+                node.col_offset,
+                reason=Phrase("more than {most} parts, or {deepest} deep", most=MOST_NODES, deepest=DEEPEST),
+            )
         method = _METHODS.get(type(node))
         if method is None:
             self.refuse(node, "This")
@@ -113,7 +118,9 @@ class _Resolver(Calls):
 
     def on_listcomp(self, node: ast.ListComp, depth: int) -> ast.expr:
         if len(node.generators) > MOST_LOOPS:
-            raise FormulaProblem("FORM002", node.col_offset, reason=f"it has more than {MOST_LOOPS} loops")
+            raise FormulaProblem(
+                "FORM002", node.col_offset, reason=Phrase("it has more than {most} loops", most=MOST_LOOPS)
+            )
         before = dict(self.local)
         for loop in node.generators:
             loop.iter = self.visit_at(loop.iter, depth)
@@ -142,9 +149,13 @@ class _Resolver(Calls):
             return ast.copy_location(plain(table.column(name)), node)
         names = [f.name for f in table.type.fields]
         guess = nearest(name, names)
-        remedy = f"Did you mean {table.name}[{guess}]?" if guess else f"Its columns are {', '.join(names)}."
+        remedy = (
+            Phrase("Did you mean {name}[{guess}]?", name=table.name, guess=guess)
+            if guess
+            else Phrase("Its columns are {names}.", names=", ".join(names))
+        )
         if name.strip().isdecimal():
-            remedy = f"For row {name}, write INDEX({table.name}; {name})."
+            remedy = Phrase("For row {name}, write INDEX({name2}; {name}).", name=name, name2=table.name)
         raise FormulaProblem("FORM017", node.slice.col_offset, max(len(name), 1), table=table.name, title=name,
                              remedy=remedy)  # fmt: skip
 
@@ -162,8 +173,9 @@ class _Resolver(Calls):
         if isinstance(node.value, ast.Name) and key(node.value.id) not in self.local:
             table = self.scope.table(node.value.id)
             if table is not None:
-                raise FormulaProblem("FORM021", node.col_offset, len(table.name), what=f"The table {table.name}",
-                                     remedy=f"Write {table.name}[{node.attr}] for the column.")  # fmt: skip
+                what = Phrase("The table {name}", name=table.name)
+                remedy = Phrase("Write {name}[{column}] for the column.", name=table.name, column=node.attr)
+                raise FormulaProblem("FORM021", node.col_offset, len(table.name), what=what, remedy=remedy)
         node.value = self.visit_at(node.value, depth)
         self._check_field(node.value, node.attr, node)
         node.attr = key(node.attr)
@@ -175,16 +187,17 @@ class _Resolver(Calls):
             found = self.scope.inputs.get(key(owner.id)) if isinstance(owner, ast.Name) else None
             if found is not None and found.kind and key(found.name) not in self.local:
                 kind = {"number": "a number", "text": "a text"}.get(found.kind, "TRUE or FALSE")
-                raise FormulaProblem("FORM021", at.col_offset, len(found.name), what=f"{found.name} is {kind}: it",
-                                     remedy=f"Write {found.name} alone.")  # fmt: skip
+                what = Phrase("{name} is {kind}: it", name=found.name, kind=kind)
+                remedy = Phrase("Write {name} alone.", name=found.name)
+                raise FormulaProblem("FORM021", at.col_offset, len(found.name), what=what, remedy=remedy)
             return
         if key(field) in record.keys:
             return
         guess = nearest(field, [f.name for f in record.fields] + list(record.aliases))
         names = ", ".join(f.name for f in record.fields)
         column = (at.end_col_offset or 0) - len(field) if isinstance(at, ast.Attribute) else at.col_offset + 1
-        raise FormulaProblem("FORM007", column, len(field), record=record.name, field=field,
-                             remedy=f"Did you mean {guess}?" if guess else f"It has {names}.")  # fmt: skip
+        remedy = Phrase("Did you mean {guess}?", guess=guess) if guess else Phrase("It has {names}.", names=names)
+        raise FormulaProblem("FORM007", column, len(field), record=record.name, field=field, remedy=remedy)
 
     def _record_of(self, owner: ast.expr) -> RecordType | None:
         """The record type of a name, of a field that is itself a record (`ball.value.x`), or of a table's row."""

@@ -8,6 +8,7 @@ from dataclasses import replace
 from rrp_sheets.connectors import Connector, Parameter
 from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.graph.devices import DeviceTable
 from rrp_sheets.graph.model import BehaviourGraph, Graph, Step, Stream, StreamKind
 from rrp_sheets.graph.names import Names
@@ -120,7 +121,11 @@ class _Builder:
         if connector is None and row.on:
             names = list(dict.fromkeys(c.name for c in self.connectors))
             guess = _ELSEWHERE.get(key(cell.text)) or nearest(cell.text, self.connectors.names())
-            remedy = f"Did you mean {guess}?" if guess else f"Choose one of {', '.join(names)}."
+            remedy = (
+                Phrase("Did you mean {guess}?", guess=guess)
+                if guess
+                else Phrase("Choose one of {names}.", names=", ".join(names))
+            )
             self.report.add("CONN002", cell.address, name=cell.text, remedy=remedy)
         return connector
 
@@ -154,7 +159,7 @@ class _Builder:
         if len(set(inputs)) < count:
             self.report.add("CONN009", row.inputs_cell.address)
         elif connector.most is not None and count > connector.most:
-            most = "one input stream" if connector.most == 1 else f"{connector.most} input streams"
+            most = "one input stream" if connector.most == 1 else Phrase("{most} input streams", most=connector.most)
             self.report.add("CONN004", row.inputs_cell.address, connector=connector.name, most=most, count=count)
         period = self._parameter(row, connector)
         self.failed = self.failed or len(self.report) > before
@@ -169,7 +174,7 @@ class _Builder:
             period = parse_duration(cell.text)
             if not period:
                 meant = meant_duration(cell.text)
-                remedy = f"Did you mean {meant}? " if meant else ""
+                remedy = Phrase("Did you mean {meant}? ", meant=meant) if meant else ""
                 self.report.add("CONN008", cell.address, text=cell.text, remedy=remedy)
             elif period < SHORTEST_US and cell.text.replace(".", "").isdigit():
                 self.report.add("CONN010", cell.address, text=cell.text)

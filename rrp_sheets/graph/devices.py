@@ -11,6 +11,7 @@ from rrp_sheets.devices import DeviceType, Found, Robot, Setting
 from rrp_sheets.devices.sound_files import is_plain
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.fix import Fix, Put
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import Proposals, key, nearest
@@ -77,7 +78,7 @@ class DeviceTable:
             if guess:
                 meant[k] = key(guess)
                 cell, found = uses[0]
-                remedy = f"Did you mean {guess}? Then correct the header of this column."
+                remedy = Phrase("Did you mean {guess}? Then correct the header of this column.", guess=guess)
                 self.report.add(
                     "DEV007", cell.address, device=found.name, setting=self._headers.get(k, k), remedy=remedy
                 )
@@ -95,7 +96,7 @@ class DeviceTable:
         found = self.robot.find(device.text)
         if found is None:
             guess = nearest(device.text, [f.name for f in self.robot.names.values()])
-            remedy = f"Did you mean {guess}?" if guess else "See `rrp-sheets help devices`."
+            remedy = Phrase("Did you mean {guess}?", guess=guess) if guess else "See `rrp-sheets help devices`."
             if not device:
                 self.report.add("DEV006", device.address, stream=stream.text)
             else:
@@ -124,12 +125,13 @@ class DeviceTable:
 
     def _unknown_setting(self, found: Found, k: str, cell: Cell, device: Cell) -> None:
         names = [s.name for s in found.type.settings.values()]
-        remedy = f"Leave the cell blank; its settings are: {', '.join(names)}."
-        remedy = remedy if names else "It has no settings: leave the cell blank."
+        remedy: str = Phrase("Leave the cell blank; its settings are: {names}.", names=", ".join(names))
+        if not names:
+            remedy = "It has no settings: leave the cell blank."
         others = self.robot.others_with(found, k)[:2]
         if others:
             each = " ".join(f"{one.name}: {one.type.help}" for one in (found, *others))
-            remedy = f"{each} Use that device, or leave the cell blank."
+            remedy = Phrase("{each} Use that device, or leave the cell blank.", each=each)
         fixes = [Fix(f"Use {o.name}", (Put(device.address, o.name),)) for o in others if device.address]
         self.report.add(
             "DEV007", cell.address, fixes=fixes, device=found.name, setting=self._headers.get(k, k), remedy=remedy
@@ -222,11 +224,11 @@ def understand(setting: Setting, text: str, robot: Robot, mine: Sequence[str] = 
         if k in robot.groups:
             return next(g for g in robot.data["groups"] if key(g) == k), ""
         guess = nearest(text, [j.name for j in robot.joints.values()] + list(robot.data["groups"]))
-        return None, f"a joint such as {guess or 'HeadYaw'}"
+        return None, Phrase("a joint such as {value}", value=guess or "HeadYaw")
     if setting.kind == "colour":
         if _HEX.fullmatch(text):
             return text.casefold(), ""
-        wants = f"a colour such as {nearest(text, COLOURS) or 'red'} or #ff8000"
+        wants = Phrase("a colour such as {value} or #ff8000", value=nearest(text, COLOURS) or "red")
         return key(text), "" if key(text) in COLOURS else wants
     if setting.kind == "words":
         words = tuple(dict.fromkeys(w for part in re.split(r"[,;\n]", text) if (w := part.strip())))
@@ -236,8 +238,10 @@ def understand(setting: Setting, text: str, robot: Robot, mine: Sequence[str] = 
         return _language(text, robot) if setting.kind == "language" else _sound_file(text.strip())
     if setting.kind == "duration":
         us = parse_duration(text, bare="s")
-        return us, "" if us is not None else f"a time such as {meant_duration(text, 's') or '2 s'}"
-    return text, "" if len(text) <= LONGEST_SETTING else f"a text of at most {LONGEST_SETTING} characters"
+        return us, "" if us is not None else Phrase("a time such as {value}", value=meant_duration(text, "s") or "2 s")
+    return text, "" if len(text) <= LONGEST_SETTING else Phrase(
+        "a text of at most {most} characters", most=LONGEST_SETTING
+    )
 
 
 def _sound_file(name: str) -> tuple[Value, str]:
@@ -256,7 +260,7 @@ def _language(text: str, robot: Robot) -> tuple[Value, str]:
         return names[key(text)], ""
     guess = nearest(text, languages.values()) or nearest(text, languages)
     near = names.get(key(guess), guess) if guess else "de"
-    return None, f"a language such as {near} ({languages[near]})"
+    return None, Phrase("a language such as {near} ({value})", near=near, value=languages[near])
 
 
 def _names_for(setting: Setting, robot: Robot, mine: Sequence[str]) -> tuple[str, ...] | None:
@@ -278,19 +282,20 @@ def _one_of(text: str, names: Sequence[str]) -> str:
     if not names:
         return "the name of a sheet with rows"
     if guess and len(names) > 3:
-        return f"{guess} (it can be {listed})"
-    return f"one of {listed}" if len(names) > 1 else listed
+        return Phrase("{guess} (it can be {listed})", guess=guess, listed=listed)
+    return Phrase("one of {listed}", listed=listed) if len(names) > 1 else listed
 
 
 def _number(setting: Setting, text: str) -> tuple[Value, str]:
     low, high = setting.lower, setting.upper
-    wants = f"a number ({setting.unit})" if setting.unit else "a number"
+    wants = Phrase("a number ({unit})", unit=setting.unit) if setting.unit else "a number"
     if low is not None and high is not None:
-        wants = f"a number from {low:g} to {high:g}" + (f" ({setting.unit})" if setting.unit else "")
+        unit = f" ({setting.unit})" if setting.unit else ""
+        wants = Phrase("a number from {low:g} to {high:g}{unit}", low=low, high=high, unit=unit)
     bare = text.strip().removesuffix(setting.unit).strip() if setting.unit else text.strip()
     if not _NUMBER.fullmatch(bare):
         pointed = bare.replace(",", ".")
-        return None, f"{pointed}, with a decimal point" if _NUMBER.fullmatch(pointed) else wants
+        return None, Phrase("{pointed}, with a decimal point", pointed=pointed) if _NUMBER.fullmatch(pointed) else wants
     number = float(bare)
     if not math.isfinite(number):
         return None, wants

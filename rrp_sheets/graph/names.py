@@ -9,6 +9,7 @@ from functools import cached_property
 from rrp_sheets.connectors import Connector
 from rrp_sheets.devices import DeviceType, Found
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.graph.devices import Declared, DeviceTable, describe, done_of
 from rrp_sheets.graph.model import Stream, StreamKind
 from rrp_sheets.model.cells import Cell
@@ -24,6 +25,7 @@ _ENDED = re.compile(r"[\W_]+(?:done|finished|ended|completed?|over|ready|end)$",
 _IS = re.compile(r"[\W_]+(?:is|has|was)$", re.IGNORECASE)
 _LONGEST_ENDED = 100  # letters of a name that is looked at as one of a done stream
 _SHARED = "Behaviours share only devices: take the same sensor here, and repeat the rows that are needed."
+_DECLARED = "“{text}” in the sheet Devices, with its device and settings."
 _KINDS = {"sensor": StreamKind.SENSOR, "actuator": StreamKind.ACTUATOR}
 
 
@@ -95,14 +97,23 @@ class Names:
             return "Write a comma between two streams."
         of = self.devices.find(done_of(text)) if done_of(text) else None
         if of is not None:
-            return f"Only actuators have a done stream; {done_of(text)} is {describe(of.found.type)}."
+            return Phrase(
+                "Only actuators have a done stream; {done_of} is {describe}.",
+                done_of=done_of(text),
+                describe=describe(of.found.type),
+            )
         guess = self._meant_done(text) or self.devices.propose(text, self._inputs)
         if guess is None:
             return "Write the output stream of another row, or a sensor."
         made = self.made.get(key(guess))
         if made is None or key(guess) in self._read:
-            return f"Did you mean {guess}?"
-        return f"Did you mean {guess}? Or write “{text}” into {made.output.address.cell}, which nothing uses yet."
+            return Phrase("Did you mean {guess}?", guess=guess)
+        return Phrase(
+            "Did you mean {guess}? Or write “{text}” into {cell}, which nothing uses yet.",
+            guess=guess,
+            text=text,
+            cell=made.output.address.cell,
+        )
 
     def _meant_done(self, text: str) -> str | None:
         """The done stream that is meant by `Say finished`, or by what an actuator says: `Good bye done`."""
@@ -144,7 +155,7 @@ class Names:
             return False
         if row.on:
             mine = key(sheet) == self.sheet
-            remedy = f"Write {stream.strip()}." if mine else _SHARED
+            remedy = Phrase("Write {value}.", value=stream.strip()) if mine else _SHARED
             self.report.add("GRAPH017", cell.address, name=cell.text, remedy=remedy)
         return True
 
@@ -207,9 +218,10 @@ class Names:
         self._told.add(key(cell.text))
         guess = self.devices.propose(cell.text, self.devices.names("actuator"))
         remedy = (
-            f"Did you mean {guess}? Or declare" if guess else "Write an actuator, for example Head tracker, or declare"
+            Phrase(f"Did you mean {{guess}}? Or declare {_DECLARED}", guess=guess, text=cell.text)
+            if guess
+            else Phrase(f"Write an actuator, for example Head tracker, or declare {_DECLARED}", text=cell.text)
         )
-        remedy += f" “{cell.text}” in the sheet Devices, with its device and settings."
         if declared is not None:
             self.report.add("GRAPH006", cell.address, name=cell.text, what=describe(declared.found.type), remedy=remedy)
         else:

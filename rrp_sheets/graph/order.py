@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.graph.model import Step, Stream, StreamKind
 from rrp_sheets.graph.sorting import after_needs
 
@@ -65,7 +66,9 @@ def _remedy(step: Step, streams: Mapping[str, Stream]) -> str:
     name = streams[step.output].name
     if step.connector.name != "accumulate" or not name:
         return _BREAK
-    return f"Take {name} out of the input streams: in the formula of accumulate, “total” is its last value."
+    return Phrase(
+        "Take {name} out of the input streams: in the formula of accumulate, “total” is its last value.", name=name
+    )
 
 
 def _active(order: list[int], steps: list[Step], streams: dict[str, Stream], in_circle: set[int]) -> dict[int, bool]:

@@ -14,6 +14,7 @@ from typing import Any, get_args
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.catalogue import Severity
 from rrp_sheets.diagnostics.fix import Fix, FixEdit
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError, UnreadableFile
 from rrp_sheets.model.cells import Address
 from rrp_sheets.model.values import Record, Value, record_from_mapping
@@ -130,7 +131,8 @@ def unpack(packed: Any) -> Value:
 
 def pack_finding(d: Diagnostic) -> list[Any]:
     """A finding, with its fixes."""
-    return [d.code, d.severity.value, _place(d.address), d.message, d.remedy, d.span, [_pack_fix(f) for f in d.fixes]]
+    said = [_pack_said(d.message), _pack_said(d.remedy)]
+    return [d.code, d.severity.value, _place(d.address), *said, d.span, [_pack_fix(f) for f in d.fixes]]
 
 
 def unpack_finding(packed: list[Any]) -> Diagnostic:
@@ -138,7 +140,21 @@ def unpack_finding(packed: list[Any]) -> Diagnostic:
     code, severity, where, message, remedy, span, fixes = packed
     address = Address(*where) if where else None
     span = tuple(span) if span else None
-    return Diagnostic(code, Severity(severity), address, message, remedy, span, tuple(map(_unpack_fix, fixes)))
+    said = (_unpack_said(message), _unpack_said(remedy))
+    return Diagnostic(code, Severity(severity), address, *said, span, tuple(map(_unpack_fix, fixes)))
+
+
+def _pack_said(text: object) -> Any:
+    """A text of a finding; a phrase keeps how it was made, so that it can still be said in another language."""
+    if isinstance(text, Phrase):
+        return {"said": text.template, "places": {name: _pack_said(value) for name, value in text.places.items()}}
+    return text if isinstance(text, str | int | float | None) else str(text)
+
+
+def _unpack_said(packed: Any) -> Any:
+    if isinstance(packed, dict):
+        return Phrase(packed["said"], **{name: _unpack_said(value) for name, value in packed["places"].items()})
+    return packed
 
 
 def _place(address: Address | None) -> list[Any] | None:

@@ -19,6 +19,7 @@ from rrp_sheets.checks.facts import CAMERA, CHANGE, TIMER, Fact
 from rrp_sheets.checks.known import BLANK
 from rrp_sheets.checks.lints.material import Material, row_of
 from rrp_sheets.checks.routes import Route
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.graph import Step
 from rrp_sheets.model.names import key
 
@@ -134,7 +135,7 @@ def _in_the_way(one: _Driver, other: _Driver, resource: str, material: Material)
         if one.step.output == other.step.output and _same_value(one, other):
             return ""
         origin = next(a.origin for a in one.routes for b in other.routes if a.origin == b.origin)
-        return f"{_named(origin, material)} can reach both"
+        return Phrase("{named} can reach both", named=_named(origin, material))
     if resource == VOICE and same_behaviour:
         return ""
     steady = one if one.steady else other if other.steady else None
@@ -146,7 +147,7 @@ def _in_the_way(one: _Driver, other: _Driver, resource: str, material: Material)
         return ""
     if steady is None:
         return "they stand in two behaviours that know nothing of each other"
-    return f"{row_of(steady.step, one.step)} does so again and again"
+    return Phrase("{row} does so again and again", row=row_of(steady.step, one.step))
 
 
 def _same_value(one: _Driver, other: _Driver) -> bool:
@@ -166,5 +167,6 @@ def _follow(one: _Driver, other: _Driver, material: Material) -> bool:
 
 def _named(origin: str, material: Material) -> str:
     if origin in material.graph.streams:
-        return f"one value of “{material.graph.streams[origin].name}”"
-    return f"one value of {origin.removeprefix('clock ').replace('!', ' row ')}"
+        return Phrase("one value of “{name}”", name=material.graph.streams[origin].name)
+    sheet, _, row = origin.removeprefix("clock ").rpartition("!")
+    return Phrase("one value of {sheet} row {row}", sheet=sheet, row=row)

@@ -9,6 +9,7 @@ from rrp_sheets.checks.known import LIST, RECORD, TEXT
 from rrp_sheets.checks.lints.material import Material, row_of
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.diagnostics import CODES
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.problems import kind_of
 from rrp_sheets.graph import Step, Stream
@@ -92,7 +93,7 @@ def _mixed(step: Step, material: Material) -> None:
 
 
 def _kind(value: Value) -> str:
-    return f"a record ({value.type.name})" if isinstance(value, Record) else kind_of(value)
+    return Phrase("a record ({name})", name=value.type.name) if isinstance(value, Record) else kind_of(value)
 
 
 def _use(stream: str, values: list[Value], material: Material, merge: Step, seen: set[str]) -> str | None:
@@ -104,7 +105,7 @@ def _use(stream: str, values: list[Value], material: Material, merge: Step, seen
         if formula is not None:
             fails = [_fails(formula, reader, stream, v, material) for v in values]
             if any(fails) and not all(fails):
-                return f", and the formula of {row_of(reader, merge)} cannot work with both"
+                return Phrase(", and the formula of {row} cannot work with both", row=row_of(reader, merge))
         if reader.connector.name in _SAME_VALUE and (reader.inputs[0] == stream or reader.connector.any_input):
             if reader.output in seen or len(seen) >= MOST_STREAMS:
                 continue

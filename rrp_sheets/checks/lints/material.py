@@ -10,6 +10,7 @@ from rrp_sheets.checks.formulas import Compiled
 from rrp_sheets.checks.routes import Routes
 from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.graph import BehaviourGraph, Graph, Step
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
@@ -53,11 +54,15 @@ class Material:
     def name(self, stream: str) -> str:
         """A stream's name; of one without name the row that gives it."""
         found = self.graph.streams[stream]
-        return found.name or f"what row {found.address.row} gives"
+        return found.name or Phrase("what row {row} gives", row=found.address.row)
 
 
 def row_of(step: Step, seen_from: Step) -> str:
     """`row 5`, or `row 5 of the sheet Look` when it is in another sheet."""
     sheet = step.row.output.address.sheet
     other = key(sheet) != key(seen_from.row.output.address.sheet)
-    return f"row {step.number} of the sheet {sheet}" if other else f"row {step.number}"
+    return (
+        Phrase("row {number} of the sheet {sheet}", number=step.number, sheet=sheet)
+        if other
+        else Phrase("row {number}", number=step.number)
+    )

@@ -7,6 +7,7 @@ import ast
 from rrp_sheets.checks.known import NUMBER
 from rrp_sheets.checks.lints.material import Material, row_of
 from rrp_sheets.checks.reasoning import known_of
+from rrp_sheets.diagnostics.phrase import Phrase, listed
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.nodes import Pick
 from rrp_sheets.graph import Step, StreamKind
@@ -39,8 +40,9 @@ def _filter(step: Step, material: Material) -> None:
         why = "its condition contradicts what is known of its input"
         remedy = "what its input can be"
         if before:
-            rows = " and ".join(row_of(s, step) for s in before)
-            why, remedy = f"its condition contradicts {rows}, or what is known of its input", f"that of {rows}"
+            rows = listed([row_of(s, step) for s in before], "and")
+            why = Phrase("its condition contradicts {rows}, or what is known of its input", rows=rows)
+            remedy = Phrase("that of {rows}", rows=rows)
         material.report.add("LINT005", address, why=why, remedy=remedy)
     elif not any(isinstance(n, ast.Name) and n.id in formula.names for n in ast.walk(formula.tree)):
         _without_input(step, formula, material)
@@ -59,7 +61,7 @@ def _without_input(step: Step, formula: Formula, material: Material) -> None:
     value = material.compiled.examples.value(formula, [None] * len(formula.names))
     address = step.row.formula.address
     if isinstance(value, (bool, int, float)):
-        why = f"the formula is always {show(value)}, whatever arrives"
+        why: str = Phrase("the formula is always {value}, whatever arrives", value=show(value))
         if value:
             example = f"{formula.names[0]} > 1" if formula.names else "distance < 0.5"
             material.report.add("LINT015", address, why=why, example=example)

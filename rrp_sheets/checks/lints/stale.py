@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from rrp_sheets.checks.facts import EVENT
 from rrp_sheets.checks.lints.material import Material, row_of
 from rrp_sheets.checks.lints.stale_fixes import remedies
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas import Formula
 from rrp_sheets.graph import Step
 from rrp_sheets.model.names import key
@@ -49,7 +50,11 @@ def lint_stale(material: Material) -> None:
             continue
         rare, steady = found
         filters = sorted(inputs[rare].filters - inputs[steady].filters, key=lambda ref: steps[ref].number)
-        why = f"{row_of(steps[filters[0]], step)} lets only some values pass" if filters else "when something happens"
+        why = (
+            Phrase("{row} lets only some values pass", row=row_of(steps[filters[0]], step))
+            if filters
+            else "when something happens"
+        )
         material.report.add(
             "LINT001",
             step.row.connector.address,

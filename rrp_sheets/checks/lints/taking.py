@@ -9,6 +9,7 @@ from rrp_sheets.checks.facts import Fact
 from rrp_sheets.checks.known import ANY, BLANK, LIST, NUMBER, RECORD, TEXT, TRUTH, Known, kind_of_value
 from rrp_sheets.checks.lints.material import Material
 from rrp_sheets.devices import DeviceType, Robot, Setting
+from rrp_sheets.diagnostics.phrase import Phrase, sentences
 from rrp_sheets.formulas.problems import kind_of
 from rrp_sheets.graph import Step, Stream
 from rrp_sheets.graph.devices import understand
@@ -67,7 +68,7 @@ def _check(step: Step, stream: Stream, taker: Taker, material: Material) -> None
         assert stream.device is not None
         address = (step.row.formula if step.row.formula else step.row.inputs_cell).address
         takes = stream.device.type.takes
-        remedy = f"{_stands(value, material)}{taker.remedy}"
+        remedy = sentences(_stands(value, material), taker.remedy)
         material.report.add("LINT012", address, device=stream.name, takes=takes, what=what, remedy=remedy)
         return
     _limits(step, stream, fact, material)
@@ -94,7 +95,16 @@ def _stands(value: Value, material: Material) -> str:
     columns = [
         (f.name, t) for t in material.compiled.tables.values() for f in t.type.fields if value in t.column(f.name)
     ]
-    return f"{show(value)} stands in the column {columns[0][0]} of the sheet {columns[0][1].name}. " if columns else ""
+    return (
+        Phrase(
+            "{value} stands in the column {column} of the sheet {sheet}.",
+            value=show(value),
+            column=columns[0][0],
+            sheet=columns[0][1].name,
+        )
+        if columns
+        else ""
+    )
 
 
 def _wrong(value: Value, stream: Stream, taker: Taker, material: Material) -> str:
@@ -113,14 +123,14 @@ def _colour(value: Value, stream: Stream, material: Material) -> str:
         return "" if isinstance(value.values.get("colour"), str) else "a record without a colour"
     if isinstance(value, (list, tuple)):
         fine = len(value) == 3 and all(_is_number(v) and 0 <= v <= 1 for v in value)
-        return "" if fine else f"{show(value)}, which is no (red, green, blue) from 0 to 1"
+        return "" if fine else Phrase("{value}, which is no (red, green, blue) from 0 to 1", value=show(value))
     return _named(value, Setting("Colour", "colour"), material.robot)
 
 
 def _named(value: Value, setting: Setting, robot: Robot) -> str:
     """What is wrong with a text that should name something."""
     _, wants = understand(setting, str(value), robot)
-    return f"{show(value)}, which is not {wants}" if wants else ""
+    return Phrase("{value}, which is not {wants}", value=show(value), wants=wants) if wants else ""
 
 
 def _posture(value: Value, stream: Stream, material: Material) -> str:
@@ -137,12 +147,14 @@ def _gesture(value: Value, stream: Stream, material: Material) -> str:
 
 def _no_name(value: Value, what: str, names: Iterable[str]) -> str:
     guess = nearest(str(value), names)
-    return f"{show(value)}, which is no {what}" + (f" (did you mean {guess}?)" if guess else "")
+    if guess:
+        return Phrase("{value}, which is no {what} (did you mean {guess}?)", value=show(value), what=what, guess=guess)
+    return Phrase("{value}, which is no {what}", value=show(value), what=what)
 
 
 def _duration(value: Value, stream: Stream, material: Material) -> str:
     if isinstance(value, str) and parse_duration(value, bare="s") is None:
-        return f"{show(value)}, which is no time"
+        return Phrase("{value}, which is no time", value=show(value))
     return ""
 
 
@@ -150,8 +162,12 @@ def _angles(value: Value, stream: Stream, material: Material) -> str:
     count = len(_joints(stream, material.robot))
     values = list(value) if isinstance(value, (list, tuple)) else [value]
     if len(values) != count:
-        return f"{len(values)} angles for {count} joints" if len(values) != 1 else f"one angle for {count} joints"
-    return "" if all(_is_number(v) for v in values) else f"{show(value)}, which are not all numbers"
+        return (
+            Phrase("{n} angles for {count} joints", n=len(values), count=count)
+            if len(values) != 1
+            else Phrase("one angle for {count} joints", count=count)
+        )
+    return "" if all(_is_number(v) for v in values) else Phrase("{value}, which are not all numbers", value=show(value))
 
 
 def _is_number(value: Value) -> bool:
@@ -238,12 +254,20 @@ def _pitches(
     names: tuple[str, ...], lists: list[list[Value]], robot: Robot
 ) -> list[tuple[str, list[float], float, float, str]]:
     """The head's pitch at the yaw that is sent with it: turned to the side it can nod less."""
-    found = []
+    found: list[tuple[str, list[float], float, float, str]] = []
     yaw, pitch = names.index("HeadYaw"), names.index("HeadPitch")
     for values in lists:
         if len(values) == len(names) and _is_number(values[yaw]) and _is_number(values[pitch]):
             low, high = pitch_limits(robot, float(values[yaw]))
-            found.append((f"HeadPitch with HeadYaw at {values[yaw]:.3g} rad", [values[pitch]], low, high, "rad"))
+            found.append(
+                (
+                    Phrase("HeadPitch with HeadYaw at {value:.3g} rad", value=values[yaw]),
+                    [values[pitch]],
+                    low,
+                    high,
+                    "rad",
+                )
+            )
     return found
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from rrp_sheets.checks.known import RECORD, Known
 from rrp_sheets.checks.lints.material import Material
 from rrp_sheets.checks.reasoning import known_of
+from rrp_sheets.diagnostics.phrase import Phrase, listed
 from rrp_sheets.formulas import Table
 from rrp_sheets.graph import Step
 from rrp_sheets.model.names import key, nearest
@@ -54,7 +55,11 @@ def _tell(column: _Column, material: Material) -> None:
         return
     can = list(column.comes.values())
     guess = nearest(missing[0], can) if len(missing) == 1 else None
-    remedy = f"Did you mean “{guess}”?" if guess else "Write one of these, or let the sensor give it as well."
+    remedy = (
+        Phrase("Did you mean “{guess}”?", guess=guess)
+        if guess
+        else "Write one of these, or let the sensor give it as well."
+    )
     material.report.add(
         "LINT016", column.step.row.formula.address, texts=_listed([f"“{t}”" for t in missing]), column=column.name,
         sheet=column.table.name, can=_listed(can), remedy=remedy,
@@ -62,8 +67,8 @@ def _tell(column: _Column, material: Material) -> None:
 
 
 def _listed(texts: Sequence[str]) -> str:
-    more = f" and {len(texts) - _SHOWN} more" if len(texts) > _SHOWN else ""
-    return ", ".join(texts[:_SHOWN]) + more
+    shown = listed(texts[:_SHOWN])
+    return Phrase("{shown} and {n} more", shown=shown, n=len(texts) - _SHOWN) if len(texts) > _SHOWN else shown
 
 
 def _compared(

@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.limits import DEEPEST, LARGEST_NUMBER, LONGEST_LIST, LONGEST_TEXT, MOST_LEAVES
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
 from rrp_sheets.formulas.tables import Table
@@ -53,7 +54,7 @@ class Function:
     def takes(self) -> str:
         """How many arguments, in words."""
         if self.most >= MANY:
-            return f"{self.least} or more arguments"
+            return Phrase("{least} or more arguments", least=self.least)
         if self.least == self.most:
             return {0: "no arguments", 1: "one argument"}.get(self.least, f"{self.least} arguments")
         return f"{self.least} to {self.most} arguments"
@@ -100,7 +101,7 @@ def whole(value: Value) -> int:
     """The value if it is a whole number."""
     n = number(value)
     if n != int(n):
-        raise FormulaProblem("FORM107", what=f"{n:g} is not a whole number")
+        raise FormulaProblem("FORM107", what=Phrase("{n:g} is not a whole number", n=n))
     return int(n)
 
 
@@ -135,7 +136,7 @@ def flat(values: tuple[Value, ...]) -> list[Value]:
 
 def too_long() -> FormulaProblem:
     """The problem that a text becomes too long."""
-    return FormulaProblem("FORM105", reason=f"texts have at most {LONGEST_TEXT} characters")
+    return FormulaProblem("FORM105", reason=Phrase("texts have at most {most} characters", most=LONGEST_TEXT))
 
 
 def shown(value: Value) -> str:
@@ -176,11 +177,13 @@ def weighed(value: Value) -> Value:
                 leaves += len(v) // 100
         leaves += len(inner)
         if leaves > MOST_LEAVES:
-            raise FormulaProblem("FORM105", reason=f"lists have at most {MOST_LEAVES} places altogether")
+            raise FormulaProblem(
+                "FORM105", reason=Phrase("lists have at most {most} places altogether", most=MOST_LEAVES)
+            )
         if not inner:
             return value
         level = inner
-    raise FormulaProblem("FORM105", reason=f"lists within lists go {DEEPEST} deep at most")
+    raise FormulaProblem("FORM105", reason=Phrase("lists within lists go {deepest} deep at most", deepest=DEEPEST))
 
 
 def bounded(value: Value) -> Value:
@@ -191,7 +194,7 @@ def bounded(value: Value) -> Value:
             return value
         raise FormulaProblem("FORM105", reason="it is not a number" if math.isnan(value) else "numbers go up to 1e15")
     if kind is str and len(value) > LONGEST_TEXT:
-        raise FormulaProblem("FORM105", reason=f"texts have at most {LONGEST_TEXT} characters")
+        raise FormulaProblem("FORM105", reason=Phrase("texts have at most {most} characters", most=LONGEST_TEXT))
     if (kind is list or kind is tuple) and len(value) > LONGEST_LIST:
-        raise FormulaProblem("FORM105", reason=f"lists have at most {LONGEST_LIST} places")
+        raise FormulaProblem("FORM105", reason=Phrase("lists have at most {most} places", most=LONGEST_LIST))
     return value

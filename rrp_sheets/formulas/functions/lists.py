@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.compare import same
 from rrp_sheets.formulas.functions.define import Charge, bounded, define, flat, free, listing, number, whole
 from rrp_sheets.formulas.limits import LONGEST_LIST
@@ -20,7 +21,7 @@ def range_(first: Value, end: Value = None, step: Value = 1) -> list[int]:
         raise FormulaProblem("FORM107", what="A step of 0 never ends")
     numbers = range(start, stop, whole(step))
     if not -LONGEST_LIST <= (stop - start) // whole(step) <= LONGEST_LIST or len(numbers) > LONGEST_LIST:
-        raise FormulaProblem("FORM105", reason=f"lists have at most {LONGEST_LIST} places")
+        raise FormulaProblem("FORM105", reason=Phrase("lists have at most {most} places", most=LONGEST_LIST))
     return list(numbers)
 
 
@@ -31,7 +32,7 @@ def sequence(count: Value, start: Value = 1, step: Value = 1) -> list[int | floa
     ([1, 2, 3], [0, 0.5, 1.0])
     """
     if not 0 <= whole(count) <= LONGEST_LIST:
-        raise FormulaProblem("FORM105", reason=f"lists have at most {LONGEST_LIST} places")
+        raise FormulaProblem("FORM105", reason=Phrase("lists have at most {most} places", most=LONGEST_LIST))
     first, by = number(start), number(step)
     return [bounded(first + i * by) if i else first for i in range(whole(count))]
 

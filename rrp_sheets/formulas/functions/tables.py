@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.compare import same
 from rrp_sheets.formulas.functions.define import MANY, Charge, Function, define, free, listing, shown, whole
 from rrp_sheets.formulas.nodes import Pick
@@ -60,7 +61,10 @@ def xlookup(
     """
     among = listing(results)
     if len(among) != len(listing(where)):
-        raise FormulaProblem("FORM107", what=f"The two lists have {len(listing(where))} and {len(among)} places")
+        raise FormulaProblem(
+            "FORM107",
+            what=Phrase("The two lists have {count} and {second} places", count=len(listing(where)), second=len(among)),
+        )
     place = _find(what, where, charge)
     if place is not None:
         return among[place]
@@ -72,7 +76,12 @@ def xlookup(
 def _find(what: Value, where: Value, charge: Charge) -> int | None:
     if isinstance(where, Table):
         raise wrong_kind(
-            f"a column such as {where.name}[{where.type.fields[0].name if where.type.fields else '…'}]", where
+            Phrase(
+                "a column such as {name}[{value}]",
+                name=where.name,
+                value=where.type.fields[0].name if where.type.fields else "…",
+            ),
+            where,
         )
     return next((i for i, v in enumerate(listing(where)) if same(what, v, charge)), None)
 

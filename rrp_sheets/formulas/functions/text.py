@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.functions.define import (
     bounded,
     define,
@@ -172,7 +173,8 @@ def _find(what: str, value: str, start: Value, name: str) -> int:
     at = value.find(what, whole(start) - 1)
     if at < 0:
         raise FormulaProblem(
-            "FORM107", what=f"{name} does not find the text; to ask whether it is there, write what in text"
+            "FORM107",
+            what=Phrase("{name} does not find the text; to ask whether it is there, write what in text", name=name),
         )
     return at + 1
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.functions.define import define, number
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.model.values import Value
@@ -92,7 +93,7 @@ def pi() -> float:
 
 def _share(value: Value) -> float:
     if not -1 <= number(value) <= 1:
-        raise FormulaProblem("FORM107", what=f"{number(value):g} is not between -1 and 1")
+        raise FormulaProblem("FORM107", what=Phrase("{number:g} is not between -1 and 1", number=number(value)))
     return float(number(value))
 
 
