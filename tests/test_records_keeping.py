@@ -141,6 +141,25 @@ def test_a_run_that_goes_on_is_not_deleted(tmp_path: Path) -> None:
     assert (tmp_path / "runs" / "1-a" / "trace.jsonl").is_file()
 
 
+def test_runs_in_folders_below_go_when_they_are_ticked(tmp_path: Path) -> None:
+    for place, name in ((tmp_path, "1-a"), (tmp_path / "group <B>", "2-b"), (tmp_path / "other", "3-c")):
+        write_run(place, name, HEADER, EVENT, END)
+    client = visit(tmp_path)
+    page = get(client, "/runs/delete?participant=P-01").text
+    assert "<b>group &lt;B&gt;</b>" in page and "1 run, of 2026-11-02, good.md" in page and " checked" not in page
+    shown = re.findall(r'name="shown" value="([^"]*)"', page)
+    assert shown == ["1-a", "group &lt;B&gt;/2-b", "other/3-c"]
+    shown[1] = "group <B>/2-b"
+    refused = send(client, participant="P-01", typed="x", shown=shown, below="other").text
+    assert 'value="other" checked' in refused and 'value="group &lt;B&gt;">' in refused
+    done = send(client, participant="P-01", typed="P-01", shown=shown, below="group <B>").text
+    assert "2 runs deleted of P-01." in done and "The runs of P-01 in “other”." in done
+    assert [p.name for p in tmp_path.glob("*/runs/*")] == ["3-c"] and not (tmp_path / "runs" / "1-a").exists()
+    only = get(client, "/runs/delete?participant=P-01").text
+    assert "Delete what is ticked" in only
+    assert "../x" not in send(client, participant="P-01", typed="P-01", shown="other/3-c", below="../x").text
+
+
 # ---- by hand ----
 
 

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import json
+import shlex
 import shutil
+import subprocess
+import sys
 import zipfile
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +23,11 @@ from rrp_sheets.cli.main import group
 from rrp_sheets.documents.journal import Journal
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.picture import with_texts
+from rrp_sheets.resources import bundled
 from rrp_sheets.runs.faces import kept
 from rrp_sheets.runs.records.deleting import delete, plan
 from rrp_sheets.runs.records.facts import facts_of
-from rrp_sheets.runtime.holding import hold
+from rrp_sheets.runtime.holding import held, hold
 from rrp_sheets.sim.face_memory import FaceMemory, write_memory
 
 CODE = "P-07"
@@ -267,6 +272,100 @@ def test_where_the_code_stands_elsewhere_is_told(folder: Path) -> None:
         "table.csv", "texts.xlsx",
     ]  # fmt: skip
     journal.close()
+
+
+# ---- folders below ----
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> Path:
+    """Runs of P-07 in a folder and in two below it, one deep; and what looks like more."""
+    made = tmp_path / "study"
+    write_run(made, "1-a", HEADER | {"participant": CODE}, EVENT, END)
+    write_run(made, "2-b", HEADER, EVENT, END)
+    write_run(made / "group B", "1-a", HEADER | {"participant": CODE}, EVENT, END)
+    write_run(made / "group B", "2-b", HEADER, EVENT, END)
+    write_run(made / "group 'C'" / "タロウ", "3-c", of(CODE), remembers("Guest 1"), END)
+    remember(made / "group 'C'" / "タロウ", "Guest 1", CODE)
+    write_run(made / "runs" / "2-b" / "inside", "1-x", HEADER | {"participant": CODE}, EVENT, END)
+    write_run(made / ".venv", "1-x", HEADER | {"participant": CODE}, EVENT, END)
+    (made / ".venv" / "pyvenv.cfg").touch()
+    write_run(tmp_path / "other study", "9-x", HEADER | {"participant": CODE}, EVENT, END)
+    (made / "link").symlink_to(tmp_path / "other study")
+    return made
+
+
+def test_runs_in_folders_below_are_told_and_stay(study: Path) -> None:
+    told = run("delete", study, "--participant", CODE, typed=f"{CODE}\n")
+    assert told.exit_code == 0 and "To be deleted: 1 run of P-07" in told.output
+    assert f"1 run in group B: rrp-sheets runs delete '{study}/group B' --participant P-07" in told.output
+    assert "group 'C'/タロウ: rrp" in told.output and "All of them go with --below." in told.output
+    assert "9-x" not in told.output and "also stands in, which stays as it is: runs/2-b/inside" in told.output
+    assert told.output.endswith("Deleted: 1 run, 0 remembered faces.\n")
+    assert (study / "group B" / "runs" / "1-a").is_dir() and not (study / "runs" / "1-a").exists()
+    with pytest.raises(SheetsError, match="are in folders below: group 'C'/タロウ, group B"):
+        CliRunner().invoke(group, ["runs", "delete", str(study), "--participant", CODE], catch_exceptions=False)
+    command = shlex.split(told.output.split("group B: rrp-sheets ")[1].splitlines()[0])
+    assert CliRunner().invoke(group, [*command, "--yes"]).exit_code == 0
+    assert [p.name for p in (study / "group B" / "runs").iterdir()] == ["2-b"]
+
+
+def test_with_below_everything_of_the_code_goes(study: Path, tmp_path: Path) -> None:
+    told = json.loads(run("delete", study, "--participant", CODE, "--below", "--yes", "--json").stdout)
+    assert [(d["folder"], len(d["runs"])) for d in told["below"]] == [("group 'C'/タロウ", 1), ("group B", 1)]
+    assert told["below_deleted"] is True and told["begun_meanwhile"] == []
+    left = [p.relative_to(study).parts[0] for p in map(Path, bytes_with(study))]
+    assert set(left) == {".venv", "runs"}  # what is in a run, or in software, is none of the folder's runs
+    assert kept(study / "group 'C'" / "タロウ") == []
+    assert (tmp_path / "other study" / "runs" / "9-x").is_dir()
+    assert "goes with --participant" in run("delete", study, "--run", "2-b", "--below").output
+
+
+# ---- a run that begins meanwhile ----
+
+
+def test_a_run_that_begins_is_told_when_it_may_be_of_the_code(study: Path) -> None:
+    planned = plan(study, CODE)
+    new = study / "runs" / "8-new"
+    new.mkdir()
+    with held(new):
+        with pytest.raises(SheetsError, match="8-new is just beginning"):
+            plan(study, CODE)
+        with pytest.raises(SheetsError, match="8-new is just beginning"):
+            delete(planned)
+    assert (study / "runs" / "1-a").is_dir()
+    write_run(study, "9-new", HEADER | {"participant": CODE}, EVENT, END)
+    assert delete(planned) == ("9-new",)  # it came after what was told, and stays whole
+    assert not (study / "runs" / "1-a").exists() and (study / "runs" / "9-new" / "trace.jsonl").is_file()
+
+
+def test_a_run_whose_last_files_are_written_is_refused(study: Path) -> None:
+    with held(study / "runs" / "1-a"), pytest.raises(SheetsError, match="1-a goes on, or is still being written"):
+        plan(study, CODE)
+    assert len(plan(study, CODE).runs) == 1
+
+
+def test_deleting_while_a_run_of_the_code_begins_leaves_nothing_half(tmp_path: Path) -> None:
+    shutil.copy(bundled("workbooks") / "simple-tracking.xlsx", tmp_path / "book.xlsx")
+    write_run(tmp_path, "1-a", HEADER | {"participant": CODE}, EVENT, END)
+    script = Path(sys.executable).with_name("rrp-sheets")
+    command = [str(script), "run", "book.xlsx", "--fast", "--for", "0.5s", "--participant", CODE]
+    refused = set[str]()
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        while process.poll() is None:
+            try:
+                delete(plan(tmp_path, CODE))
+            except SheetsError as error:
+                refused.add(error.message)
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(0.01)
+    assert process.returncode == 0 and any("goes on, or is still being written" in said for said in refused)
+    places = [p for p in (tmp_path / "runs").iterdir() if p.is_dir()]
+    for place in places:  # when it was not deleted, it is whole
+        assert {"trace.jsonl", "protocol.xlsx", "run.xlsx", "diagram.svg"} <= {p.name for p in place.iterdir()}
+    if places:
+        delete(plan(tmp_path, CODE))
+    assert bytes_with(tmp_path / "runs") == []
 
 
 # ---- remembered faces ----

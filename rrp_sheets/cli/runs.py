@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from rrp_sheets.cli.waiting import told
 
 if TYPE_CHECKING:
     from rrp_sheets.runs.records.deleting import Deletion
@@ -52,8 +55,8 @@ def list_runs(folder: Path, participant: str, workbook: str, as_json: bool) -> N
 
     found = chosen(runs_in(folder), participant=participant, workbook=workbook)
     if as_json:
-        told = {"schema": 1, "runs": [as_dict(facts) for facts in found]}
-        click.echo(json.dumps(told, ensure_ascii=False, indent=2))
+        entry = {"schema": 1, "runs": [as_dict(facts) for facts in found]}
+        click.echo(json.dumps(entry, ensure_ascii=False, indent=2))
     elif not found:
         click.echo("No run is like that." if participant or workbook else "Nothing has run here yet.")
     else:
@@ -64,37 +67,75 @@ def list_runs(folder: Path, participant: str, workbook: str, as_json: bool) -> N
 @click.argument("folder", type=click.Path(path_type=Path), default=Path())
 @click.option("--participant", default="", help="the code: all runs of this participant")
 @click.option("--run", "names", multiple=True, help="the name of a run; may be given several times")
+@click.option("--below", is_flag=True, help="with --participant: the runs in all folders below FOLDER too")
 @click.option("--yes", is_flag=True, help="do not ask")
 @click.option(
     "--json", "as_json", is_flag=True, help="print what is deleted as JSON; needs --yes, or nothing is deleted"
 )
-def delete(folder: Path, participant: str, names: tuple[str, ...], yes: bool, as_json: bool) -> None:
+def delete(
+    folder: Path, participant: str, names: tuple[str, ...], below: bool, yes: bool, as_json: bool
+) -> None:  # fmt: skip
     """Delete runs beside the workbooks of FOLDER: all that was recorded, pictures, sounds, and remembered faces.
 
     What goes and what stays is shown first. Nothing brings it back, and copies elsewhere (a backup, an export) stay.
 
-    Exit code: 0, 1 when it was not confirmed, 2 when there is no such run, or one goes on.
+    Runs of the code in folders below FOLDER are shown too. They go with --below; without it they stay, since another
+    study may have given the same code to somebody else.
+
+    Exit code: 0, 1 when it was not confirmed or a run has begun meanwhile, 2 when there is no such run, or one goes on.
     """
     from rrp_sheets.runs.records.deleting import delete as delete_runs
     from rrp_sheets.runs.records.deleting import plan
 
     if bool(participant) == bool(names):
         raise click.UsageError("Say whose runs: --participant CODE; or which: --run NAME.")
-    planned = plan(folder, participant, names)
+    if below and not participant:
+        raise click.UsageError("--below goes with --participant; a run is named in its own folder.")
+    with told("Looking for everything that goes and everything that stays …"):
+        planned = plan(folder, participant, names)
+    _require_here(planned, below)
     if not as_json:
-        click.echo("\n".join(_words(planned)))
+        click.echo("\n".join(_words(planned, below)))
     if not yes and (as_json or not _confirmed(participant)):
         if as_json:
-            click.echo(json.dumps({"schema": 1, "deleted": False, **planned.as_dict()}, ensure_ascii=False, indent=2))
+            _print_json(planned, below, deleted=False)
         click.echo("Nothing was deleted.", err=True)
         sys.exit(1)
-    delete_runs(planned)
+    chosen = [d.within for d in planned.below] if below else []
+    with told("Deleting …"):
+        begun = delete_runs(planned, below=chosen)
     if as_json:
-        click.echo(json.dumps({"schema": 1, "deleted": True, **planned.as_dict()}, ensure_ascii=False, indent=2))
+        _print_json(planned, below, deleted=True, begun=begun)
     else:
+        parts = _parts(planned, below)
+        count, wiped = sum(len(d.runs) for d in parts), sum(len(d.faces_gone) for d in parts)
+        click.echo(f"Deleted: {_count(count, 'run')}, {_count(wiped, 'remembered face')}.")
+    if begun:
         click.echo(
-            f"Deleted: {_count(len(planned.runs), 'run')}, {_count(len(planned.faces_gone), 'remembered face')}."
+            f"Meanwhile there is another run: {_listed(begun)}. It stays; delete again when it has ended.", err=True
         )
+        sys.exit(1)
+
+
+def _require_here(planned: Deletion, below: bool) -> None:
+    from rrp_sheets.errors import SheetsError
+
+    if not planned.runs and not below:
+        raise SheetsError(
+            f"The runs of “{planned.participant}” are in folders below: {_listed([d.within for d in planned.below])}.",
+            "Delete them with --below, or name one of those folders.",
+        )
+
+
+def _print_json(planned: Deletion, below: bool, *, deleted: bool, begun: Sequence[str] = ()) -> None:
+    more = {"below_deleted": deleted and below, "begun_meanwhile": list(begun)}
+    told_of = {"schema": 1, "deleted": deleted, **planned.as_dict(), **more}
+    click.echo(json.dumps(told_of, ensure_ascii=False, indent=2))
+
+
+def _parts(planned: Deletion, below: bool) -> list[Deletion]:
+    """What goes, folder by folder."""
+    return [planned, *(planned.below if below else ())]
 
 
 def _confirmed(participant: str) -> bool:
@@ -120,18 +161,38 @@ def _table(found: Sequence[Facts]) -> list[str]:
     return ["  ".join(row[n] + " " * (wide[n] - columns(row[n])) for n in used).rstrip() for row in clear]
 
 
-def _words(planned: Deletion) -> list[str]:
+def _words(planned: Deletion, below: bool) -> list[str]:
     """What goes, and what stays."""
+    parts = [d for d in _parts(planned, below) if d.runs]
+    said = [line for d in parts for line in _goes(d)]
+    stays = [line for d in parts for line in _stays(d)]
+    if planned.below and not below:
+        stays.append(f"Runs of {planned.participant} in folders below stay too. Are they of the same person?")
+        stays += [f"  {_count(len(d.runs), 'run')} in {d.within}: {_command(d)}" for d in planned.below[:_MOST_NAMED]]
+        if len(planned.below) > 1:
+            stays.append("  All of them go with --below.")
+    if planned.elsewhere:
+        stays.append(f"“{planned.participant}” also stands in, which stays as it is: {_listed(planned.elsewhere)}")
+    if not planned.whole:
+        stays.append("The folder is too large to look for the code everywhere in it.")
+    return [*said, *stays]
+
+
+def _goes(planned: Deletion) -> list[str]:
     whose = f" of {planned.participant}" if planned.participant else ""
+    where = f" in {planned.within}" if planned.within else ""
     said = [
-        f"To be deleted: {_count(len(planned.runs), 'run')}{whose} with {_count(planned.files, 'file')} "
+        f"To be deleted{where}: {_count(len(planned.runs), 'run')}{whose} with {_count(planned.files, 'file')} "
         f"({planned.size / _MEGA:,.1f} MB), among them {_count(planned.pictures, 'picture and film')} "
         f"and {_count(planned.sounds, 'sound')}.",
         *_table(planned.runs[:_MOST_NAMED]),
     ]
     if len(planned.runs) > _MOST_NAMED:
         said.append(f"… and {len(planned.runs) - _MOST_NAMED} more")
-    said += [f"Remembered face “{f.name}” is wiped: {f.why}." for f in planned.faces if f.goes]
+    return said + [f"Remembered face “{f.name}” is wiped: {f.why}." for f in planned.faces if f.goes]
+
+
+def _stays(planned: Deletion) -> list[str]:
     stays = [f"Remembered face “{f.name}” stays: {f.why}" for f in planned.faces if not f.goes]
     if stays:
         stays.append("Is it theirs? Then wipe it too: rrp-sheets faces --forget NAME")
@@ -140,11 +201,13 @@ def _words(planned: Deletion) -> list[str]:
     stays += [f"There are runs of “{code}” too, which stay." for code in planned.like]
     if planned.unknown:
         stays.append(f"Whose these runs are cannot be read; they stay: {_listed(planned.unknown)}")
-    if planned.elsewhere:
-        stays.append(f"“{planned.participant}” also stands in, which stays as it is: {_listed(planned.elsewhere)}")
-    if not planned.whole:
-        stays.append("The folder is too large to look for the code everywhere in it.")
-    return [*said, *stays]
+    return stays
+
+
+def _command(planned: Deletion) -> str:
+    """The command that deletes the runs of a folder below."""
+    words = ["rrp-sheets", "runs", "delete", str(planned.folder), "--participant", planned.participant]
+    return " ".join(shlex.quote(word) for word in words)
 
 
 def _listed(things: Sequence[str]) -> str:

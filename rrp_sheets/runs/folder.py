@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from rrp_sheets.checks import Checked
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.beside import material, own_catalogue
+from rrp_sheets.runtime.holding import held, hold_folder, let_go
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
@@ -50,6 +51,7 @@ class RunFolder:
         self.source = Path(reading.workbook.source)
         self.path = (out or self._default()).absolute()
         self._was_there = self.path.exists()
+        self._held: int | None = None
         if (self.path / "trace.jsonl").exists():
             raise SheetsError(f"There is a run in “{self.path}” already.", "Name another folder with --out.")
 
@@ -57,6 +59,7 @@ class RunFolder:
         """Make the folder; raises SheetsError when that cannot be done."""
         try:
             self.path.mkdir(parents=True, exist_ok=True)
+            self._held = hold_folder(self.path)
         except OSError as error:
             message = f"The folder “{self.path}” cannot be made ({error.strerror})."
             raise SheetsError(message, "Name another folder with --out.") from None
@@ -99,8 +102,16 @@ class RunFolder:
             raise SheetsError(message, "Make room, or name another folder with --out.") from None
 
     def finish(self, checked: Checked) -> tuple[dict[str, str], tuple[str, ...]]:
-        """Write the table and the diagram; see :func:`finish_folder`."""
-        return finish_folder(self.path, checked)
+        """Write the table and the diagram; see :func:`finish_folder`. Then the folder is whole."""
+        try:
+            return finish_folder(self.path, checked)
+        finally:
+            self.let_go()
+
+    def let_go(self) -> None:
+        """Nothing more will be written."""
+        let_go(self._held)
+        self._held = None
 
 
 def finish_folder(path: Path, checked: Checked) -> tuple[dict[str, str], tuple[str, ...]]:
@@ -109,11 +120,12 @@ def finish_folder(path: Path, checked: Checked) -> tuple[dict[str, str], tuple[s
     A diagram that cannot be drawn must not take the rest of the run with it.
     """
     problems = []
-    for name, make in (("run.xlsx", _table), ("diagram.svg", _draw)):
-        try:
-            make(path, checked)
-        except (SheetsError, OSError) as error:
-            problems.append(f"{name} could not be made: {error}")
+    with held(path):  # when its own process has been ended, nobody holds it any more
+        for name, make in (("run.xlsx", _table), ("diagram.svg", _draw)):
+            try:
+                make(path, checked)
+            except (SheetsError, OSError) as error:
+                problems.append(f"{name} could not be made: {error}")
     return files_in(path), tuple(problems)
 
 

@@ -16,18 +16,17 @@ from rrp_sheets.devices.default_scene import default_scene
 from rrp_sheets.devices.scene import scene_end_us
 from rrp_sheets.devices.scene_draw import draw_scene
 from rrp_sheets.errors import RunBroken, SheetsError
-from rrp_sheets.model.exchange import Act, Happening, Shown
+from rrp_sheets.model.exchange import Happening
 from rrp_sheets.model.scene import SceneAction
-from rrp_sheets.model.values import Failure, Value
 from rrp_sheets.runs.folder import RunFolder, faces_file
+from rrp_sheets.runs.recorder import Recorder
 from rrp_sheets.runs.starting import start_of
 from rrp_sheets.runs.view import RunResult, RunSettings, RunView, Summary
-from rrp_sheets.runtime.acts import switched
 from rrp_sheets.runtime.control import Control
 from rrp_sheets.runtime.engine import Engine
 from rrp_sheets.runtime.events import EventEngine
 from rrp_sheets.runtime.frame import FrameEngine
-from rrp_sheets.runtime.hooks import Course, Hooks
+from rrp_sheets.runtime.hooks import Course
 from rrp_sheets.runtime.live import LiveCourse
 from rrp_sheets.runtime.loop import FrameCourse
 from rrp_sheets.runtime.plan import Plan, make_plan
@@ -43,91 +42,6 @@ AFTER_SCENE_US = 5_000_000
 WITHOUT_SCENE_US = 30_000_000
 
 WorldMaker = Callable[[Plan, tuple[SceneAction, ...], int, Path], World]
-
-
-_ROBOT = "the robot itself"  # where an error is counted that is no row's: it has fallen
-
-
-class _Recorder(Hooks):
-    """An engine's observer and a loop's hooks: tells the trace and the view. The trace comes when the run begins."""
-
-    def __init__(self, view: RunView, control: Control) -> None:
-        self.view = view
-        self.control = control
-        self.trace: TraceWriter | None = None
-        self.engine: Engine | None = None
-        self.unusable: dict[str, int] = {}  # how often an actuator could not use a row's value
-        self._began = time.monotonic()
-        self._on: set[str] = set()  # the behaviours that the view knows to be on
-
-    def begin(self, trace: TraceWriter, engine: Engine) -> None:
-        """The run's clock starts."""
-        self.trace, self.engine, self._began = trace, engine, time.monotonic()
-        self._on = set(engine.on)
-
-    @property
-    def wall(self) -> float:
-        """Seconds of the wall clock since the beginning."""
-        return time.monotonic() - self._began
-
-    def event(self, us: int, stream: str, row: str, value: Value) -> None:
-        if self.trace is not None:
-            by = self.engine.sent_by if self.engine is not None and not row else None
-            self.trace.event(us, stream, row, value, by)
-        self.view.event(us, stream, row, value)
-
-    def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
-        if self.trace is not None:
-            self.trace.error(us, row, failure, values)
-        self.view.error(us, row, failure, values)
-
-    def happening(self, us: int, happening: Happening) -> None:
-        if self.trace is not None:
-            self.trace.happening(us, happening)
-        if happening.kind == "error":  # an actuator cannot use its value: an error of that row like any other
-            place = happening.row or happening.stream or _ROBOT
-            self.unusable[place] = self.unusable.get(place, 0) + 1
-        self.view.happening(us, happening)
-
-    def frame(self, us: int) -> None:
-        if self.trace is not None:
-            self.trace.flush()
-        if self.engine is not None and self.engine.on != self._on:
-            self._tell_switched(us, self.engine)
-        self.view.frame(us)
-
-    def _tell_switched(self, us: int, engine: Engine) -> None:
-        """A row has switched behaviours; in the trace that is a note of the row's."""
-        for behaviour in engine.plan.checked.graph.behaviours:
-            on = behaviour.key in engine.on
-            if on != (behaviour.key in self._on):
-                self.view.acted(us, switched(behaviour.name, on))
-        self._on = set(engine.on)
-
-    def acted(self, us: int, act: Act) -> None:
-        if self.trace is not None:
-            self.trace.act(us, act, self.wall)
-            self.trace.flush()
-        if self.engine is not None:
-            self._on = set(self.engine.on)
-        self.view.acted(us, act)
-
-    def refused(self, kind: str, message: str, remedy: str) -> None:
-        self.view.refused(kind, message, remedy)
-
-    def paused(self, us: int, is_paused: bool) -> None:
-        self.view.paused(us, is_paused)
-
-    def standing(self, us: int) -> None:
-        self.view.standing(us)
-
-    def shown(self, us: int, shown: Shown) -> None:
-        self.view.state(us, shown.state)
-        if shown.picture:
-            self.view.picture(us, shown.picture)
-
-    def stopped(self) -> bool:
-        return self.view.stopped()
 
 
 def run(
@@ -163,7 +77,7 @@ def run(
         scene = default_scene(plan.outer_sensors, checked.robot)
     folder = RunFolder(reading, settings.out, settings.home)
     until = _until(checked, settings)
-    recorder = _Recorder(view, control or Control())
+    recorder = Recorder(view, control or Control())
     try:
         live = (world or _simulated(settings))(plan, scene, seed, folder.path)
         course = _begin(plan, live, recorder, seed, settings, cell)
@@ -181,6 +95,7 @@ def run(
     except SheetsError:
         with suppress(RunBroken):  # what is told is why the run does not begin
             course.stop()
+        folder.let_go()
         raise
     summary, broken = _go(course, until, trace, recorder)
     view.rested(summary, broken)
@@ -215,9 +130,7 @@ def _header(reading: Reading, checked: Checked, settings: RunSettings, seed: int
     }  # fmt: skip
 
 
-def _begin(
-    plan: Plan, world: World, recorder: _Recorder, seed: int, settings: RunSettings, cell: Cell | None
-) -> Course:
+def _begin(plan: Plan, world: World, recorder: Recorder, seed: int, settings: RunSettings, cell: Cell | None) -> Course:
     """Start the devices and wire the rows, for the engine that the Protocol asks for."""
     if plan.checked.run.engine == "frame":
         return FrameCourse(
@@ -227,7 +140,7 @@ def _begin(
     return LiveCourse(plan, pumped, lambda: EventEngine(plan, recorder, seed, cell), recorder.control)
 
 
-def _go(course: Course, until: int, trace: TraceWriter, recorder: _Recorder) -> tuple[Summary, RunBroken | None]:
+def _go(course: Course, until: int, trace: TraceWriter, recorder: Recorder) -> tuple[Summary, RunBroken | None]:
     """The loop between starting and stopping; whatever happens, the world is stopped and the trace is closed."""
     began = time.monotonic()
     broken: RunBroken | None = None
@@ -268,7 +181,7 @@ def _go(course: Course, until: int, trace: TraceWriter, recorder: _Recorder) -> 
     return summary, broken
 
 
-def _summary(engine: Engine, recorder: _Recorder, wall: float, ended: str, row: str) -> Summary:
+def _summary(engine: Engine, recorder: Recorder, wall: float, ended: str, row: str) -> Summary:
     labels = {s.id: stream_label(s) for s in engine.plan.streams}
     counts = {labels[i]: s.arrived for i, s in engine.streams.items()}
     commands = {a.name: engine.streams[a.stream].arrived for a in engine.plan.actuators}

@@ -1,11 +1,16 @@
 """A record that is being written is held by its run, so that others can tell that the run goes on.
 
-The system lets go of it when the process ends, however it ends.
+The folder is held too, from when it is made until its last file is there: a run that begins says only in its record
+whose it is, and tables and pictures are made after the record is closed. The system lets go of both when the process
+ends, however it ends.
 """
 
 from __future__ import annotations
 
+import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
@@ -22,17 +27,56 @@ def hold(file: IO[str]) -> None:
         return
 
 
+@contextmanager
+def held(folder: Path) -> Iterator[None]:
+    """Hold a folder meanwhile, if that can be done."""
+    number = hold_folder(folder)
+    try:
+        yield
+    finally:
+        let_go(number)
+
+
+def hold_folder(folder: Path) -> int | None:
+    """Hold a folder until `let_go` of what is given here; None where that cannot be done."""
+    if sys.platform == "win32":
+        return None
+    import fcntl
+
+    try:
+        number = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    except OSError:
+        return None
+    try:
+        fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(number)
+        return None
+    return number
+
+
+def let_go(number: int | None) -> None:
+    """Let go of a folder; nothing happens for None."""
+    if number is not None:
+        os.close(number)
+
+
 def is_held(path: Path) -> bool:
-    """Whether somebody holds a file."""
+    """Whether somebody holds a file or a folder."""
     if sys.platform == "win32":
         return False
     import fcntl
 
     try:
-        with path.open("rb") as file:
-            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        number = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(number, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except BlockingIOError:
         return True
     except OSError:
         return False
+    finally:
+        os.close(number)
     return False

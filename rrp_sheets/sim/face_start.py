@@ -6,7 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 from rrp_sheets.sim.camera import Lens
-from rrp_sheets.sim.face_memory import read_memory
 from rrp_sheets.sim.face_models import FaceModels
 from rrp_sheets.sim.faces import Faces
 from rrp_sheets.sim.heads import Heads
@@ -36,8 +35,7 @@ def make_faces(
     faces = Faces(sight.look_closely, sight.pose, lambda: stage.us, lens, models)
     if any(use.device in USERS for use in (*spec.sensors, *spec.actuators)):
         if spec.faces:
-            faces.kept = Path(spec.faces)
-            faces.memory = read_memory(faces.kept)
+            faces.know_from(Path(spec.faces))
         for known in Looks(spec.scene).known:
             # As if the robot had been shown this person's picture before.
             views = studied(heads.portrait(known.face, known.picture), models())

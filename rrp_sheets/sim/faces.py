@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -15,10 +16,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim.body import Pose, Vector
 from rrp_sheets.sim.camera import Image, Lens
-from rrp_sheets.sim.face_memory import FaceMemory, Person, write_memory
+from rrp_sheets.sim.face_memory import FaceMemory, Person, read_memory, write_memory
 from rrp_sheets.sim.face_models import FaceModels, Features, Found
 
 SAME, UNLIKE = 0.58, 0.54
@@ -92,6 +95,8 @@ class Faces:
     _tracks: list[_Track] = field(default_factory=list)
     _looked_us: int = -1
     _ids: set[int] = field(default_factory=set)
+    _filed: set[Person] = field(default_factory=set)  # who was in the file when it was last read or written here
+    _wiped: set[Person] = field(default_factory=set)
 
     @cached_property
     def models(self) -> FaceModels:
@@ -136,9 +141,27 @@ class Faces:
         return track.person.name, ""
 
     def keep(self) -> None:
-        """Write who is remembered to the file that keeps it; raises SheetsError when that cannot be done."""
-        if self.kept is not None:
-            write_memory(self.kept, self.memory)
+        """Write who is remembered to the file that keeps it; raises SheetsError when that cannot be done.
+
+        Who was in that file and is gone from it has been wiped meanwhile, and stays wiped.
+        """
+        if self.kept is None:
+            return
+        with suppress(SheetsError):  # a file that cannot be read says nothing of anybody
+            there = {key(p.name) for p in read_memory(self.kept).persons}
+            self._wiped |= {p for p in self._filed if key(p.name) not in there}
+        staying = [p for p in self.memory.persons if p not in self._wiped]
+        write_memory(self.kept, FaceMemory(staying))
+        self._filed = {p for p in staying if not p.given}
+
+    def know_from(self, path: Path) -> None:
+        """Begin with those whom an earlier run has kept in a file, which keeps those of this run too.
+
+        Raises:
+            SheetsError: the file cannot be read.
+        """
+        self.kept, self.memory = path, read_memory(path)
+        self._filed = set(self.memory.persons)
 
     def _follow(self, us: int) -> None:
         picture, pose = self.look(), self.pose()

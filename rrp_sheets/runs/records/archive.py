@@ -32,15 +32,16 @@ def _plan(folder: str, participant: str, names: list[str], going: list[str]) -> 
     return plan(Path(folder), participant, names, going).as_dict()
 
 
-def _delete(folder: str, participant: str, names: list[str], going: list[str], expected: list[str]) -> dict[str, Any]:
+def _delete(
+    folder: str, participant: str, names: list[str], going: list[str], expected: list[str], below: list[str]
+) -> dict[str, Any]:
     """Deletes only what was shown: with another run since then, nothing goes, and `deleted` is False."""
     from rrp_sheets.runs.records.deleting import delete, plan
 
     planned = plan(Path(folder), participant, names, going)
-    same = sorted(f.run for f in planned.runs) == sorted(expected)
-    if same:
-        delete(planned, going)
-    return {**planned.as_dict(), "deleted": same}
+    same = sorted(planned.shown()) == sorted(expected)
+    begun = delete(planned, going, below) if same else ()
+    return {**planned.as_dict(), "deleted": same, "begun": list(begun)}
 
 
 _DO: dict[str, Callable[..., Any]] = {"export": _export, "pair": _pair, "plan": _plan, "delete": _delete}

@@ -9,17 +9,19 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.runs import faces
-from rrp_sheets.runs.records.facts import TRACE, Facts
+from rrp_sheets.runs.records.below import folders_below
+from rrp_sheets.runs.records.facts import TRACE, Facts, facts_of
 from rrp_sheets.runs.records.listing import as_dict, chosen, runs_in, runs_place
 from rrp_sheets.runs.records.remembered import FaceFate, fates
 from rrp_sheets.runs.records.traces_left import places_of
+from rrp_sheets.runtime.holding import is_held
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,8 @@ class Deletion:
         like: codes that are spelled nearly the same; they stay.
         unknown: runs whose record does not say whose they are.
         elsewhere: where the code still stands; `whole`: whether everything was looked through.
+        within: the name of this folder as seen from the one that was asked for; blank for that one.
+        below: what there is of the code in folders below, which goes only when it is asked for.
     """
 
     folder: Path
@@ -50,6 +54,8 @@ class Deletion:
     unknown: tuple[str, ...]
     elsewhere: tuple[str, ...]
     whole: bool
+    within: str = ""
+    below: tuple[Deletion, ...] = ()
 
     @property
     def faces_gone(self) -> list[str]:
@@ -65,11 +71,18 @@ class Deletion:
             "faces_unreadable": self.unread or None, "similar_codes": list(self.like),
             "unreadable_runs": list(self.unknown), "code_still_in": list(self.elsewhere),
             "looked_through_everything": self.whole,
+            **({"folder": self.within} if self.within else {"below": [d.as_dict() for d in self.below]}),
         }  # fmt: skip
+
+    def shown(self) -> list[str]:
+        """All runs that are told, those in folders below too, by what tells them apart."""
+        return [f.run for f in self.runs] + [f"{d.within}/{f.run}" for d in self.below for f in d.runs]
 
 
 def plan(folder: Path, participant: str = "", names: Sequence[str] = (), going: Collection[str] = ()) -> Deletion:
     """What would be deleted: the runs of a participant, or those of some names. Nothing is changed.
+
+    The runs of a participant in folders below are told beside them.
 
     Args:
         folder: of the workbooks.
@@ -83,50 +96,110 @@ def plan(folder: Path, participant: str = "", names: Sequence[str] = (), going: 
     root = _root(folder)
     places = runs_in(folder)
     every = {f.run: f for f in chosen(places, going=going)}
-    wanted = _of(participant, every) if participant else _named(names, every)
-    _require_ended(wanted, going)
-    gone = {f.run for f in wanted}
-    doomed = [p for p in places if p.name in gone]
-    files = [p for place in doomed for p in _files(place)]
-    kept, unread = _kept(root)
-    found, whole = list[str](), True
+    below, seen = _below(root, participant) if participant else ((), True)
+    wanted = _of(participant, every, bool(below)) if participant else _named(names, every)
+    _require_ended(root, wanted, going)
     if participant:
-        found, whole = places_of(participant, root, frozenset(p.resolve() for p in doomed))
-    codes = {f.participant for f in every.values()} - {participant}
-    return Deletion(
-        folder=folder, participant=participant, runs=tuple(wanted), files=len(files),
-        size=sum(p.lstat().st_size for p in files), pictures=_count(files, (".gif", ".png", ".svg", ".jpg", ".zip")),
-        sounds=_count(files, (".wav",)), faces=tuple(fates(kept, every, places, gone, participant) if kept else ()),
-        unread=unread, like=tuple(sorted(c for c in codes if participant and _squeezed(c) == _squeezed(participant))),
-        unknown=tuple(f.run for f in every.values() if not f.readable and f.run not in gone),
-        elsewhere=tuple(_without_faces(found, kept)), whole=whole,
-    )  # fmt: skip
+        _require_told(places)
+    planned = _planned(root, places, every, wanted, participant)
+    if not participant:
+        return planned
+    doomed = [_place(d, f) for d in (planned, *below) for f in d.runs]
+    found, whole = places_of(participant, root, frozenset(p.resolve() for p in doomed))
+    told = {f"{d.within}/runs/faces.json".lstrip("/") for d in (planned, *below) if d.faces}  # face by face
+    return replace(planned, below=below, elsewhere=tuple(p for p in found if p not in told), whole=whole and seen)
 
 
-def delete(planned: Deletion, going: Collection[str] = ()) -> None:
+def delete(planned: Deletion, going: Collection[str] = (), below: Collection[str] = ()) -> tuple[str, ...]:
     """Delete what was planned: faces first, then run by run, the record of each last, so that it can be gone on with.
+
+    Args:
+        planned: what was told.
+        going: as for `plan`.
+        below: the folders below whose runs go too, by their names in the plan.
+
+    Returns:
+        The runs that have begun meanwhile, of that participant or of nobody knows whom yet: they stay.
 
     Raises:
         SheetsError: a run goes on by now, or something cannot be deleted; the rest is as it was.
     """
-    places = {p.name: p for p in runs_in(planned.folder)}
-    now = chosen([places[f.run] for f in planned.runs if f.run in places], going=going)
-    _require_ended(now, going)
-    if planned.faces_gone:
+    parts = [planned, *(d for d in planned.below if d.within in below)]
+    for part in parts:
+        _require_possible(part, going if part is planned else ())
+    for part in parts:
+        for name in part.faces_gone:
+            if name in faces.kept(part.folder):  # else somebody has wiped it meanwhile
+                faces.forget(part.folder, name)
+        for facts in part.runs:
+            place = _place(part, facts)
+            if place.is_dir():
+                _delete_folder(place)
+    return tuple(name for part in parts for name in _begun(part)) if planned.participant else ()
+
+
+def _below(root: Path, participant: str) -> tuple[tuple[Deletion, ...], bool]:
+    """What there is of a participant in the folders below, and whether all were looked at."""
+    folders, whole = folders_below(root)
+    found = []
+    for folder in folders:
+        places = runs_in(folder)
+        every = {f.run: f for f in chosen(places)}
+        wanted = [f for f in every.values() if f.participant == participant]
+        if wanted:
+            within = folder.relative_to(root).as_posix()
+            found.append(replace(_planned(folder, places, every, wanted, participant), within=within))
+    return tuple(found), whole
+
+
+def _planned(
+    root: Path, places: Sequence[Path], every: dict[str, Facts], wanted: Sequence[Facts], participant: str
+) -> Deletion:
+    """Of the runs of one folder."""
+    gone = {f.run for f in wanted}
+    files = [p for place in places if place.name in gone for p in _files(place)]
+    kept, unread = _kept(root)
+    codes = {f.participant for f in every.values()} - {participant}
+    return Deletion(
+        folder=root, participant=participant, runs=tuple(wanted), files=len(files),
+        size=sum(p.lstat().st_size for p in files), pictures=_count(files, (".gif", ".png", ".svg", ".jpg", ".zip")),
+        sounds=_count(files, (".wav",)), faces=tuple(fates(kept, every, places, gone, participant) if kept else ()),
+        unread=unread, like=tuple(sorted(c for c in codes if participant and _squeezed(c) == _squeezed(participant))),
+        unknown=tuple(f.run for f in every.values() if not f.readable and f.run not in gone),
+        elsewhere=(), whole=True,
+    )  # fmt: skip
+
+
+def _place(planned: Deletion, facts: Facts) -> Path:
+    return runs_place(planned.folder) / facts.run
+
+
+def _require_possible(part: Deletion, going: Collection[str]) -> None:
+    """No run that goes is written still, and none that goes on has a face in mind that is wiped."""
+    places = {p.name: p for p in runs_in(part.folder)}
+    _require_ended(part.folder, chosen([places[f.run] for f in part.runs if f.run in places], going=going), going)
+    if part.participant:
+        _require_told(list(places.values()))
+    if part.faces_gone:
         busy = [f.run for f in chosen(list(places.values()), going=going) if f.ended == "going"]
         if busy:
             raise SheetsError(
                 f"The run {busy[0]} goes on, and would write the remembered faces again.", "Wait until it has ended."
             )
-        for name in planned.faces_gone:
-            faces.forget(_root(planned.folder), name)
-    for facts in now:
-        _delete_folder(places[facts.run])
 
 
-def _of(participant: str, every: dict[str, Facts]) -> list[Facts]:
+def _begun(part: Deletion) -> list[str]:
+    """The runs that have begun since it was planned, and are that participant's, or do not say yet whose they are."""
+    head = f"{part.within}/" if part.within else ""
+    return [
+        head + f.run for place in runs_in(part.folder)
+        if (f := facts_of(place)).participant == part.participant or (not f.readable and is_held(place))
+    ]  # fmt: skip
+
+
+def _of(participant: str, every: dict[str, Facts], below: bool) -> list[Facts]:
     found = [f for f in every.values() if f.participant == participant]
-    if not found:
+    if not found and not below:
         codes = sorted({f.participant for f in every.values()} - {""})
         near = [c for c in codes if _squeezed(c) == _squeezed(participant)]
         hint = (
@@ -144,11 +217,21 @@ def _named(names: Sequence[str], every: dict[str, Facts]) -> list[Facts]:
     return [every[n] for n in dict.fromkeys(names)]
 
 
-def _require_ended(wanted: Sequence[Facts], going: Collection[str]) -> None:
+def _require_ended(folder: Path, wanted: Sequence[Facts], going: Collection[str]) -> None:
     for facts in wanted:
-        if facts.ended == "going" or facts.run in going:
+        if facts.ended == "going" or facts.run in going or is_held(runs_place(folder) / facts.run):
             raise SheetsError(
                 f"The run {facts.run} goes on, or is still being written.", "Stop it, and delete when it has ended."
+            )
+
+
+def _require_told(places: Sequence[Path]) -> None:
+    """A run that is just beginning has no record yet, and may be anybody's."""
+    for place in places:
+        if is_held(place) and not facts_of(place).readable:
+            raise SheetsError(
+                f"The run {place.name} is just beginning, and does not say yet whose it is.",
+                "Delete again in a few seconds.",
             )
 
 
@@ -168,11 +251,6 @@ def _kept(root: Path) -> tuple[list[str], str]:
         return faces.kept(root), ""
     except SheetsError as error:
         return [], f"{error.message} {error.remedy}"
-
-
-def _without_faces(found: Sequence[str], kept: Sequence[str]) -> list[str]:
-    """Without the file of faces, which is told face by face."""
-    return [place for place in found if not (kept and place == "runs/faces.json")]
 
 
 def _squeezed(code: str) -> str:

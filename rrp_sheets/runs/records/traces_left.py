@@ -15,6 +15,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import BinaryIO
 
+from rrp_sheets.runs.records.below import is_software
 from rrp_sheets.workbook.package import BROKEN_ZIP
 
 _CHUNK = 1 << 20  # bytes that are read at once
@@ -27,7 +28,6 @@ _SIGNATURE, _TEXTS = b"\x89PNG\r\n\x1a\n", (b"tEXt", b"iTXt")
 _ZIPS = (".xlsx", ".zip", ".xlsm")
 _UNREAD = " (it could not be looked into: it is damaged, too large, or has a password)"
 _JOURNAL = "journal.sqlite"
-_LIBRARIES = "node_modules"
 _TAG, _FORMULA = re.compile(rb"<[^<>]*>"), re.compile(rb"<f[ >][^<]*</f>")
 _NAME = re.compile(rb' (?:name|title|author|displayName)="([^"<>]*)"')
 
@@ -71,12 +71,8 @@ def places_of(code: str, folder: Path, without: frozenset[Path] = frozenset()) -
 
 def _files(folder: Path, without: frozenset[Path]) -> Iterator[Path]:
     for root, folders, names in os.walk(folder):
-        folders[:] = sorted(n for n in folders if Path(root, n).resolve() not in without and not _software(root, n))
+        folders[:] = sorted(n for n in folders if Path(root, n).resolve() not in without and not is_software(root, n))
         yield from (path for name in sorted(names) if not (path := Path(root, name)).is_symlink())
-
-
-def _software(root: str, name: str) -> bool:
-    return name == _LIBRARIES or Path(root, name, "pyvenv.cfg").is_file()
 
 
 def _within(code: Code, path: Path) -> Iterator[str]:

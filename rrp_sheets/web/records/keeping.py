@@ -1,4 +1,4 @@
-"""What can be done with recorded runs in the browser: export them, compare two, delete some."""
+"""What can be done with recorded runs in the browser: export them, compare two; `deleting` has the rest."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from rrp_sheets.runs.records.archive import PROGRAM
 from rrp_sheets.runs.records.clerk import Clerk
 from rrp_sheets.runs.records.facts import Facts
 from rrp_sheets.runs.records.wording import clock
-from rrp_sheets.web.library import Library, printable
+from rrp_sheets.web.library import Library
+from rrp_sheets.web.records.deleting import add_deleting
 from rrp_sheets.web.records.pages import RunLine
 from rrp_sheets.web.records.shelved import Runs
 from rrp_sheets.web.records.telling import line_of
 
 WITHIN = 150.0  # s: a table of a long run takes its time
 MOST_RUNS = 500  # in one table
-_MEGA = 1e6
 _PICTURES = {".svg": "image/svg+xml", ".png": "image/png", ".pdf": "application/pdf"}
 _TABLES = {
     ".csv": "text/csv", ".xlsx": "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
@@ -68,33 +68,6 @@ class PairPage:
     trouble: str
 
 
-@dataclass(frozen=True, slots=True)
-class DeletePage:
-    """What would be deleted, or what was.
-
-    Attributes:
-        participant: whose runs; blank when they were chosen one by one.
-        word: what has to be typed to confirm.
-        lines: the runs.
-        what: files, pictures, sounds, in words.
-        wiped: faces that are wiped, each with why.
-        stays: what stays, in sentences.
-        done: it was deleted.
-        notice: what is wrong, or what was done.
-    """
-
-    template: ClassVar[str] = "rundelete.html"
-    participant: str
-    word: str
-    lines: tuple[RunLine, ...]
-    what: str
-    wiped: tuple[tuple[str, str], ...]
-    stays: tuple[str, ...]
-    done: bool
-    notice: str
-    failed: bool
-
-
 def add_keeping(pages: Blueprint, library: Library, runs: Runs) -> None:
     """The routes."""
     archive = Clerk(WITHIN, PROGRAM)
@@ -105,23 +78,7 @@ def add_keeping(pages: Blueprint, library: Library, runs: Runs) -> None:
         page = pair_page(runs, library, archive, request.args.getlist("run"))
         return render_template(page.template, page=page)
 
-    @pages.get("/runs/delete", endpoint="delete")
-    def ask() -> str:
-        page = delete_page(runs, library, archive, *_asked(request.args.get("participant"), "run"))
-        return render_template(page.template, page=page)
-
-    @pages.post("/runs/delete/now", endpoint="delete_now")
-    def do() -> str:
-        participant, names = _asked(request.form.get("participant"), "run")
-        try:
-            page = deleted_page(runs, library, archive, participant, names)
-        except SheetsError as error:  # told where it was asked for
-            page = DeletePage(participant, "", (), "", (), (), False, f"{error.message} {error.remedy}", True)
-        return render_template(page.template, page=page)
-
-
-def _asked(participant: str | None, names: str) -> tuple[str, list[str]]:
-    return (participant or "")[:300], request.values.getlist(names)[:MOST_RUNS]
+    add_deleting(pages, library, runs, archive)
 
 
 def _add_exports(pages: Blueprint, runs: Runs, archive: Clerk) -> None:
@@ -207,65 +164,3 @@ def _many(count: int | None) -> str:
 
 def _at(seconds: float | None) -> str:
     return "" if seconds is None else clock(seconds)
-
-
-# ---- deleting
-
-
-def delete_page(
-    runs: Runs, library: Library, archive: Clerk, participant: str, names: list[str], notice: str = ""
-) -> DeletePage:
-    """What would go and what would stay; raises SheetsError when there is nothing like that, or a run goes on."""
-    told = archive.ask("This folder", "plan", str(runs.folder), participant, names, _busy(runs))
-    return _page(library, participant, told, runs, notice, failed=bool(notice))
-
-
-def deleted_page(runs: Runs, library: Library, archive: Clerk, participant: str, names: list[str]) -> DeletePage:
-    """Delete, when what has to be typed was typed, and nothing has changed since the page was shown."""
-    typed, expected = request.form.get("typed", "").strip(), request.form.getlist("shown")
-    if typed != (participant or "delete"):
-        what = f"The code {participant}" if participant else "The word “delete”"
-        return delete_page(runs, library, archive, participant, names, f"{what} was not typed; nothing was deleted.")
-    # what it was is told from what is there now: afterwards there is nothing to tell it from
-    told = archive.ask("This folder", "delete", str(runs.folder), participant, names, _busy(runs), expected)
-    if not told["deleted"]:
-        notice = "Meanwhile there are other runs than were shown; nothing was deleted. Look again."
-        return _page(library, participant, told, runs, notice, failed=True)
-    count = len(told["runs"])
-    notice = f"{count} run{'' if count == 1 else 's'} deleted{f' of {participant}' if participant else ''}."
-    return _page(library, participant, told, runs, notice, failed=False)
-
-
-def _busy(runs: Runs) -> list[str]:
-    return [*runs.going(), *runs.writing()]
-
-
-def _page(
-    library: Library, participant: str, told: dict[str, Any], runs: Runs, notice: str, *, failed: bool
-) -> DeletePage:
-    books = set(library.names())
-    done = bool(told.get("deleted"))
-    shown = [] if done else runs.facts([str(run["run"]) for run in told["runs"]])
-    size = f"{told['files']:,} files ({told['bytes'] / _MEGA:,.1f} MB)"
-    what = f"{size}, of which {told['pictures']:,} hold pictures or films and {told['sounds']:,} speech or sounds"
-    return DeletePage(
-        participant=participant, word=participant or "delete", lines=tuple(line_of(f, books) for f in shown),
-        what=what, wiped=tuple((n, "") for n in told["faces_wiped"]), stays=tuple(_stays(participant, told)),
-        done=done, notice=notice, failed=failed,
-    )  # fmt: skip
-
-
-def _stays(participant: str, told: dict[str, Any]) -> list[str]:
-    said = [f"The remembered face “{f['name']}”: {f['why']}" for f in told["faces_kept"]]
-    if told["faces_kept"]:
-        said.append("Is one of these faces theirs? Wipe it with: rrp-sheets faces --forget NAME")
-    if told["faces_unreadable"]:
-        said.append(str(told["faces_unreadable"]))
-    said += [f"The runs of “{code}”, which is spelled nearly the same." for code in told["similar_codes"]]
-    if told["unreadable_runs"]:
-        said.append("Runs whose record cannot be read, so that nobody knows whose they are: "
-                    + ", ".join(printable(str(n)) for n in told["unreadable_runs"][:12]))  # fmt: skip
-    said += [f"“{participant}” in {place}" for place in told["code_still_in"][:40]]
-    if not told["looked_through_everything"]:
-        said.append("The folder is too large to look for the code everywhere in it.")
-    return [*said, "Copies elsewhere: a backup, an export that was mailed, a bundle."]

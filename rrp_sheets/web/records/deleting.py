@@ -1,0 +1,180 @@
+"""Deleting runs in the browser: what would go and what would stay is shown, and a word is typed before it is done."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from flask import Blueprint, render_template, request
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.records.clerk import Clerk
+from rrp_sheets.web.library import Library, printable
+from rrp_sheets.web.records.pages import RunLine
+from rrp_sheets.web.records.shelved import Runs
+from rrp_sheets.web.records.telling import line_of
+
+_MOST_RUNS = 500  # that are chosen one by one
+_MOST_NAMED = 40
+_MEGA = 1e6
+
+
+@dataclass(frozen=True, slots=True)
+class BelowLine:
+    """The runs of the same code in a folder below; `folder` its name as seen from here.
+
+    Attributes:
+        words: how many there are, and when they were.
+        wiped: the remembered faces that would go with them.
+        ticked: whether they are to go too.
+    """
+
+    folder: str
+    words: str
+    wiped: tuple[str, ...]
+    ticked: bool
+
+
+@dataclass(frozen=True, slots=True)
+class DeletePage:
+    """What would be deleted, or what was.
+
+    Attributes:
+        participant: whose runs; blank when they were chosen one by one.
+        word: what has to be typed to confirm.
+        lines: the runs.
+        shown: what tells all the runs apart that the page shows, for the answer.
+        what: files, pictures, sounds, in words.
+        wiped: faces that are wiped.
+        stays: what stays, in sentences.
+        below: the runs of that participant in folders below.
+        done: it was deleted.
+        notice: what is wrong, or what was done.
+    """
+
+    template: ClassVar[str] = "rundelete.html"
+    participant: str
+    word: str
+    lines: tuple[RunLine, ...] = ()
+    shown: tuple[str, ...] = ()
+    what: str = ""
+    wiped: tuple[str, ...] = ()
+    stays: tuple[str, ...] = ()
+    below: tuple[BelowLine, ...] = ()
+    done: bool = False
+    notice: str = ""
+    failed: bool = False
+
+
+def add_deleting(pages: Blueprint, library: Library, runs: Runs, archive: Clerk) -> None:
+    """The routes."""
+
+    @pages.get("/runs/delete", endpoint="delete")
+    def ask() -> str:
+        page = _asked_page(runs, library, archive, *_asked(request.args.get("participant")))
+        return render_template(page.template, page=page)
+
+    @pages.post("/runs/delete/now", endpoint="delete_now")
+    def do() -> str:
+        participant, names = _asked(request.form.get("participant"))
+        try:
+            page = _deleted_page(runs, library, archive, participant, names)
+        except SheetsError as error:  # told where it was asked for
+            page = DeletePage(participant, "", notice=f"{error.message} {error.remedy}", failed=True)
+        return render_template(page.template, page=page)
+
+
+def _asked(participant: str | None) -> tuple[str, list[str]]:
+    return (participant or "")[:300], request.values.getlist("run")[:_MOST_RUNS]
+
+
+def _asked_page(
+    runs: Runs, library: Library, archive: Clerk, participant: str, names: list[str], notice: str = ""
+) -> DeletePage:
+    """What would go and what would stay; raises SheetsError when there is nothing like that, or a run goes on."""
+    told = archive.ask("This folder", "plan", str(runs.folder), participant, names, _busy(runs))
+    return _page(library, participant, told, runs, notice, failed=bool(notice))
+
+
+def _deleted_page(runs: Runs, library: Library, archive: Clerk, participant: str, names: list[str]) -> DeletePage:
+    """Delete, when what has to be typed was typed, and nothing has changed since the page was shown."""
+    typed, expected = request.form.get("typed", "").strip(), request.form.getlist("shown")
+    below = request.form.getlist("below")
+    if typed != (participant or "delete"):
+        what = f"The code {participant}" if participant else "The word “delete”"
+        return _asked_page(runs, library, archive, participant, names, f"{what} was not typed; nothing was deleted.")
+    # what it was is told from what is there now: afterwards there is nothing to tell it from
+    folder = str(runs.folder)
+    told = archive.ask("This folder", "delete", folder, participant, names, _busy(runs), expected, below)
+    if not told["deleted"]:
+        notice = "Meanwhile there are other runs than were shown; nothing was deleted. Look again."
+        return _page(library, participant, told, runs, notice, failed=True)
+    count = len(told["runs"]) + sum(len(d["runs"]) for d in told.get("below", ()) if d["folder"] in below)
+    notice = f"{count} run{'' if count == 1 else 's'} deleted{f' of {participant}' if participant else ''}."
+    if told["begun"]:
+        named = ", ".join(printable(str(n)) for n in told["begun"][:_MOST_NAMED])
+        notice += f" Meanwhile there is another one, which stays: {named}. Delete again when it has ended."
+    return _page(library, participant, told, runs, notice, failed=bool(told["begun"]))
+
+
+def _busy(runs: Runs) -> list[str]:
+    return [*runs.going(), *runs.writing()]
+
+
+def _page(
+    library: Library, participant: str, told: Mapping[str, Any], runs: Runs, notice: str, *, failed: bool
+) -> DeletePage:
+    books = set(library.names())
+    done = bool(told.get("deleted"))
+    names = [str(run["run"]) for run in told["runs"]]
+    below = told.get("below", ())
+    ticked = request.form.getlist("below")
+    gone = [told, *(d for d in below if d["folder"] in ticked)] if done else [told]
+    return DeletePage(
+        participant=participant, word=participant or "delete",
+        lines=() if done else tuple(line_of(f, books) for f in runs.facts(names)),
+        shown=(*names, *(f"{d['folder']}/{run['run']}" for d in below for run in d["runs"])), what=_what(gone),
+        wiped=tuple(name for d in gone for name in d["faces_wiped"]),
+        stays=tuple(_stays(participant, told, [d for d in below if done and d not in gone])),
+        below=() if done else tuple(_below(d, d["folder"] in ticked) for d in below),
+        done=done, notice=notice, failed=failed,
+    )  # fmt: skip
+
+
+def _what(told: list[Mapping[str, Any]]) -> str:
+    files, size, pictures, sounds = (sum(d[n] for d in told) for n in ("files", "bytes", "pictures", "sounds"))
+    return (
+        f"{files:,} {'file' if files == 1 else 'files'} ({size / _MEGA:,.1f} MB), "
+        f"of which {pictures:,} hold pictures or films and {sounds:,} speech or sounds"
+    )
+
+
+def _below(told: Mapping[str, Any], ticked: bool) -> BelowLine:
+    runs = told["runs"]
+    days = sorted({str(run["began"])[:10] for run in runs if run["began"]})
+    when = "" if not days else f", of {days[0]}" if len(days) == 1 else f", from {days[0]} to {days[-1]}"
+    books = sorted({str(run["workbook"]) for run in runs if run["workbook"]})
+    shown = f", {', '.join(books[:3])}{' and others' if len(books) > 3 else ''}" if books else ""
+    words = f"{len(runs):,} {'run' if len(runs) == 1 else 'runs'}{when}{shown}"
+    return BelowLine(str(told["folder"]), words, tuple(told["faces_wiped"]), ticked)
+
+
+def _stays(participant: str, told: Mapping[str, Any], below: list[Mapping[str, Any]]) -> list[str]:
+    said = [f"The runs of {participant} in “{printable(str(d['folder']))}”." for d in below]
+    said += [f"The remembered face “{f['name']}”: {f['why']}" for f in told["faces_kept"]]
+    if told["faces_kept"]:
+        said.append("Is one of these faces theirs? Wipe it with: rrp-sheets faces --forget NAME")
+    if told["faces_unreadable"]:
+        said.append(str(told["faces_unreadable"]))
+    said += [f"The runs of “{code}”, which is spelled nearly the same." for code in told["similar_codes"]]
+    if told["unreadable_runs"]:
+        said.append("Runs whose record cannot be read, so that nobody knows whose they are: "
+                    + ", ".join(printable(str(n)) for n in told["unreadable_runs"][:12]))  # fmt: skip
+    said += [f"“{participant}” in {place}" for place in told["code_still_in"][:_MOST_NAMED]]
+    left = len(told["code_still_in"]) - _MOST_NAMED
+    if left > 0:
+        said.append(f"“{participant}” in {left:,} more files; `rrp-sheets runs delete` names them.")
+    if not told["looked_through_everything"]:
+        said.append("The folder is too large to look for the code everywhere in it.")
+    return [*said, "Copies elsewhere: a backup, an export that was mailed, a bundle."]
