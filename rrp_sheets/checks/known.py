@@ -101,6 +101,18 @@ def exactly(value: Value) -> Known:
     return Known(kind, record, choices=(value,), blank=value is None)
 
 
+def number_within(low: float, high: float, unit: str = "") -> Known:
+    """A number within bounds; bounds that are no numbers (∞ - ∞) are none.
+
+    >>> number_within(0, 1).bounded, number_within(2, 2).choices, number_within(float("nan"), 1).low
+    (True, (2,), -inf)
+    """
+    low = -math.inf if math.isnan(low) else low
+    high = math.inf if math.isnan(high) else high
+    choices = (low,) if low == high and math.isfinite(low) else None
+    return Known(NUMBER, low=low, high=high, choices=choices, unit=unit)
+
+
 def one_of(values: Iterable[Value]) -> Known:
     """One of several values."""
     result: Known | None = None

@@ -9,7 +9,7 @@ from rrp_sheets.devices import Robot
 from rrp_sheets.devices.sound_files import SUFFIX, BadSoundError, is_plain, look_at
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.phrase import Phrase
-from rrp_sheets.graph.devices import understand
+from rrp_sheets.graph.settings import understand
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.names import nearest
 from rrp_sheets.model.workbook import Workbook

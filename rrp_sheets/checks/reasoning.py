@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
+from rrp_sheets.checks.given import given_by
 from rrp_sheets.checks.known import (
     ANY,
     BLANK,
@@ -18,6 +19,7 @@ from rrp_sheets.checks.known import (
     Known,
     either,
     exactly,
+    number_within,
     one_of,
 )
 from rrp_sheets.formulas import HelperDef, Table
@@ -28,26 +30,6 @@ Names = Mapping[str, Known]
 MOST_STEPS = 2_000
 MOST_DEEP = 100
 """Nodes within nodes, those of helpers included: far fewer than Python's own limit, whoever calls."""
-_TRUTHS = frozenset(
-    {"ALL", "ANY", "BETWEEN", "ENDSWITH", "EXACT", "ISBLANK", "ISEVEN", "ISLIST", "ISLOGICAL", "ISNUMBER", "ISODD",
-     "ISRECORD", "ISTEXT", "STARTSWITH", "XOR"}
-)  # fmt: skip
-_TEXTS = frozenset(
-    {"CONCAT", "FIXED", "LEFT", "LOWER", "MID", "PROPER", "REPT", "RIGHT", "STR", "SUBSTITUTE", "TEXT", "TEXTJOIN",
-     "TRIM", "UPPER"}
-)  # fmt: skip
-_LISTS = frozenset({"DROP", "LIST", "RANGE", "REVERSE", "SEQUENCE", "SORTED", "TAKE", "TEXTSPLIT", "UNIQUE"})
-_BOUNDS = {
-    "ABS": (0, math.inf), "ACOS": (0, math.pi), "ANGLE": (-math.pi, math.pi), "ASIN": (-math.pi / 2, math.pi / 2),
-    "ATAN": (-math.pi / 2, math.pi / 2), "COS": (-1, 1), "COUNT": (0, math.inf), "DISTANCE": (0, math.inf),
-    "EXP": (0, math.inf), "HYPOT": (0, math.inf), "LEN": (0, 2_000), "MATCH": (1, 1_000), "ROWS": (0, 1_000),
-    "SIGN": (-1, 1), "SIN": (-1, 1), "SQRT": (0, math.inf),
-}  # fmt: skip
-_NUMBERS = frozenset(
-    {"AVERAGE", "CEIL", "COUNTA", "COUNTIF", "FIND", "FLOOR", "INT", "LN", "LOG10", "MEDIAN", "MOD", "MROUND", "PI",
-     "POWER", "PRODUCT", "QUOTIENT", "ROUND", "ROUNDDOWN", "ROUNDUP", "SCALE", "SEARCH", "STDEV", "SUM", "TAN", "TRUNC",
-     "VALUE"}
-)  # fmt: skip
 
 
 def known_of(tree: ast.AST, names: Names) -> Known:
@@ -179,16 +161,8 @@ def _unary(node: ast.UnaryOp, env: _Env) -> Known:
         return Known(TRUTH)
     value = _of(node.operand, env)
     if isinstance(node.op, ast.UAdd):
-        return _number(value.low, value.high, value.unit)
-    return _number(-value.high, -value.low, value.unit)
-
-
-def _number(low: float, high: float, unit: str = "") -> Known:
-    """A number within bounds; bounds that are no numbers (∞ - ∞) are none."""
-    low = -math.inf if math.isnan(low) else low
-    high = math.inf if math.isnan(high) else high
-    choices = (low,) if low == high and math.isfinite(low) else None
-    return Known(NUMBER, low=low, high=high, choices=choices, unit=unit)
+        return number_within(value.low, value.high, value.unit)
+    return number_within(-value.high, -value.low, value.unit)
 
 
 def _binop(node: ast.BinOp, env: _Env) -> Known:
@@ -201,7 +175,7 @@ def _binop(node: ast.BinOp, env: _Env) -> Known:
         return UNKNOWN  # two texts, as far as is known
     low, high = _bounds(node.op, left, right)
     unit = (left.unit or right.unit) if isinstance(node.op, (ast.Add, ast.Sub)) else ""
-    return _number(low, high, unit)
+    return number_within(low, high, unit)
 
 
 def _bounds(op: ast.operator, left: Known, right: Known) -> tuple[float, float]:
@@ -244,15 +218,7 @@ def _call(node: ast.Call, env: _Env) -> Known:
     name = node.func.id if isinstance(node.func, ast.Name) else ""
     if name in _SPECIAL:
         return _SPECIAL[name](node, env)
-    if name in _TRUTHS:
-        return Known(TRUTH)
-    if name in _TEXTS:
-        return Known(TEXT)
-    if name in _LISTS:
-        return Known(LIST)
-    if name in _BOUNDS:
-        return _number(*_BOUNDS[name])
-    return Known(NUMBER) if name in _NUMBERS else UNKNOWN
+    return given_by(name)
 
 
 def _index(node: ast.Call, env: _Env) -> Known:
@@ -266,7 +232,7 @@ def _xlookup(node: ast.Call, env: _Env) -> Known:
 
 def _clamp(node: ast.Call, env: _Env) -> Known:
     value, low, high = (_of(a, env) for a in node.args)
-    return _number(min(max(value.low, low.low), high.low), min(max(value.high, low.high), high.high), value.unit)
+    return number_within(min(max(value.low, low.low), high.low), min(max(value.high, low.high), high.high), value.unit)
 
 
 def _extreme(node: ast.Call, env: _Env) -> Known:
@@ -274,7 +240,7 @@ def _extreme(node: ast.Call, env: _Env) -> Known:
     if len(found) < 2 or any(f.kind != NUMBER or f.blank for f in found):
         return Known(NUMBER) if len(found) > 1 else _member(found[0].choices)
     best = min if isinstance(node.func, ast.Name) and node.func.id == "MIN" else max
-    return _number(best(f.low for f in found), best(f.high for f in found), found[0].unit)
+    return number_within(best(f.low for f in found), best(f.high for f in found), found[0].unit)
 
 
 def _length(node: ast.Call, env: _Env) -> Known:
@@ -282,13 +248,13 @@ def _length(node: ast.Call, env: _Env) -> Known:
     source = node.args[0]
     if isinstance(source, ast.Constant) and isinstance(source.value, (Table, list, tuple)):
         return exactly(len(source.value))
-    return _number(0, 1_000)
+    return number_within(0, 1_000)
 
 
 def _radians(node: ast.Call, env: _Env) -> Known:
     value = _of(node.args[0], env)
     scale = math.radians if isinstance(node.func, ast.Name) and node.func.id == "RADIANS" else math.degrees
-    return _number(scale(value.low), scale(value.high))
+    return number_within(scale(value.low), scale(value.high))
 
 
 _SPECIAL: dict[str, Callable[[ast.Call, _Env], Known]] = {

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rrp_sheets.devices.catalogue import DeviceType, Robot
+from rrp_sheets.devices.catalogue import Robot
+from rrp_sheets.devices.device import DeviceType
 
 FOLDER = "examples"
 _TEST = "\n## Test\n"

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from rrp_sheets.devices.catalogue import Robot
 from rrp_sheets.devices.scene_amounts import BadValueError
+from rrp_sheets.devices.scene_kinds import Kind, Verb
 from rrp_sheets.devices.scene_order import check_presence, in_order, scene_end_us
 from rrp_sheets.devices.scene_pictures import check_pictures
 from rrp_sheets.devices.scene_times import read_time
@@ -18,8 +19,6 @@ from rrp_sheets.devices.scene_words import (
     KINDS,
     OPERATOR,
     PERSONS,
-    Kind,
-    Verb,
     find_verb,
     kind_of,
     known_things,

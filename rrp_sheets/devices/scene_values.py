@@ -9,7 +9,8 @@ from functools import lru_cache
 from rrp_sheets.devices.scene_amounts import METRES, RADIANS, SHARES, Amount, BadValueError, many, one, plain
 from rrp_sheets.devices.scene_amounts import place as read_place
 from rrp_sheets.devices.scene_amounts import seconds as read_seconds
-from rrp_sheets.devices.scene_words import CHILD, FACE_HEIGHT, FARTHEST, KINDS, Kind, Part, Verb
+from rrp_sheets.devices.scene_kinds import FARTHEST, Kind, Part, Verb
+from rrp_sheets.devices.scene_words import CHILD, FACE_HEIGHT, KINDS
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import Range

@@ -9,8 +9,9 @@ from typing import Any
 
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.errors import RunBroken
-from rrp_sheets.model.exchange import Act, Happening, State
+from rrp_sheets.model.exchange import Shown, State
 from rrp_sheets.model.values import Failure, Value
+from rrp_sheets.runtime.hooks import Hooks
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,7 @@ class RunStart:
     resources: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
-class RunView:
+class RunView(Hooks):
     """What somebody who watches a run is told; subclass it. Nothing here may take long."""
 
     def started(self, start: RunStart) -> None:
@@ -94,26 +95,14 @@ class RunView:
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
         """A formula failed."""
 
-    def happening(self, us: int, happening: Happening) -> None:
-        """The robot speaks, clamps a command, notes something."""
-
-    def frame(self, us: int) -> None:
-        """A frame is over."""
-
-    def acted(self, us: int, act: Act) -> None:
-        """Somebody did something, after the frame of `us`."""
-
-    def refused(self, kind: str, message: str, remedy: str) -> None:
-        """What somebody wanted (`send`, `apply`, …) cannot be done."""
-
-    def paused(self, us: int, is_paused: bool) -> None:
-        """The run stands still, or goes on."""
-
-    def standing(self, us: int) -> None:
-        """Nothing goes on: a sign of life of a run that is paused, or very slow."""
+    def shown(self, us: int, shown: Shown) -> None:
+        """The world, about 12 times a second of wall time."""
+        self.state(us, shown.state)
+        if shown.picture:
+            self.picture(us, shown.picture)
 
     def state(self, us: int, state: State) -> None:
-        """The world, about 12 times a second of wall time."""
+        """Where everything is."""
 
     def picture(self, us: int, jpeg: bytes) -> None:
         """What the robot sees, about 8 times a second, when that is wanted."""
@@ -123,10 +112,6 @@ class RunView:
 
     def rested(self, summary: Summary, broken: RunBroken | None) -> None:
         """The robot is at rest and all that happened is recorded; what takes time now are table and diagram."""
-
-    def stopped(self) -> bool:
-        """Whether the run should stop now."""
-        return False
 
 
 @dataclass

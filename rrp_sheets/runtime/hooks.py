@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from rrp_sheets.model.exchange import Act, Happening, Shown
-from rrp_sheets.runtime.engine import Engine
+
+if TYPE_CHECKING:
+    from rrp_sheets.runtime.engine import Engine
 
 
 class Hooks:
@@ -21,7 +23,7 @@ class Hooks:
         """Somebody did something, after the frame of `us`."""
 
     def refused(self, kind: str, message: str, remedy: str) -> None:
-        """What somebody wanted cannot be done."""
+        """What somebody wanted (`send`, `apply`, …) cannot be done."""
 
     def paused(self, us: int, is_paused: bool) -> None:
         """The run stands still, or goes on."""

@@ -4,95 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim import figures
-from rrp_sheets.sim.face_traits import HEAD
+from rrp_sheets.sim.actors import Ball, Person
 from rrp_sheets.sim.heads import Heads
 from rrp_sheets.sim.looks import Looks
 from rrp_sheets.sim.paths import Circle, Line, Point, Still
-from rrp_sheets.sim.people import body, is_seated
-from rrp_sheets.sim.solids import Cylinder, Solid, Sphere
+from rrp_sheets.sim.people import body
+from rrp_sheets.sim.solids import Solid
 from rrp_sheets.sim.things import Prop, make_prop
 
 BESIDE = 0.4  # m, between persons who are seen at the same time
-AWAY = math.radians(150)  # how far a person who looks away turns
 FRONT: Point = (1.0, 0.0, 0.62)  # where a person who "is seen" has the face: in view without moving the head
 LATER_US = 5_000  # a time so much after now has not come yet
-WIDE, SEATED_WIDE = 0.15, 0.19  # of a face's height: how wide a person is who stands, who sits (radius)
-Path = Still | Line | Circle
-
-
-@dataclass
-class Ball:
-    """A ball in the world."""
-
-    name: str
-    figure: figures.Figure
-    radius: float
-    path: Path
-    colour: str = ""
-
-    def solids(self, us: int) -> list[Solid]:
-        """Its shape where it is at a time."""
-        return [Sphere(self.name, self.path.at(us), self.radius)]
-
-
-@dataclass
-class Person:
-    """A person in the world.
-
-    Attributes:
-        number: the id that the face sensor gives for them when the robot knows them from the beginning.
-        known: the name the robot knows already, or empty.
-        looks: False when looking away.
-        until_us: when the person leaves by themselves, or None.
-        posture: `seated`, `standing`, or empty: the height tells.
-        drawn: which of the drawn faces.
-        picture: the file of the face, or empty for the drawn one.
-        voice: `child`, `female`, `male`, or empty.
-    """
-
-    name: str
-    number: int
-    known: str
-    figure: figures.Figure
-    path: Path
-    height: float
-    looks: bool = True
-    until_us: int | None = None
-    posture: str = ""
-    drawn: int = 0
-    picture: str = ""
-    voice: str = ""
-
-    def face(self, us: int) -> Point:
-        """Where the face is at a time."""
-        return self.path.at(us)
-
-    def heading(self, us: int) -> float:
-        """Which way the face looks, rad: towards the robot's place, or away."""
-        x, y, _ = self.path.at(us)
-        return math.atan2(-y, -x) + (0.0 if self.looks else AWAY)
-
-    @property
-    def seated(self) -> bool:
-        """Whether they sit."""
-        return is_seated(self.height, self.posture)
-
-    def solids(self, us: int) -> list[Solid]:
-        """The body, and the head on it."""
-        x, y, z = self.path.at(us)
-        body = z - HEAD
-        radius = min((SEATED_WIDE if self.seated else WIDE) * self.height + 0.03, 0.25)
-        return [
-            Cylinder(self.name, (x, y, body / 2), radius, max(body, 0.01)),
-            Sphere(self.name, (x, y, z), HEAD),
-        ]
 
 
 class Stage:

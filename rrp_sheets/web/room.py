@@ -12,24 +12,22 @@ from rrp_sheets.documents.changes import SheetChange
 from rrp_sheets.documents.hindrance import hindrance
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.worker import CheckWorker
-from rrp_sheets.web.listeners import Listener, Told, message
+from rrp_sheets.web.audience import Audience
+from rrp_sheets.web.listeners import Listener, message
 from rrp_sheets.web.looks import Look, look, no_look
 from rrp_sheets.web.program import program
 from rrp_sheets.web.rowviews import RowMaker
-from rrp_sheets.web.seats import Seats
 from rrp_sheets.web.testing.results import RoomTests
 from rrp_sheets.web.testing.tester import Tester
 
 
-class Room:
-    """One open workbook: its document, its check, and the pages that show it."""
+class Room(Audience):
+    """One open workbook: its document and its check, and the pages that show it."""
 
     def __init__(self, document: Document, worker: CheckWorker, tester: Tester) -> None:
+        super().__init__()
         self.document = document
         self._worker = worker
-        self.listeners: list[Listener] = []
-        self.seats = Seats()
-        self._lock = threading.RLock()
         self._again = threading.Event()
         self._look = no_look()
         self._makers: dict[str, RowMaker] = {}
@@ -37,7 +35,6 @@ class Room:
         self._trouble = ""
         self._hindered = ""
         self.author = ""  # of the newest edit
-        self._told = Told()
         self._made = 0  # how often rows were made: of two looks of a row, a page keeps the one that was made later
         self.about_run: Callable[[], str] = str  # the run that goes on, as it is sent to a page that joins
         self.after_check: Callable[[], None] = lambda: None
@@ -182,11 +179,6 @@ class Room:
 
     # ---- people
 
-    def told(self) -> str:
-        """The number of the newest thing that everyone was told."""
-        with self._lock:
-            return self._told.number
-
     def join(self, client: str, name: str, *, knows: bool = True, had: str = "", person: str = "") -> Listener:
         """Somebody opens the page, or comes back to it.
 
@@ -205,38 +197,13 @@ class Room:
                     about = self._now(sheet) | self.maker(sheet).known(sheet)
                 listener.tell(message("grid", about))
             listener.tell(message("checked", self._checked()))
-        with self._lock:
-            for text in self._told.missed(client, had) if had else ():
-                listener.tell(text)
-            listener.welcome = f"id: {self.told()}\n\n"
-            self.listeners.append(listener)
+        self._enter(listener, had)
         run = self.about_run()
         if run:
             listener.tell(run)
         self.tell_people()
         self.tests.join()
         return listener
-
-    def is_of(self, client: str, person: str) -> bool:
-        """Whether a page is of this session, or of nobody."""
-        with self._lock:
-            return all(one.person == person for one in self.listeners if one.client == client)
-
-    def part(self, client: str) -> None:
-        """A page says that it is being closed."""
-        with self._lock:
-            listeners = [li for li in self.listeners if li.client == client]
-        for listener in listeners:
-            self.leave(listener)
-
-    def leave(self, listener: Listener) -> None:
-        """The page was closed."""
-        listener.leave()
-        with self._lock:
-            if listener in self.listeners:
-                self.listeners.remove(listener)
-            self.seats.leave(listener.client)
-        self.tell_people()
 
     def take(self, client: str, name: str, place: tuple[str, str, int]) -> str:
         """Take a cell for editing; who has it already, or an empty text."""
@@ -258,42 +225,6 @@ class Room:
         grid = self.document.grids.get(sheet)
         if grid is not None and grid.has(row):
             self.tell("grid", self._rows(Changed(sheet, touched=(row,))), but=but)
-
-    def stand(self, client: str, name: str, place: tuple[str, str, int]) -> None:
-        """Somebody's cursor is on a cell; or they have another name now."""
-        with self._lock:
-            for listener in self.listeners:
-                if listener.client == client:
-                    listener.place, listener.name = place, name or listener.name
-        self.tell_people()
-
-    def tell_people(self) -> None:
-        """Tell everyone who is here."""
-        with self._lock:
-            people = [{"client": li.client, "name": li.name, "place": li.place} for li in self.listeners]
-        self.tell("people", {"people": people})
-
-    def tell(self, event: str, data: dict[str, Any], but: str = "") -> None:
-        """Tell every page, but perhaps one, that something happened."""
-        with self._lock:  # also while it is handed over: what is numbered comes in its order
-            text = self._told.add(event, data, but)
-            for listener in self.listeners:
-                if listener.client != but:
-                    listener.tell(text)
-
-    def tell_all(self, text: str) -> None:
-        """Tell every page something of the moment; `text` as it is sent."""
-        with self._lock:
-            listeners = list(self.listeners)
-        for listener in listeners:
-            listener.tell(text)
-
-    def tell_live(self, text: str) -> None:
-        """Tell every page a run's newest values, which a page that lags behind may miss; `text` as it is sent."""
-        with self._lock:
-            listeners = list(self.listeners)
-        for listener in listeners:
-            listener.tell_live(text)
 
     def poll(self) -> None:
         """Look whether another program has changed the file."""
