@@ -136,8 +136,10 @@ def test_suggestions_leave_what_is_wrong_with_the_cell_in_sight(shelf: Books) ->
     grid.press("F2")
     grid.page.wait_for_selector(".suggestions [role=option]")
     grid.page.wait_for_selector(".editor .mend >> text=Dista")  # the one may be shown before the other
-    wrong, offered = (grid.page.locator(part).bounding_box() for part in (".editor .mend", ".editor .suggestions"))
-    assert wrong["y"] + wrong["height"] <= offered["y"]
+    script = """() => { const [wrong, offered] = ['.editor .mend', '.editor .suggestions'].map((part) =>
+      document.querySelector(part)?.getBoundingClientRect());
+      return wrong?.height && offered?.height && wrong.bottom <= offered.top; }"""
+    grid.page.wait_for_function(script)
     assert grid.page.locator("td .mend:visible").count() == 0
     grid.press("Escape", "Escape")
     assert grid.page.locator("td .mend:visible").count() == 1

@@ -34,6 +34,7 @@ KINDS = {
 }  # fmt: skip
 _CODE = ("formula", "send", "expect")
 _LONG = 600  # characters of a text that is shown in part until the cursor is there
+_BODY = 50  # rows; as many as table.js makes them
 _OFF = frozenset(("false", "no", "off", "0"))
 Signature = tuple[Any, ...]
 
@@ -90,9 +91,13 @@ class RowMaker:
         self._anonymous = frozenset(s.number for s in anonymous if streams[s.output].kind is StreamKind.ANONYMOUS)
 
     def rows(self, first: int, count: int) -> Markup:
-        """Some rows from a place on; a long sheet comes in pieces, so that its beginning is there at once."""
-        piece = islice(self.grid.numbers().items(), first, first + count)
-        return Markup("".join(self._made(row, number) for row, number in piece))
+        """Some rows from a place on, as bodies of a table: the browser leaves out a body that is out of sight.
+
+        A long sheet is asked for in parts, so that its beginning is there at once.
+        """
+        made = [self._made(row, number) for row, number in islice(self.grid.numbers().items(), first, first + count)]
+        bodies = (made[i : i + _BODY] for i in range(0, max(len(made), 1), _BODY))
+        return Markup("".join(f'<tbody role="rowgroup">{"".join(body)}</tbody>' for body in bodies))
 
     def changed(self) -> list[tuple[str, str]]:
         """The rows that look different from how they were last made; those never made are on nobody's page."""
@@ -149,8 +154,10 @@ class RowMaker:
                 example = escape(self._examples.get(number, ""))
                 cells.append(f'<td role="gridcell" class="example" title="{example}">{example}</td>')
         off = any(k == "on" and texts.get(c.number, "").strip().casefold() in _OFF for c, k in self._pairs())
-        comment = next((t for _, t in sorted(texts.items())), "").lstrip().startswith("#")
-        looks = " ".join(w for w, holds in (("off", off), ("comment", comment)) if holds)
+        filled = [t for _, t in sorted(texts.items()) if t.strip()]
+        comment = bool(filled) and filled[0].lstrip().startswith("#")
+        buried = comment and len(filled) > 1
+        looks = " ".join(w for w, holds in (("off", off), ("comment", comment), ("buried", buried)) if holds)
         marked = f' class="{looks}"' if looks else ""
         return (
             f'<tr role="row" id="{row}" aria-rowindex="{number - self.grid.first + 2}"{marked}>'

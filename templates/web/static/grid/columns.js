@@ -44,7 +44,7 @@ export class Columns {
 
   /** Room for the numbers of the rows. */
   margin() {
-    const last = Number(this.table.body.dataset.first) + Number(this.table.body.dataset.count);
+    const last = this.table.first + Number(this.table.grid.dataset.count);
     return Math.max(40, Math.ceil(this.measure(this.heads[0], String(last))) + 16);
   }
 

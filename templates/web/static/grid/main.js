@@ -21,8 +21,8 @@ if (grid) {
   const who = new URLSearchParams({ client: grid.server.client, name: grid.server.name, had: listen.dataset.told, knows: document.getElementById("panels").ariaBusy === "true" ? "no" : "yes" });
   listen.setAttribute("hx-sse:connect", `${listen.getAttribute("hx-sse:connect")}?${who}`);
   listening(listen);
-  icons(grid.table.body);
-  new MutationObserver(() => icons(grid.table.body)).observe(grid.table.body, { childList: true });
+  icons(grid.table.rows);
+  grid.table.grid.addEventListener("rrp:rows", ({ detail }) => icons(detail.came));
   menu(grid);
   finder(grid);
   people(grid, listen);
@@ -32,26 +32,27 @@ if (grid) {
   renewed(grid, listen);
   tests(grid, listen);
   fetchWords();
-  fetchRest(grid.table.body).then(() => document.body.toggleAttribute("data-ready", true));
+  fetchRest(grid.table).then(() => document.body.toggleAttribute("data-ready", true));
   const [id, place] = decodeURIComponent(location.hash.slice(1)).split("~"); // a row, perhaps with the cell in it
   const wanted = id && document.getElementById(id);
-  const first = (wanted && wanted.closest("tr")) || grid.table.rows[0];
+  const first = (wanted && wanted.closest("tr")) || grid.table.rows.find((row) => !row.classList.contains("comment")) || grid.table.rows[0];
   const begin = grid.table.headers.findIndex((header) => header.dataset.kind !== "on");
   const at = grid.table.headers.findIndex((header) => header.dataset.letter === /^[A-Z]+/.exec(place ?? "")?.[0]);
   grid.selection.go(first, Math.max(at < 0 ? begin : at, 0), false, Boolean(wanted) || !(location.hash || document.getElementById("session")));
 }
 
 // a long sheet comes in pieces: its beginning is in the page
-async function fetchRest(body) {
-  const url = body.dataset.more.replace(/0$/, "");
-  const wanted = Number(body.dataset.count);
-  while (body.rows.length < wanted) {
-    const response = await fetch(`${url}${body.rows.length}`);
+async function fetchRest(table) {
+  const url = table.grid.dataset.more.replace(/0$/, "");
+  const wanted = Number(table.grid.dataset.count);
+  while (table.rows.length < wanted) {
+    const response = await fetch(`${url}${table.rows.length}`);
     const html = response.ok ? await response.text() : "";
     if (!html) return;
     const holder = document.createElement("template");
     holder.innerHTML = html;
-    for (const row of [...holder.content.children]) if (!document.getElementById(row.id)) body.append(row);
+    for (const row of holder.content.querySelectorAll("tr")) if (document.getElementById(row.id)) row.remove();
+    table.append([...holder.content.children]);
     await new Promise((resume) => setTimeout(resume, 0));
   }
 }
@@ -119,9 +120,9 @@ document.addEventListener("rrp:goto", ({ detail }) => {
 document.addEventListener("htmx:after:swap", () => grid?.look());
 
 // connectors show their icon
-function icons(body) {
+function icons(rows) {
   const source = document.querySelector(".topbar use").getAttribute("href").replace(/#.*/, "");
-  for (const word of body.querySelectorAll(".word[data-icon]")) {
+  for (const word of rows.flatMap((row) => [...row.querySelectorAll(".word[data-icon]")])) {
     const holder = document.createElementNS("http://www.w3.org/2000/svg", "svg");
     holder.setAttribute("class", "icon");
     holder.setAttribute("aria-hidden", "true");

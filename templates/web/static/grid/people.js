@@ -15,7 +15,7 @@ export function people(grid, listen) {
     line.textContent = others.length ? `${others.map(told).join(", ")} ${others.length > 1 ? "are" : "is"} here too` : "";
     mark();
   });
-  new MutationObserver(mark).observe(grid.table.body, { childList: true });
+  grid.table.grid.addEventListener("rrp:rows", mark);
 
   function cellOf({ place }) {
     const [sheet, row, column] = place ?? [];
@@ -31,7 +31,7 @@ export function people(grid, listen) {
   }
 
   function mark() {
-    for (const old of grid.table.body.querySelectorAll("[data-who]")) delete old.dataset.who;
+    for (const old of grid.table.grid.querySelectorAll("[data-who]")) delete old.dataset.who;
     for (const person of others) {
       const at = cellOf(person);
       if (at) grid.table.cell(at.row, at.k).dataset.who = person.name;

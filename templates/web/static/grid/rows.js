@@ -7,7 +7,13 @@ export class Rows {
 
   selected() {
     const box = this.grid.selection.box();
-    return box ? [...this.grid.table.rows].slice(box.top, box.bottom + 1) : [];
+    return box ? this.grid.table.rows.slice(box.top, box.bottom + 1) : [];
+  }
+
+  /** The row so many rows above the first of these, or below the last. */
+  beyond(rows, by) {
+    const { table } = this.grid;
+    return table.rows[table.at(rows.at(by < 0 ? 0 : -1)) + by];
   }
 
   /** Insert as many rows as are selected; the selection then stands on the new ones, as in Excel. */
@@ -15,7 +21,7 @@ export class Rows {
     const rows = this.selected();
     if (!rows.length || this.grid.refuses()) return;
     const box = this.grid.selection.box();
-    const before = below ? rows.at(-1).nextElementSibling : rows[0];
+    const before = below ? this.beyond(rows, 1) : rows[0];
     const place = below ? box.bottom + 1 : box.top;
     const answer = await this.grid.server.send("insert", { before: before?.id ?? null, count: rows.length });
     if (answer.rows) this.grid.say(`${rows.length === 1 ? "A row" : `${rows.length} rows`} inserted.`);
@@ -31,8 +37,8 @@ export class Rows {
 
   move(by) {
     const rows = this.selected();
-    const before = by < 0 ? rows[0]?.previousElementSibling : rows.at(-1)?.nextElementSibling?.nextElementSibling;
-    if (!rows.length || this.grid.refuses() || (by < 0 && !before) || (by > 0 && !rows.at(-1).nextElementSibling)) return null;
+    if (!rows.length || this.grid.refuses() || !this.beyond(rows, by)) return null;
+    const before = this.beyond(rows, by < 0 ? -1 : 2);
     return this.grid.server.send("move", { rows: rows.map((row) => row.id), before: before?.id ?? null });
   }
 

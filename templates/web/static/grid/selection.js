@@ -76,14 +76,16 @@ export class Selection {
     cell.setAttribute("tabindex", "0");
     cell.classList.add("at");
     cell.parentElement.classList.add("at");
-    if (cell.querySelector(".mends")) cell.parentElement.classList.add("told");
+    this.piece = cell.parentElement.parentElement;
+    this.piece.classList.add("at");
   }
 
   leave() {
     const old = this.marked;
     old?.setAttribute("tabindex", "-1");
     old?.classList.remove("at");
-    old?.parentElement?.classList.remove("at", "told");
+    old?.parentElement?.classList.remove("at");
+    this.piece?.classList.remove("at");
     this.marked = null;
   }
 

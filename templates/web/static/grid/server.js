@@ -96,7 +96,8 @@ export class Server {
       return;
     }
     this.held.delete(id);
-    this.table.row(id)?.replaceWith(...parse(html));
+    const row = this.table.row(id);
+    if (row) this.table.replace(row, parse(html));
   }
 
   /** Show what has changed: rows to replace, to insert, to remove. */
@@ -104,16 +105,18 @@ export class Server {
     if (change.sheet !== undefined && change.sheet !== this.sheet) return;
     this.confirm(change.tag);
     const before = this.hooks.before();
-    for (const id of change.remove ?? []) this.table.row(id)?.remove();
+    for (const id of change.remove ?? []) {
+      const row = this.table.row(id);
+      if (row) this.table.remove(row);
+    }
     for (const { before: next, html } of change.insert ?? []) {
       const rows = parse(html).filter((row) => !this.table.row(row.id));
-      const place = next ? this.table.row(next) : null;
-      for (const row of rows) this.table.body.insertBefore(row, place);
+      this.table.insert(rows, next ? this.table.row(next) : null);
     }
     for (const { id, html } of change.replace ?? []) this.show(id, html, change.made);
     for (const [id, html] of this.held) if (!this.waiting.has(id)) this.show(id, html);
     for (const { id, before: next } of change.move ?? []) {
-      this.table.body.insertBefore(this.table.row(id), next ? this.table.row(next) : null);
+      this.table.insert([this.table.row(id)], next ? this.table.row(next) : null);
     }
     if (change.insert?.length || change.remove?.length || change.move?.length) this.table.renumber();
     this.hooks.after(before, change);

@@ -8,9 +8,8 @@ export class Spoken {
     this.grid = grid;
     this.line = document.getElementById("spoken");
     this.taken = new Set();
-    const { body } = grid.table;
-    this.name([...body.rows]);
-    new MutationObserver((changes) => this.came(changes.flatMap((c) => [...c.addedNodes]))).observe(body, { childList: true });
+    this.name(grid.table.rows);
+    grid.table.grid.addEventListener("rrp:rows", ({ detail }) => this.came(detail.came));
   }
 
   /** Tell something aloud only. */
@@ -50,8 +49,7 @@ export class Spoken {
     return parts.join(". ");
   }
 
-  came(nodes) {
-    const rows = nodes.filter((node) => node.isConnected && node.cells);
+  came(rows) {
     this.name(rows);
     for (const row of rows) {
       for (const cell of row.cells) {
@@ -90,7 +88,7 @@ export class Spoken {
 
   /** Rows have other numbers now. */
   renumbered() {
-    this.name([...this.grid.table.rows]);
+    this.name(this.grid.table.rows);
   }
 }
 

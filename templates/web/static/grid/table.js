@@ -1,18 +1,22 @@
 // The table that the server rendered, as the other modules see it: rows with ids that stay, and editable columns
 // counted from 0 (`data-c` on a header is the sheet's own column number).
 
+const BODY = 50; // rows of a body; the browser leaves out the bodies that are out of sight
+
 export class Table {
   constructor(grid) {
     this.grid = grid;
-    this.body = grid.tBodies[0];
+    this.first = Number(grid.dataset.first); // the number of its first row: the header is above it
     this.headers = [...grid.tHead.rows[0].cells].filter((h) => h.dataset.c);
     this.places = this.headers.map((h) => h.cellIndex);
     this.width = this.headers.length;
     this.kind = /\bof-(\w+)/.exec(grid.className)?.[1] ?? "";
   }
 
+  /** All rows, from top to bottom. */
   get rows() {
-    return this.body.rows;
+    this.all ??= [...this.grid.querySelectorAll(":scope > tbody > tr")];
+    return this.all;
   }
 
   row(id) {
@@ -52,7 +56,7 @@ export class Table {
   put(cell, text) {
     if (text === "") delete cell.dataset.v;
     else cell.dataset.v = text;
-    const box = cell.classList.contains("on") && cell.firstElementChild;
+    const box = cell.classList.contains("on") && cell.querySelector("input");
     if (box) box.checked = !/^(false|no|off|0)$/i.test(text.trim());
     else cell.textContent = text;
   }
@@ -64,7 +68,8 @@ export class Table {
   }
 
   at(row) {
-    return row.sectionRowIndex;
+    this.indexes ??= new Map(this.rows.map((one, i) => [one, i]));
+    return this.indexes.get(row) ?? -1;
   }
 
   /** The cell an arrow with Ctrl leads to: the edge of the filled block, or the next filled cell, or the end. */
@@ -95,13 +100,55 @@ export class Table {
     return this.rows[0];
   }
 
+  /** Rows come and go by these four only, so that whoever shows something about rows is told (`rrp:rows`). */
+  insert(rows, before) {
+    const body = before ? before.parentElement : this.grid.tBodies[this.grid.tBodies.length - 1];
+    for (const row of rows) body.insertBefore(row, before);
+    while (body.rows.length > 2 * BODY) {
+      const next = body.cloneNode();
+      next.classList.remove("at");
+      next.append(...[...body.rows].slice(-BODY));
+      body.after(next);
+    }
+    this.changed(rows);
+  }
+
+  remove(row) {
+    const body = row.parentElement;
+    row.remove();
+    if (!body.rows.length && this.grid.tBodies.length > 1) body.remove();
+    this.changed();
+  }
+
+  replace(row, rows) {
+    row.replaceWith(...rows);
+    this.changed(rows);
+  }
+
+  append(bodies) {
+    this.grid.append(...bodies);
+    this.changed(bodies.flatMap((body) => [...body.rows]));
+  }
+
+  changed(rows = []) {
+    this.all = this.indexes = null;
+    if (!this.came) {
+      queueMicrotask(() => {
+        const { came } = this;
+        this.came = null;
+        this.grid.dispatchEvent(new CustomEvent("rrp:rows", { detail: { came: came.filter((row) => row.isConnected) } }));
+      });
+    }
+    (this.came ??= []).push(...rows);
+  }
+
   /** The rows' numbers, after rows came or went; a sheet's rows begin below its header. */
   renumber() {
-    let number = Number(this.body.dataset.first);
+    let number = this.first;
     for (const row of this.rows) {
       const head = row.cells[0];
       if (head.textContent !== String(number)) head.textContent = number;
-      row.setAttribute("aria-rowindex", number - Number(this.body.dataset.first) + 2);
+      row.setAttribute("aria-rowindex", number - this.first + 2);
       number++;
     }
     this.grid.setAttribute("aria-rowcount", this.rows.length + 1);

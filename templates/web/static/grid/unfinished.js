@@ -7,8 +7,7 @@ export class Unfinished {
   constructor(grid) {
     this.grid = grid;
     this.row = null;
-    const { body } = grid.table;
-    new MutationObserver(() => this.mark()).observe(body, { childList: true });
+    grid.table.grid.addEventListener("rrp:rows", () => this.mark());
     grid.scroll.addEventListener("keydown", () => this.row && this.wait());
     document.addEventListener("htmx:after:swap", () => this.mark());
   }

@@ -240,7 +240,7 @@ function thresholds(grid = document.querySelector("table[role=grid]")) {
   const heads = [...(grid?.tHead?.rows[0]?.cells ?? [])];
   const [inputs, formula] = ["inputs", "formula"].map((kind) => heads.findIndex((head) => head.dataset.kind === kind));
   if (inputs < 0 || formula < 0) return found;
-  for (const row of grid.tBodies[0].rows) {
+  for (const row of grid.querySelectorAll("tbody > tr")) {
     const name = (row.cells[inputs]?.dataset.v ?? "").trim();
     const text = row.cells[formula]?.dataset.v ?? "";
     if (!name || /[,;\n]/.test(name)) continue;

@@ -1,5 +1,5 @@
 // Live values in the grid: in the column of the examples each row shows its newest value, how old it is, and its error.
-// Only rows in sight are drawn; the others are known and cost nothing.
+// Only the bodies of the table that are in sight are drawn; the others are known and cost nothing.
 
 import { make, put } from "./make.js";
 import { age, clock, now } from "./time.js";
@@ -11,13 +11,12 @@ const WIDE = 152; // px of the column
 const TITLES = { ended: "Last value, run ended", looking: "Value then, and its age" };
 
 export function values(grid) {
-  const body = grid.tBodies[0];
   const head = [...grid.tHead.rows[0].cells].find((h) => h.classList.contains("of-example") || h.classList.contains("example"));
   if (!head) return;
   const place = head.cellIndex;
   const sheet = grid.dataset.sheet;
   let known = new Map(); // row id → { v, at, n, e }
-  const inSight = new Set();
+  const inSight = new Set(); // bodies of the table
   let state = { phase: "none" };
   let wide = false;
   let off = false; // the behaviour is switched off
@@ -26,20 +25,17 @@ export function values(grid) {
     for (const { target, isIntersecting } of entries) {
       if (isIntersecting) inSight.add(target);
       else inSight.delete(target);
-      if (isIntersecting && live()) draw(target);
+      if (isIntersecting && live()) drawAll([target]);
     }
   }, { root: grid.closest(".grid-scroll"), rootMargin: "64px 0px" });
-  new MutationObserver((changes) => {
-    for (const { removedNodes, addedNodes } of changes) {
-      for (const row of removedNodes) {
-        if (row.nodeType !== 1) continue;
-        sight.unobserve(row);
-        inSight.delete(row);
-      }
-      for (const row of addedNodes) if (row.nodeType === 1) sight.observe(row);
-    }
-  }).observe(body, { childList: true });
-  for (const row of body.rows) sight.observe(row);
+  const watch = () => {
+    for (const body of grid.tBodies) sight.observe(body);
+  };
+  grid.addEventListener("rrp:rows", () => {
+    watch();
+    if (live()) drawAll();
+  });
+  watch();
 
   document.addEventListener("rrp:run", ({ detail }) => {
     if (detail.id !== state.id) known = new Map();
@@ -66,8 +62,11 @@ export function values(grid) {
     return state.phase !== "none";
   }
 
-  function drawAll() {
-    for (const row of inSight) draw(row);
+  function drawAll(bodies = inSight) {
+    for (const body of bodies) {
+      if (!body.isConnected) inSight.delete(body);
+      for (const row of body.rows) draw(row);
+    }
   }
 
   function draw(row) {
@@ -105,7 +104,7 @@ export function values(grid) {
   }
 
   function restore() {
-    for (const row of body.rows) {
+    for (const row of grid.querySelectorAll("tbody > tr")) {
       const cell = row.cells[place];
       row.classList.remove("lit");
       if (!cell?.live) continue;
