@@ -1,0 +1,102 @@
+"""The run panel of a browser, told what a run would tell it: with a moment of a real world."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import cv2
+from chromium import let_in
+
+from rrp_sheets.devices import load_robot
+from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.world import SimWorld
+
+_HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
+_ROWS = [
+    ["", "Red ball", "map", "redBall.distance", "Distance", ""],
+    ["", "Distance", "filter", "distance < 0.8", "Close ball", ""],
+    ["", "Close ball", "subscribe", "", "Head tracker", ""],
+    ["", "Head yaw", "map", '"Hello"', "Greeting", ""],
+    ["", "Greeting", "subscribe", "", "Say", ""],
+    ["", "Say done", "map", '"blue"', "Colour", ""],
+    ["", "Colour", "subscribe", "", "Eye colour", ""],
+]
+BOOK = {"T": [_HEADER, *_ROWS]}
+
+
+@dataclass(frozen=True)
+class Real:
+    """A moment of a real world: what the panel is told of the robot, of its camera, and of what that sees."""
+
+    robot: dict[str, Any]
+    turned: dict[str, Any]
+    fields: dict[str, float]
+    jpeg: bytes
+    camera: dict[str, float]
+
+
+@lru_cache(maxsize=1)
+def real_moment() -> Real:
+    """Made once for all tests of a worker."""
+    ball = SceneAction(0, "Red ball", "appear", {"at": (0.55, 0.1, 0.42), "size": 0.06, "colour": "red"})
+    world = SimWorld(Spec(load_robot(), scene=(ball,)))
+    try:
+        world.start()
+        world.advance(100_000, ())
+        before, picture, spot = _told(world), world.sight.look(), world.sight.detector().ball("red")
+        assert spot is not None
+        fields = {n: getattr(spot, n) for n in ("x", "y", "width", "height", "distance")}
+        world.body.go("HeadYaw", 0.9)
+        world.body.go("LShoulderPitch", -0.5, 4.0)
+        world.advance(1_600_000, ())
+        jpeg = cv2.imencode(".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))[1].tobytes()
+        lens = {"hfov": world.body.hfov, "vfov": world.body.vfov}
+        return Real(before, _told(world), fields, jpeg, lens)
+    finally:
+        world.close()
+
+
+def _told(world: SimWorld) -> dict[str, Any]:
+    state = world.state()
+    things = {name: list(at) for name, at in state.things.items()}
+    return {"joints": dict(state.joints), "base": list(state.base), "eyes": list(state.eyes), "saying": state.saying,
+            "things": things}  # fmt: skip
+
+
+class Panel:
+    """The run panel, told what a run would tell it."""
+
+    def __init__(self, browser: Any, url: str) -> None:
+        self.real = real = real_moment()
+        self.context = browser.new_context(viewport={"width": 1280, "height": 900})
+        let_in(self.context, url)
+        self.page = self.context.new_page()
+        self.errors: list[str] = []
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.page.route("**/run/eye.jpg*", lambda route: route.fulfill(body=real.jpeg, content_type="image/jpeg"))
+        self.page.goto(f"{url}/book/b.xlsx/run/T")
+        self.page.wait_for_selector("#diagram svg")
+        self.page.wait_for_selector("body[data-ready]")
+        self.page.wait_for_selector("#drives svg", state="attached")
+        # The server says that nothing runs, when the page joins and when it joins again: here it is told otherwise.
+        self.page.evaluate("""() => { for (const told of ["run", "live", "log"]) document.getElementById("listen")
+            .addEventListener(told, (event) => event.stopImmediatePropagation(), true); }""")
+        self.ids = self.page.eval_on_selector_all("tbody tr", "rows => rows.map(r => r.id)")
+        self.run()
+
+    def tell(self, event: str, **detail: Any) -> None:
+        script = "([event, detail]) => document.dispatchEvent(new CustomEvent(event, { detail }))"
+        self.page.evaluate(script, [event, detail])
+
+    def run(self, phase: str = "running") -> None:
+        self.page.evaluate("phase => { document.body.dataset.run = phase; }", phase)
+        self.tell("rrp:run", id="r1", phase=phase, book="b.xlsx", t=0, camera=self.real.camera, mode="simulated",
+                  behaviours=[], sensors=[], buttons=[], ended=None,
+                  things=[{"name": "Red ball", "kind": "ball", "at": None}],
+                  resources={"Head tracker": ["head"], "Say": ["voice"]}, rows={})  # fmt: skip
+
+    def live(self, **detail: Any) -> None:
+        self.tell("rrp:live", **detail)

@@ -1,0 +1,264 @@
+"""The robot of a run in 3D: drawn when it moves, looked at from all sides, its things dragged; with a real world."""
+
+from __future__ import annotations
+
+import io
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from chromium import FLAGS_3D, GridPage, frames, until
+
+pytest.importorskip("pybullet")
+pytest.importorskip("cv2")
+import numpy as np
+import panel as sessions
+from panel import ended, run, trace
+from PIL import Image
+from run_panel import BOOK, Panel
+
+from rrp_sheets.devices import load_robot
+from rrp_sheets.web.robotmodel import robot_model
+
+SCENE = [*sessions.SCENE, ["0", "Kai", "appears", "at 1.1, -0.4, 0.75"]]
+BOOKS = {"b.xlsx": BOOK, "session.xlsx": {**sessions.SESSION, "Scene": SCENE}}
+BROWSER_FLAGS = FLAGS_3D
+
+
+class RobotPanel(Panel):
+    """The run panel, and the robot's picture in it."""
+
+    def still(self) -> int:
+        """Wait until the robot is no longer drawn anew; how often it was drawn."""
+        self.page.wait_for_selector("#robot3d canvas[data-state=still]")
+        return int(self.page.locator("#robot3d canvas").get_attribute("data-drawn") or 0)
+
+    def picture(self) -> Any:
+        """The robot's picture as it is on the screen, without the frame that shows the focus."""
+        data = self.page.locator("#robot3d canvas").screenshot()
+        return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"), dtype=int)[8:-8, 8:-8]
+
+
+@pytest.fixture(scope="module")
+def panel(browser: Any, url: str) -> Iterator[RobotPanel]:
+    made = RobotPanel(browser, url)
+    made.page.wait_for_selector("#robot3d[data-ready]")
+    yield made
+    assert not made.errors, made.errors
+    made.context.close()
+
+
+def test_the_model_has_every_joint_of_the_catalogue_and_all_its_meshes() -> None:
+    robot = load_robot()
+    model = robot_model(robot)
+    joints = {j["name"] for j in model["joints"] if not j["fixed"]}
+    assert set(model["rest"]) <= joints
+    assert joints - set(model["rest"]) == set(model["follow"])
+    links = {link["name"] for link in model["links"]}
+    assert len(links) == len(model["joints"]) + 1, "one link is the root, each other hangs on a joint"
+    for mesh in model["meshes"].values():
+        assert len(mesh["points"]) == len(mesh["normals"])
+        assert max(mesh["faces"]) < len(mesh["points"]) // 3
+    assert model["units"]["distance"] == "m"
+
+
+def test_the_robot_is_drawn_when_it_moves_and_only_then(panel: RobotPanel) -> None:
+    panel.live(t=0.1, robot={**panel.real.robot, "things": {}})
+    panel.still()
+    first = panel.picture()
+    assert (first.min(axis=2) > 215).mean() > 0.02, "there is no white robot"
+    panel.live(t=1.6, robot={**panel.real.turned, "things": {}})
+    drawn = panel.still()
+    second = panel.picture()
+    changed = (np.abs(first - second).sum(axis=2) > 60).mean()
+    assert changed > 0.005, f"head and arm have moved, but only {changed:.2%} of the picture"
+    frames(panel.page, 20)
+    assert panel.still() == drawn, "nothing moves, and it is drawn all the same"
+
+
+def test_balls_stand_in_the_room_and_one_can_look_around(panel: RobotPanel) -> None:
+    def red(picture: Any) -> float:
+        return float(((picture[:, :, 0] > 120) & (picture[:, :, 1] < 70) & (picture[:, :, 2] < 70)).mean())
+
+    panel.live(t=1.6, robot={**panel.real.turned, "things": {}})
+    panel.still()
+    assert red(panel.picture()) == 0
+    panel.live(t=1.7, robot=panel.real.turned)
+    panel.still()
+    framed = panel.picture()
+    assert red(framed) > 0.0005
+    box = panel.page.locator("#robot3d canvas").bounding_box()
+    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    panel.page.mouse.move(*middle)
+    panel.page.mouse.down()
+    panel.page.mouse.move(middle[0] - 90, middle[1] + 30, steps=4)
+    panel.page.mouse.up()
+    panel.page.keyboard.press("+")
+    panel.still()
+    turned = (np.abs(framed - panel.picture()).sum(axis=2) > 60).mean()
+    assert turned > 0.05
+    panel.page.keyboard.press("0")
+    panel.still()
+    back = (np.abs(framed - panel.picture()).sum(axis=2) > 60).mean()
+    assert back < turned / 3, "0 is the view from the front; only its fineness may have changed"
+
+
+def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: RobotPanel) -> None:
+    page, canvas, caption = panel.page, panel.page.locator("#robot3d canvas"), panel.page.locator("#robot3d .caption")
+    canvas.press("0")
+    panel.live(t=1.8, robot=panel.real.robot)
+    panel.still()
+    puts: list[tuple[float, dict[str, Any]]] = []
+    page.route("**/run/put", lambda route: (puts.append((time.monotonic(), route.request.post_data_json)),
+                                            route.fulfill(json={})))  # fmt: skip
+    begin = panel.real.robot["things"]["Red ball"]
+    page.evaluate("document.addEventListener('rrp:moved', ({ detail }) => { window.moved = detail.at; })")
+
+    def drag(right: int, down: int, finger: Any = None) -> list[float]:
+        """Drag the ball by pixels; where it is put in the end."""
+        x, y = red_place(page)
+        puts.clear()
+        if finger:
+            finger("touchStart", x, y)
+            for n in range(1, 9):
+                finger("touchMove", x + right * n / 8, y + down * n / 8)
+            finger("touchEnd")
+        else:
+            page.mouse.move(x, y)
+            page.wait_for_selector("#robot3d canvas.on-thing")
+            page.mouse.down()
+            page.mouse.move(x + right, y + down, steps=20)
+            page.mouse.up()
+        until(page, lambda: puts and [puts[-1][1][n] for n in "xyz"] == page.evaluate("window.moved"))
+        panel.still()
+        assert len(puts) <= 2 + 15 * (puts[-1][0] - puts[0][0]), "at most 15 a second"
+        assert {p["thing"] for _, p in puts} == {"Red ball"}
+        place = [puts[-1][1][n] for n in "xyz"]
+        panel.live(t=1.9, robot={**panel.real.robot, "things": {"Red ball": place}})  # as the world does
+        pointer = pytest.approx((x + right, y + down), abs=9)
+        until(page, lambda: red_place(page) == pointer)  # a busy machine shows what was drawn a little later
+        return place
+
+    assert caption.inner_text() == "Drag a thing to move it, elsewhere to look around"
+    x, y, z = drag(0, -40)
+    assert z > begin[2] + 0.05 and abs(y - begin[1]) < 0.05, "up as seen"
+    shown = [float(text.split()[0]) for text in page.locator("#things output").all_inner_texts()[:3]]
+    assert shown == pytest.approx([x, y, z], abs=0.006), "the sliders follow"
+    aside = drag(-40, 0)
+    assert aside[1] < y - 0.05 and aside[2] == pytest.approx(z, abs=0.03), "left as seen is right of the robot"
+    session = page.context.new_cdp_session(page)
+
+    def finger(kind: str, *at: float) -> None:
+        points = [{"x": at[0], "y": at[1]}] if at else []
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    before = page.evaluate("scrollY")
+    assert drag(0, 30, finger)[2] < aside[2] - 0.03, "a finger moves it down"
+    assert page.evaluate("scrollY") == before, "and not the page"
+    # two fingers: apart is nearer, as if it were drawn larger
+    x, y = red_place(page)
+    large = red_pixels(page)
+    points = [{"x": x, "y": y, "id": 1}, {"x": x + 40, "y": y, "id": 2}]
+    session.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": points[:1]})
+    session.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": points})
+    for wide in (44, 48, 52, 56):
+        apart = [points[0], {**points[1], "x": x + wide}]
+        session.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": apart})
+    session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    until(page, lambda: puts and [puts[-1][1][n] for n in "xyz"] == page.evaluate("window.moved"))
+    place = [puts[-1][1][n] for n in "xyz"]
+    panel.live(t=1.9, robot={**panel.real.robot, "things": {"Red ball": place}})
+    until(page, lambda: red_pixels(page) > 1.2 * large)
+    panel.live(t=1.9, robot=panel.real.robot)
+    # elsewhere, and when nothing runs, the view turns
+    puts.clear()
+    box = canvas.bounding_box()
+    for phase in ("paused", "ended"):
+        panel.run(phase)
+        still = panel.picture()
+        start = red_place(page) if phase == "ended" else (box["x"] + 20, box["y"] + 20)
+        page.mouse.move(*start)
+        page.mouse.down()
+        page.mouse.move(start[0] + 60, start[1] + 10, steps=4)
+        page.mouse.up()
+        panel.still()
+        assert (np.abs(still - panel.picture()).sum(axis=2) > 60).mean() > 0.02
+    assert not puts
+    assert caption.inner_text() == "Things can be moved while it runs. Drag to look around"
+    page.unroute("**/run/put")
+    panel.run()
+    canvas.press("0")
+
+
+def drawn(page: Any) -> Any:
+    """The robot's picture as it is on the screen: red, green and blue, each (height, width)."""
+    picture = page.locator("#robot3d canvas").screenshot()
+    return np.moveaxis(np.asarray(Image.open(io.BytesIO(picture)).convert("RGB"), dtype=int), 2, 0)
+
+
+def red(page: Any) -> tuple[Any, Any]:
+    """Rows and columns of what is red in the robot's picture."""
+    r, g, b = drawn(page)
+    return np.nonzero((r > 120) & (g < 70) & (b < 70))
+
+
+def jumper(page: Any) -> tuple[float, float]:
+    """Where on the screen the first person's jumper is, which is bluish green."""
+    r, g, b = drawn(page)
+    v, u = np.nonzero((r < 120) & (g > r + 25) & (b > r + 25) & (b < g + 25))
+    assert len(u) > 100, "there is nobody in the picture"
+    box = page.locator("#robot3d canvas").bounding_box()
+    return box["x"] + float(u.mean()), box["y"] + float(v.mean())
+
+
+def red_pixels(page: Any) -> int:
+    """How large the red ball is drawn."""
+    return len(red(page)[0])
+
+
+def red_place(page: Any) -> tuple[float, float]:
+    """Where on the screen the middle of the red ball is."""
+    box, (v, u) = page.locator("#robot3d canvas").bounding_box(), red(page)
+    assert len(u), "there is no red ball"
+    return box["x"] + float(u.mean()), box["y"] + float(v.mean())
+
+
+def test_what_is_dragged_moves_in_the_world(browser: Any, url: str, folder: Path) -> None:
+    at = GridPage(
+        browser, url, "session.xlsx", name="Aya", reduced_motion="reduce"
+    )  # draws what comes, nothing between
+    page = at.page
+    run(page)
+    page.wait_for_selector("#robot3d[data-ready]")
+    page.evaluate(
+        "document.addEventListener('rrp:live', ({ detail }) => { window.robot = detail.robot ?? window.robot; })"
+    )
+    page.wait_for_function("() => window.robot?.things['Red ball']")
+    page.wait_for_selector("#robot3d canvas[data-state=still]")
+    x, y = red_place(page)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x, y - 40, steps=10)
+    page.mouse.up()
+    page.wait_for_function("() => window.robot.things['Red ball'][2] > 0.45", timeout=20_000)
+    # a person too, taken anywhere from head to foot; whoever is moved stays on the floor
+    page.locator("#robot3d canvas").press("0")
+    page.wait_for_selector("#robot3d canvas[data-state=still]")
+    where = page.evaluate("window.robot.things.Kai")
+    x, y = jumper(page)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 30, y, steps=10)
+    page.wait_for_selector("#robot3d .caption:text-matches('^Kai: ')")
+    page.mouse.up()
+    page.wait_for_function("was => Math.hypot(...was.map((v, i) => v - window.robot.things.Kai[i])) > 0.1", arg=where)
+    page.click("[data-run=stop]")
+    ended(page)
+    acts = [n for n in trace(folder, "session") if "put" in (n.get("detail") or {})]
+    put = {n["detail"]["thing"]: n["detail"]["put"] for n in acts}
+    assert put["Red ball"][2] > 0.45
+    assert put["Kai"][2] == where[2] and put["Kai"][:2] != pytest.approx(where[:2], abs=0.1)
+    assert not at.errors
+    at.context.close()
