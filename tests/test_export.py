@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
+import shutil
 import xml.etree.ElementTree as ET
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,12 @@ from recorded import END, EVENT, HEADER, HOSTILE, write_run
 from rrp_sheets import api
 from rrp_sheets.cli.main import group
 from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.render.svg import frame
+from rrp_sheets.resources import bundled
+from rrp_sheets.runs.bundle import form
 from rrp_sheets.runs.records.stamp import stamp_of
+from rrp_sheets.runs.records.stamping import stamp_pictures
+from rrp_sheets.runs.records.traces_left import places_of
 
 SVG = "{http://www.w3.org/2000/svg}"
 BALL = {"x": 0.1, "distance": 1.5, "colour": "red"}
@@ -207,6 +214,43 @@ def test_hostile_names_are_text_in_every_picture(tmp_path: Path) -> None:
     }  # fmt: skip
     assert any("<script>" in (e.text or "") for e in root.iter())
     api.export([place], tmp_path / "t.xlsx")
+
+
+# ---- the stamp ----
+
+
+def test_every_picture_says_where_it_comes_from_and_is_found_by_the_code(session: Path, tmp_path: Path) -> None:
+    film(session, 4)
+    shutil.copy(bundled("workbooks") / "simple-tracking.xlsx", tmp_path / "good.xlsx")
+    out = tmp_path / "out"
+    out.mkdir()
+    for what, kind in (("plots", "svg"), ("plots", "pdf"), ("plots", "png"), ("contact", "svg"), ("contact", "png")):
+        api.export([session], out / f"{what}.{kind}", what=what)
+    for kind in ("svg", "pdf", "png"):
+        api.draw_marbles(api.marbles(session)[1] or [], out / f"marbles.{kind}")
+    Image.new("RGB", (4, 4)).save(session / "strip.png")
+    (session / "diagram.svg").write_text(frame("", 9, 9, ident="d", title="T", description="D"))
+    stamp_pictures(session)
+    for name in ("film.gif", "strip.png", "diagram.svg"):
+        shutil.copy(session / name, out / name)
+    api.pack(tmp_path / "good.xlsx", out / "bundle.zip", runs=[session.name])
+    with zipfile.ZipFile(out / "bundle.zip") as packed:
+        written = {p.name: p.read_bytes() for p in out.iterdir()} | {"bundle.zip": packed.read(form.LIST)}
+    for told in ("0" * 64, "0.2.0", "simulated", "7", "P-01"):
+        assert [name for name, data in written.items() if told.encode() not in data] == [], told
+    assert sorted(places_of("P-01", out)[0]) == sorted(p.name for p in out.iterdir())
+    with Image.open(out / "film.gif") as picture:  # it is still a film, with its times
+        assert picture.n_frames == 4 and picture.info["comment"].split()
+    with Image.open(out / "marbles.png") as picture:
+        assert "Participant: P-01" in picture.text["Description"]
+
+
+def test_a_film_that_is_none_is_left_as_it_is_and_no_code_is_found_by_chance(session: Path) -> None:
+    for data in (b"", b"GIF89a P-01", b"GIF89a P-01;"):
+        (session / "film.gif").write_bytes(data)
+        stamp_pictures(session)
+        assert (session / "film.gif").read_bytes().startswith(data[:-1])
+        assert ("film.gif" in places_of("P-01", session)[0]) is data.endswith(b";")
 
 
 # ---- what goes wrong ----

@@ -22,7 +22,7 @@ from recorded import END, EVENT, HEADER, HOSTILE, write_run
 from rrp_sheets.cli.main import group
 from rrp_sheets.documents.journal import Journal
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.render.picture import with_texts
+from rrp_sheets.render.stamped import png_with
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs.faces import kept
 from rrp_sheets.runs.records.deleting import delete, plan
@@ -241,7 +241,7 @@ def test_where_the_code_stands_elsewhere_is_told(folder: Path) -> None:
     (folder / "notes.md").write_text("XP07 P070 P07x")
     (folder / "table.csv").write_text("a,P07,b")
     Image.new("1", (1, 1)).save(folder / "plain.png")
-    stamped = with_texts((folder / "plain.png").read_bytes(), {"Title": "x.xlsx, P07"})
+    stamped = png_with((folder / "plain.png").read_bytes(), {"Title": "x.xlsx, P07"})
     (folder / "plain.png").write_bytes((folder / "plain.png").read_bytes() + b" P07 ")  # by chance
     (folder / "contact.png").write_bytes(stamped)
     (folder / "damaged.zip").write_bytes(b"PK\x03\x04 no zip")

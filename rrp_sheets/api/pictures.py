@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rrp_sheets.api.runs import test
-from rrp_sheets.api.workbooks import check
+from rrp_sheets.api.workbooks import check, read
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
@@ -90,8 +90,10 @@ def marbles(
         UnreadableFile: when it cannot be read.
         SheetsError: when there is no such behaviour, stream or time in it.
     """
+    from rrp_sheets import __version__
+    from rrp_sheets.model.stamp import Stamp
     from rrp_sheets.render.score import chosen
-    from rrp_sheets.runs.marbles import is_trace, stamped_scores
+    from rrp_sheets.runs.marbles import is_trace, stamped, stamped_scores
     from rrp_sheets.testing.marbles import scores
 
     checked, report = None, None
@@ -101,7 +103,8 @@ def marbles(
         checked, report = test(path)
         if report is None or not report.cases:
             return checked, None
-        found = [score for case in report.cases for score in scores(checked, case)]
+        stamp = Stamp(Path(path).name, read(path).digest, __version__)
+        found = stamped([score for case in report.cases for score in scores(checked, case)], stamp)
     return checked, chosen(found, behaviour, window, streams)
 
 

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from rrp_sheets.render.measure import clean, shortened, wrap
-from rrp_sheets.render.plots import WIDE, metadata
+from rrp_sheets.render.plots import WIDE
+from rrp_sheets.render.stamped import metadata
 from rrp_sheets.render.style import EDGE, SOFT
 from rrp_sheets.render.svg import frame, text
 

@@ -19,7 +19,8 @@ SUFFIXES = (".svg", ".pdf", ".png", ".txt")
 def write_marbles(scores: Sequence[Score], path: str | os.PathLike[str]) -> list[str]:
     """Write marble diagrams into a file whose suffix tells the format; returns warnings for the user.
 
-    An .svg or .png stacks all into one picture, a .pdf has A4 pages.
+    An .svg or .png stacks all into one picture, a .pdf has A4 pages. What the diagrams are about stands in the file's
+    metadata, and as their foot in the picture.
 
     Raises:
         SheetsError: an unknown suffix, nothing to draw, a folder that cannot be written, or Typst failed.
@@ -31,7 +32,7 @@ def write_marbles(scores: Sequence[Score], path: str | os.PathLike[str]) -> list
     pages = draw_marbles(scores)
     if not pages:
         raise SheetsError("There is nothing to draw: no value came on any stream.")
-    content, warnings = render_diagram(pages, suffix, legend=False)
+    content, warnings = render_diagram(pages, suffix, legend=False, about=dict(scores[0].about))
     write_atomically(target, content)
     return warnings
 

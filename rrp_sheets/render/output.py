@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.diagram import Page
 from rrp_sheets.render.legend import draw_legend
+from rrp_sheets.render.stamped import png_with, svg_with, words_of
 from rrp_sheets.render.style import NAME_PT, PADDING, PAGE, SMALL_PT, SOFT
 from rrp_sheets.render.svg import frame, text
 from rrp_sheets.render.texts import texts
@@ -52,18 +53,30 @@ def target_of(path: str | os.PathLike[str], what: str, suffixes: Sequence[str]) 
     return target, suffix
 
 
-def render_diagram(pages: Sequence[Page], suffix: str, *, legend: bool = True) -> tuple[bytes, list[str]]:
-    """The bytes of a diagram file of that suffix, and warnings for the user; `legend`: for the last page of a .pdf."""
+def render_diagram(
+    pages: Sequence[Page], suffix: str, *, legend: bool = True, about: Mapping[str, str] | None = None
+) -> tuple[bytes, list[str]]:
+    """The bytes of a diagram file of that suffix, and warnings for the user.
+
+    Args:
+        pages: what is drawn.
+        suffix: of the file.
+        legend: for the last page of a .pdf.
+        about: what the file says of itself, but a .dot.
+    """
+    about = about or {}
     if suffix == ".dot":
         return "\n".join(page.dot for page in pages).encode(), []
     if suffix == ".svg":
-        return stack(pages)[0].encode(), []
+        return svg_with(stack(pages)[0], about).encode("utf-8", "replace"), []
     if suffix == ".png":
         svg, wide, high = stack(pages)
         ppi = min(_PPI, int(72 * (_MOST_PIXELS / (wide * high)) ** 0.5))
         data = {"title": _title(pages), "width": wide, "height": high}
-        return typeset("picture.typ", data, {"picture.svg": svg}, "png", ppi=ppi)
-    return _pdf(pages, legend)
+        png, warnings = typeset("picture.typ", data, {"picture.svg": svg}, "png", ppi=ppi)
+        texts = {"Title": _title(pages), "Description": words_of(about)} if about else {}
+        return png_with(png, texts), warnings
+    return _pdf(pages, legend, about)
 
 
 def stack(pages: Sequence[Page]) -> tuple[str, float, float]:
@@ -93,13 +106,14 @@ def stack(pages: Sequence[Page]) -> tuple[str, float, float]:
     return frame("\n".join(pieces), wide, high, ident="all", title=title, description=alt), wide, high
 
 
-def _pdf(pages: Sequence[Page], with_legend: bool) -> tuple[bytes, list[str]]:
+def _pdf(pages: Sequence[Page], with_legend: bool, about: Mapping[str, str]) -> tuple[bytes, list[str]]:
     last = pages[-1]
     legend, wide, high = draw_legend(last.language)
     room = (PAGE[1] if not last.landscape else 0) - last.height * last.scale
     words = texts(last.language)
     data = {
         "title": _title(pages),
+        **({"about": words_of(about)} if about else {}),
         "lang": words.language,
         "page_n_of_m": words.get("page.n_of_m"),
         "legend": {"width": wide, "alt": words.get("legend.alt")},

@@ -11,7 +11,8 @@ from itertools import pairwise
 from math import floor, log10
 from statistics import median
 
-from rrp_sheets.render.measure import clean, escape, shortened, width, wrap
+from rrp_sheets.render.measure import clean, shortened, width, wrap
+from rrp_sheets.render.stamped import metadata
 from rrp_sheets.render.style import EDGE, FILL_AND_LINE, INK, NAME_PT, SMALL_PT, SOFT
 from rrp_sheets.render.svg import frame, text
 
@@ -112,12 +113,6 @@ def _legend(names: tuple[str, str] | None) -> Iterator[str]:
         x = WIDE - 240 + 118 * number
         yield f'<path d="M{x:.1f} 17h24" fill="none" stroke="{INK}" stroke-width="1.4"{_OTHER * number}/>'
         yield text(x + 30, 20, name, SMALL_PT)
-
-
-def metadata(about: Mapping[str, str]) -> str:
-    """What a picture says of itself to programs, as SVG."""
-    told = "".join(f'<entry name="{escape(clean(n))}">{escape(clean(v))}</entry>' for n, v in about.items())
-    return f'<metadata><about xmlns="urn:rrp-sheets:about">{told}</about></metadata>' if told else ""
 
 
 class _Scale:

@@ -95,6 +95,7 @@ class Score:
         last_us: where it ends.
         marks: times with a short text each that are pointed at.
         foot: where it comes from, a line below it; empty for none.
+        about: the same for programs, names and texts: for the file's metadata.
     """
 
     title: str
@@ -103,6 +104,7 @@ class Score:
     last_us: int
     marks: tuple[tuple[int, str], ...] = field(default=())
     foot: str = ""
+    about: tuple[tuple[str, str], ...] = ()
 
     @property
     def lanes(self) -> list[Lane]:

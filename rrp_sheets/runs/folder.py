@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from rrp_sheets.checks import Checked
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.beside import material, own_catalogue
+from rrp_sheets.runs.records.stamping import stamp_pictures
 from rrp_sheets.runtime.holding import held, hold_folder, let_go
 
 if TYPE_CHECKING:
@@ -126,6 +127,10 @@ def finish_folder(path: Path, checked: Checked) -> tuple[dict[str, str], tuple[s
                 make(path, checked)
             except (SheetsError, OSError) as error:
                 problems.append(f"{name} could not be made: {error}")
+        try:
+            stamp_pictures(path)
+        except OSError as error:
+            problems.append(f"The pictures do not say which run they are of ({error.strerror}).")
     return files_in(path), tuple(problems)
 
 
@@ -160,4 +165,4 @@ def _table(path: Path, checked: Checked) -> None:
 def _draw(path: Path, checked: Checked) -> None:
     from rrp_sheets.runs.drawings import draw
 
-    draw(checked, path / "diagram.svg")
+    draw(checked, path / "diagram.svg")  # `stamp_pictures` says of which run

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -15,6 +15,7 @@ from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.graph import Graph
 from rrp_sheets.graph.build import build_graph
 from rrp_sheets.model.names import key
+from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.model.values import Field, Record, RecordType, Value
 from rrp_sheets.render.score import KINDS, Group, Lane, Marble, Score, make_score
 from rrp_sheets.runs.records.stamp import stamp_of
@@ -53,10 +54,15 @@ def trace_scores(path: Path) -> list[Score]:
 
 
 def stamped_scores(path: Path) -> list[Score]:
-    """The same, and each says at its foot of which run it is."""
+    """The same, and each says of which run it is, at its foot and for the file's metadata."""
     file = path / TRACE if path.is_dir() else path
-    foot = stamp_of(file.parent).line() if file.name == TRACE else ""
-    return [replace(score, foot=foot) for score in trace_scores(path)]
+    found = trace_scores(path)
+    return stamped(found, stamp_of(file.parent)) if file.name == TRACE else found
+
+
+def stamped(scores: Iterable[Score], stamp: Stamp) -> list[Score]:
+    """Diagrams that say where they come from."""
+    return [replace(score, foot=stamp.line(), about=tuple(stamp.pairs())) for score in scores]
 
 
 def _graph(workbook: Path) -> Graph | None:

@@ -20,6 +20,14 @@ def _export(runs: list[str], target: str, what: str) -> list[str]:
     return export([Path(run) for run in runs], Path(target), what)
 
 
+def _marbles(
+    run: str, behaviour: str, rows: list[int], window: list[float | None], target: str
+) -> list[str]:  # fmt: skip
+    from rrp_sheets.runs.records.marbles import write_run_marbles
+
+    return write_run_marbles(Path(run), behaviour, rows, (window[0], window[1]), Path(target))
+
+
 def _pair(first: str, second: str) -> dict[str, Any]:
     from rrp_sheets.runs.records.pairs import pair
 
@@ -44,7 +52,9 @@ def _delete(
     return {**planned.as_dict(), "deleted": same, "begun": list(begun)}
 
 
-_DO: dict[str, Callable[..., Any]] = {"export": _export, "pair": _pair, "plan": _plan, "delete": _delete}
+_DO: dict[str, Callable[..., Any]] = {
+    "export": _export, "marbles": _marbles, "pair": _pair, "plan": _plan, "delete": _delete,
+}  # fmt: skip
 
 
 if __name__ == "__main__":

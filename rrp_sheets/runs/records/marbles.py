@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import UnreadableFile
+from rrp_sheets.render.marble_output import write_marbles
 from rrp_sheets.render.marbles import draw_marbles
 from rrp_sheets.render.score import Score
-from rrp_sheets.runs.marbles import trace_scores
+from rrp_sheets.runs.marbles import stamped, trace_scores
 from rrp_sheets.runs.records.facts import TRACE
+from rrp_sheets.runs.records.stamp import stamp_of
 
 MOST_PAGES = 12
 
@@ -32,16 +34,44 @@ def marbles(
     Returns:
         As JSON: the names of all behaviours, the rows of this one with what they do, and the pictures.
     """
-    about = (place / TRACE).stat()
-    try:
-        scores = _scores(place, (about.st_mtime_ns, about.st_size))
-    except (KeyError, TypeError, ValueError, OverflowError, RecursionError):
-        raise UnreadableFile("FILE001", f"“{place.name}” is not a record of a run.", "Copy its folder again.") from None
+    scores = _read(place)
     names = [s.title for s in scores]
     score = next((s for s in scores if s.title == behaviour), scores[0] if scores else None)
     if score is None:
         return {"behaviours": [], "behaviour": "", "rows": [], "seconds": 0.0, "pictures": [], "left_out": 0}
     bars = {b.row: b for g in score.groups for b in g.bars if b.row}
+    shown = _shown(score, rows, window)
+    pages = draw_marbles([shown], strips=0 if spread else 1) if shown is not None else []
+    return {
+        "behaviours": names, "behaviour": score.title, "seconds": score.last_us / 1e6,
+        "rows": [[n, b.connector, b.formula[:200]] for n, b in sorted(bars.items())],
+        "pictures": [p.svg for p in pages[:MOST_PAGES]], "left_out": max(0, len(pages) - MOST_PAGES),
+    }  # fmt: skip
+
+
+def write_run_marbles(
+    place: Path, behaviour: str, rows: Sequence[int], window: tuple[float | None, float | None], target: Path
+) -> list[str]:
+    """Write the same into a file whose suffix tells the format, stamped; what it lacks, in words.
+
+    Raises:
+        SheetsError: nothing came then, or it cannot be drawn.
+    """
+    score = next((s for s in _read(place) if behaviour in ("", s.title)), None)
+    shown = None if score is None else _shown(score, rows, window)
+    return write_marbles(stamped([] if shown is None else [shown], stamp_of(place)), target)
+
+
+def _read(place: Path) -> list[Score]:
+    about = (place / TRACE).stat()
+    try:
+        return _scores(place, (about.st_mtime_ns, about.st_size))
+    except (KeyError, TypeError, ValueError, OverflowError, RecursionError):
+        raise UnreadableFile("FILE001", f"“{place.name}” is not a record of a run.", "Copy its folder again.") from None
+
+
+def _shown(score: Score, rows: Sequence[int], window: tuple[float | None, float | None]) -> Score | None:
+    """Only some rows and some time; None when there is no such time."""
     first, last = window
     shown = score.only(_lanes(score, set(rows))) if rows else score
     if rows:
@@ -49,12 +79,7 @@ def marbles(
         shown = replace(shown, groups=tuple(groups))
     begin = 0 if first is None else round(first * 1e6)
     end = score.last_us if last is None else min(round(last * 1e6), score.last_us)
-    pages = draw_marbles([shown.between(begin, end)], strips=0 if spread else 1) if begin < end else []
-    return {
-        "behaviours": names, "behaviour": score.title, "seconds": score.last_us / 1e6,
-        "rows": [[n, b.connector, b.formula[:200]] for n, b in sorted(bars.items())],
-        "pictures": [p.svg for p in pages[:MOST_PAGES]], "left_out": max(0, len(pages) - MOST_PAGES),
-    }  # fmt: skip
+    return shown.between(begin, end) if begin < end else None
 
 
 @lru_cache(maxsize=2)

@@ -48,18 +48,19 @@ def write_xlsx(traces: Sequence[Path], target: Path) -> None:
     """
     table = tidy_table(traces)
     one = len(traces) == 1
-    more = [_about(table.stamps, one), _streams(table, one)]
+    more = [about_runs(table.stamps), _streams(table, one)]
     try:
         write_table(
             target, "run" if one else "runs", table.header, table.rows, table.widths, more,
-            _properties(table.stamps),
+            properties_of(table.stamps),
         )  # fmt: skip
     except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
         raise unreadable(traces[0]) from None
 
 
-def _about(stamps: Sequence[Stamp], one: bool) -> MoreSheet:
-    if one:
+def about_runs(stamps: Sequence[Stamp]) -> MoreSheet:
+    """A sheet that says which runs a table is of."""
+    if len(stamps) == 1:
         return MoreSheet("About this run", ("What", "Value"), [list(p) for p in stamps[0].pairs()], (20, 72))
     return MoreSheet("About these runs", Stamp.names(), [s.values() for s in stamps], _RUN_WIDTHS)
 
@@ -73,7 +74,8 @@ def _streams(table: Tidy, one: bool) -> MoreSheet:
     return MoreSheet("Streams", header if one else ["Run", *header], rows, widths if one else [28.0, *widths])
 
 
-def _properties(stamps: Sequence[Stamp]) -> dict[str, str]:
+def properties_of(stamps: Sequence[Stamp]) -> dict[str, str]:
+    """What a table's file says in its properties."""
     lines = " | ".join(s.line() for s in stamps)
     first = stamps[0]
     title = f"Run {first.run} of {first.workbook}" if len(stamps) == 1 else f"{len(stamps)} runs"

@@ -15,6 +15,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import BinaryIO
 
+from rrp_sheets.render.stamped import gif_words
 from rrp_sheets.runs.records.below import is_software
 from rrp_sheets.workbook.package import BROKEN_ZIP
 
@@ -22,8 +23,10 @@ _CHUNK = 1 << 20  # bytes that are read at once
 _MOST_FILES = 50_000
 _MOST_SECONDS = 20.0
 _MOST_MEMBER = 200_000_000  # bytes of a file in a zip
-_PICTURES = (".gif", ".jpg", ".jpeg", ".wav", "camera.zip")  # their bytes hold no text of ours but what was drawn
-_PNG = ".png"  # an export of ours has texts beside the picture
+_PICTURES = (".jpg", ".jpeg", ".wav", "camera.zip")  # their bytes hold no text of ours but what was drawn
+_PNG, _GIF = ".png", ".gif"  # an export of ours has texts beside the picture
+_STAMPED = (_PNG, _GIF)
+_STAMP = 1 << 16  # bytes at the end of a GIF, in which its stamp is
 _SIGNATURE, _TEXTS = b"\x89PNG\r\n\x1a\n", (b"tEXt", b"iTXt")
 _ZIPS = (".xlsx", ".zip", ".xlsm")
 _UNREAD = " (it could not be looked into: it is damaged, too large, or has a password)"
@@ -81,9 +84,9 @@ def _within(code: Code, path: Path) -> Iterator[str]:
     suffix = path.suffix.casefold()
     if path.name.casefold().endswith(_PICTURES) or not path.is_file():
         return
-    if suffix == _PNG:
+    if suffix in _STAMPED:
         with path.open("rb") as file:
-            if code.stands_in(_texts_of(file)):
+            if code.stands_in(_texts_of(file) if suffix == _PNG else _end_of(file)):
                 yield ""
     elif suffix in _ZIPS:
         if (told := _zip_says(code, path)) is not None:
@@ -131,8 +134,8 @@ def _member_says(code: Code, packed: zipfile.ZipFile, about: zipfile.ZipInfo, de
         data = packed.read(about)
     except BROKEN_ZIP:
         return _UNREAD
-    if name.endswith(_PNG):
-        data = _texts_of(io.BytesIO(data))
+    if name.endswith(_STAMPED):
+        data = (_texts_of if name.endswith(_PNG) else _end_of)(io.BytesIO(data))
     elif name.endswith((".xml", ".rels")):
         data = _words(data)
     if code.stands_in(data):
@@ -151,6 +154,13 @@ def _texts_of(picture: BinaryIO) -> bytes:
                 size -= len(found[-1])
             picture.seek(size + 4, os.SEEK_CUR)  # with its checksum
     return b" ".join(found)
+
+
+def _end_of(film: BinaryIO) -> bytes:
+    """The texts at the end of a GIF."""
+    size = film.seek(0, os.SEEK_END)
+    film.seek(max(0, size - _STAMP))
+    return gif_words(film.read())
 
 
 def _words(xml: bytes) -> bytes:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from rrp_sheets.render.score import Group, Lane, Marble, Score
-from rrp_sheets.runs.marbles import value_from_json
+from rrp_sheets.runs.marbles import stamped, value_from_json
 from rrp_sheets.runs.replay.differences import EXTRA, MISSING, ROW, TIME, VALUE, Difference
 from rrp_sheets.runs.replay.record import Entry
 from rrp_sheets.runs.replay.result import Replayed
@@ -36,7 +36,7 @@ def difference_scores(found: Replayed) -> list[Score]:
             groups.append(Group((), Lane(f"{stream} {which}", label, kind, _marbles(entries, stream))))
     title = f"{found.run}: as it was recorded, and below each line {now}"
     score = Score(title, tuple(groups), 0, last, _marks(here, first, last))
-    return [score.between(first, last)]
+    return stamped([score.between(first, last)], found.stamp)
 
 
 def _streams(found: Replayed) -> list[str]:

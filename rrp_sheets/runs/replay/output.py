@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.stamp import Stamp
+from rrp_sheets.runs.records.table import about_runs, properties_of
 from rrp_sheets.runs.replay.marbles import difference_scores
 from rrp_sheets.runs.replay.record import same_json
 from rrp_sheets.runs.replay.result import Replayed
@@ -34,8 +36,9 @@ def write(found: Replayed, target: Path) -> list[str]:
         if suffix == ".xlsx":
             from rrp_sheets.workbook.table import write_table
 
-            properties = dict(found.stamp.pairs())
-            write_table(target, "differences", _HEADER, _rows(found), _WIDTHS, properties=properties)
+            more = [about_runs([found.stamp])]
+            properties = properties_of([found.stamp])
+            write_table(target, "differences", _HEADER, _rows(found), _WIDTHS, more, properties)
             return []
     except OSError as error:
         raise SheetsError(f"“{target}” cannot be written ({error.strerror}).", "Name another file.") from None
@@ -61,8 +64,9 @@ def _cell(value: Any) -> Any:
 def _csv(found: Replayed) -> str:
     out = io.StringIO(newline="")
     writer = csv.writer(out)
-    writer.writerow(_HEADER)
-    writer.writerows([_text(v) for v in row] for row in _rows(found))
+    stamp = found.stamp.values()  # in every row, as in the table of a run: a file beside it gets lost
+    writer.writerow([*_HEADER, *Stamp.names()])
+    writer.writerows([_text(v) for v in (*row, *stamp)] for row in _rows(found))
     return out.getvalue()
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -19,6 +19,7 @@ from rrp_sheets.runs.records.wording import clock
 from rrp_sheets.web.library import Library
 from rrp_sheets.web.records.deleting import add_deleting
 from rrp_sheets.web.records.pages import RunLine
+from rrp_sheets.web.records.runs import seconds_of
 from rrp_sheets.web.records.shelved import Runs
 from rrp_sheets.web.records.telling import line_of
 
@@ -88,6 +89,15 @@ def _add_exports(pages: Blueprint, runs: Runs, archive: Clerk) -> None:
             abort(404)
         return _made(archive, [runs.place(run)], picture, f".{form}", f"{run}-{picture}", take="take" in request.args)
 
+    @pages.get("/runs/<run>/marbles.<any(svg,png,pdf):form>", endpoint="marbles_file")
+    def marbles(run: str, form: str) -> Response:
+        if run not in runs.names():
+            abort(404)
+        rows = [int(r) for r in request.args.getlist("row") if r.isdecimal() and len(r) < 7][:MOST_RUNS]
+        behaviour, *window = (request.args.get(name, "")[:300] for name in ("behaviour", "from", "to"))
+        asked = (str(runs.place(run)), behaviour, rows, [seconds_of(w) for w in window])
+        return _answered(f".{form}", f"{run}-marbles", True, lambda to: archive.ask(run, "marbles", *asked, str(to)))
+
     @pages.get("/runs/table.<any(csv,xlsx):kind>", endpoint="table")
     def table(kind: str) -> Response:
         chosen = request.args.getlist("run")[:MOST_RUNS]
@@ -98,10 +108,16 @@ def _add_exports(pages: Blueprint, runs: Runs, archive: Clerk) -> None:
 
 
 def _made(archive: Clerk, places: Sequence[Path], what: str, suffix: str, name: str, *, take: bool) -> Response:
-    """A file that is made for this answer."""
+    """An export that is made for this answer."""
+    asked = [str(place) for place in places]
+    return _answered(suffix, name, take, lambda to: archive.ask(places[0].name, "export", asked, str(to), what))
+
+
+def _answered(suffix: str, name: str, take: bool, make: Callable[[Path], object]) -> Response:
+    """A file that is made for this answer, by a process that is told where."""
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / f"made{suffix}"
-        archive.ask(places[0].name, "export", [str(place) for place in places], str(target), what)
+        make(target)
         file = target.open("rb")  # stays readable when its name is gone
     kind = {**_PICTURES, **_TABLES}[suffix]
     return send_file(file, mimetype=kind, as_attachment=take, download_name=f"{name}{suffix}")

@@ -173,6 +173,11 @@ class MarblesPage:
     left_out: int
     trouble: str
 
+    @property
+    def ticked(self) -> list[int]:
+        """The rows that were asked for; none for all."""
+        return [] if self.all_rows else [number for number, _, shown in self.rows if shown]
+
 
 @dataclass(frozen=True, slots=True)
 class VersionLine:

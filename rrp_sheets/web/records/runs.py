@@ -178,7 +178,7 @@ def marbles_page(runs: Runs, clerk: Clerk, run: str, asked: Mapping[str, Any], r
     spread = "spread" in asked
     trouble, told = "", {"behaviours": [], "behaviour": "", "rows": [], "seconds": 0, "pictures": [], "left_out": 0}
     try:
-        told = clerk.marbles(place, behaviour, rows, (_seconds(first), _seconds(last)), spread)
+        told = clerk.marbles(place, behaviour, rows, (seconds_of(first), seconds_of(last)), spread)
     except SheetsError as error:
         trouble = f"{error.message} {error.remedy}"
     if not trouble and not told["pictures"]:
@@ -195,7 +195,7 @@ def marbles_page(runs: Runs, clerk: Clerk, run: str, asked: Mapping[str, Any], r
     )  # fmt: skip
 
 
-def _seconds(text: str) -> float | None:
+def seconds_of(text: str) -> float | None:
     """A time that was typed; None for none."""
     if not text.strip():
         return None
