@@ -84,7 +84,7 @@ def fix(path: Path | str, target: Path | str, chosen: Mapping[str, int] | None =
     return fix_copy(Path(path), Path(target), chosen or {})
 
 
-def mark(path: Path | str, target: Path | str, report: Report) -> Path:
+def mark(path: Path | str, target: Path | str, report: Report, language: str = "en") -> Path:
     """Write an .xlsx copy of a workbook in which its findings stand beside their rows; the original stays as it is.
 
     Raises:
@@ -92,7 +92,7 @@ def mark(path: Path | str, target: Path | str, report: Report) -> Path:
     """
     from rrp_sheets.runs.changes import write_marked
 
-    return write_marked(Path(path), Path(target), report)
+    return write_marked(Path(path), Path(target), report, language)
 
 
 def set_cell(path: Path | str, cell: str, value: str, sheet: str = "") -> CellSet:

@@ -14,6 +14,7 @@ import click
 
 from rrp_sheets.cli.bundled import Workbook
 from rrp_sheets.errors import UnreadableFile
+from rrp_sheets.model.languages import LANGUAGES
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
@@ -42,13 +43,15 @@ class _Choice(click.ParamType):  # type: ignore[type-arg]  # generic for its stu
 @click.command(name="check")
 @click.argument("file", type=Workbook())
 @click.option("--json", "as_json", is_flag=True, help="print findings and example values as JSON")
+@click.option("--language", type=click.Choice(list(LANGUAGES)), default=None, help="instead of the Protocol's Language")
 @click.option("--report", "out", type=click.Path(path_type=Path), help="write a copy (.xlsx) with the findings in it")
 @click.option("--fix", "mended", type=click.Path(path_type=Path), help="write a corrected copy, and say what changed")
 @click.option("--apply", "chosen", type=_Choice(), multiple=True,
               help="with --fix: also the N-th fix of a finding that leaves a choice, such as LINT001:1")  # fmt: skip
 def command(
-    file: Path, as_json: bool, out: Path | None, mended: Path | None, chosen: tuple[tuple[str, int], ...]
-) -> None:
+    file: Path, as_json: bool, language: str | None, out: Path | None, mended: Path | None,
+    chosen: tuple[tuple[str, int], ...],
+) -> None:  # fmt: skip
     """Say what is wrong with FILE, each with its cell and what to do about it.
 
     With --fix a copy is written in which everything is corrected that leaves no doubt; findings and exit code are then
@@ -68,26 +71,28 @@ def command(
             changes, checked = api.fix(file, mended, dict(chosen))
     except UnreadableFile as error:
         if not as_json:
-            raise
+            raise UnreadableFile(error.code, *_texts(error, language or "en")) from None
+        message, remedy = _texts(error, language or "en")
         entry: dict[str, Any] = {
-            "code": error.code, "severity": "error", "sheet": "", "cell": "", "message": error.message,
-            "remedy": error.remedy, "span": None, "fixes": [],
+            "code": error.code, "severity": "error", "sheet": "", "cell": "", "message": message,
+            "remedy": remedy, "span": None, "fixes": [],
         }  # fmt: skip
         click.echo(json.dumps({"findings": [entry], "examples": {}}, ensure_ascii=False, indent=2))
         sys.exit(2)
     report = checked.report
+    language = language or checked.run.language
     if out is not None:
-        api.mark(mended or file, out, report)
+        api.mark(mended or file, out, report, language)
     if as_json:
-        found = {"findings": [d.as_dict() for d in report], "examples": _examples(checked)}
+        found = {"findings": [d.in_language(language).as_dict() for d in report], "examples": _examples(checked)}
         if mended is not None:
             found["changes"] = [asdict(c) for c in changes]
         click.echo(json.dumps(found, ensure_ascii=False, indent=2))
     else:
         if mended is not None:
             print_changes(changes, mended)
-        print_findings(report)
-        click.echo(verdict(report))
+        print_findings(report, language=language)
+        click.echo(verdict(report, language))
         if out is not None:
             click.echo(f"Made {out}: the findings stand beside their rows, and all of them on its last sheet.")
     sys.exit(1 if report.errors else 0)
@@ -113,22 +118,30 @@ def print_changes(changes: Sequence[Change], mended: Path) -> None:
     click.echo(f"Made {mended}." if changes else f"Nothing to change; {mended} is a copy.")
 
 
-def print_findings(findings: Iterable[Diagnostic], err: bool = False) -> None:
+def print_findings(findings: Iterable[Diagnostic], err: bool = False, language: str = "en") -> None:
     """Print findings as people read them."""
-    for d in findings:
+    from rrp_sheets.diagnostics.languages import told
+
+    for d in (d.in_language(language) for d in findings):
         place = f"{d.address}: " if d.address else ""
-        kind = click.style(d.severity.value, fg=_COLOURS[d.severity.value], bold=True)
+        kind = click.style(told(d.severity.value, language), fg=_COLOURS[d.severity.value], bold=True)
         click.echo(f"{kind} {d.code} {place}{d.message}", err=err)
         click.echo(f"  → {d.remedy}", err=err)
         for number, fix in enumerate(d.fixes if len(d.fixes) > 1 else (), 1):
             click.echo(f"    --apply {d.code}:{number}  {fix.title}", err=err)
 
 
-def verdict(findings: Iterable[Diagnostic]) -> str:
+def verdict(findings: Iterable[Diagnostic], language: str = "en") -> str:
     """The findings counted, in words: `2 errors, 1 warning`."""
-    counts = {"error": 0, "warning": 0}
-    for d in findings:
-        if d.severity.value in counts:
-            counts[d.severity.value] += 1
-    parts = [f"{n} {kind}{'s' if n != 1 else ''}" for kind, n in counts.items() if n]
-    return ", ".join(parts) + "." if parts else "Everything is in order."
+    from rrp_sheets.diagnostics.languages import told
+    from rrp_sheets.diagnostics.phrase import Phrase, counted
+
+    kinds = [d.severity.value for d in findings]
+    counts = {kind: kinds.count(kind) for kind in ("error", "warning")}
+    return told(Phrase("{before}.", before=counted(counts)) if any(counts.values()) else counted(counts), language)
+
+
+def _texts(error: UnreadableFile, language: str) -> tuple[str, str]:
+    from rrp_sheets.diagnostics.languages import told
+
+    return told(error.message, language), told(error.remedy, language)

@@ -28,7 +28,7 @@ def command(file: Path, output: Path | None, behaviour: str, language: str | Non
 
     target = output or Path(file.name).with_suffix(".svg")
     checked, lacks = api.draw(file, target, behaviour, language or "")
-    print_findings(checked.report.errors, err=True)
+    print_findings(checked.report.errors, err=True, language=language or checked.run.language)
     for note in lacks:
         click.echo(f"Note: {note}", err=True)
     click.echo(f"Drawn: {target}")

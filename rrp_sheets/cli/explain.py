@@ -29,7 +29,7 @@ def command(file: Path, output: Path | None, behaviour: str, language: str | Non
     if output is not None:
         refuse_workbook(output, file)
     text, checked = api.explain(file, behaviour, language or "")
-    print_findings(checked.report.errors, err=True)
+    print_findings(checked.report.errors, err=True, language=language or checked.run.language)
     if output is None:
         click.echo(text)
     else:

@@ -48,9 +48,9 @@ def command(
             draft=draft, today=day.date() if day else None, gathered=lift_limit,
         )  # fmt: skip
     except HasErrors as error:
-        print_findings(error.checked.report.errors, err=True)
+        print_findings(error.checked.report.errors, err=True, language=language or error.checked.run.language)
         fail(error, 1)
-    print_findings(made.checked.report.errors, err=True)
+    print_findings(made.checked.report.errors, err=True, language=language or made.checked.run.language)
     for note in made.notes:
         click.echo(f"Note: {note}", err=True)
     click.echo(f"Printed: {target}")

@@ -9,10 +9,11 @@ from rrp_sheets.model.cells import Address
 
 @dataclass(frozen=True, slots=True)
 class Put:
-    """Put a text into a cell; an empty text empties it."""
+    """Put a text into a cell; an empty text empties it. Where `was` is given, only if that is what stands there."""
 
     address: Address
     text: str
+    was: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

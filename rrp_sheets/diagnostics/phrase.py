@@ -63,6 +63,16 @@ def listed(things: Sequence[str], joiner: str = "") -> str:
     return _chain([_chain(things[:-1], "{before}, {after}"), things[-1]], "{before} " + joiner + " {after}")
 
 
+def counted(counts: Mapping[str, int]) -> str:
+    """How many there are of each, by their English words; without any that everything is in order.
+
+    >>> counted({"error": 2, "warning": 1}), counted({"error": 0})
+    ('2 errors, 1 warning', 'Everything is in order.')
+    """
+    some = [Phrase(f"{{n}} {word}{'s' if n != 1 else ''}", n=n) for word, n in counts.items() if n]
+    return listed(some) if some else "Everything is in order."
+
+
 def _chain(things: Sequence[str], template: str) -> str:
     if not things:
         return ""

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 
 from rrp_sheets.diagnostics.fix import Fix, Put, Replace
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.cells import Address
 from rrp_sheets.model.names import key
 
@@ -23,17 +24,23 @@ def proposed(code: str, address: Address | None, details: Mapping[str, object], 
         return ()
     if code == "CONN010":
         text = str(details["text"])
-        return (Fix(f"Write {text} s", (Put(address, f"{text} s"),), safe=True),)
+        return (Fix(Phrase("Write {value}", value=f"{text} s"), (Put(address, f"{text} s"),), safe=True),)
     comma = _DECIMAL.match(remedy)
     if code == "FORM003" and details.get("what") == _DECIMAL_COMMA and comma:
         old, new = f"{comma['whole']},{comma['part']}", f"{comma['whole']}.{comma['part']}"
-        return (Fix(f"Write {new}", (Replace(address, old, new),), safe=True),)
+        return (Fix(Phrase("Write {value}", value=new), (Replace(address, old, new),), safe=True),)
     meant = _MEANT.match(remedy)
     wrong = details.get(_WRONG.get(code, "name"))
     if meant is None or not isinstance(wrong, str) or not wrong:
         return ()
     guess = meant["guess"].strip()
-    return (Fix(f"Write {guess}", (Replace(address, wrong, guess),), safe=code == "CONN008" or surely(wrong, guess)),)
+    return (
+        Fix(
+            Phrase("Write {value}", value=guess),
+            (Replace(address, wrong, guess),),
+            safe=code == "CONN008" or surely(wrong, guess),
+        ),
+    )
 
 
 def surely(wrong: str, guess: str) -> bool:

@@ -9,6 +9,7 @@ from typing import Any
 from rrp_sheets.diagnostics.catalogue import CODES, Severity
 from rrp_sheets.diagnostics.fix import Fix
 from rrp_sheets.diagnostics.followers import without_followers
+from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.proposals import proposed
 from rrp_sheets.model.cells import Address
@@ -35,6 +36,11 @@ class Diagnostic:
     remedy: str
     span: tuple[int, int] | None = None
     fixes: tuple[Fix, ...] = field(default=(), compare=False)
+
+    def in_language(self, language: str) -> Diagnostic:
+        """The same with its texts in a language (`en`, `ja`)."""
+        fixes = tuple(replace(fix, title=told(fix.title, language)) for fix in self.fixes)
+        return replace(self, message=told(self.message, language), remedy=told(self.remedy, language), fixes=fixes)
 
     def as_dict(self) -> dict[str, Any]:
         """As `check --json` prints it."""

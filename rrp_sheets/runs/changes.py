@@ -73,13 +73,14 @@ def _text(path: Path, sheet: str, at: tuple[int, int]) -> str:
     return cells[at].typed if at in cells else ""
 
 
-def write_marked(path: Path, target: Path, report: Report) -> Path:
+def write_marked(path: Path, target: Path, report: Report, language: str = "en") -> Path:
     """Write a copy of a workbook in which its findings stand beside their rows and their cells are marked.
 
     Args:
         path: of the workbook, which stays as it is; CSV and Markdown are converted.
         target: of the copy; an earlier such copy is replaced, no other file is.
         report: the findings.
+        language: that they are told in.
 
     Raises:
         SheetsError: the copy cannot be written, or its name is taken.
@@ -104,5 +105,5 @@ def write_marked(path: Path, target: Path, report: Report) -> Path:
             data = as_xlsx(reading, load_robot(), Path(folder) / "copy.xlsx").read_bytes()
     else:
         data = file_bytes(path)
-    write_atomically(target, marked_copy(data, path.name, findings))
+    write_atomically(target, marked_copy(data, path.name, findings, language))
     return target

@@ -163,7 +163,7 @@ def _place(address: Address | None) -> list[Any] | None:
 
 def _pack_fix(fix: Fix) -> list[Any]:
     edits = [[type(edit).__name__, [_pack_part(getattr(edit, f.name)) for f in fields(edit)]] for edit in fix.edits]
-    return [fix.title, edits, fix.safe]
+    return [_pack_said(fix.title), edits, fix.safe]
 
 
 def _pack_part(part: Any) -> Any:
@@ -172,7 +172,7 @@ def _pack_part(part: Any) -> Any:
 
 def _unpack_fix(packed: list[Any]) -> Fix:
     title, edits, safe = packed
-    return Fix(title, tuple(_EDITS[kind](*map(_unpack_part, parts)) for kind, parts in edits), safe)
+    return Fix(_unpack_said(title), tuple(_EDITS[kind](*map(_unpack_part, parts)) for kind, parts in edits), safe)
 
 
 def _unpack_part(part: Any) -> Any:

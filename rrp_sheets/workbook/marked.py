@@ -8,6 +8,8 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.diagnostics.languages import told
+from rrp_sheets.diagnostics.phrase import counted
 from rrp_sheets.model.cells import column_letters
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.edits import Value
@@ -23,6 +25,7 @@ _PART = "xl/worksheets/findings"
 _FILLS = {"error": "F8C9C4", "warning": "FFE3A3", "info": "D6E6F2"}
 _EDGES = {"error": "C0392B", "warning": "C98A00", "info": "4A7FA5"}
 _WORDS = {"error": "Error", "warning": "Warning", "info": "Note"}
+_HEADERS = ("Cell", "Kind", "Code", "What is wrong", "What to do")
 _COLUMN_WIDTH = 70
 _LINE, _LETTERS_PER_LINE = 13.5, 74  # points; of the note's font in a column of that width
 _TALLEST = 400
@@ -31,14 +34,16 @@ _RELATIONS = "http://schemas.openxmlformats.org/officeDocument/2006/relationship
 _CONTENT = "application/vnd.openxmlformats-officedocument.spreadsheetml.worksheet+xml"
 
 
-def marked_copy(data: bytes, name: str, findings: Sequence[Diagnostic]) -> bytes:
+def marked_copy(data: bytes, name: str, findings: Sequence[Diagnostic], language: str = "en") -> bytes:
     """The copy's bytes; everything that carries no mark is as in the original.
 
     Args:
         data: the original's bytes.
         name: its name, for messages.
         findings: what is wrong with it.
+        language: of what is written beside the rows.
     """
+    findings = [f.in_language(language) for f in findings]
     package = PackageEdit(data, name)
     styles = StyleSheet(package)
     by_sheet: dict[str, list[Diagnostic]] = {}
@@ -47,8 +52,8 @@ def marked_copy(data: bytes, name: str, findings: Sequence[Diagnostic]) -> bytes
             by_sheet.setdefault(finding.address.sheet, []).append(finding)
     for index, sheet in enumerate(package.book.names):
         if sheet in by_sheet:
-            _mark(package, index, by_sheet[sheet], styles)
-    _add_list(package, findings, styles)
+            _mark(package, index, by_sheet[sheet], styles, language)
+    _add_list(package, findings, styles, language)
     styles.store()
     return package.to_bytes()
 
@@ -62,7 +67,7 @@ def is_marked_copy(path: Path) -> bool:
         return False
 
 
-def _mark(package: PackageEdit, index: int, findings: Sequence[Diagnostic], styles: StyleSheet) -> None:
+def _mark(package: PackageEdit, index: int, findings: Sequence[Diagnostic], styles: StyleSheet, language: str) -> None:
     sheet = package.sheet(index)
     beside = _last_column(sheet) + 1
     header = max(package.recognised(index).row, 1)
@@ -80,7 +85,7 @@ def _mark(package: PackageEdit, index: int, findings: Sequence[Diagnostic], styl
         _restyle(sheet, row, column, styles.marked(sheet.style(row, column), _FILLS[severity], _EDGES[severity]))
     for row, found in texts.items():
         kind = "error" if any(f.severity.value == "error" for f in found) else found[0].severity.value
-        text = "\n".join(_told(f) for f in found)[: limits.CELL_CHARACTERS]
+        text = "\n".join(_told(f, language) for f in found)[: limits.CELL_CHARACTERS]
         sheet.set_cell(row, beside, text, styles.note(_FILLS[kind]))
         _make_room(sheet, row, text)
     if header not in texts:
@@ -90,10 +95,10 @@ def _mark(package: PackageEdit, index: int, findings: Sequence[Diagnostic], styl
     _widen(sheet, beside)
 
 
-def _told(finding: Diagnostic) -> str:
+def _told(finding: Diagnostic, language: str) -> str:
     """A finding in the words of a note: `C5: Error FORM001: … → …`."""
     cell = finding.address.cell if finding.address else ""
-    word = f"{_WORDS[finding.severity.value]} {finding.code}"
+    word = f"{told(_WORDS[finding.severity.value], language)} {finding.code}"
     return f"{cell}: {word}: {finding.message} → {finding.remedy}" if cell else f"{word}: {finding.message}"
 
 
@@ -154,7 +159,7 @@ def _widen(sheet: SheetXml, column: int) -> None:
     sheet.insert(at, new)
 
 
-def _add_list(package: PackageEdit, findings: Sequence[Diagnostic], styles: StyleSheet) -> None:
+def _add_list(package: PackageEdit, findings: Sequence[Diagnostic], styles: StyleSheet, language: str) -> None:
     """Add the sheet with all findings; each leads to its cell."""
     names = package.book.names
     title = list(sheet_titles([*names, TITLE] if TITLE not in names else [*names, f"{TITLE} of the check"]).values())[
@@ -164,7 +169,7 @@ def _add_list(package: PackageEdit, findings: Sequence[Diagnostic], styles: Styl
     while f"{_PART}{number}.xml" in package.package:
         number += 1
     part = f"{_PART}{number}.xml"
-    package.added[part] = _list_xml(findings, styles)
+    package.added[part] = _list_xml(findings, styles, language)
     types = as_utf8(package.read("[Content_Types].xml"))
     root = find(types, lambda path: len(path) == 1)[0]
     override = f'<{root.prefix}Override PartName="/{part}" ContentType="{_CONTENT}"/>'.encode()
@@ -191,16 +196,16 @@ def _list_sheet(package: PackageEdit, title: str, ident: str) -> None:
     package.write(package.book.part, splice(data, [(holder.inner_end, holder.inner_end, new)]))
 
 
-def _list_xml(findings: Sequence[Diagnostic], styles: StyleSheet) -> bytes:
+def _list_xml(findings: Sequence[Diagnostic], styles: StyleSheet, language: str) -> bytes:
     plain, head = styles.note(""), styles.note("", bold=True)
-    counts = {word: sum(f.severity.value == kind for f in findings) for kind, word in _WORDS.items()}
-    told = ", ".join(f"{n} {word.lower()}{'s' if n != 1 else ''}" for word, n in counts.items() if n)
-    rows = [_row(1, [told or "Everything is in order."], [head])]
-    rows.append(_row(3, ["Cell", "Kind", "Code", "What is wrong", "What to do"], [head] * 5))
+    kinds = [f.severity.value for f in findings]
+    counts = told(counted({word.lower(): kinds.count(kind) for kind, word in _WORDS.items()}), language)
+    rows = [_row(1, [counts], [head])]
+    rows.append(_row(3, [told(text, language) for text in _HEADERS], [head] * 5))
     links = []
     for number, f in enumerate(findings, 4):
         kind = f.severity.value
-        texts = [str(f.address or ""), _WORDS[kind], f.code, f.message, f.remedy]
+        texts = [str(f.address or ""), told(_WORDS[kind], language), f.code, f.message, f.remedy]
         rows.append(_row(number, texts, [plain, styles.note(_FILLS[kind]), plain, plain, plain]))
         if f.address is not None:
             sheet = f.address.sheet.replace("'", "''")

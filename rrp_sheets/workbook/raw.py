@@ -8,6 +8,7 @@ from enum import Enum
 from typing import Any, Protocol
 
 from rrp_sheets.diagnostics import CODES
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.cells import Address
 from rrp_sheets.workbook import limits
@@ -120,7 +121,7 @@ class Book(Protocol):
 def unreadable(code: str, **details: object) -> UnreadableFile:
     """The exception for a code of the catalogue; `details` fill its texts."""
     entry: Any = CODES[code]
-    return UnreadableFile(code, entry.message.format(**details), entry.remedy.format(**details))
+    return UnreadableFile(code, Phrase(entry.message, **details), Phrase(entry.remedy, **details))
 
 
 def check_size(sheet: RawSheet) -> None:

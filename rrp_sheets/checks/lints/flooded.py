@@ -7,6 +7,7 @@ from rrp_sheets.checks.known import BLANK
 from rrp_sheets.checks.lints.conflicts import VOICE
 from rrp_sheets.checks.lints.material import Material
 from rrp_sheets.diagnostics.fix import Fix, FixEdit, Insert, Put
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.graph import Step
 
 TOO_OFTEN_HZ = 1.0  # a short sentence takes longer than a second
@@ -51,6 +52,6 @@ def _fixes(step: Step, material: Material) -> list[Fix]:
         return (Insert(sheet, row.number, cells), Put(blank, ""))
 
     return [
-        Fix(f"Let “{shown}” speak once in 10 seconds at most (throttle)", before("throttle", "10 s")),
-        Fix(f"Speak only when “{shown}” has changed (changes)", before("changes", "")),
+        Fix(Phrase("Let “{name}” speak once in 10 seconds at most (throttle)", name=shown), before("throttle", "10 s")),
+        Fix(Phrase("Speak only when “{name}” has changed (changes)", name=shown), before("changes", "")),
     ]

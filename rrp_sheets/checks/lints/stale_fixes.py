@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from rrp_sheets.checks.lints.material import Material
 from rrp_sheets.checks.renaming import renamed
 from rrp_sheets.diagnostics.fix import Fix, FixEdit, Insert, Put
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.graph import Step
 from rrp_sheets.model.cells import Address
 from rrp_sheets.model.names import argument_name, key
@@ -41,7 +42,8 @@ def _forgetting(step: Step, rare: str, material: Material) -> Fix | None:
         either = _free(f"{step.row.output.text or 'Joined'} or blank", step, material)
         row.put(inputs, formula, either)
         row.insert(either, "filter", f"NOT(ISBLANK({argument_name(either)}))", step.row.output.text, after=True)
-    return Fix(f"Forget “{old}” {LONGEST_AGE} after its last value (forgetAfter)", tuple(row.edits))
+    title = Phrase("Forget “{name}” {age} after its last value (forgetAfter)", name=old, age=LONGEST_AGE)
+    return Fix(title, tuple(row.edits))
 
 
 def _timing(step: Step, material: Material) -> Fix | None:
@@ -60,7 +62,7 @@ def _timing(step: Step, material: Material) -> Fix | None:
     row.put(", ".join(timed.values()), f"({inner}, MAX({times}) - MIN({times}))", pair)
     row.insert(pair, "filter", f"{argument_name(pair)}[1] < 1", fresh, after=True)
     row.insert(fresh, "map", f"{argument_name(fresh)}[0]", step.row.output.text, after=True)
-    return Fix(f"Join only what came within {LONGEST_AGE} of each other (timestamp)", tuple(row.edits))
+    return Fix(Phrase("Join only what came within {age} of each other (timestamp)", age=LONGEST_AGE), tuple(row.edits))
 
 
 class _Writer:

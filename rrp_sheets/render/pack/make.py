@@ -87,4 +87,5 @@ def _authors(source: Source) -> tuple[str, ...]:
 def _finding(source: Source, flag: int, found: Diagnostic) -> Finding:
     where, row = (clean(found.address.sheet), found.address.row) if found.address else ("", 0)
     severity = source.get(f"open.{found.severity.value}")
-    return Finding(flag, severity, where, row, clean(found.message), clean(found.remedy))
+    said = found.in_language(source.words.language)
+    return Finding(flag, severity, where, row, clean(said.message), clean(said.remedy))

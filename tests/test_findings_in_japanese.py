@@ -1,0 +1,164 @@
+"""What the check finds, in Japanese: nothing of the program's own words stays English (8-architecture.md, 1.)."""
+
+from __future__ import annotations
+
+import io
+import json
+import pickle
+import re
+import sys
+from contextlib import redirect_stderr, redirect_stdout, suppress
+from string import Formatter
+
+import openpyxl
+import pytest
+from play import check
+from test_mistakes import base, markdown_of, mistakes
+
+from rrp_sheets.cli.main import main
+from rrp_sheets.diagnostics import CODES, Report
+from rrp_sheets.diagnostics.languages import PHRASES, entries, title, told
+from rrp_sheets.diagnostics.page import completed, load_page
+from rrp_sheets.diagnostics.phrase import Phrase, capital, listed, sentences, small
+from rrp_sheets.model.cells import Address
+from rrp_sheets.printing import gather
+from rrp_sheets.runs.wire import pack_finding, unpack_finding
+
+ENGLISH = re.compile(r"[A-Za-z]+ (a|an|the|is|are|of|to|in|it|that|this|for|no|not|has|and|or|with)\b", re.IGNORECASE)
+TO_TYPE = re.compile(r"ends with the run|x for x in list|what in text|`[^`]*`")  # what is written so in a cell
+LEFT_OUT = {"help", "takes", "are", "come", "leave"}  # what the Japanese sentences say without an English phrase
+
+
+def places(template: str) -> set[str]:
+    return {name for _, name, _, _ in Formatter().parse(template) if name}
+
+
+def test_every_code_has_a_title_a_message_and_a_remedy():
+    japanese = entries("ja")
+    assert set(japanese) - {PHRASES} == set(CODES)
+    assert all(set(table) == {"title", "message", "remedy"} for code, table in japanese.items() if code != PHRASES)
+    assert title("FORM005", "ja") == "知らない関数" and title("FORM005", "en") == "Unknown function"
+
+
+def test_every_text_has_the_places_of_the_english_one():
+    for code in CODES.values():
+        own = entries("ja")[code.id]
+        known = places(code.message) | places(code.remedy)
+        for part in ("message", "remedy"):
+            wanted, there = places(getattr(code, part)), places(own[part])
+            assert there <= known and wanted - there <= LEFT_OUT, f"{code.id} {part}"
+    for english, japanese in entries("ja")[PHRASES].items():
+        try:
+            wanted = places(english)
+        except ValueError:  # a text about braces, which has no places
+            continue
+        if all(name.isidentifier() for name in wanted) and "each" not in wanted:
+            assert places(japanese) == wanted or not wanted, english
+
+
+def books() -> list[str]:
+    """Every mistake of `mistakes.md`, and every wrong example of a diagnostic's page."""
+    found = []
+    for name, where, text, *_ in mistakes():
+        typed = [part.strip() for part in text.split("<br>")]
+        found.append(markdown_of({**base(name), **dict(zip(where.split("<br>"), typed, strict=True))}))
+    pages = [page for page in map(load_page, CODES) if page is not None and page.wrong]
+    return found + [completed(page.wrong) for page in pages]
+
+
+@pytest.fixture(scope="module")
+def findings():
+    return [d for book in books() for d in check(book).report]
+
+
+def without_typed(said: object) -> object:
+    """A phrase whose places hold no more what the user typed, so that only the program's words are left."""
+    if isinstance(said, Phrase):
+        return Phrase(said.template, **{n: without_typed(v) for n, v in said.places.items()})
+    known = isinstance(said, str) and told(said, "ja") != said
+    return said if known else 0 if isinstance(said, int | float) else ""
+
+
+def test_nothing_of_the_programs_words_stays_english(findings):
+    assert len({d.code for d in findings}) > 100
+    for d in findings:
+        for said in (d.message, d.remedy):
+            japanese = TO_TYPE.sub("", told(without_typed(said), "ja"))
+            assert not ENGLISH.search(japanese), (d.code, told(said, "ja"))
+
+
+def test_what_was_typed_is_never_translated():
+    report = Report()
+    finding = report.add("GRAPH011", Address("Look", 2, 4), name="a number")
+    assert told(finding.message, "ja") == "ストリーム「a number」を使うものがないため、この行には効果がありません。"
+    hostile = report.add(
+        "GRAPH001", None, name="{name.__class__} <script>", remedy=Phrase("Did you mean {guess}?", guess="{0}")
+    )
+    assert "「{name.__class__} <script>」" in told(hostile.message, "ja") and "「{0}」" in told(hostile.remedy, "ja")
+
+
+def test_a_phrase_is_the_english_text_and_survives_being_sent():
+    finding = Report().add("LINT004", Address("Look", 3, 4), other=Phrase("row {number}", number=5))
+    assert "This row and row 5 can speak" in finding.message
+    sent = unpack_finding(json.loads(json.dumps(pack_finding(finding))))
+    assert sent == finding and told(sent.message, "ja").startswith("この行と5行目は同時に話す")
+    kept = pickle.loads(pickle.dumps(finding.message))
+    assert told(kept, "ja") == told(finding.message, "ja")
+
+
+def test_phrases_are_joined_and_begin_sentences():
+    rows = [Phrase("row {number}", number=n) for n in (3, 5, 8)]
+    assert listed(rows, "and") == "row 3, row 5 and row 8" and told(listed(rows, "and"), "ja") == "3行目、5行目と8行目"
+    assert (
+        capital(rows[0]) == "Row 3" and told(capital(rows[0]), "ja") == "3行目" and small(capital(rows[0])) == "row 3"
+    )
+    both = sentences(Phrase("It has {names}.", names="x, y"), "", "Leave the cell blank.")
+    assert both == "It has x, y. Leave the cell blank." and told(both, "ja") == "項目：x, y。セルを空にしてください。"
+
+
+BOOK = """## Protocol
+| Field | Value |
+|---|---|
+| Language | {language} |
+
+## Look
+| Input streams | Connector | Formula | Output stream |
+|---|---|---|---|
+| Red bal | map | redBal.distance | Near |
+"""
+
+
+@pytest.fixture(scope="module")
+def japanese(tmp_path_factory):
+    path = tmp_path_factory.mktemp("japanese") / "挨拶.md"
+    path.write_text(BOOK.format(language="日本語"), encoding="utf-8")
+    return path
+
+
+def said_by(*arguments: object) -> str:
+    out = io.StringIO()
+    with redirect_stdout(out), redirect_stderr(out), pytest.MonkeyPatch.context() as patch, suppress(SystemExit):
+        patch.setattr(sys, "argv", ["rrp-sheets", *map(str, arguments)])
+        main()
+    return out.getvalue()
+
+
+def test_a_japanese_protocol_is_checked_in_japanese(japanese):
+    text = said_by("check", japanese)
+    assert "誤り GRAPH001 Look!A2: ストリーム「Red bal」を出す行はなく" in text and "誤り1件。" in text
+    assert "「Red ball」のことですか。" in text and "No row gives" not in text
+    assert "No row gives the stream “Red bal”" in said_by("check", japanese, "--language", "en")
+    (found,) = json.loads(said_by("check", japanese, "--json"))["findings"]
+    assert found["message"].startswith("ストリーム「Red bal」") and found["fixes"][0]["title"] == "Red ball と書く"
+    assert "ストリーム「Red bal」" in said_by("explain", japanese)
+    assert "「ない.md」というファイルはありません。" in said_by("check", "ない.md", "--language", "ja")
+
+
+def test_the_marked_copy_and_the_pack_say_it_in_japanese(japanese):
+    copy = japanese.with_name("copy.xlsx")
+    said_by("check", japanese, "--report", copy)
+    book = openpyxl.load_workbook(copy)
+    texts = [str(c.value) for sheet in book for row in sheet.iter_rows() for c in row if c.value]
+    assert any("誤り GRAPH001: ストリーム「Red bal」" in t for t in texts) and "対処" in texts and "誤り1件" in texts
+    (finding,) = gather(japanese, draft=True).pack.findings
+    assert finding.text.startswith("ストリーム「Red bal」") and "のことですか" in finding.remedy
