@@ -149,7 +149,7 @@ def write(page: GridPage, row: int, *cells: str, begin: str = "B") -> None:
 
 def holds(page: GridPage, count: int) -> None:
     """Wait until so many tests hold, as it is shown."""
-    words = f"{count} of 10 tests hold" + ("s" if count == 1 else "") if count < 10 else "All 10 tests hold"
+    words = f"{count} of 10 lessons done" if count < 10 else "All 10 lessons are done"
     try:
         page.page.wait_for_selector(f".tests-count:text-is('{words}')", timeout=40_000)
     except Exception:
@@ -157,8 +157,11 @@ def holds(page: GridPage, count: int) -> None:
         raise
 
 
-def mend(page: GridPage, code: str) -> None:
-    """The fix that the message at the cursor offers, with its key."""
+def mend(page: GridPage, code: str, letter: str = "", row: int = 0) -> None:
+    """The fix that the message at the cursor, or at another cell, offers, with its key."""
+    if letter:
+        page.page.wait_for_selector(f"tr:has(th:text-is('{row}')) .mend[data-code={code}]", state="attached")
+        go(page, letter, row)
     page.page.wait_for_selector(f"td.at .mend[data-code={code}] [data-fix]", state="attached")
     page.press("Control+.")
 
@@ -176,10 +179,58 @@ def first_lessons(page: GridPage) -> None:
 
 def test_the_first_lessons_by_the_keyboard(page: GridPage) -> None:
     first_lessons(page)
-    assert "Lesson 2 Near holds now. 2 of 10 tests hold." in page.page.locator("#status").inner_text()
+    assert "Lesson 2 Near is done. 2 of 10 lessons done." in page.page.locator("#status").inner_text()
     shown = page.page.locator(".tests-list li")
-    assert [shown.nth(n).get_attribute("class") for n in range(3)] == ["is-holds", "is-holds", "is-fails"]
-    assert "Lesson 3 Name it does not hold yet" in page.page.locator(".tests-first").inner_text()
+    assert [shown.nth(n).get_attribute("class") for n in range(3)] == ["is-holds", "is-holds", "is-now"]
+    assert shown.nth(3).get_attribute("class") == "is-later" and not page.page.locator(".is-fails").count()
+    told = page.page.locator(".tests-first").inner_text()
+    assert "Now: Lesson 3 Name it" in told and "New here: map" in told
+
+
+def test_a_lesson_that_does_not_hold_any_more_is_told_as_such(page: GridPage) -> None:
+    row = row_of(page, "filter", "LESSON 2")
+    write(page, row, "redBall.distance < 0,5", begin="D")  # the comma of many countries
+    page.page.wait_for_selector(".tests-list .is-waits, .tests-list .is-fails", timeout=40_000)
+    mend(page, "FORM003", "D", row)
+    holds(page, 2)
+    page.page.click(".tests-list li:nth-child(2) a")
+    assert page.here == f"B{row}"
+    write(page, row, "redBall.distance < 5", begin="D")
+    page.page.wait_for_selector(".tests-first:has-text('Lesson 2 Near does not hold any more')", timeout=40_000)
+    assert (
+        page.page.locator(".tests-list .is-fails").count() == 1
+        and page.page.locator(".tests-list .is-now").count() == 1
+    )
+    page.press("Control+z")
+    holds(page, 2)
+
+
+def test_a_row_typed_into_a_comment_is_told_and_put_into_a_row_of_its_own(page: GridPage, folder: Path) -> None:
+    row = row_of(page, "filter", "LESSON 2") - 1
+    go(page, "D", row)
+    page.type('"blue"', "Tab")
+    page.type("Chest LED color")
+    go(page, "B", row)
+    page.page.keyboard.type("Blue ball")
+    assert "the robot leaves it out" in page.page.inner_text(".editor .is-comment")
+    page.press("Tab")
+    page.type("subscribe")
+    mend(page, "SHEET022", "C", row)
+    page.page.wait_for_selector(f"tr.comment:has(th:text-is('{row}')):not(.buried)")
+    page.expect(f"B{row + 1}", "Blue ball")
+    page.press("Control+z")
+    page.page.wait_for_selector(f"tr.buried:has(th:text-is('{row}'))")
+    for letter in "BCDE":
+        go(page, letter, row)
+        page.press("Delete")
+    bare = row - 6  # a lone # before lesson 1
+    go(page, "B", bare)
+    page.page.keyboard.type("Red ball")
+    page.press("Control+.")
+    page.page.wait_for_selector(f"tr:not(.comment):has(th:text-is('{bare}'))")
+    page.press("Escape", "Control+z")
+    page.page.wait_for_selector(f"tr.comment:has(th:text-is('{bare}'))")
+    holds(page, 2)
 
 
 def test_a_lesson_is_read_on_a_narrow_screen_without_moving_the_table(page: GridPage) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 
-_WORDS = ("words", "stream", "streams", "event", "events", "frame", "seed", "rad", "trace", "units")
+_WORDS = ("words", "stream", "streams", "event", "events", "field", "fields", "frame", "seed", "rad", "trace", "units")
 TOPICS = ("connectors", "formulas", "functions", "devices", "scene", "tests", "codes")
 _SYNONYMS = {
     "connector": "connectors", "operators": "connectors", "operator": "connectors",

@@ -61,6 +61,8 @@ def _steps(grids: Mapping[str, Grid], fix: Fix) -> Iterator[Cells | Gone]:
         if not 0 <= place < len(rows):
             raise Refused(_OLD, _LOOK)
         now = grid.text(rows[place], one.address.column)
+        if isinstance(one, Put) and one.was not in (None, now):
+            raise Refused(_OLD, _LOOK)
         text = one.text if isinstance(one, Put) else replaced(now, one)
-        if isinstance(one, Put) or text != now:
+        if text != now:
             yield Cells(grid.name, (CellText(rows[place], one.address.column, text, now),))

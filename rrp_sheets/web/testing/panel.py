@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from rrp_sheets.documents import Document
 from rrp_sheets.testing.judge import seconds
+from rrp_sheets.web.testing.lessons import Lesson, lessons_of, number_of
 from rrp_sheets.web.testing.results import FAILS, HOLDS, IDLE, LATE, WAITS, Missed, Results, RoomTests, Tested, counted
 
 MOST_MISSED = 3  # rows of a test that are told beside the sheet
+NOW, LATER = "now", "later"
+"""Of lessons that do not hold and have not held before: the one to do, and those after it."""
 _SIGNS = {HOLDS: "✓", FAILS: "✗", IDLE: "–", WAITS: "!", LATE: "…"}
 _WORDS = {
     HOLDS: "holds", FAILS: "does not hold", IDLE: "expects nothing", WAITS: "waits for errors to be mended",
-    LATE: "was not reached in time",
+    LATE: "was not reached in time", NOW: "the lesson to do now", LATER: "not yet",
 }  # fmt: skip
+_DONE = {HOLDS: "done", FAILS: "does not hold any more"}
+"""What is said of lessons instead."""
 
 
 @dataclass(frozen=True, slots=True)
 class TestLine:
-    """A test in the list: its state, the sign and the words for that; `here` when its sheet is shown."""
+    """A test in the list: its state, the sign and the words for that; `here` when its sheet is shown.
+
+    A lesson has the sheet (`told_in`) and the row where it is told; both are empty for other tests.
+    """
 
     __test__ = False  # no test of pytest's
 
@@ -27,6 +36,8 @@ class TestLine:
     sign: str
     words: str
     here: bool
+    told_in: str = ""
+    row: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +62,9 @@ class TestsPanel:
         done: whether all hold.
         lines: a line for each test.
         first: the name of the test whose rows are told; empty for none.
+        state: of that test, as of a line.
+        broken: whether it has held before.
+        terms: words that the lesson to do now uses first, to be asked for.
         missed: those of its rows that do not hold; `left_out` are more than are told.
         unsent: what could not be sent, in words.
         notes: what is to be known besides, in words.
@@ -63,6 +77,9 @@ class TestsPanel:
     done: bool
     lines: tuple[TestLine, ...]
     first: str
+    state: str
+    broken: bool
+    terms: tuple[str, ...]
     missed: tuple[MissedLine, ...]
     left_out: int
     unsent: tuple[str, ...]
@@ -76,28 +93,50 @@ def panel_of(tests: RoomTests, document: Document, sheet: str) -> TestsPanel | N
     if not names:
         return None
     results = tests.results
-    lines = tuple(_line(t, sheet) for t in results.tests)
-    first = _first(results, sheet)
+    told = lessons_of(document.grids) if any(map(number_of, names)) else {}
+    now = next((t.sheet for t in results.tests if number_of(t.sheet) and _undone(t, results)), "")
+    lines = tuple(_line(t, sheet, now, results, told) for t in results.tests)
+    first = _first(results, sheet, now)
+    state = next((line.state for line in lines if first is not None and line.sheet == first.sheet), "")
+    lesson = told.get(number_of(now) or 0) if state == NOW else None
     missed = first.missed[:MOST_MISSED] if first is not None else ()
     more = len(first.missed) - len(missed) + first.left_out if first is not None else 0
     return TestsPanel(
         count=counted(results) if results.tests else "", done=bool(lines) and results.holding == len(lines),
-        lines=lines, first=first.sheet if first is not None else "", missed=tuple(map(_missed, missed)), left_out=more,
+        lines=lines, first=first.sheet if first is not None else "", state=state,
+        broken=first is not None and first.sheet in results.held, terms=lesson.terms if lesson is not None else (),
+        missed=tuple(map(_missed, missed)), left_out=more,
         unsent=first.unsent[:MOST_MISSED] if first is not None else (), notes=tuple(_notes(results)),
         running=results.running or not (results.tests or results.why),
     )  # fmt: skip
 
 
-def _line(test: Tested, sheet: str) -> TestLine:
-    return TestLine(test.sheet, test.state, _SIGNS[test.state], _WORDS[test.state], test.sheet == sheet)
+def _undone(test: Tested, results: Results) -> bool:
+    """Whether a test has not held yet, as far as is known."""
+    return test.state != HOLDS and test.sheet not in results.held
 
 
-def _first(results: Results, sheet: str) -> Tested | None:
-    """The test whose rows are told: that of the sheet, or the first that does not hold."""
+def _line(test: Tested, sheet: str, now: str, results: Results, told: Mapping[int, Lesson]) -> TestLine:
+    number, state, here = number_of(test.sheet), test.state, test.sheet == sheet
+    if number is None:
+        return TestLine(test.sheet, state, _SIGNS[state], _WORDS[state], here)
+    if state == FAILS and _undone(test, results):
+        state = NOW if test.sheet == now else LATER
+    sign, words = _SIGNS.get(state, str(number)), _DONE.get(state, _WORDS[state])
+    lesson = told.get(number)
+    if lesson is None:
+        return TestLine(test.sheet, state, sign, words, here)
+    return TestLine(test.sheet, state, sign, words, here, lesson.sheet, lesson.row)
+
+
+def _first(results: Results, sheet: str, now: str) -> Tested | None:
+    """The test whose rows are told: that of the sheet, or the first that does not hold (any more)."""
     here = results.of(sheet)
     if here is not None:
         return here if here.state == FAILS else None
-    return next((t for t in results.tests if t.state == FAILS), None)
+    failing = [t for t in results.tests if t.state == FAILS]
+    begun = [t for t in failing if not (number_of(t.sheet) and _undone(t, results))]
+    return next(iter(begun), None) or next((t for t in failing if t.sheet == now), None)
 
 
 def _missed(row: Missed) -> MissedLine:

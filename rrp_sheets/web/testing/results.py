@@ -10,6 +10,7 @@ from typing import Any
 from rrp_sheets.documents import Document
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.office import NoAnswer
+from rrp_sheets.web.testing.lessons import number_of
 from rrp_sheets.web.testing.tester import Tester
 
 QUICK = 2.0
@@ -63,6 +64,7 @@ class Results:
         stale: the workbook was changed since then, and they are run only when somebody asks for it.
         rows: the rows that were left out since they have errors, in words.
         errors: how many errors the workbook has.
+        held: the tests that have held since the workbook was opened.
         why: says why there is nothing; empty when there is.
     """
 
@@ -71,6 +73,7 @@ class Results:
     stale: bool = False
     rows: tuple[str, ...] = ()
     errors: int = 0
+    held: frozenset[str] = frozenset()
     why: str = ""
 
     @property
@@ -105,6 +108,7 @@ class RoomTests:
         self._version = -1  # of the workbook that the results are of
         self._thread: threading.Thread | None = None
         self._said: dict[str, str] = {}
+        self._held: frozenset[str] = frozenset()
         self.results = Results()
 
     @property
@@ -171,7 +175,8 @@ class RoomTests:
         for state, names in ((WAITS, answer["waiting"]), (LATE, answer["late"])):
             found |= {name: Tested(name, state) for name in names}
         ordered = tuple(found[name] for name in self.sheets if name in found)
-        return Results(ordered, rows=rows, errors=errors)
+        self._held |= {test.sheet for test in ordered if test.state == HOLDS}
+        return Results(ordered, rows=rows, errors=errors, held=self._held)
 
     def _case(self, case: Mapping[str, Any]) -> Tested:
         name, failing = case["sheet"], case["failing"]
@@ -193,7 +198,11 @@ class RoomTests:
         before, self._said = self._said, {t.sheet: t.state for t in results.tests}
         if not before or before == self._said:
             return ""
-        news = [f"{n} holds now." for n, s in self._said.items() if s == HOLDS != before.get(n, HOLDS)]
+        news = [
+            f"{n} {'is done' if number_of(n) else 'holds now'}."
+            for n, s in self._said.items()
+            if s == HOLDS != before.get(n, HOLDS)
+        ]
         news += [f"{n} does not hold any more." for n, s in self._said.items() if s == FAILS and before.get(n) == HOLDS]
         return " ".join([*news[:3], f"{counted(results)}."]) if news else ""
 
@@ -204,12 +213,14 @@ class RoomTests:
 
 
 def counted(results: Results) -> str:
-    """`3 of 10 tests hold`.
+    """`3 of 10 tests hold`; of lessons, `3 of 10 lessons done`.
 
     >>> counted(Results((Tested("A", HOLDS),))), counted(Results((Tested("A", HOLDS), Tested("B", FAILS))))
     ('The test holds', '1 of 2 tests holds')
     """
     every, holding = len(results.tests), results.holding
+    if every > 1 and all(number_of(t.sheet) for t in results.tests):
+        return f"All {every} lessons are done" if every == holding else f"{holding} of {every} lessons done"
     if every == holding and every:
         return "The test holds" if every == 1 else f"All {every} tests hold"
     return f"{holding} of {every} {'test' if every == 1 else 'tests'} {'holds' if holding == 1 else 'hold'}"

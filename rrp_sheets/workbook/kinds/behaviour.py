@@ -28,19 +28,18 @@ def _report_buried(table: Table, line: Line) -> None:
     on, inputs, connector, output = (
         table.columns.get(header, 0) for header in ("On", "Input streams", "Connector", "Output stream")
     )
-    texts = {column: cell.typed.strip() for column, cell in line.cells.items() if cell.typed.strip()}
-    comment = texts.get(on, "")
+    texts = {column: cell.typed for column, cell in line.cells.items() if cell.typed.strip()}
+    comment = texts.get(on, "").strip()
     if (
         not (comment.startswith("#") and comment.strip("# "))
         or connector not in texts
         or not (inputs in texts or output in texts)
     ):
         return
-    mine = {column: text for column, text in sorted(texts.items()) if column in table.ours and column != on}
-    emptied = (Put(table.address(line.number, column), "") for column in mine)
-    apart = Fix(
-        "Put it into a row of its own", (*emptied, Insert(table.sheet.name, line.number + 1, tuple(mine.items())))
-    )
+    columns = sorted(table.ours - {on})
+    emptied = (Put(table.address(line.number, c), "", was=texts.get(c, "")) for c in columns)
+    mine = tuple((c, texts[c]) for c in columns if c in texts)
+    apart = Fix("Put it into a row of its own", (*emptied, Insert(table.sheet.name, line.number + 1, mine)))
     table.add("SHEET022", table.address(line.number, connector), fixes=(apart,), row=line.number)
 
 

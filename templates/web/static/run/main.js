@@ -4,6 +4,7 @@
 
 import { act, ask } from "./ask.js";
 import { bar } from "./bar.js";
+import { follow } from "./follow.js";
 import { going, stopKeys } from "./keys.js";
 import { log } from "./log.js";
 import { robot } from "./robot.js";
@@ -21,6 +22,7 @@ bar(document.getElementById("runbar"));
 stopKeys(() => (going(state.phase) ? act("stop") : ask("stop"))); // also what this page has not heard of yet
 const grid = document.querySelector("[role=grid].of-behaviour");
 if (grid) values(grid);
+if (grid) follow(grid, document.getElementById("run-follow"));
 for (const [id, part] of Object.entries({ session, log, robot, scene })) {
   const root = document.getElementById(id === "robot" ? "robot-facts" : id);
   if (root) part(root);
