@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import importlib
 import os
 import sys
@@ -104,7 +105,8 @@ def main() -> None:
         fail(SheetsError("This needs more memory than may be used.", "Make the workbook smaller."), UNREADABLE)
     except OSError as error:  # a full disk, say, under our own output
         mute()
-        fail(SheetsError(f"Writing failed: {error.strerror or error}.", "Is the disk full?"), UNREADABLE)
+        remedy = "Choose a shorter name." if error.errno == errno.ENAMETOOLONG else "Is the disk full?"
+        fail(SheetsError(f"Writing failed: {error.strerror or error}.", remedy), UNREADABLE)
 
 
 def mute() -> None:

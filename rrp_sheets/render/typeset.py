@@ -34,8 +34,9 @@ def typeset(
 
     files = {
         "main.typ": (bundled("templates", "print") / template).read_bytes(),
-        "data.json": json.dumps(data, ensure_ascii=False).encode(),
-        **{name: svg.encode() for name, svg in pictures.items()},
+        # a file's name can hold what is no letter in this system
+        "data.json": json.dumps(data, ensure_ascii=False).encode(errors="replace"),
+        **{name: svg.encode(errors="replace") for name, svg in pictures.items()},
     }
     missing = scripts_without_font("".join([json.dumps(data, ensure_ascii=False), *pictures.values()]))
     options: dict[str, Any] = {"pdf_standards": ["ua-1"], "timestamp": 0} if form == "pdf" else {"ppi": ppi}

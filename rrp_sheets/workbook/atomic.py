@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import glob
 import os
 import tempfile
@@ -12,12 +13,15 @@ from pathlib import Path
 from rrp_sheets.errors import SheetsError
 
 _ABANDONED_S = 600
+_HALF = ".part"
+_MOST_BYTES = 200  # of 255 that a name may have
+_REMEDY = "Choose another folder, or free some space."
 
 
 def refuse_open_file(path: Path) -> None:
     """Raise SheetsError when Excel or LibreOffice has the file open (they leave a lock file beside it)."""
     for program, lock in (("Excel", f"~${path.name}"), ("LibreOffice", f".~lock.{path.name}#")):
-        if path.with_name(lock).exists():
+        if os.path.exists(path.parent / lock):  # False, not an error, where that name is too long for the system
             raise SheetsError(
                 f"“{path.name}” is open in {program}.",
                 f"Close it there and try again; if it is not open, delete the file “{lock}” beside it.",
@@ -25,11 +29,12 @@ def refuse_open_file(path: Path) -> None:
 
 
 def refuse_workbook(target: Path, source: Path) -> None:
-    """Raise SheetsError when what is written about a workbook would take the place of that or another workbook."""
-    same = target.exists() and source.exists() and target.samefile(source)
-    if same or target.suffix.casefold() in (".xlsx", ".xlsm", ".csv"):
+    """Raise SheetsError when what is written about a workbook would take the place of a workbook or a run's record."""
+    same = os.path.exists(target) and os.path.exists(source) and target.samefile(source)
+    if same or target.suffix.casefold() in (".xlsx", ".xlsm", ".csv", ".jsonl"):
+        taken = "a run's record" if target.suffix.casefold() == ".jsonl" else "a workbook"
         raise SheetsError(
-            f"“{target}” {'is the workbook itself' if same else 'would be taken for a workbook'}; nothing was written.",
+            f"“{target}” {'is the workbook itself' if same else f'would be taken for {taken}'}; nothing was written.",
             f"Give the file another name, such as “{target.stem}.txt”.",
         )
 
@@ -57,12 +62,12 @@ def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged
         SheetsError: when it cannot be written, or is there already and `replace` is False.
     """
     refuse_open_file(path)
-    if path.exists() and not path.is_file() and not path.is_dir():
-        raise SheetsError(f"“{path}” is not a file that can be replaced.", "Name a file.")
     half = ""
     try:
+        if path.is_dir() or (path.exists() and not path.is_file()):
+            raise SheetsError(f"“{path}” is not a file that can be replaced.", "Name a file.")
         sweep(path)
-        handle, half = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+        handle, half = tempfile.mkstemp(prefix=_half_name(path), suffix=_HALF, dir=path.parent)
         with os.fdopen(handle, "wb") as file:
             file.write(data)
             file.flush()
@@ -85,9 +90,8 @@ def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged
         ) from None
     except OSError as error:
         why = error.strerror or "the system refuses it"
-        raise SheetsError(
-            f"“{path}” cannot be written: {why}.", "Choose another folder, or free some space."
-        ) from error
+        remedy = "Choose a shorter name." if error.errno == errno.ENAMETOOLONG else _REMEDY
+        raise SheetsError(f"“{path}” cannot be written: {why}.", remedy) from error
     finally:
         if half:
             with contextlib.suppress(FileNotFoundError):
@@ -97,10 +101,15 @@ def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged
 def sweep(path: Path, older: float = _ABANDONED_S) -> None:
     """Delete what an attempt left that was killed in mid-writing, `older` seconds ago; nobody writes for minutes."""
     limit = time.time() - older
-    for left in path.parent.glob(f".{glob.escape(path.name)}.*.part"):
+    for left in path.parent.glob(f"{glob.escape(_half_name(path))}*{_HALF}"):
         with contextlib.suppress(OSError):
             if left.stat().st_mtime < limit:
                 left.unlink()
+
+
+def _half_name(path: Path) -> str:
+    """How the temporary file's name begins: a name that is nearly too long for the system leaves no room for more."""
+    return f".{os.fsencode(path.name)[:_MOST_BYTES].decode(errors='ignore')}."
 
 
 def _keep_folder(folder: Path) -> None:

@@ -10,9 +10,9 @@ from rrp_sheets.render.picture import SUFFIXES as PICTURES
 from rrp_sheets.render.picture import write_picture
 from rrp_sheets.runs.records.facts import TRACE, facts_of
 from rrp_sheets.runs.records.pictures import draw_run_contact, draw_run_plots, title_of
+from rrp_sheets.runs.records.replacing import refuse_other_table
 from rrp_sheets.runs.records.stamp import stamp_of
 from rrp_sheets.runs.records.table import write_csv, write_xlsx
-from rrp_sheets.workbook.atomic import refuse_open_file
 
 TABLES = (".xlsx", ".csv")
 KINDS = ("table", "plots", "contact")
@@ -42,7 +42,7 @@ def export(runs: Sequence[Path], target: Path, what: str = "", streams: Sequence
     _require(what, suffix, target, len(runs), streams)
     traces = [trace_of(run) for run in runs]
     _require_apart(traces, target)
-    refuse_open_file(target)
+    refuse_other_table(target)
     if what == "table":
         try:
             (write_csv if suffix == ".csv" else write_xlsx)(traces, target)

@@ -10,6 +10,7 @@ from typing import Any
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.stamp import Stamp
+from rrp_sheets.runs.records.replacing import refuse_other_table
 from rrp_sheets.runs.records.table import about_runs, properties_of
 from rrp_sheets.runs.replay.marbles import difference_scores
 from rrp_sheets.runs.replay.record import same_json
@@ -26,9 +27,10 @@ def write(found: Replayed, target: Path) -> list[str]:
     """Write the differences; the suffix tells how. What the picture lacks, in words.
 
     Raises:
-        SheetsError: when it cannot be written, or there is nothing to draw.
+        SheetsError: when it cannot be written, or would take the place of what is no table of a run.
     """
     suffix = target.suffix.casefold()
+    refuse_other_table(target)
     try:
         if suffix == ".csv":
             write_atomically(target, _csv(found).encode("utf-8-sig", "replace"))
@@ -38,7 +40,8 @@ def write(found: Replayed, target: Path) -> list[str]:
 
             more = [about_runs([found.stamp])]
             properties = properties_of([found.stamp])
-            write_table(target, "differences", _HEADER, _rows(found), _WIDTHS, more, properties)
+            count = len(found.differences)
+            write_table(target, "differences", _HEADER, _rows(found), _WIDTHS, more, properties, count)
             return []
     except OSError as error:
         raise SheetsError(f"“{target}” cannot be written ({error.strerror}).", "Name another file.") from None
