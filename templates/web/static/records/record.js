@@ -21,7 +21,7 @@ async function draw(section) {
   const answer = await fetch(section.dataset.series);
   if (!answer.ok) return;
   const series = await answer.json();
-  const { plotRecord } = await import("../run/plots.js");
+  const { plotRecord } = await import("../run/plotrecord.js");
   if (!plotRecord || !series.length) return;
   section.hidden = false; // before it is drawn: a hidden place has no width
   plotRecord(section.querySelector("[data-plots]"), series.slice(0, FIRST));

@@ -2,12 +2,12 @@
 // viewer; a person along the floor. Elsewhere a drag turns the view (orbit.js).
 
 import * as THREE from "/vendor/js/three.module.js";
+import { outline, wrap } from "./outline3d.js";
 
 const FINGER = 26;
 const MOUSE = 12; // pixels beside a thing that are still it
 const DEEPER = 0.001; // of the way from the viewer to the thing, per pixel of the wheel
 const EDGE = 0.94; // of the way from the middle of the picture to its edge
-const LINE = 0.004; // of the outline, as part of the distance
 
 export class Drag {
   /** `stage` has the things, the camera and the view; `limits` are the least and most of x, y and z in metres; `told` has
@@ -218,30 +218,4 @@ export class Drag {
   colour(css) {
     this.paint.uniforms.colour.value.setStyle(css, THREE.LinearSRGBColorSpace);
   }
-}
-
-function wrap(object, paint) {
-  const meshes = [];
-  object.traverse((part) => part.isMesh && meshes.push(part));
-  return meshes.map((mesh) => {
-    const line = new THREE.Mesh(mesh.geometry, paint);
-    mesh.add(line);
-    return line;
-  });
-}
-
-// the same shape, a little larger, of which only the inside is seen
-function outline() {
-  return new THREE.ShaderMaterial({
-    side: THREE.BackSide,
-    uniforms: { colour: { value: new THREE.Color() }, wide: { value: LINE } },
-    vertexShader: `
-uniform float wide;
-void main() {
-  vec4 place = modelViewMatrix * vec4(position, 1.0);
-  place.xyz += normalize(normalMatrix * normal) * wide * -place.z;
-  gl_Position = projectionMatrix * place;
-}`,
-    fragmentShader: "uniform vec3 colour; void main() { gl_FragColor = vec4(colour, 1.0); }",
-  });
 }

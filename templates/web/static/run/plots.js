@@ -1,6 +1,8 @@
-// Small plots of the numbers that streams carry: live, the last 30 seconds; or a whole recorded run.
+// Small plots of the numbers that streams carry, the last 30 seconds, while a run goes on.
 
-import { Plot, round } from "./plotting.js";
+import { make, put } from "./make.js";
+import { Plot, framed, round, shape } from "./plotting.js";
+import { thresholds } from "./thresholds.js";
 
 const SPAN = 30; // s
 const FIRST = 4; // plots that are shown before anyone has chosen
@@ -24,14 +26,12 @@ class Live {
     this.root = root;
     this.series = new Map(); // key → { points, kind, unit, item, plot, now }
     this.t = 0;
-    this.list = document.createElement("ul");
-    this.empty = make("p", "quiet", EMPTY);
-    this.choice = document.createElement("details");
-    this.choice.append(make("summary", "", "Choose what is plotted"), document.createElement("fieldset"));
-    this.choice.lastChild.append(make("legend", "only-spoken", "Streams that are plotted"));
+    this.list = make("ul");
+    this.empty = make("p", { className: "quiet" }, EMPTY);
+    this.boxes = make("fieldset", {}, make("legend", { className: "only-spoken" }, "Streams that are plotted"));
+    this.choice = make("details", {}, make("summary", {}, "Choose what is plotted"), this.boxes);
     this.choice.addEventListener("change", ({ target }) => this.choose(target));
-    this.table = document.createElement("details");
-    this.table.append(make("summary", "", "As a table"), document.createElement("table"));
+    this.table = make("details", {}, make("summary", {}, "As a table"), make("table"));
     this.table.addEventListener("toggle", () => this.tell(true));
     root.replaceChildren(this.empty, this.list, this.choice, this.table);
     this.choice.hidden = this.table.hidden = true;
@@ -113,32 +113,29 @@ class Live {
       entry.plot?.remove();
       entry.plot = null;
     }
-    const items = shown.map((key) => {
+    this.list.replaceChildren(...shown.map((key) => {
       const entry = this.series.get(key);
-      const item = document.createElement("li");
-      const head = make("div", "head", "");
-      entry.now = make("b", "", "");
-      head.append(make("span", shape(entry.kind), key), entry.now);
-      entry.place = make("div", "plot", "");
-      entry.place.setAttribute("role", "img");
-      entry.place.setAttribute("aria-label", `${key}, last ${SPAN} seconds`);
-      item.append(head, entry.place);
+      entry.now = make("b");
+      const { item, place } = framed(key, entry.kind, entry.now, `${key}, last ${SPAN} seconds`);
+      entry.place = place;
       return item;
-    });
-    this.list.replaceChildren(...items);
+    }));
     for (const key of shown) {
       const entry = this.series.get(key);
       entry.plot = new Plot(entry.place, { kind: shape(entry.kind), limits: this.limits[key] ?? [], unit: this.unit(key), range: () => [this.t - SPAN, this.t] });
     }
+    this.offer(shown);
+  }
+
+  /** The check boxes of all that can be plotted. */
+  offer(shown) {
     const boxes = [...this.series.keys()].sort().map((key) => {
-      const label = make("label", "", "");
-      const box = document.createElement("input");
-      Object.assign(box, { type: "checkbox", value: key, checked: shown.includes(key), disabled: !shown.includes(key) && shown.length >= MOST_SHOWN });
-      label.append(box, make("span", shape(this.series.get(key).kind), key));
-      return label;
+      const checked = shown.includes(key);
+      const box = make("input", { type: "checkbox", value: key, checked, disabled: !checked && shown.length >= MOST_SHOWN });
+      return make("label", {}, box, make("span", { className: shape(this.series.get(key).kind) }, key));
     });
-    const here = this.choice.contains(document.activeElement) ? document.activeElement.value : null;
-    this.choice.lastChild.replaceChildren(this.choice.lastChild.firstChild, ...boxes);
+    const here = this.boxes.contains(document.activeElement) ? document.activeElement.value : null;
+    this.boxes.replaceChildren(this.boxes.firstChild, ...boxes);
     if (here) boxes.map((b) => b.firstChild).find((b) => b.value === here)?.focus();
   }
 
@@ -171,7 +168,7 @@ class Live {
     for (const [key, entry] of this.series) {
       if (!entry.plot) continue;
       const words = this.value(key);
-      if (entry.now.textContent !== words) entry.now.textContent = words;
+      put(entry.now, words);
       if (atOnce || performance.now() - (entry.spoken ?? 0) > 1000) {
         entry.spoken = performance.now();
         entry.place.setAttribute("aria-label", `${key}, last ${SPAN} seconds, now ${words}`);
@@ -182,82 +179,13 @@ class Live {
 }
 
 function fill(table, rows) {
-  const line = (tag, words) => {
-    const made = document.createElement("tr");
-    made.append(...words.map((w, n) => {
-      const cell = make(n ? tag : "th", "", w);
-      cell.scope = tag === "th" ? "col" : n ? "" : "row";
-      if (!cell.scope) cell.removeAttribute("scope");
-      return cell;
-    }));
-    return made;
-  };
+  const head = make("tr", {}, ...["Stream", "Newest", "Lowest", "Highest"].map((words) => make("th", { scope: "col" }, words)));
   const body = rows.filter(([, , points]) => points.length).map(([key, now, points]) => {
     const values = points.map(([, v]) => v);
-    return line("td", [key, now, round(Math.min(...values)), round(Math.max(...values))]);
+    const cells = [now, round(Math.min(...values)), round(Math.max(...values))].map((words) => make("td", {}, words));
+    return make("tr", {}, make("th", { scope: "row" }, key), ...cells);
   });
-  table.replaceChildren(line("th", ["Stream", "Newest", "Lowest", "Highest"]), ...body);
-}
-
-/** A whole record: `series` is [{name, unit, kind, points: [[t, value], …], limits}, …], `whole` its first and its last time,
-    else those of the points. Returns what takes it away. */
-export function plotRecord(root, series, whole = null) {
-  root.classList.add("plots");
-  const all = series.flatMap(({ points }) => points.map(([t]) => t));
-  const range = () => whole ?? [Math.min(0, all[0] ?? 0), all.reduce((a, b) => Math.max(a, b), 0.1)];
-  const list = document.createElement("ul");
-  root.append(list);
-  const made = series.map(({ name, unit = "", kind = "stream", points, limits = [] }, n) => {
-    const item = document.createElement("li");
-    const head = make("div", "head", "");
-    const values = points.map(([, v]) => v);
-    const low = values.reduce((a, b) => Math.min(a, b), Infinity);
-    const top = values.reduce((a, b) => Math.max(a, b), -Infinity);
-    const words = values.length ? `${round(low)} to ${round(top)}${unit && ` ${unit}`}` : "no value";
-    const told = make("small", "", words);
-    const pointed = (t, value) => { // the pointer tells the value under it, of all plots at once
-      told.textContent = t === null || value === null ? words : `${t.toFixed(1)} s: ${round(value)}${unit && ` ${unit}`}`;
-    };
-    head.append(make("span", shape(kind), name), told);
-    const place = make("div", "plot", "");
-    place.setAttribute("role", "img");
-    place.setAttribute("aria-label", `${name} during the run: ${words}`);
-    item.append(head, place);
-    list.append(item);
-    const plot = new Plot(place, { kind: shape(kind), limits, unit, range, times: n === series.length - 1, cursor: true, sync: "record", pointed });
-    plot.draw(points);
-    return plot;
-  });
-  return () => {
-    for (const plot of made) plot.remove();
-    list.remove();
-  };
-}
-
-/** The numbers that the formulas of the sheet compare a stream with: `distance < 0.5` → {Distance: [0.5]}. */
-function thresholds(grid = document.querySelector("table[role=grid]")) {
-  const found = {};
-  const heads = [...(grid?.tHead?.rows[0]?.cells ?? [])];
-  const [inputs, formula] = ["inputs", "formula"].map((kind) => heads.findIndex((head) => head.dataset.kind === kind));
-  if (inputs < 0 || formula < 0) return found;
-  for (const row of grid.querySelectorAll("tbody > tr")) {
-    const name = (row.cells[inputs]?.dataset.v ?? "").trim();
-    const text = row.cells[formula]?.dataset.v ?? "";
-    if (!name || /[,;\n]/.test(name)) continue;
-    for (const [, word, number] of text.matchAll(/\b([A-Za-z]\w*)\s*[<>]=?\s*(-?\d+(?:\.\d+)?)/g)) put(found, name, word, number);
-    for (const [, number, word] of text.matchAll(/(-?\d+(?:\.\d+)?)\s*[<>]=?\s*([A-Za-z]\w*)/g)) put(found, name, word, number);
-  }
-  return found;
-}
-
-function put(found, name, word, number) {
-  const plain = (text) => text.toLowerCase().replace(/[^\p{L}\p{N}]/gu, "");
-  if (plain(word) !== "value" && plain(word) !== plain(name)) return;
-  (found[name] ??= []).push(Number(number));
-}
-
-function shape(kind) {
-  return { sensor: "sensor", done: "sensor", actuator: "actuator" }[kind] ?? "stream";
+  table.replaceChildren(head, ...body);
 }
 
 function read(store) {
@@ -267,11 +195,4 @@ function read(store) {
   } catch {
     return null;
   }
-}
-
-function make(tag, name, text) {
-  const made = document.createElement(tag);
-  if (name) made.className = name;
-  made.textContent = text;
-  return made;
 }

@@ -1,6 +1,7 @@
 // One small plot of numbers over time, drawn by uPlot in the page's own colours.
 
 import uPlot from "/vendor/js/uPlot.esm.js";
+import { make } from "./make.js";
 
 const HIGH = 72; // px
 const SIDE = 46; // px, for the numbers at the right
@@ -20,6 +21,20 @@ export function colours() {
   const found = Object.fromEntries(["sensor", "stream", "actuator", "quiet", "line", "edge", "ink"].map((n) => [n, of(n)]));
   probe.remove();
   return found;
+}
+
+/** How a kind of stream is drawn. */
+export function shape(kind) {
+  return { sensor: "sensor", done: "sensor", actuator: "actuator" }[kind] ?? "stream";
+}
+
+/** An item of a list of plots: the name, `told` beside it, and the `place` of the plot, described in words. */
+export function framed(name, kind, told, words) {
+  const place = make("div", { className: "plot" });
+  place.setAttribute("role", "img");
+  place.setAttribute("aria-label", words);
+  const head = make("div", { className: "head" }, make("span", { className: shape(kind) }, name), told);
+  return { item: make("li", {}, head, place), place };
 }
 
 /** A plot in `root`. `range()` gives the first and the last time that it shows, `limits` are drawn as dashed lines,

@@ -59,6 +59,23 @@ export class Room {
   }
 }
 
+/** The shadows of the robot and of things, each x, y, its radius and how dark it is. */
+export function shadows(body, things) {
+  const place = new THREE.Vector3();
+  const found = body.feet().map((foot) => {
+    foot.getWorldPosition(place);
+    return [place.x + 0.03, place.y, 0.055, 0.38 / (1 + 8 * Math.max(place.z - 0.05, 0))];
+  });
+  const base = body.base.position;
+  found.push([base.x - 0.03, base.y + 0.03, 0.16, 0.22]);
+  for (const { position: { x, y, z }, userData: { kind, radius } } of things) {
+    if (kind === "ball") found.push([x - 0.1 * z, y + 0.1 * z, radius * (0.9 + z), 0.45 / (1 + 2 * z)]);
+    else if (kind === "person") found.push([x, y, 0.18, 0.45]);
+    else if (kind !== "wall") found.push([x, y, radius * 1.3, (kind === "table" ? 0.25 : 0.4) / (1 + 4 * z)]);
+  }
+  return found;
+}
+
 const VERTEX = `
 varying vec3 place;
 void main() {

@@ -4,7 +4,7 @@ import * as THREE from "/vendor/js/three.module.js";
 import { Body, turn } from "./body3d.js";
 import { Drag } from "./drag3d.js";
 import { Orbit } from "./orbit.js";
-import { Room } from "./room3d.js";
+import { Room, shadows } from "./room3d.js";
 import { same, thing } from "./things3d.js";
 
 const MOST_PIXELS = 1.5; // per CSS pixel: more costs a weak laptop its 60 pictures a second and shows little
@@ -229,21 +229,7 @@ export class Stage {
   draw() {
     this.orbit.place();
     this.scene.updateMatrixWorld();
-    const place = new THREE.Vector3();
-    const shadows = this.body.feet().map((foot) => {
-      foot.getWorldPosition(place);
-      return [place.x + 0.03, place.y, 0.055, 0.38 / (1 + 8 * Math.max(place.z - 0.05, 0))];
-    });
-    const base = this.body.base.position;
-    shadows.push([base.x - 0.03, base.y + 0.03, 0.16, 0.22]);
-    for (const { object } of this.things.values()) {
-      const { x, y, z } = object.position;
-      const { kind, radius } = object.userData;
-      if (kind === "ball") shadows.push([x - 0.1 * z, y + 0.1 * z, radius * (0.9 + z), 0.45 / (1 + 2 * z)]);
-      else if (kind === "person") shadows.push([x, y, 0.18, 0.45]);
-      else if (kind !== "wall") shadows.push([x, y, radius * 1.3, (kind === "table" ? 0.25 : 0.4) / (1 + 4 * z)]);
-    }
-    this.room.shadow(shadows);
+    this.room.shadow(shadows(this.body, [...this.things.values()].map(({ object }) => object)));
     this.renderer.render(this.scene, this.camera);
     this.drawn += 1;
     this.canvas.dataset.drawn = this.drawn; // for the tests: how often it was drawn
