@@ -25,6 +25,7 @@ from rrp_sheets.runs.bundle import form
 from rrp_sheets.runs.records.stamp import stamp_of
 from rrp_sheets.runs.records.stamping import stamp_pictures
 from rrp_sheets.runs.records.traces_left import places_of
+from rrp_sheets.workbook.table import write_table
 
 SVG = "{http://www.w3.org/2000/svg}"
 BALL = {"x": 0.1, "distance": 1.5, "colour": "red"}
@@ -214,6 +215,20 @@ def test_hostile_names_are_text_in_every_picture(tmp_path: Path) -> None:
     }  # fmt: skip
     assert any("<script>" in (e.text or "") for e in root.iter())
     api.export([place], tmp_path / "t.xlsx")
+
+
+def test_any_value_comes_back_from_a_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    values = [None, 1, -2.5e-7, True, " a ", "a\nb", "a<b>&c", "=1+1", "日本 😀", "\x01x", float("nan"), 10**20, ""]
+    write_table(tmp_path / "t.xlsx", "t", [f"h{n}" for n in range(len(values))], [values, values[::-1]], [9.0])
+    sheet = openpyxl.load_workbook(tmp_path / "t.xlsx")["t"]
+    told = [None, 1, -2.5e-7, True, " a ", "a\nb", "a<b>&c", "=1+1", "日本 😀", "\ufffdx", "nan", 1e20, ""]
+    assert [c.value for c in sheet[2]] == told and [c.value for c in sheet[3]] == told[::-1]
+    assert sheet["H2"].data_type != "f" and sheet["A1"].font.bold and sheet.freeze_panes == "A2"
+    monkeypatch.setattr("rrp_sheets.workbook.table._MOST_ROWS", 3)
+    write_table(tmp_path / "t.xlsx", "t", ["n"], ([n] for n in range(8)), [9.0], count=7)  # one came meanwhile
+    book = openpyxl.load_workbook(tmp_path / "t.xlsx")
+    found = {s.title: [row[0] for row in s.values] for s in book}
+    assert found == {"t": ["n", 0, 1, 2], "t 2": ["n", 3, 4, 5], "t 3": ["n", 6, 7]}
 
 
 # ---- the stamp ----

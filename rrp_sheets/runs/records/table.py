@@ -52,7 +52,7 @@ def write_xlsx(traces: Sequence[Path], target: Path) -> None:
     try:
         write_table(
             target, "run" if one else "runs", table.header, table.rows, table.widths, more,
-            properties_of(table.stamps),
+            properties_of(table.stamps), table.count,
         )  # fmt: skip
     except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
         raise unreadable(traces[0]) from None

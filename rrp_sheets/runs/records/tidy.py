@@ -44,6 +44,7 @@ class _Look:
     kinds: dict[str, str] = field(default_factory=dict)
     fields: dict[str, set[str]] = field(default_factory=dict)  # with the units that they have
     people: bool = False
+    count: int = 0
     streams: list[StreamLine] = field(default_factory=list)
 
 
@@ -56,6 +57,7 @@ class Tidy:
         widths: of the columns, in characters.
         stamps: one for each run.
         streams: of each run.
+        count: how many rows there are.
     """
 
     header: list[str]
@@ -63,6 +65,7 @@ class Tidy:
     widths: list[float]
     stamps: list[Stamp]
     streams: list[tuple[StreamLine, ...]]
+    count: int
 
 
 def tidy(trace: Path) -> tuple[list[str], Iterator[list[Any]], list[float]]:
@@ -104,7 +107,9 @@ def tidy_table(traces: Sequence[Path], *, stamped: bool = False) -> Tidy:
             for row in _rows(trace, look.kinds, names, people):
                 yield [*before, *row, *after]
 
-    return Tidy(header, rows(), widths, stamps, [tuple(look.streams) for look in looks])
+    return Tidy(
+        header, rows(), widths, stamps, [tuple(look.streams) for look in looks], sum(look.count for look in looks)
+    )
 
 
 def _headed(name: str, units: set[str]) -> str:
@@ -122,6 +127,7 @@ def _look(trace: Path) -> _Look:
                 found.kinds = {s["stream"]: s["kind"] for s in line["streams"]}
                 units = units_of(line)
                 found.streams = [_stream_line(s, units) for s in line["streams"]]
+            found.count += "type" not in line
             value = line.get("value")
             if isinstance(value, dict):
                 known = units.get(text_of(line.get("stream")), {})
