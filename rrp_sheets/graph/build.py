@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -19,6 +20,8 @@ from rrp_sheets.model.workbook import Behaviour, Row, Workbook
 from rrp_sheets.registry import Registry
 
 SHORTEST_US = 50_000  # a bare number below this was surely meant in seconds
+_FORMULA = re.compile(r"""["'<>=&+*/^()]|\w\.\w|^\d""")
+"""What stands in formulas and durations, and in no connector's name."""
 _ELSEWHERE = {
     "scan": "accumulate", "reduce": "accumulate", "count": "accumulate", "sum": "accumulate", "distinct": "once",
     "first": "once", "take": "once", "throttlefirst": "throttle", "debounce": "timeout", "select": "map",
@@ -121,11 +124,12 @@ class _Builder:
         if connector is None and row.on:
             names = list(dict.fromkeys(c.name for c in self.connectors))
             guess = _ELSEWHERE.get(key(cell.text)) or nearest(cell.text, self.connectors.names())
-            remedy = (
-                Phrase("Did you mean {guess}?", guess=guess)
-                if guess
-                else Phrase("Choose one of {names}.", names=", ".join(names))
-            )
+            remedy = Phrase("Choose one of {names}.", names=", ".join(names))
+            if guess:
+                remedy = Phrase("Did you mean {guess}?", guess=guess)
+            elif _FORMULA.search(cell.text):
+                words = "What looks like a formula belongs in the column Formula. Here, choose one of {names}."
+                remedy = Phrase(words, names=", ".join(names))
             self.report.add("CONN002", cell.address, name=cell.text, remedy=remedy)
         return connector
 

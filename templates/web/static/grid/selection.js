@@ -13,6 +13,7 @@ export class Selection {
     this.handle.setAttribute("aria-hidden", "true");
     this.handle.hidden = true;
     scroll.append(this.handle);
+    addEventListener("resize", () => this.head && this.paint()); // rows have other heights then
   }
 
   get row() {
