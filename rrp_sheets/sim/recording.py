@@ -23,7 +23,7 @@ PICTURE_EVERY = 120  # physics steps between two pictures: 2 a second
 MOST_PICTURES = 1200  # kept; of a longer run every other one is dropped, again and again
 STALE_US = 200_000  # a picture may be so old: one that a sensor has taken anyway
 WRITTEN_EVERY = 20  # poses, or pictures, that are written at once
-MOVED, TURNED, STIRRED = 0.002, 0.002, 0.002  # m, rad, rad: what moves less has not moved
+MOVED, STIRRED = 0.002, 0.002  # m, rad: what moves less has not moved
 DIGITS = 3
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import json
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 from rrp_sheets.errors import SheetsError
@@ -174,8 +173,3 @@ def _renamed(piece: str, name: str) -> str:
     assert head is not None
     line = re.sub(r"(##[ \t]+).*", lambda m: m[1] + name + (" #" if name.endswith("#") else ""), head[0], count=1)
     return line + ("\r" if head[0].endswith("\r") else "") + piece[head.end() :]
-
-
-def changed_files(before: Mapping[str, bytes], after: Mapping[str, bytes]) -> dict[str, bytes]:
-    """The files that are new or other ones."""
-    return {name: data for name, data in after.items() if before.get(name) != data}

@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import re
 from array import array
-from bisect import bisect_left
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -214,12 +213,3 @@ def _parsed(line: bytes) -> Entry | None:
     except (ValueError, RecursionError):
         return None
     return found if isinstance(found, dict) else None
-
-
-def piece_of(times: list[float], t: float) -> int:
-    """The piece that has a time.
-
-    >>> [piece_of([0.0, 20.0, 40.0], t) for t in (0, 19.9, 20, 99)]
-    [0, 0, 1, 2]
-    """
-    return max(0, bisect_left(times, t + 1e-9) - 1)

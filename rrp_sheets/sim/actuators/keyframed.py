@@ -11,8 +11,6 @@ from rrp_sheets.sim.actuators.base import Base, Parts
 from rrp_sheets.sim.arbitration import Job
 from rrp_sheets.sim.keyframes import Motion
 
-PROPOSED = 4  # names that are told where one is not known
-
 
 class Keyframed(Base):
     """An actuator that makes one motion after the other.

@@ -15,7 +15,6 @@ REACHED = 0.06  # rad: nearer than this a joint is where it was sent
 PATIENCE_US = 3_000_000  # joints that are not there so long after the motion are blocked: given up
 QUICKEST = 0.5  # s, of each part of the way
 CALM = 4.0  # rad/s at full speed
-THERE = 0.05  # rad: as good as there, so that nothing moves
 
 
 class Posture(Keyframed):

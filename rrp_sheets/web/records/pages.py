@@ -197,7 +197,6 @@ class VersionsPage:
     template: ClassVar[str] = "versions.html"
     name: str
     lines: tuple[VersionLine, ...]
-    kept_now: bool
     read_only: str
     notice: str = ""
     failed: bool = False

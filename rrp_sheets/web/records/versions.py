@@ -34,7 +34,7 @@ def versions_page(room: Room, name: str, notice: str = "", *, failed: bool = Fal
     kept = room.document.versions()
     now = "" if room.document.read_only else room.document.reading.digest
     lines = tuple(VersionLine(v.id, v.name, moment(v), v.author, v.digest == now) for v in kept)
-    return VersionsPage(name, lines, any(line.now for line in lines), room.document.why, notice, failed)
+    return VersionsPage(name, lines, room.document.why, notice, failed)
 
 
 def keep(room: Room, name: str) -> VersionsPage:
