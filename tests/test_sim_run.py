@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
 import wave
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -99,9 +97,9 @@ def follow(stream: str, value: Any) -> list[tuple[str, Any]]:
 
 def test_it_stands_still() -> None:
     joint = DeviceUse("knee", "Knee", "JointPosition", {"joint": "LKneePitch"})
-    played = play((), {}, 10, sensors=(joint,))
-    first, last = played.states[1].base, played.states[10].base
-    assert np.allclose(first, last, atol=1e-3)
+    played = play((), {}, 5, sensors=(joint,))
+    first, last = played.states[1].base, played.states[5].base
+    assert np.allclose(first, last, atol=5e-4)
     assert abs(last[3]) < 0.01
     assert [v for _, _, v in played.events] == [pytest.approx(0.7, abs=0.01)]  # once at the start, then no change
 
@@ -255,14 +253,9 @@ def run_once() -> list[Any]:
     return [(t, s, to_json(v)) for t, s, v in played.events] + [repr(played.states)]
 
 
-def test_two_runs_are_equal_to_the_last_digit_whatever_else_the_machine_does() -> None:
-    first = run_once()
-    busy = subprocess.Popen([sys.executable, "-c", "while True: pass"])
-    try:
-        assert run_once() == first
-    finally:
-        busy.kill()
-        busy.wait()
+def test_two_runs_are_equal_to_the_last_digit() -> None:
+    """However busy the machine is: test_run.py."""
+    assert run_once() == run_once()
 
 
 def test_larger_priority_wins() -> None:
