@@ -13,6 +13,7 @@ from rrp_sheets.checks import Checked, check_workbook
 from rrp_sheets.compare import Change, Comparison, compare
 from rrp_sheets.compare.opening import open_checked
 from rrp_sheets.compare.wording import place, value
+from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.render.pack import Changed, Changes, Pack, Print, Tested, make_pack
@@ -139,7 +140,7 @@ def _result(case: CaseResult, words: Texts) -> Tested:
     failed, every = len(case.failed_rows) + len(case.broken), len(case.rows) + len(case.broken)
     entry = "idle" if case.idle else "holds_not" if failed else "holds_one" if every == 1 else "holds"
     counted = words.get(f"pack.open.{entry}", n=every, failed=failed)
-    lines = [] if case.passed else failure_lines(case)
+    lines = [] if case.passed else [told(line, words.language) for line in failure_lines(case)]
     more = [words.get("pack.more", n=len(lines) - _MOST_LINES)] if len(lines) > _MOST_LINES else []
     return Tested(case.case.name, case.passed, counted, (*lines[:_MOST_LINES], *more))
 

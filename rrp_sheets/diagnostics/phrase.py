@@ -53,13 +53,15 @@ def sentences(*parts: str) -> str:
 
 
 def listed(things: Sequence[str], joiner: str = "") -> str:
-    """`a, b and c`; without joiner `a, b, c`.
+    """`a, b and c`; without joiner `a, b, c`; with one that begins with a comma `a, then b, then c`.
 
     >>> listed(["a", "b", "c"], "and")
     'a, b and c'
     """
     if not joiner or len(things) < 2:
         return _chain(things, "{before}, {after}")
+    if joiner.startswith(","):
+        return _chain(things, "{before}" + joiner + " {after}")
     return _chain([_chain(things[:-1], "{before}, {after}"), things[-1]], "{before} " + joiner + " {after}")
 
 

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable
 
 from rrp_sheets.checks.expecting import Expectation
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.compare import same
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
@@ -76,9 +77,9 @@ def _kind_hint(value: Value, wanted: Value) -> str:
     if isinstance(value, str) and not isinstance(wanted, str) and _bare(value) == show(wanted, 60):
         return f'It is a text; write "{value}" in quotes to expect it.'
     if isinstance(wanted, str) and _number(value) and wanted == show(value):
-        return f"It is a number; write {wanted} without quotes to expect it."
+        return Phrase("It is a number; write {wanted} without quotes to expect it.", wanted=wanted)
     if isinstance(wanted, str) and _number(value) and _DECIMAL_COMMA.fullmatch(wanted):
-        return f"Numbers are written with a point: {wanted.replace(',', '.')}."
+        return Phrase("Numbers are written with a point: {value}.", value=wanted.replace(",", "."))
     if isinstance(value, Record):
         return "It is a record; write for example any, or field=value."
     return "different"
@@ -104,7 +105,7 @@ def _condition(expectation: Expectation, interpreter: GuardedInterpreter) -> Hol
     def holds(value: Value) -> str:
         result = evaluate(value)
         if type(result) is Failure:
-            return f"The condition cannot be worked out for it: {failure_words(result)}"
+            return Phrase("The condition cannot be worked out for it: {reason}", reason=failure_words(result))
         return "" if (result is True or (_number(result) and result != 0)) else "different"
 
     return holds
@@ -120,10 +121,10 @@ def _fields(expectation: Expectation, interpreter: GuardedInterpreter) -> Holds:
             try:
                 field = value.get(name)
             except KeyError:
-                return f"It has no field “{name}”."
+                return Phrase("It has no field “{name}”.", name=name)
             wrong = one(field)
             if wrong:
-                return f"Its {name} is {show(field)}."
+                return Phrase("Its {name} is {value}.", name=name, value=show(field))
         return ""
 
     return holds

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from rrp_sheets.checks.tests import Case, CaseRow
+from rrp_sheets.diagnostics.phrase import Phrase, listed
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.model.values import show
 from rrp_sheets.testing.frames import TOLERANCE, Frames
@@ -151,16 +152,16 @@ def _judged(
     hints: list[str] = []
     if near:
         reasons = [mine.holds(e.value) for e in near]
-        got = ", then ".join(came(e, names) for e in near[:3]) + (
-            f" and {len(mine.window) - 3} more" if len(near) > 3 else ""
-        )
+        got = listed([came(e, names) for e in near[:3]], ", then")
+        if len(near) > 3:
+            got = Phrase("{shown} and {n} more", shown=got, n=len(mine.window) - 3)
         hints += [r for r in dict.fromkeys(reasons) if r not in ("", "different")][:2]
         if not all(reasons):
             hints.append("Another row of this test has taken it; each value counts for one row.")
     elif not lane.events:
-        got = f"nothing came on “{row.name}” in the whole test"
+        got = Phrase("nothing came on “{name}” in the whole test", name=row.name)
     else:
-        got = f"nothing came at {seconds(row.time_us)}"
+        got = Phrase("nothing came at {ms}", ms=seconds(row.time_us))
     if lane.events:
         hints += _elsewhere(mine)
     return RowResult(row, False, None, got, (*hints, *_faults_near(row, faults, frames)))
@@ -175,11 +176,11 @@ def _elsewhere(mine: _Wanted) -> list[str]:
     outside = sorted((i for i in about if i not in inside), key=lambda i: abs(lane.events[i].us - row.time_us))
     fitting = next((i for i in outside if i not in lane.taken and not mine.holds(lane.events[i].value)), None)
     if fitting is not None:
-        return [f"It came at {seconds(lane.events[fitting].us)}."]
+        return [Phrase("It came at {ms}.", ms=seconds(lane.events[fitting].us))]
     if inside or not outside:
         return []
     event = lane.events[outside[0]]
-    return [f"The nearest was {show(event.value, 80)} at {seconds(event.us)}."]
+    return [Phrase("The nearest was {value} at {ms}.", value=show(event.value, 80), ms=seconds(event.us))]
 
 
 def _excuse(wanted: Mapping[int, _Wanted], found: Mapping[int, Event]) -> None:
@@ -202,8 +203,10 @@ def _nothing(row: CaseRow, since_frame: int, lane: _Lane | None, frames: Frames,
     if not late:
         return RowResult(row, True)
     events = [lane.events[i] for i in late]
-    more = f" and {len(events) - 1} more" if len(events) > 1 else ""
-    return RowResult(row, False, events[0], came(events[0], names) + more)
+    got = came(events[0], names)
+    if len(events) > 1:
+        got = Phrase("{shown} and {n} more", shown=got, n=len(events) - 1)
+    return RowResult(row, False, events[0], got)
 
 
 def since(case: Case, frames: Frames) -> list[int]:
@@ -229,8 +232,8 @@ def since(case: Case, frames: Frames) -> list[int]:
 
 def came(event: Event, names: Mapping[str, str]) -> str:
     """`“Hello” at 2 s from Talk!4`."""
-    origin = f" from {event.row}" if event.row else ""
-    return f"{show(event.value, 90)} at {seconds(event.us)}{origin}"
+    template = "{value} at {ms} from {row}" if event.row else "{value} at {ms}"
+    return Phrase(template, value=show(event.value, 90), ms=seconds(event.us), row=event.row)
 
 
 def seconds(us: int) -> str:
@@ -247,4 +250,7 @@ def _faults_near(row: CaseRow, faults: Sequence[Fault], frames: Frames) -> list[
     """Formulas that failed shortly before or at that time often explain why nothing came."""
     at = frames.at(row.time_us)
     near = [f for f in faults if at - TOLERANCE <= frames.at(f.us) <= at + TOLERANCE]
-    return [f"{f.row} could not be worked out at {seconds(f.us)}: {f.message}" for f in near[:3]]
+    return [
+        Phrase("{row} could not be worked out at {ms}: {message}", row=f.row, ms=seconds(f.us), message=f.message)
+        for f in near[:3]
+    ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.values import to_json
 from rrp_sheets.render.measure import clean
 from rrp_sheets.testing.judge import seconds
@@ -15,23 +16,33 @@ MOST_FAILURES = 20  # shown of one test; the rest are counted
 
 def failure_lines(result: CaseResult) -> list[str]:
     """What is wrong in a test, a row in a few lines."""
-    unsent = [f"{result.case.name} row {n}: this could not be sent: {words}" for n, words in result.broken.items()]
+    name = result.case.name
+    unsent: list[str] = [
+        Phrase("{name} row {row}: this could not be sent: {reason}", name=name, row=row, reason=reason)
+        for row, reason in result.broken.items()
+    ]
     lines = unsent[:MOST_FAILURES]
     if len(unsent) > MOST_FAILURES:
-        lines.append(f"and {len(unsent) - MOST_FAILURES} more rows that could not be sent")
+        lines.append(Phrase("and {n} more rows that could not be sent", n=len(unsent) - MOST_FAILURES))
     for row in result.failed_rows[:MOST_FAILURES]:
-        lines += [_headline(row), f"  got: {row.got}", *(f"  {hint}" for hint in row.hints)]
+        lines += [
+            _headline(row),
+            Phrase("  got: {message}", message=row.got),
+            *(Phrase("  {message}", message=h) for h in row.hints),
+        ]
     if len(result.failed_rows) > MOST_FAILURES:
-        lines.append(f"and {len(result.failed_rows) - MOST_FAILURES} more rows")
+        lines.append(Phrase("and {n} more rows", n=len(result.failed_rows) - MOST_FAILURES))
     return lines
 
 
 def _headline(row: RowResult) -> str:
     expectation = row.row.expectation
     assert expectation is not None
-    place = f"{row.row.address} ({seconds(row.row.time_us)}, {row.row.name})"
-    notes = f" – {clean(row.row.notes[:120])}" if row.row.notes else ""
-    return f"{place}: expected {clean(expectation.text[:200])}{notes}"
+    return Phrase(
+        "{address} ({ms}, {name}): expected {text}{notes}", address=row.row.address, ms=seconds(row.row.time_us),
+        name=row.row.name, text=clean(expectation.text[:200]),
+        notes=f" – {clean(row.row.notes[:120])}" if row.row.notes else "",
+    )  # fmt: skip
 
 
 def fault_lines(result: CaseResult) -> list[str]:
