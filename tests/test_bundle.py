@@ -86,7 +86,7 @@ def test_a_folder_of_csv_files_goes_with_its_sound(place: Path, tmp_path: Path) 
         (["song.md", "--run", "none"], "There is no run “none”. The runs of this folder: one."),
         (["song.md", "--run", ".."], "There is no run"), (["none.md"], "There is no file"),
         (["song.md", "-o", "x.xlsx"], "ends with .zip"), (["song.md", "-o", "no/folder/x.zip"], "cannot be written"),
-        (["song.md", "--against", "none.md"], "There is no file"),
+        (["song.md", "--against", "none.md"], "There is no file"), (["song.zip"], "is a bundle already"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_packed(place: Path, arguments: list[str], said: str, monkeypatch: Any) -> None:
@@ -114,6 +114,15 @@ def test_a_sound_that_is_missing_and_errors_are_told(tmp_path: Path) -> None:
 
 
 # ---- it is used
+
+
+def test_a_zip_that_is_none_is_told_as_json_too(place: Path, tmp_path: Path) -> None:
+    (tmp_path / "bad.zip").write_bytes(b"no zip")
+    told = run("check", tmp_path / "bad.zip", "--json")
+    [finding] = json.loads(told.output)["findings"]
+    assert told.exit_code == 2 and finding["code"] == "FILE020" and "damaged" in finding["message"]
+    told = run("diff", place / "song.md", tmp_path / "bad.zip", "--json")
+    assert told.exit_code == 2 and json.loads(told.output)["error"]["code"] == "FILE020"
 
 
 def test_commands_take_a_bundle(place: Path, tmp_path: Path, monkeypatch: Any) -> None:

@@ -188,6 +188,7 @@ def test_html_has_the_pictures_in_it_and_loads_nothing(pair: tuple[Path, Path], 
 def test_svg_by_its_flag_or_by_the_files_name(pair: tuple[Path, Path], tmp_path: Path) -> None:
     printed = run(*pair, "--svg")
     assert printed.exit_code == 1 and printed.output.startswith("<svg ") and "before.md → after.md" in printed.output
+    assert "., " not in printed.output.split("</title>")[0]
     assert run(*pair, "-o", tmp_path / "x.svg").exit_code == 1
     assert (tmp_path / "x.svg").read_text(encoding="utf-8") == printed.output
 

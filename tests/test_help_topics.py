@@ -13,6 +13,7 @@ from play import check, example, play, rows
 
 from rrp_sheets import api, topics
 from rrp_sheets.cli.help import command
+from rrp_sheets.cli.main import group
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import load_robot
 from rrp_sheets.devices.scene_words import KINDS
@@ -87,6 +88,13 @@ def test_other_words_for_a_topic(word, topic):
 def test_an_unknown_topic_proposes_the_nearest(typo, meant):
     done = CliRunner().invoke(command, [typo])
     assert isinstance(done.exception, SheetsError) and f"Did you mean {meant}" in done.exception.remedy
+
+
+def test_a_command_is_explained_where_there_is_no_other_help_of_that_name():
+    told = CliRunner().invoke(group, ["help", "replay"])
+    assert told.exit_code == 0 and told.output.startswith("Usage:") and "replay [OPTIONS] TRACE" in told.output
+    assert CliRunner().invoke(group, ["help", "test"]).output.endswith("a command test too: rrp-sheets test --help\n")
+    assert "Did you mean replay?" in str(CliRunner().invoke(group, ["help", "replya"]).exception)
 
 
 def test_a_name_that_means_two_things_shows_both():

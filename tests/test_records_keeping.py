@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import html
 import io
 import re
 from pathlib import Path
@@ -16,6 +17,10 @@ from playwright.sync_api import expect
 from recorded import END, EVENT, HEADER, HOSTILE, write_run
 from test_export import film
 from werkzeug.test import TestResponse
+
+from rrp_sheets import api
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.web.records.making import made
 
 OTHER = HEADER | {"participant": "P-02", "workbook": "1" * 64, "condition": "Warm"}
 OURS = {"X-RRP": "grid", "Origin": HOME}
@@ -65,6 +70,32 @@ def test_pictures_and_tables_are_made_when_they_are_asked_for(client: FlaskClien
         assert get(client, address).status_code == 404
     assert "There is no run “../x” here" in get(client, "/runs/table.csv?run=../x").text
     assert "has no film" in get(client, "/runs/1-a/contact.png").text
+
+
+def test_what_cannot_be_made_for_an_answer_is_told_in_words_for_the_browser(folder: Path) -> None:
+    def fails(target: Path) -> None:
+        target.mkdir()  # as if there were no room
+        api.export([folder / "runs" / "1-a"], target)
+
+    with pytest.raises(SheetsError, match="There is no room for this file in") as caught:
+        made("made.csv", fails)
+    assert "Make room there" in caught.value.remedy and "made.csv" not in caught.value.message
+    with pytest.raises(SheetsError, match="There is no run"):
+        made("made.csv", lambda target: api.export([folder / "none"], target))
+
+
+def test_the_marbles_that_are_shown_can_be_taken_along(client: FlaskClient) -> None:
+    shown = get(client, "/runs/2-b/marbles?from=1&to=3").text
+    [pdf, svg] = (html.unescape(a) for a in re.findall(r'href="(/runs/2-b/marbles\.[^"]*)"', shown))
+    assert "from=1" in pdf and "to=3" in pdf
+    for address, kind in ((pdf, b"%PDF"), (svg, b"<svg")):
+        answer = get(client, address)
+        assert answer.status_code == 200 and answer.data.startswith(kind) and b"1" * 64 in answer.data
+    assert "There is nothing to draw" in get(client, "/runs/2-b/marbles.svg?from=900").text
+
+
+def test_whose_it_is_is_told_where_a_run_can_be_taken_along(client: FlaskClient) -> None:
+    assert "recorded of <b>P-02</b>" in get(client, "/runs/2-b").text
 
 
 def test_the_page_of_a_run_leads_to_all_of_it(client: FlaskClient) -> None:

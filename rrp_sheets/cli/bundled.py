@@ -30,6 +30,20 @@ class Workbook(click.ParamType):  # type: ignore[type-arg]  # generic for its st
         return _opened(ctx, path).workbook
 
 
+def opened(path: Path, *, is_file: bool = True) -> Path:
+    """The same for a command that tells itself what is wrong with a bundle; `is_file`: it is the command's FILE.
+
+    Raises:
+        UnreadableFile: when it is no bundle.
+    """
+    ctx = click.get_current_context()
+    if not is_bundle(path):
+        return path
+    if is_file:
+        ctx.meta[__name__] = path
+    return _opened(ctx, path).workbook
+
+
 def is_bundle(path: Path) -> bool:
     """Whether a file is to be taken as a bundle."""
     return path.suffix.casefold() == ".zip" and path.is_file()

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rrp_sheets.cli.bundled import Workbook
+from rrp_sheets.cli.bundled import opened
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.languages import LANGUAGES
 
@@ -41,7 +41,7 @@ class _Choice(click.ParamType):  # type: ignore[type-arg]  # generic for its stu
 
 
 @click.command(name="check")
-@click.argument("file", type=Workbook())
+@click.argument("file", type=click.Path(path_type=Path))
 @click.option("--json", "as_json", is_flag=True, help="print findings and example values as JSON")
 @click.option("--language", type=click.Choice(list(LANGUAGES)), default=None, help="instead of the Protocol's Language")
 @click.option("--report", "out", type=click.Path(path_type=Path), help="write a copy (.xlsx) with the findings in it")
@@ -65,6 +65,7 @@ def command(
         raise click.UsageError("--apply goes with --fix OUT: the corrected copy.")
     changes: list[Change] = []
     try:
+        file = opened(file)
         if mended is None:
             checked = api.check(file)
         else:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rrp_sheets.cli.bundled import Workbook
+from rrp_sheets.cli.bundled import opened
 from rrp_sheets.errors import SheetsError, UnreadableFile
 
 if TYPE_CHECKING:
@@ -22,8 +22,8 @@ _STYLES: dict[str, dict[str, Any]] = {
 
 
 @click.command(name="diff")
-@click.argument("first", metavar="A", type=Workbook())
-@click.argument("second", metavar="[B]", required=False, type=Workbook())
+@click.argument("first", metavar="A", type=click.Path(path_type=Path))
+@click.argument("second", metavar="[B]", required=False, type=click.Path(path_type=Path))
 @click.option("--json", "as_json", is_flag=True, help="print everything as JSON")
 @click.option("--html", "as_html", is_flag=True, help="make a page to read, print or send")
 @click.option("--svg", "as_svg", is_flag=True, help="draw what changed on the diagrams")
@@ -62,7 +62,7 @@ def command(
     from rrp_sheets import api
 
     try:
-        found = api.diff_in_detail(first, second)
+        found = api.diff_in_detail(*(opened(path, is_file=False) for path in (first, second)))
     except UnreadableFile as error:
         if not as_json:
             raise
@@ -91,7 +91,7 @@ def _text(path: Path) -> str:
     from rrp_sheets.compare.text_form import text_form, unreadable_text
 
     try:
-        return text_form(open_workbook(path))
+        return text_form(open_workbook(opened(path)))
     except UnreadableFile as error:
         if not path.is_file():
             raise

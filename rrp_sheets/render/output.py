@@ -131,4 +131,5 @@ def _pdf(pages: Sequence[Page], with_legend: bool, about: Mapping[str, str]) -> 
 
 
 def _title(pages: Sequence[Page]) -> str:
-    return ", ".join(dict.fromkeys(page.title for page in pages))
+    """All their titles; behind one that is a sentence stands no comma."""
+    return ", ".join(dict.fromkeys(page.title for page in pages)).replace("., ", ". ")

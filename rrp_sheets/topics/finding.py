@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
@@ -20,8 +20,8 @@ _SYNONYMS = {
 }  # fmt: skip
 
 
-def text_on(name: str) -> Iterator[str]:
-    """The blocks of text on a topic or a name.
+def text_on(name: str, others: Sequence[str] = ()) -> Iterator[str]:
+    """The blocks of text on a topic or a name; `others`: names that can be proposed too.
 
     Raises:
         SheetsError: when there is nothing on it, with the nearest name proposed.
@@ -37,7 +37,7 @@ def text_on(name: str) -> Iterator[str]:
     found = list(_named(name))
     if found:
         return iter(block for blocks in found for block in blocks)
-    raise _unknown(name)
+    raise _unknown(name, others)
 
 
 def _topics() -> dict[str, Callable[[], Iterator[str]]]:
@@ -85,7 +85,7 @@ def _named(name: str) -> Iterator[Iterator[str]]:
         yield done_stream(found)
 
 
-def _unknown(name: str) -> SheetsError:
+def _unknown(name: str, others: Sequence[str]) -> SheetsError:
     from rrp_sheets.connectors import connectors
     from rrp_sheets.devices import load_robot
     from rrp_sheets.diagnostics import CODES
@@ -95,6 +95,6 @@ def _unknown(name: str) -> SheetsError:
 
     found = list(load_robot().names.values())
     devices = [*(f.name for f in found), *(f"{f.name} done" for f in found if f.type.kind == "actuator")]
-    guess = nearest(name, [*TOPICS, *WORDS, *connectors().names(), *library().names(), *devices, *CODES])
+    guess = nearest(name, [*TOPICS, *WORDS, *connectors().names(), *library().names(), *devices, *CODES, *others])
     remedy = f"Did you mean {guess}?" if guess else f"Try: {', '.join(TOPICS)}."
     return SheetsError(f"There is no help on “{name}”.", remedy)

@@ -22,6 +22,7 @@ from rrp_sheets.runs.bundle.readme import readme
 from rrp_sheets.runs.bundle.versions import versions
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.atomic import refuse_open_file
+from rrp_sheets.workbook.package import BROKEN_ZIP
 
 _FIXED = (1980, 1, 1, 0, 0, 0)  # the same bytes whenever it is packed; a zip knows no earlier time
 _MODE = 0o100644 << 16
@@ -59,6 +60,7 @@ def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), print
         UnreadableFile: when the workbook cannot be read.
         SheetsError: when there is no such run, a file's name is none for every system, or nothing can be written.
     """
+    _refuse_bundle(path)
     reading = read(path)
     checked = check_workbook(reading.workbook, reading.report)
     target = target or Path(f"{path.absolute().stem if path.is_file() else path.absolute().name}{form.SUFFIX}")
@@ -87,6 +89,18 @@ def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), print
     content[form.README] = readme(name, told, form.PAPER in content).encode()
     files = _write(target, content, told)
     return Packed(target, files, tuple(notes))
+
+
+def _refuse_bundle(path: Path) -> None:
+    """A bundle is not packed again: it can be passed on as it is."""
+    if path.suffix.casefold() != form.SUFFIX or not path.is_file():
+        return
+    with suppress(*BROKEN_ZIP), zipfile.ZipFile(path) as packed:
+        if form.LIST in packed.namelist():
+            raise SheetsError(
+                f"“{path.name}” is a bundle already: it can be passed on as it is.",
+                f"Run it with: rrp-sheets run {path.name}. To change it, unpack it, and pack the workbook in it again.",
+            )
 
 
 def _refuse_target(target: Path, path: Path) -> None:

@@ -41,7 +41,10 @@ def _marbles(place: str, behaviour: str, rows: list[int], window: list[float | N
 def _csv(place: str, target: str) -> None:
     from rrp_sheets.runs.records.table import write_csv
 
-    write_csv([Path(place) / TRACE], Path(target))
+    try:
+        write_csv([Path(place) / TRACE], Path(target))
+    except OSError as error:
+        raise SheetsError(f"“{target}” cannot be written ({error.strerror}).", "Make room there.") from None
 
 
 def _compare(first: str, second: str) -> dict[str, Any]:

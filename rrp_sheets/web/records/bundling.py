@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 
 from flask import Blueprint, Response, abort, request, send_file
 
 from rrp_sheets.runs.records.clerk import Clerk
 from rrp_sheets.web.library import Library, printable
+from rrp_sheets.web.records.making import made
 from rrp_sheets.web.records.shelved import Runs
 
 _WITHIN = 90.0  # s; the tests of the workbook may take 20
@@ -40,9 +40,7 @@ def add_bundles(pages: Blueprint, library: Library, runs: Runs) -> None:
         if not library.has(name) or set(wanted) - set(runs.names()):
             abort(404)
         path = library.path(name).absolute()
-        with tempfile.TemporaryDirectory(prefix="rrp-sheets-") as folder:
-            target = Path(folder) / "bundle.zip"
-            packer.pack(path, [runs.place(run).absolute() for run in wanted], target)
-            file = target.open("rb")  # stays readable when its name is gone
+        places = [runs.place(run).absolute() for run in wanted]
+        file = made("bundle.zip", lambda target: packer.pack(path, places, target))
         shown = f"{printable(path.stem)}-bundle.zip"
         return send_file(file, mimetype="application/zip", as_attachment=True, download_name=shown)

@@ -10,6 +10,7 @@ from flask import Response, abort, send_file
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.records.clerk import Clerk
+from rrp_sheets.web.records.making import made
 from rrp_sheets.web.records.shelved import Runs
 
 _SHOWN = ("image/png", "image/gif", "audio/wav")
@@ -29,10 +30,7 @@ def run_file(runs: Runs, run: str, name: str, *, take: bool) -> Response:
 def trace_csv(runs: Runs, clerk: Clerk, run: str) -> Response:
     """The events as CSV."""
     place = runs.place(run)
-    with tempfile.TemporaryDirectory() as folder:
-        target = Path(folder) / "trace.csv"
-        clerk.csv(place, target)
-        file = target.open("rb")  # stays readable when its name is gone
+    file = made("trace.csv", lambda target: clerk.csv(place, target))
     return send_file(file, mimetype="text/csv", as_attachment=True, download_name=f"{run}.csv")
 
 

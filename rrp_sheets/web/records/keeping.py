@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +17,7 @@ from rrp_sheets.runs.records.facts import Facts
 from rrp_sheets.runs.records.wording import clock
 from rrp_sheets.web.library import Library
 from rrp_sheets.web.records.deleting import add_deleting
+from rrp_sheets.web.records.making import made
 from rrp_sheets.web.records.pages import RunLine
 from rrp_sheets.web.records.runs import seconds_of
 from rrp_sheets.web.records.shelved import Runs
@@ -115,10 +115,7 @@ def _made(archive: Clerk, places: Sequence[Path], what: str, suffix: str, name: 
 
 def _answered(suffix: str, name: str, take: bool, make: Callable[[Path], object]) -> Response:
     """A file that is made for this answer, by a process that is told where."""
-    with tempfile.TemporaryDirectory() as folder:
-        target = Path(folder) / f"made{suffix}"
-        make(target)
-        file = target.open("rb")  # stays readable when its name is gone
+    file = made(f"made{suffix}", make)
     kind = {**_PICTURES, **_TABLES}[suffix]
     return send_file(file, mimetype=kind, as_attachment=take, download_name=f"{name}{suffix}")
 
