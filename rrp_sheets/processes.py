@@ -17,7 +17,7 @@ class Child:
     Args:
         module: what it runs; its first argument is the number of its end of the connection.
         shared: further open files that it inherits; their numbers are its further arguments.
-        scratch: the folder for what it keeps for a moment; by default the system's.
+        scratch: the folder for what it keeps for a moment; by default where this process does.
 
     Attributes:
         link: our end of the connection; the process ends when it closes.
@@ -26,9 +26,8 @@ class Child:
     def __init__(self, module: str, *shared: int, scratch: str = "") -> None:
         self.link, theirs = socket.socketpair()
         self._log: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115  # lives as long as the process
-        environment = dict(os.environ)
-        if scratch:
-            environment.update(TMPDIR=scratch, TEMP=scratch, TMP=scratch)
+        scratch = scratch or tempfile.gettempdir()
+        environment = {**os.environ, "TMPDIR": scratch, "TEMP": scratch, "TMP": scratch}
         package = str(Path(__file__).parent.parent)
         environment["PYTHONPATH"] = os.pathsep.join(p for p in (package, environment.get("PYTHONPATH")) if p)
         with theirs:

@@ -43,29 +43,31 @@ def command(folder: Path, port: int | None, lan: bool, no_browser: bool) -> None
     (or made, when you type none), or is the first line of the file that RRP_SHEETS_PASSWORD_FILE names.
     """
     from rrp_sheets.web.app import create_app
+    from rrp_sheets.web.scratch import scratch
     from rrp_sheets.web.serving import bind, make_server
 
     folder, page = _place(folder)
     door = _ask_password() if lan else None
     token, once = secrets.token_urlsafe(32), secrets.token_urlsafe(32)
     logging.getLogger("waitress.queue").setLevel(logging.ERROR)  # a short wait is no news
-    sockets = bind(_EVERYWHERE if door else (_HOST,), port)
-    used = int(sockets[0].getsockname()[1])
-    url = f"http://{_HOST}:{used}{page}?token={token}"
-    if door is None:
-        server = make_server(create_app(folder, token, once=once), sockets)
-        click.echo(f"The workbooks of {folder.resolve()} are shown at\n\n  {url}\n\nCtrl-C ends it.")
-    else:
-        password, made = door
-        reached = _reached(password, both=len(sockets) > 1)
-        server = make_server(create_app(folder, token, reached, once=once, tell=_tell), sockets)
-        _print_lan(folder, url, used, page, reached, made)
-    sys.stdout.flush()
-    if not no_browser and _has_screen():
-        # with a token that opens once: whoever is on this computer can see which address a program was started with
-        first = f"http://{_HOST}:{used}{page}?token={once}"
-        threading.Thread(target=webbrowser.open, args=(first,), daemon=True).start()
-    server.run()  # until Ctrl-C, which it takes quietly
+    with scratch():
+        sockets = bind(_EVERYWHERE if door else (_HOST,), port)
+        used = int(sockets[0].getsockname()[1])
+        url = f"http://{_HOST}:{used}{page}?token={token}"
+        if door is None:
+            server = make_server(create_app(folder, token, once=once), sockets)
+            click.echo(f"The workbooks of {folder.resolve()} are shown at\n\n  {url}\n\nCtrl-C ends it.")
+        else:
+            password, made = door
+            reached = _reached(password, both=len(sockets) > 1)
+            server = make_server(create_app(folder, token, reached, once=once, tell=_tell), sockets)
+            _print_lan(folder, url, used, page, reached, made)
+        sys.stdout.flush()
+        if not no_browser and _has_screen():
+            # with a token that opens once: others on this computer can see which address a program was started with
+            first = f"http://{_HOST}:{used}{page}?token={once}"
+            threading.Thread(target=webbrowser.open, args=(first,), daemon=True).start()
+        server.run()  # until Ctrl-C, which it takes quietly
     click.echo()
 
 

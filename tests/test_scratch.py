@@ -1,0 +1,53 @@
+"""What a server keeps for a moment does not outlive it for long, be it killed."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from rrp_sheets.processes import Child
+from rrp_sheets.web.scratch import scratch
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="nobody can tell there which folder is in use")
+KILLED = """
+import os, pathlib, signal
+from rrp_sheets.web.scratch import scratch
+with scratch() as folder:
+    (folder / "table.csv").write_text("P-01")
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_the_next_server_removes_what_a_killed_one_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    subprocess.run([sys.executable, "-c", KILLED], env={**os.environ, "TMPDIR": str(tmp_path)}, timeout=30)
+    (left,) = tmp_path.iterdir()
+    assert (left / "table.csv").is_file()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    link = tmp_path / "rrp-sheets-server-link"
+    (tmp_path / "other").mkdir()
+    link.symlink_to(tmp_path / "other")
+    for path in (left, tmp_path / "other"):
+        os.utime(path, (1, 1))
+    with scratch() as mine:
+        assert not left.exists() and link.exists() and (tmp_path / "other").exists()
+        os.utime(mine, (1, 1))
+        monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+        with scratch():  # a second server leaves the first one's alone
+            assert mine.is_dir()
+    assert not mine.exists() and tempfile.gettempdir() == str(tmp_path)
+
+
+def test_processes_keep_it_there_too() -> None:
+    with scratch() as folder:
+        child = Child("rrp_sheets.runs.records.clerk_child")
+        try:
+            environment = Path(f"/proc/{child.pid}/environ")
+            if environment.is_file():
+                assert f"TMPDIR={folder}".encode() in environment.read_bytes().split(b"\0")
+        finally:
+            child.close(5)
