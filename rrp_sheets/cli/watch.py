@@ -10,9 +10,8 @@ from rrp_sheets.cli.plain import plain_text
 from rrp_sheets.model.exchange import DONE, Happening
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.runs import RunResult, RunStart, RunView
+from rrp_sheets.runs.commands import Commands
 
-_QUIET_US = 2_000_000  # a stream that keeps driving its actuator is told again only after such a pause
-_CHANGE_US = 1_000_000  # and changes of what it sends at most so often
 _TICK_US = 5_000_000  # progress at least this often
 _TELLING = ("name", "new", "colour", "distance", "value")
 _MOST_ERRORS = 3  # of one row are shown in full; the end counts them all
@@ -28,8 +27,7 @@ class Watch(RunView):
     def __init__(self) -> None:
         self.interrupted = False
         self._names: dict[str, str] = {}
-        self._last: dict[str, int] = {}
-        self._shown: dict[str, tuple[int, Value]] = {}
+        self._commands = Commands()
         self._failures: dict[str, int] = {}
         self._until = 0
         self._told = 0
@@ -62,11 +60,7 @@ class Watch(RunView):
         name = self._names.get(stream)
         if name is None:
             return
-        last = self._last.get(row)
-        self._last[row] = us
-        told, shown = self._shown.get(row, (-_TICK_US, None))
-        if last is None or us - last > _QUIET_US or (us - told >= _CHANGE_US and _differs(value, shown)):
-            self._shown[row] = (us, value)
+        if self._commands.tell(us, row, value):
             what = "stops" if value is None else f"← {_short(value)}"
             self._line(us, f"{name} {what}  ({row})")
         else:
@@ -115,19 +109,6 @@ class Watch(RunView):
         width = max((len(n) for n in result.files), default=0)
         for name, what in result.files.items():
             self._echo(f"  {name:<{width}}  {what}")
-
-
-def _differs(value: Value, shown: Value) -> bool:
-    """Whether a value is clearly another one than was shown: a number by a quarter, anything else at all.
-
-    >>> _differs(1.0, 1.1), _differs(1, 2), _differs("red", "blue")
-    (False, True, True)
-    """
-    if isinstance(value, Record):
-        return not isinstance(shown, Record)
-    if isinstance(value, float) and isinstance(shown, (int, float)):
-        return abs(value - shown) > 0.25 * max(abs(value), abs(shown), 0.4)
-    return bool(value != shown)
 
 
 def _counted(count: int, word: str) -> str:

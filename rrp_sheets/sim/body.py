@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import bisect
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rrp_sheets.devices.catalogue import Robot
-from rrp_sheets.model.names import key
+from rrp_sheets.devices.ways import joint_limits
 from rrp_sheets.sim.motion import Glide
 
 STEP = 1 / 240  # s, of the physics
@@ -203,15 +202,7 @@ class Body:
 
         Between the catalogue's yaws the limits are interpolated.
         """
-        j = self.robot.joints[key(joint)]
-        if joint != "HeadPitch":
-            return j.lower, j.upper
-        table = self.robot.data["head_pitch_by_yaw"]
-        yaws = table["yaw"]
-        i = min(max(bisect.bisect_right(yaws, yaw), 1), len(yaws) - 1)
-        part = min(max((yaw - yaws[i - 1]) / (yaws[i] - yaws[i - 1]), 0.0), 1.0)
-        low, high = (table[side][i - 1] + part * (table[side][i] - table[side][i - 1]) for side in ("lower", "upper"))
-        return max(low, j.lower), min(high, j.upper)
+        return joint_limits(self.robot, joint, yaw)
 
     def torso(self) -> Pose:
         """The torso's frame in the world (the physics reports the centre of mass instead)."""

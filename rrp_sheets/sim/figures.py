@@ -81,6 +81,11 @@ def turned(
         for j in range(around):
             a, b = i * around + j, i * around + (j + 1) % around
             faces += [a, b, b + around, a, b + around, a + around]
+    return mesh(bullet, points, faces, normals, colour)
+
+
+def mesh(bullet: Any, points: list[list[float]], faces: list[int], normals: list[list[float]], colour: RGB) -> int:
+    """A dull shape of triangles; its number."""
     shape: int = bullet.createVisualShape(
         bullet.GEOM_MESH, vertices=points, indices=faces, normals=normals, rgbaColor=[*colour, 1],
         specularColor=[0, 0, 0],

@@ -134,11 +134,7 @@ def block(bullet: Any, size: Sequence[float], colour: RGB) -> int:
                 normals.append(normal)
             order = (0, 1, 2, 0, 2, 3) if side > 0 else (0, 2, 1, 0, 3, 2)
             faces += [first + i for i in order]
-    shape: int = bullet.createVisualShape(
-        bullet.GEOM_MESH, vertices=points, indices=faces, normals=normals, rgbaColor=[*colour, 1],
-        specularColor=[0, 0, 0],
-    )  # fmt: skip
-    return shape
+    return figures.mesh(bullet, points, faces, normals, colour)
 
 
 def _rgb(colour: str, otherwise: RGB) -> RGB:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from rrp_sheets.connectors import Connector
 from rrp_sheets.model.names import key
-from rrp_sheets.model.values import Failure, Record, Value
+from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.topics.workbooks import checked
 
 MARK_MS = 100
@@ -122,13 +122,18 @@ def _line(found: Sequence[tuple[int, Value]], length: int, width: int) -> str:
 
 def _mark(values: Sequence[Value]) -> str:
     """The values of one place: `-` for none, `(ab)` for several."""
-    texts = [_short(v) for v in values]
+    texts = [short(v) for v in values]
     return "-" if not texts else texts[0] if len(texts) == 1 else f"({','.join(texts)})"
 
 
-def _short(value: Value) -> str:
+def short(value: Value) -> str:
+    """A value as it stands on a marble.
+
+    >>> short(0.12345), short("red"), short(None), short(True)
+    ('0.123', 'red', 'blank', 'TRUE')
+    """
     if value is None:
         return "blank"
     if isinstance(value, Record):
-        return f"({'; '.join(_short(v) for v in value.as_dict().values())})"
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
+        return f"({'; '.join(short(v) for v in value.as_dict().values())})"
+    return show(value).strip("“”")

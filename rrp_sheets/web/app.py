@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -75,7 +74,6 @@ def create_app(
     worker = CheckWorker()
     desk = Desk(folder, worker)
     library = Library(folder, worker)
-    icons = _icons(templates / "static" / "icons.svg")
     sessions = Sessions()
     protect(app, token, lan, sessions, once)
     if lan is not None:
@@ -83,9 +81,9 @@ def create_app(
     _answer_errors(app)
     floor = Floor(desk)
     app.extensions.update(going=floor.going, writing=floor.writing, close=desk.close)
-    app.register_blueprint(make_editing(library, desk, icons))
+    app.register_blueprint(make_editing(library, desk))
     app.register_blueprint(make_sheeting(library, desk))
-    app.register_blueprint(make_live(library, desk, floor, icons))
+    app.register_blueprint(make_live(library, desk, floor))
     app.register_blueprint(make_posing(library, desk, floor.joints))
     app.register_blueprint(make_shelving(library, desk))
     app.register_blueprint(make_records(library, desk))
@@ -126,7 +124,3 @@ def _answer_errors(app: Flask) -> None:
         if code in _REFUSALS:
             return show(RefusedPage(*_REFUSALS[code])), code
         return show(MessagePage(*_MESSAGES.get(code, _MESSAGES[404 if code < 500 else 500]))), code
-
-
-def _icons(path: Path) -> frozenset[str]:
-    return frozenset(re.findall(r'id="i-(\w+)"', path.read_text(encoding="utf-8")))

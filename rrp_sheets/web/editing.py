@@ -29,18 +29,18 @@ _ACTIONS = (
 PIECE = 1_000  # rows that are sent at once
 
 
-def make_editing(library: Library, desk: Desk, icons: frozenset[str]) -> Blueprint:
+def make_editing(library: Library, desk: Desk) -> Blueprint:
     """The routes of the grid."""
     pages = Blueprint("editing", __name__)
 
     room_of = rooms(library, desk)
-    _add_pages(pages, room_of, icons)
+    _add_pages(pages, room_of)
     _add_events(pages, room_of, desk)
     _add_edits(pages, room_of)
     return pages
 
 
-def _add_pages(pages: Blueprint, room_of: RoomOf, icons: frozenset[str]) -> None:
+def _add_pages(pages: Blueprint, room_of: RoomOf) -> None:
     @pages.get("/book/<name>")
     @pages.get("/book/<name>/sheet/<sheet>")
     def book(name: str, sheet: str = "") -> str | BaseResponse | tuple[str, int]:
@@ -51,7 +51,7 @@ def _add_pages(pages: Blueprint, room_of: RoomOf, icons: frozenset[str]) -> None
             return redirect(url_for("editing.book", name=name, sheet=now))
         if sheet and sheet not in room.document.grids and sheet not in room.document.own:
             return show(_no_sheet(name, sheet)), 404
-        return show(grid_page(room, name, sheet, icons))
+        return show(grid_page(room, name, sheet))
 
     @pages.get("/book/<name>/panels/<sheet>")
     def beside(name: str, sheet: str) -> str:
@@ -59,7 +59,7 @@ def _add_pages(pages: Blueprint, room_of: RoomOf, icons: frozenset[str]) -> None
         sheet = room.document.current(sheet)
         if sheet not in room.document.grids and sheet not in room.document.own:
             abort(404)
-        return show(panels(room, name, sheet, icons))
+        return show(panels(room, name, sheet))
 
     @pages.get("/book/<name>/rows/<sheet>/<int:first>")
     def more(name: str, sheet: str, first: int) -> str:

@@ -27,16 +27,16 @@ MOST_PROBLEMS = 300
 FIRST_ROWS = 200  # in the page itself; the others follow
 
 
-def grid_page(room: Room, name: str, sheet: str, icons: frozenset[str]) -> GridPage:
+def grid_page(room: Room, name: str, sheet: str) -> GridPage:
     """Everything that the page of a sheet shows; without a sheet, of the first behaviour."""
     told = room.told()
     grids = room.document.grids
     first = next((n for n, g in grids.items() if g.kind == "behaviour"), next(iter(grids), ""))
     if sheet in room.document.own:
-        other = grid_page(room, name, first, icons)
-        return own_page(other, panels(room, name, sheet, icons), room.document, sheet)
+        other = grid_page(room, name, first)
+        return own_page(other, panels(room, name, sheet), room.document, sheet)
     sheet = sheet or first
-    beside = panels(room, name, sheet, icons)  # before the rows: a page that says "checked" must not have older rows
+    beside = panels(room, name, sheet)  # before the rows: a page that says "checked" must not have older rows
     look = room.look()
     maker = room.maker(sheet) if sheet else None
     rows = maker.rows(0, FIRST_ROWS) if maker else Markup("")
@@ -60,11 +60,11 @@ def grid_page(room: Room, name: str, sheet: str, icons: frozenset[str]) -> GridP
     )
 
 
-def run_page(room: Room, name: str, sheet: str, icons: frozenset[str]) -> GridPage:
+def run_page(room: Room, name: str, sheet: str) -> GridPage:
     """The same as the run panel: with what is needed while a run goes on."""
     zones = list(room.look().robot.touch_zones)
     acts = {**{kind: verbs_of(kind) for kind in KINDS}, "zones": zones}
-    page = grid_page(room, name, sheet, icons)
+    page = grid_page(room, name, sheet)
     return replace(page, live=True, acts=_json(acts), strip=strip_of(room.document, name, page.sheet, live=True))
 
 
@@ -72,7 +72,7 @@ def _json(data: object) -> Markup:
     return Markup(json.dumps(data, ensure_ascii=False).replace("<", "\\u003c"))
 
 
-def panels(room: Room, name: str, sheet: str, icons: frozenset[str]) -> Panels:
+def panels(room: Room, name: str, sheet: str) -> Panels:
     """The diagram, the words and the problems."""
     look = room.look()
     grids = room.document.grids

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 
 from markupsafe import Markup, escape
 
-from rrp_sheets.model.values import Record, Value, show
 from rrp_sheets.render.score import Bar, Lane, Marble, Score
+from rrp_sheets.topics.marbles import short
 
 _WIDE = 400  # pixels, where the marbles have room in it
 _NAME, _RIGHT, _LANE, _BAR, _AXIS = 52, 40, 36, 32, 24
@@ -103,15 +103,7 @@ def _half(marble: Marble) -> int:
 
 
 def _text(marble: Marble) -> str:
-    return "!" if marble.error else _short(marble.value)
-
-
-def _short(value: Value) -> str:
-    if value is None:
-        return "blank"
-    if isinstance(value, Record):
-        return f"({'; '.join(_short(v) for v in value.as_dict().values())})"
-    return f"{value:.3g}" if isinstance(value, float) else show(value).strip("“”")
+    return "!" if marble.error else short(marble.value)
 
 
 def _told(lane: Lane) -> str:

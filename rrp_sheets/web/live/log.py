@@ -7,14 +7,13 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from rrp_sheets.model.values import Record, Value
+from rrp_sheets.model.values import Value
+from rrp_sheets.runs.commands import QUIET_US, Commands
 from rrp_sheets.runs.records.dragging import Drag, dragged
 
 KEPT = 400  # lines
 _MOST_NEW = 60  # lines that are told at once; of more the last
 _LONGEST = 300  # letters
-_QUIET_US = 2_000_000  # a row that keeps driving its actuator is told again only after such a pause
-_CHANGE_US = 1_000_000  # and changes of what it sends at most so often
 _SETTLED = 0.7  # seconds of the wall clock after which a thing that was dragged stands where it was put
 _AGAIN_US = 10_000_000  # the same trouble of the same row
 Line = dict[str, Any]
@@ -38,7 +37,7 @@ class Log:
         self._count = 0
         self._told = 0
         self._last: dict[str, int] = {}
-        self._shown: dict[str, tuple[int, Value]] = {}
+        self._commands = Commands()
         self._troubles: dict[tuple[str, str, str], int] = {}
 
     def add(
@@ -55,11 +54,7 @@ class Log:
 
     def command(self, us: int, row: str, stream: str, value: Value, text: str) -> None:
         """A command for an actuator, when it is not the same stream of commands going on."""
-        last = self._last.get(row)
-        self._last[row] = us
-        told, shown = self._shown.get(row, (-_QUIET_US, None))
-        if last is None or us - last > _QUIET_US or (us - told >= _CHANGE_US and _differs(value, shown)):
-            self._shown[row] = (us, value)
+        if self._commands.tell(us, row, value):
             self.add(us, "command", "stops" if value is None else text, row=row, stream=stream)
 
     def trouble(self, us: int, kind: str, text: str, row: str, stream: str = "") -> None:
@@ -73,9 +68,9 @@ class Log:
 
     def again(self, us: int, what: str, kind: str, text: str, by: str) -> None:
         """Something that is done in many small steps; only the first of them is told, until there was a pause."""
-        last = self._last.get(what, -_QUIET_US)
+        last = self._last.get(what, -QUIET_US)
         self._last[what] = us
-        if us - last >= _QUIET_US:
+        if us - last >= QUIET_US:
             self.add(us, kind, text, by=by)
 
     def put(self, us: int, thing: str, text: str, by: str) -> None:
@@ -110,12 +105,3 @@ class Log:
     def all(self) -> list[Line]:
         """The lines that are kept and were told."""
         return [line for line in self._lines if line["i"] <= self._told]
-
-
-def _differs(value: Value, shown: Value) -> bool:
-    """Whether a value is clearly another one than was shown: a number by a quarter, anything else at all."""
-    if isinstance(value, Record):
-        return not isinstance(shown, Record)
-    if isinstance(value, float) and isinstance(shown, (int, float)):
-        return abs(value - shown) > 0.25 * max(abs(value), abs(shown), 0.4)
-    return bool(value != shown)

@@ -31,16 +31,16 @@ MODES = ("simulated", "pilot")
 _SOUND = re.compile(r"(say|sound|person)-\d{3,6}\.wav")
 
 
-def make_live(library: Library, desk: Desk, floor: Floor, icons: frozenset[str]) -> Blueprint:
+def make_live(library: Library, desk: Desk, floor: Floor) -> Blueprint:
     """The routes of the run panel."""
     pages = Blueprint("live", __name__)
 
-    _add_panel(pages, rooms(library, desk), floor, icons)
+    _add_panel(pages, rooms(library, desk), floor)
     _add_views(pages, floor)
     return pages
 
 
-def _add_panel(pages: Blueprint, room_of: RoomOf, floor: Floor, icons: frozenset[str]) -> None:
+def _add_panel(pages: Blueprint, room_of: RoomOf, floor: Floor) -> None:
     @pages.get("/book/<name>/run")
     @pages.get("/book/<name>/run/<sheet>")
     def panel(name: str, sheet: str = "") -> str:
@@ -49,7 +49,7 @@ def _add_panel(pages: Blueprint, room_of: RoomOf, floor: Floor, icons: frozenset
         sheet = room.document.current(sheet)
         if sheet and sheet not in room.document.grids:
             abort(404)
-        return show(run_page(room, name, sheet, icons))
+        return show(run_page(room, name, sheet))
 
     @pages.post("/book/<name>/run/start")
     def start(name: str) -> tuple[Response, int]:

@@ -1,6 +1,6 @@
 // The menu of the rows: by the right mouse button, the menu key, or the button above the grid.
 
-import { walk } from "./popup.js";
+import { menuOf, walk } from "./popup.js";
 
 const ITEMS = [
   ["Insert above", "Ctrl +", (grid) => grid.rows.insert()],
@@ -13,25 +13,11 @@ const ITEMS = [
 ];
 
 export function menu(grid) {
-  const box = document.createElement("div");
-  box.className = "menu";
+  const box = menuOf("Rows", ITEMS.map(([name, keys, action]) => [name, () => {
+    close();
+    action(grid);
+  }, keys]));
   box.hidden = true;
-  box.setAttribute("role", "menu");
-  box.setAttribute("aria-label", "Rows");
-  for (const [name, keys, action] of ITEMS) {
-    const item = document.createElement("button");
-    item.type = "button";
-    item.setAttribute("role", "menuitem");
-    item.tabIndex = -1;
-    const hint = document.createElement("kbd");
-    hint.textContent = keys;
-    item.append(name, hint);
-    item.addEventListener("click", () => {
-      close();
-      action(grid);
-    });
-    box.append(item);
-  }
   document.querySelector("main").append(box);
   const button = document.querySelector("[data-do=rows]");
 
