@@ -124,7 +124,8 @@ class DeviceTable:
         if others:
             each = " ".join(f"{one.name}: {one.type.help}" for one in (found, *others))
             remedy = Phrase("{each} Use that device, or leave the cell blank.", each=each)
-        fixes = [Fix(Phrase("Use {name}", name=o.name), (Put(device.address, o.name),)) for o in others if device.address]
+        here = device.address
+        fixes = [Fix(Phrase("Use {name}", name=o.name), (Put(here, o.name),)) for o in others if here]
         self.report.add(
             "DEV007", cell.address, fixes=fixes, device=found.name, setting=self._headers.get(k, k), remedy=remedy
         )

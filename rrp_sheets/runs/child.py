@@ -7,7 +7,6 @@ ends when the connection does.
 from __future__ import annotations
 
 import os
-import signal
 import socket
 import sys
 import threading
@@ -18,7 +17,8 @@ from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.values import show
-from rrp_sheets.runs.limits import SharedCell, lift_limit, limit_memory
+from rrp_sheets.runs.answering import begin
+from rrp_sheets.runs.limits import SharedCell, lift_limit
 from rrp_sheets.runs.telling import Reporter, pack_result, unpack_settings
 from rrp_sheets.runs.view import Summary
 from rrp_sheets.runs.wire import Lines, Outbox, pack_error, pack_finding
@@ -136,11 +136,7 @@ def _examples(checked: Checked) -> dict[str, str]:
 
 def main() -> None:
     """Serve until the connection closes."""
-    # Ctrl-C is for the program, which then asks for a stop.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    limit_memory()
-    link = socket.socket(fileno=int(sys.argv[1]))
-    _Process(link, SharedCell(int(sys.argv[2]))).serve()
+    _Process(begin(), SharedCell(int(sys.argv[2]))).serve()
 
 
 if __name__ == "__main__":

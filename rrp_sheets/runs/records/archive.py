@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.runs.records.clerk_child import main
+from rrp_sheets.runs.answering import serve
 
 PROGRAM = "rrp_sheets.runs.records.archive"
 
@@ -58,4 +58,4 @@ _DO: dict[str, Callable[..., Any]] = {
 
 
 if __name__ == "__main__":
-    main(_DO)
+    serve(_DO)

@@ -5,18 +5,14 @@ It ends when the connection does.
 
 from __future__ import annotations
 
-import signal
-import socket
-import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.limits import limit_memory
+from rrp_sheets.runs.answering import serve
 from rrp_sheets.runs.records.facts import TRACE
-from rrp_sheets.runs.wire import Lines, line, pack_error
 
 
 def _course(place: str) -> dict[str, Any]:
@@ -76,25 +72,5 @@ _DO: dict[str, Callable[..., Any]] = {
 }
 
 
-def main(do: Mapping[str, Callable[..., Any]] = _DO) -> None:
-    """Serve until the connection closes; `do` is what can be asked for, by name."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program
-    limit_memory()
-    link = socket.socket(fileno=int(sys.argv[1]))
-    for name, *arguments in Lines(link):
-        try:
-            answer = ["done", do[name](*arguments)]
-        except SheetsError as error:
-            answer = ["failed", pack_error(error)]
-        except OSError as error:
-            answer = [
-                "failed",
-                pack_error(SheetsError(f"It cannot be read ({error.strerror}).", "Look at its folder.")),
-            ]
-        except MemoryError:
-            answer = ["memory", None]
-        link.sendall(line(answer))
-
-
 if __name__ == "__main__":
-    main()
+    serve(_DO)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from rrp_sheets.bundling import pack
-from rrp_sheets.runs.records.clerk_child import main
+from rrp_sheets.runs.answering import serve
 
 
 def _pack(path: str, runs: list[str], target: str) -> None:
@@ -13,4 +13,4 @@ def _pack(path: str, runs: list[str], target: str) -> None:
 
 
 if __name__ == "__main__":
-    main({"pack": _pack})
+    serve({"pack": _pack})

@@ -14,7 +14,7 @@ from typing import Any
 from rrp_sheets.printing import Gathered, HasErrors, gather
 from rrp_sheets.render.legend import draw_legend
 from rrp_sheets.render.pack.setting import set_pack
-from rrp_sheets.runs.records.clerk_child import main
+from rrp_sheets.runs.answering import serve
 
 Choice = tuple[str, str, str, str]
 
@@ -46,4 +46,4 @@ def _pdf(path: str, digest: str, against: str, language: str, paper: str, target
 
 
 if __name__ == "__main__":
-    main({"data": _data, "pdf": _pdf})
+    serve({"data": _data, "pdf": _pdf})

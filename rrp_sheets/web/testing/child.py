@@ -6,18 +6,16 @@ It has a memory limit, and ends when the connection does.
 from __future__ import annotations
 
 import os
-import signal
 import socket
-import sys
 import threading
 import time
+from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
-from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.limits import limit_memory
-from rrp_sheets.runs.wire import Lines, line, pack_error
+from rrp_sheets.runs.answering import answer, begin
+from rrp_sheets.runs.wire import Lines, line
 from rrp_sheets.testing import CaseResult, RowResult
 
 MOST_TOLD = 200  # rows of one test that do not hold and are told in words; the others are only marked
@@ -79,21 +77,12 @@ def _listen(link: socket.socket, asked: SimpleQueue[list[Any]]) -> None:
 
 def main() -> None:
     """Serve until the connection closes."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program
-    limit_memory()
-    link = socket.socket(fileno=int(sys.argv[1]))
+    link = begin()
     asked: SimpleQueue[list[Any]] = SimpleQueue()
     threading.Thread(target=_listen, args=(link, asked), daemon=True).start()
     while True:
         path, within = asked.get()
-        answer: list[Any]
-        try:
-            answer = ["done", run(path, within)]
-        except SheetsError as error:
-            answer = ["failed", pack_error(error)]
-        except MemoryError:
-            answer = ["memory", None]
-        link.sendall(line(answer))
+        link.sendall(line(answer(partial(run, path, within))))
 
 
 if __name__ == "__main__":

@@ -1,0 +1,46 @@
+"""A process of ours that answers, from its own side: it has a memory limit, and what goes wrong is an answer too.
+
+It ends when its connection does. The other side is `office`.
+"""
+
+from __future__ import annotations
+
+import signal
+import socket
+import sys
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.limits import limit_memory
+from rrp_sheets.runs.wire import Lines, line, pack_error
+
+
+def begin() -> socket.socket:
+    """The connection of a process that has just been started; its first argument is its number."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program
+    limit_memory()
+    return socket.socket(fileno=int(sys.argv[1]))
+
+
+def answer(make: Callable[[], Any]) -> list[Any]:
+    """What is made, as an answer.
+
+    >>> answer(lambda: 3)
+    ['done', 3]
+    """
+    try:
+        return ["done", make()]
+    except SheetsError as error:
+        return ["failed", pack_error(error)]
+    except OSError as error:
+        return ["failed", pack_error(SheetsError(f"It cannot be read ({error.strerror}).", "Look at its folder."))]
+    except MemoryError:
+        return ["memory", None]
+
+
+def serve(do: Mapping[str, Callable[..., Any]]) -> None:
+    """Answer until the connection closes; `do` is what can be asked for, by name."""
+    link = begin()
+    for name, *arguments in Lines(link):
+        link.sendall(line(answer(lambda: do[name](*arguments))))  # noqa: B023  # made at once
