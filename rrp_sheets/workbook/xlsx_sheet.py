@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from functools import lru_cache
 from typing import Any
 
 from rrp_sheets.errors import UnreadableFile
@@ -16,6 +17,7 @@ _REFERENCE = re.compile(r"\$?([A-Z]{1,3})\$?([0-9]{1,7})")
 _LAST_ROW, _LAST_COLUMN = 1_048_576, 16_384
 
 
+@lru_cache(maxsize=8_192)
 def place(reference: str) -> tuple[int, int] | None:
     """Row and column of a reference such as `B7`, or None.
 
@@ -114,6 +116,8 @@ class SheetHandler(Handler):
 
     def _end_cell(self) -> None:
         self._in_cell = False
+        if not (self._value or self._formula or self._formula_kind):
+            return  # most of the cells that there are have only a colour
         cell = self._finish()
         if cell is None or not self._at[0] or (self._extent is Extent.TABLE and self._at[1] > _LAST_TABLE_COLUMN):
             return

@@ -92,6 +92,9 @@ class XmlReader:
         self._parser = DefusedExpatParser(forbid_dtd=True)
         handler.guard(budget, self._swollen)
         self._parser.setContentHandler(handler)
+        # Straight to the handler: what SAX makes of every element's attributes takes longer than to read them.
+        self._parser.start_element, self._parser.end_element = handler.startElement, handler.endElement
+        self._parser.character_data = handler.characters
         self._piece = _FIRST_PIECE
         self._token = 0
         self.finished = False
