@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import sys
 from pathlib import Path
@@ -22,6 +23,27 @@ if os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # started in the background by a shell without job control: what the tests start would be deaf to Ctrl-C too
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+MEMORY, ENOUGH = Path("/dev/shm"), 4_000_000_000  # bytes
+_OURS = "rrp-sheets-tests-"
+
+
+def _files_in_memory() -> None:
+    """Keep the tests' files in memory where there is enough: a disk takes longer to store an edit than we to make it.
+
+    What a run leaves that has failed stays until the next one.
+    """
+    if "PYTEST_DEBUG_TEMPROOT" in os.environ or not MEMORY.is_dir() or shutil.disk_usage(MEMORY).free < ENOUGH:
+        return
+    for old in MEMORY.glob(f"{_OURS}*"):
+        if not Path("/proc", old.name.removeprefix(_OURS)).exists():
+            shutil.rmtree(old, ignore_errors=True)
+    place = MEMORY / f"{_OURS}{os.getpid()}"
+    place.mkdir(exist_ok=True)
+    os.environ["PYTEST_DEBUG_TEMPROOT"] = str(place)
+
+
+_files_in_memory()
 
 # The files that take longest go first, so that no worker is left with one of them while the others have ended.
 LONGEST = (
@@ -55,6 +77,8 @@ def pytest_terminal_summary(terminalreporter):
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session, exitstatus):
     reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    if exitstatus == 0 and (ours := MEMORY / f"{_OURS}{os.getpid()}").is_dir():
+        shutil.rmtree(ours, ignore_errors=True)
     if reporter and exitstatus == 0 and reporter.stats.get("skipped") and os.environ.get("NOTHING_SKIPPED"):
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
@@ -123,6 +147,19 @@ def url(folder):
 
     with serving(folder) as address:
         yield address
+
+
+@pytest.fixture(scope="module")
+def page(browser, url):
+    """A page of that server for all tests of a file; `problems` are the errors of its scripts."""
+    from chromium import let_in
+
+    context = browser.new_context(viewport={"width": 1280, "height": 800}, base_url=url)
+    let_in(context, url)
+    opened = context.new_page()
+    opened.problems = []
+    opened.on("pageerror", lambda error: opened.problems.append(str(error)))
+    return opened
 
 
 @pytest.fixture(scope="module")

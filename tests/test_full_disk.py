@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import shutil
 import sys
 from pathlib import Path
 from typing import Any
@@ -24,16 +25,23 @@ FULL = (
 )
 
 
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
+@pytest.fixture(scope="module")
+def begun(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a workbook whose journal is there already."""
+    place = tmp_path_factory.mktemp("begun")
     letters = random.Random(1)
     notes = ["".join(letters.choices("abcdefghijklmnopqrstuvwxyz", k=1_500)) for _ in range(200)]
-    path = make_workbook({"T": [HEADER, *[["", "", "", "", "", note] for note in notes]]}, tmp_path / "b.xlsx")
+    path = make_workbook({"T": [HEADER, *[["", "", "", "", "", note] for note in notes]]}, place / "b.xlsx")
     assert path.stat().st_size > 1.3 * LIMIT
-    with Served(tmp_path) as server:
+    with Served(place) as server:
         assert server.put(0, "stored")
-    return tmp_path
+    return place
+
+
+@pytest.fixture
+def folder(begun: Path, tmp_path: Path) -> Path:
+    """That folder, for one test."""
+    return Path(shutil.copytree(begun, tmp_path, dirs_exist_ok=True))
 
 
 def test_with_a_full_disk_nothing_is_lost_and_everyone_is_told(folder: Path) -> None:
