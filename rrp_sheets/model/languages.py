@@ -12,6 +12,11 @@ LANGUAGES: Mapping[str, str] = {"en": "English", "ja": "日本語"}
 _MEANT = {"en": "en", "english": "en", "英語": "en", "ja": "ja", "japanese": "ja", "日本語": "ja"}
 
 
+def known_language(code: object) -> str:
+    """The code of a language as a record has it; English when there is none, or none that is known."""
+    return code if isinstance(code, str) and code in LANGUAGES else "en"
+
+
 def language_code(text: str) -> str:
     """The code of the language that a text means; empty when it means none that there is.
 

@@ -22,6 +22,7 @@ class Stamp:
         digest: SHA-256 of that file, in hexadecimal.
         program: the program's version, `0.2.0`.
         mode: `simulated`, `pilot`, `real`.
+        language: of the words of a picture; it is no part of the stamp.
         began: the wall clock at time 0, `2026-11-21 20:54:55+00:00`.
     """
 
@@ -35,6 +36,7 @@ class Stamp:
     operator: str = ""
     began: str = ""
     run: str = ""
+    language: str = "en"
 
     @staticmethod
     def names() -> list[str]:

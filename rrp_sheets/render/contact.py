@@ -11,6 +11,7 @@ from rrp_sheets.render.plots import WIDE
 from rrp_sheets.render.stamped import metadata
 from rrp_sheets.render.style import EDGE, SOFT
 from rrp_sheets.render.svg import frame, text
+from rrp_sheets.render.texts import Texts, texts
 
 COLUMNS = 4
 _EDGE, _BETWEEN = 14.0, 10.0
@@ -38,9 +39,15 @@ class Moment:
 
 
 def draw_contact(
-    title: str, moments: Sequence[Moment], *, foot: str = "", about: dict[str, str] | None = None
+    title: str,
+    moments: Sequence[Moment],
+    *,
+    foot: str = "",
+    about: dict[str, str] | None = None,
+    language: str = "en",
 ) -> tuple[str, float, float]:
     """The sheet as SVG, and its width and height in points; see `draw_plots`."""
+    words_of = texts(language)
     wide = (WIDE - 2 * _EDGE - (COLUMNS - 1) * _BETWEEN) / COLUMNS
     pieces = [text(_EDGE, 22, shortened(clean(title), WIDE - 2 * _EDGE, 13, bold=True), 13, bold=True)]
     y = 34.0
@@ -48,19 +55,21 @@ def draw_contact(
         shown = moments[row : row + COLUMNS]
         highest = max(wide * m.high / max(m.wide, 1) for m in shown)
         for number, moment in enumerate(shown):
-            pieces += _tile(moment, _EDGE + number * (wide + _BETWEEN), y, wide)
-        y += highest + 12 + _LINE * max(1, *(len(_told(m)) for m in shown)) + 8
+            pieces += _tile(moment, words_of, _EDGE + number * (wide + _BETWEEN), y, wide)
+        y += highest + 12 + _LINE * max(1, *(len(_told(m, words_of)) for m in shown)) + 8
     for words in wrap(clean(foot), 190, 3):
         pieces.append(text(_EDGE, y, words, 7, fill=SOFT))
         y += 10
     body = metadata(about or {}) + f'<rect width="{WIDE:g}" height="{y:.1f}" fill="#fff"/>' + "\n".join(pieces)
-    alt = f"{len(moments)} moments of the run. " + " ".join(
-        f"{m.when}: {'; '.join(clean(t) for t in m.told[:_LINES])}." for m in moments if m.told
+    alt = (
+        words_of.get("moments.alt", n=len(moments))
+        + " "
+        + " ".join(f"{m.when}: {'; '.join(clean(t) for t in m.told[:_LINES])}." for m in moments if m.told)
     )
     return frame(body, WIDE, y, ident="moments", title=clean(title), description=alt), WIDE, y
 
 
-def _tile(moment: Moment, x: float, y: float, wide: float) -> list[str]:
+def _tile(moment: Moment, words_of: Texts, x: float, y: float, wide: float) -> list[str]:
     high = wide * moment.high / max(moment.wide, 1)
     data = base64.b64encode(moment.jpeg).decode()
     place = f'x="{x:.1f}" y="{y:.1f}" width="{wide:.1f}" height="{high:.1f}"'
@@ -69,18 +78,19 @@ def _tile(moment: Moment, x: float, y: float, wide: float) -> list[str]:
         f'<rect {place} fill="none" stroke="{EDGE}" stroke-width="0.6"/>',
         text(x, y + high + 12, moment.when, 10, bold=True),
     ]
-    for number, words in enumerate(_told(moment)):
+    for number, words in enumerate(_told(moment, words_of)):
         found.append(text(x + _TIME, y + high + 12 + _LINE * number, shortened(words, wide - _TIME, 9), 9))
     return found
 
 
-def _told(moment: Moment) -> list[str]:
+def _told(moment: Moment, words_of: Texts) -> list[str]:
     """What happened, in the lines that there are: at most two for each, and how many more there were."""
     lines: list[str] = []
     for number, told in enumerate(moment.told):
         broken = wrap(clean(told[:160]), _LETTERS, 2)
         last = number == len(moment.told) - 1
         if len(lines) + len(broken) + (not last) > _LINES:
-            return [*lines, f"and {len(moment.told) - number} more"] if lines else [*broken[: _LINES - 1], "and more"]
+            more = words_of.get("moments.more", n=len(moment.told) - number)
+            return [*lines, more] if lines else [*broken[: _LINES - 1], words_of.get("moments.and_more")]
         lines += broken
     return lines

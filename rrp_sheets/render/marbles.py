@@ -25,6 +25,7 @@ from rrp_sheets.render.style import (
     SOFT,
 )
 from rrp_sheets.render.svg import draw_icon, frame, text
+from rrp_sheets.render.texts import Texts, texts
 
 WIDE = LANDSCAPE[0]
 _LABEL = 118.0  # points for the streams' names
@@ -124,14 +125,14 @@ def _page(score: Score, sheet: Sequence[_Block], ident: str, of: tuple[int, int]
         pieces.append(_draw_block(block, y))
         y += block.height + _GAP
     if legend:
-        pieces.append(_legend(y))
+        pieces.append(_legend(y, texts(score.language)))
     high = y + (_LEGEND if legend else -_GAP + 4)
     for words in wrap(clean(score.foot), _FOOT, 2) if score.foot else ():
         pieces.append(text(14, high + 5, words, 7, fill=SOFT))
         high += 10
     alt = _alt(score)
     svg = frame("\n".join(pieces), WIDE, high, ident=ident, title=clean(score.title), description=alt)
-    caption = f"part {part} of {parts}" if parts > 1 else ""
+    caption = texts(score.language).get("marbles.part", part=part, parts=parts) if parts > 1 else ""
     rows = [b.row for g in score.groups for b in g.bars]
     return Page(
         title=clean(score.title), caption=caption, svg=svg, dot="", width=WIDE, height=high,
@@ -141,9 +142,12 @@ def _page(score: Score, sheet: Sequence[_Block], ident: str, of: tuple[int, int]
 
 
 def _alt(score: Score) -> str:
-    streams = ", ".join(f"{lane.label or 'without a name'} ({len(lane.marbles)})" for lane in score.lanes[:40])
-    span = f"{seconds_label(score.first_us / 1e6)} to {seconds_label(score.last_us / 1e6)}"
-    return clean(f"Marble diagram of {score.title}, {span}. Streams and how many values each had: {streams}.")
+    words_of = texts(score.language)
+    nameless = words_of.get("marbles.nameless")
+    streams = [f"{lane.label or nameless} ({len(lane.marbles)})" for lane in score.lanes[:40]]
+    first, last = seconds_label(score.first_us / 1e6), seconds_label(score.last_us / 1e6)
+    alt = words_of.get("marbles.alt", title=score.title, first=first, last=last, list=words_of.in_a_row(streams))
+    return clean(alt)
 
 
 def _span(score: Score) -> Span:
@@ -268,9 +272,9 @@ def _pointers(score: Score, x: Span, y: float) -> Iterator[str]:
             taken = left + wide
 
 
-def _legend(y: float) -> str:
+def _legend(y: float, words_of: Texts) -> str:
     """What the signs mean, in one line."""
-    signs = (("sensor", "sensor"), ("stream", "stream"), ("actuator", "actuator"), ("done", "done: a command’s end"))
+    signs = tuple((kind, words_of.get(f"marbles.{kind}")) for kind in ("sensor", "stream", "actuator", "done"))
     x, parts = 10.0, [f'<path d="M3 {y + 1:.1f}H{WIDE - _RIGHT:.1f}" stroke="#c9c4ba" stroke-width="0.6"/>']
     for kind, words in signs:
         fill, line = FILL_AND_LINE.get(kind, ("#fff", INK))
@@ -278,11 +282,12 @@ def _legend(y: float) -> str:
         x += width(words, SMALL_PT) + 30
     cross = f"M{x - 3:.1f} {y + 7:.1f}l6 6m0 -6l-6 6"
     parts += [f'<path d="{cross}" stroke="{FLAG}" stroke-width="1.6"/>',
-              text(x + 8, y + 13, "error", SMALL_PT, fill=SOFT)]  # fmt: skip
-    x += 46
+              text(x + 8, y + 13, words_of.get("marbles.error"), SMALL_PT, fill=SOFT)]  # fmt: skip
+    x += width(words_of.get("marbles.error"), SMALL_PT) + 24
+    clock = words_of.get("marbles.clock")
     parts += [f'<path d="M{x:.1f} {y + 7:.1f}v6" stroke="{FLAG}" stroke-width="1.1"/>',
-              text(x + 6, y + 13, "a row’s clock acts", SMALL_PT, fill=SOFT)]  # fmt: skip
-    x += width("a row’s clock acts", SMALL_PT) + 24
+              text(x + 6, y + 13, clock, SMALL_PT, fill=SOFT)]  # fmt: skip
+    x += width(clock, SMALL_PT) + 24
     parts += [f'<path d="M{x - 4:.1f} {y + 10:.1f}h22" stroke="{EDGE}" stroke-width="6" stroke-dasharray="1 1.2"/>',
-              text(x + 23, y + 13, "many values", SMALL_PT, fill=SOFT)]  # fmt: skip
+              text(x + 23, y + 13, words_of.get("marbles.many"), SMALL_PT, fill=SOFT)]  # fmt: skip
     return "".join(parts)

@@ -15,6 +15,7 @@ from rrp_sheets.render.measure import clean, shortened, width, wrap
 from rrp_sheets.render.stamped import metadata
 from rrp_sheets.render.style import EDGE, FILL_AND_LINE, INK, NAME_PT, SMALL_PT, SOFT
 from rrp_sheets.render.svg import frame, text
+from rrp_sheets.render.texts import Texts, texts
 
 WIDE = 780.0  # points, of the whole picture
 _LEFT, _RIGHT = 168.0, 18.0
@@ -61,13 +62,14 @@ class Note:
     text: str
 
 
-LANES = ("Said", "Heard", "Button", "Mark", "By hand", "Note", "Error")
+LANES = ("said", "heard", "button", "mark", "by_hand", "note", "error")
 """What happened, by kind, in the order in which the lanes stand above the plots."""
 
 
 def draw_plots(
     title: str, curves: Sequence[Curve], notes: Sequence[Note], seconds: float, *,
     foot: str = "", more: str = "", about: Mapping[str, str] | None = None, legend: tuple[str, str] | None = None,
+    language: str = "en",
 ) -> tuple[str, float, float]:  # fmt: skip
     """The picture as SVG, and its width and height in points.
 
@@ -80,7 +82,9 @@ def draw_plots(
         more: what is not shown, in words.
         about: as the SVG's metadata.
         legend: what the line is and the dashed one, when the curves have both.
+        language: of the picture's own words.
     """
+    words_of = texts(language)
     ends = [way[-1][0] for c in curves for way in (c.points, c.other) if way]
     scale = _Scale(max(seconds, *(n.until for n in notes), *ends, 0.001))
     y = 30.0
@@ -89,22 +93,23 @@ def draw_plots(
     lanes = [(lane, found) for lane, found in lanes if found]
     top = y + (_LANE * len(lanes) + 8 if lanes else 0)
     bottom = top + (_HIGH + _GAP) * len(curves)
-    pieces += _grid(scale, y, bottom, [n.t for n in notes if n.lane in ("Mark", "Button")])
+    pieces += _grid(scale, y, bottom, [n.t for n in notes if n.lane in ("mark", "button")])
     for lane, found in lanes:
-        pieces += _lane(scale, lane, found, y)
+        pieces += _lane(scale, lane, words_of.get(f"plots.lane.{lane}"), found, y)
         y += _LANE
     for number, curve in enumerate(curves):
-        pieces += _plot(scale, curve, top + (_HIGH + _GAP) * number)
+        pieces += _plot(scale, curve, words_of, top + (_HIGH + _GAP) * number)
     y = bottom + 4
     pieces += [text(scale.x(t), y + 6, f"{t:g}", SMALL_PT, fill=SOFT, middle=True) for t in scale.ticks()]
-    pieces.append(text(14, y + 6, "Time (s)", SMALL_PT, fill=SOFT))
+    pieces.append(text(14, y + 6, words_of.get("plots.time"), SMALL_PT, fill=SOFT))
     y += 22
     for words in (more, *(piece for part in foot.split("\n") for piece in wrap(clean(part), 190, 2))):
         if words:
             pieces.append(text(14, y, words, 7, fill=SOFT))
             y += 10
     body = metadata(about or {}) + f'<rect width="{WIDE:g}" height="{y:.1f}" fill="#fff"/>' + "\n".join(pieces)
-    alt = f"{len(curves)} plots over {seconds:g} s: {', '.join(clean(c.name) for c in curves)}."
+    names = words_of.in_a_row([clean(c.name) for c in curves])
+    alt = words_of.get("plots.alt", n=len(curves), seconds=f"{seconds:g}", list=names)
     return frame(body, WIDE, y, ident="plots", title=clean(title), description=alt), WIDE, y
 
 
@@ -151,10 +156,10 @@ def _upright(x: float, top: float, bottom: float, looks: str) -> str:
     return f'<path d="M{x:.1f} {top:.1f}V{bottom:.1f}" {looks}/>'
 
 
-def _lane(scale: _Scale, lane: str, notes: Sequence[Note], y: float) -> Iterator[str]:
+def _lane(scale: _Scale, lane: str, name: str, notes: Sequence[Note], y: float) -> Iterator[str]:
     """A lane of what happened: a shape for each, and its words where there is room for them."""
     count = f"  {len(notes)}" if len(notes) > 1 else ""
-    yield text(14, y + 11, f"{lane}{count}", SMALL_PT, bold=True)
+    yield text(14, y + 11, f"{name}{count}", SMALL_PT, bold=True)
     free = 0.0
     shown = notes[:: len(notes) // _MOST_NOTES + 1]
     for note, after in zip(shown, [*shown[1:], None], strict=True):
@@ -174,18 +179,18 @@ def _lane(scale: _Scale, lane: str, notes: Sequence[Note], y: float) -> Iterator
 def _shape(lane: str, x: float, y: float) -> str:
     ink = f'fill="{INK}" stroke="#fff" stroke-width="0.5"'
     shapes = {
-        "Said": f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.6" {ink}/>',
-        "Heard": f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="#fff" stroke="{INK}" stroke-width="1.3"/>',
-        "Button": f'<path d="M{x - 3.2:.1f} {y - 3.2:.1f}h6.4v6.4h-6.4z" {ink}/>',
-        "Mark": f'<path d="M{x - 4:.1f} {y - 4:.1f}h8l-4 8z" {ink}/>',
-        "By hand": f'<path d="M{x:.1f} {y - 4.4:.1f}l4.4 4.4l-4.4 4.4l-4.4 -4.4z" {ink}/>',
-        "Note": f'<path d="M{x:.1f} {y - 4:.1f}v8" stroke="{INK}" stroke-width="1.6"/>',
-        "Error": f'<path d="M{x - 3.4:.1f} {y - 3.4:.1f}l6.8 6.8m0 -6.8l-6.8 6.8" stroke="{INK}" stroke-width="1.8"/>',
+        "said": f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3.6" {ink}/>',
+        "heard": f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="#fff" stroke="{INK}" stroke-width="1.3"/>',
+        "button": f'<path d="M{x - 3.2:.1f} {y - 3.2:.1f}h6.4v6.4h-6.4z" {ink}/>',
+        "mark": f'<path d="M{x - 4:.1f} {y - 4:.1f}h8l-4 8z" {ink}/>',
+        "by_hand": f'<path d="M{x:.1f} {y - 4.4:.1f}l4.4 4.4l-4.4 4.4l-4.4 -4.4z" {ink}/>',
+        "note": f'<path d="M{x:.1f} {y - 4:.1f}v8" stroke="{INK}" stroke-width="1.6"/>',
+        "error": f'<path d="M{x - 3.4:.1f} {y - 3.4:.1f}l6.8 6.8m0 -6.8l-6.8 6.8" stroke="{INK}" stroke-width="1.8"/>',
     }
     return shapes[lane]
 
 
-def _plot(scale: _Scale, curve: Curve, top: float) -> Iterator[str]:
+def _plot(scale: _Scale, curve: Curve, words: Texts, top: float) -> Iterator[str]:
     values = [v for way in (curve.points, curve.other) for _, v in way]
     low, high = min(values, default=0.0), max(values, default=0.0)
     line = FILL_AND_LINE.get(curve.kind, FILL_AND_LINE["stream"])[1]
@@ -200,7 +205,7 @@ def _plot(scale: _Scale, curve: Curve, top: float) -> Iterator[str]:
     if bottom < 0 < bottom + span and low != 0 != high:
         yield (f'<path d="M{_LEFT:g} {place(0):.1f}h{scale.wide:.1f}" stroke="{SOFT}" stroke-width="0.5" '
                'stroke-dasharray="1 3"/>')  # fmt: skip
-    yield from _name(curve, top)
+    yield from _name(curve, words, top)
     for value in dict.fromkeys((high, low)):
         shown = f"{value:.4g}"
         yield text(_LEFT - 5 - width(shown, 8), place(value) + 3, shown, 8, fill=SOFT)
@@ -221,14 +226,21 @@ def _line(
                 yield f'<circle cx="{scale.x(t):.1f}" cy="{place(v):.1f}" r="1.7" {hollow}/>'
 
 
-def _name(curve: Curve, top: float) -> Iterator[str]:
+def _name(curve: Curve, words_of: Texts, top: float) -> Iterator[str]:
     room = _LEFT - 14 - 44  # the numbers of the axis stand at its right
     lines = wrap(clean(curve.name), 20, 2)
     for number, words in enumerate(lines):
         yield text(14, top + 12 + 12 * number, shortened(words, room, NAME_PT, bold=True), NAME_PT, bold=True)
     y = top + 12 + 12 * len(lines)
-    count = "" if curve.other else f", {curve.count:,} values"
-    for words in (f"in {curve.unit}" if curve.unit else "", f"{curve.kind}{count}"):
+    kind = f"plots.kind.{curve.kind}"
+    parts = [words_of.get(kind) if words_of.has(kind) else curve.kind]
+    if not curve.other:
+        parts.append(words_of.get("plots.values", n=f"{curve.count:,}"))
+    told = [words_of.in_a_row(parts)]
+    for words in (
+        words_of.get("plots.unit", unit=curve.unit) if curve.unit else "",
+        *(told if width(told[0], 8) <= room else parts),
+    ):
         if words:
             yield text(14, y, shortened(words, room, 8), 8, fill=SOFT)
             y += 10

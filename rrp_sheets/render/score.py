@@ -95,6 +95,7 @@ class Score:
         last_us: where it ends.
         marks: times with a short text each that are pointed at.
         foot: where it comes from, a line below it; empty for none.
+        language: of the diagram's own words.
         about: the same for programs, names and texts: for the file's metadata.
     """
 
@@ -105,6 +106,7 @@ class Score:
     marks: tuple[tuple[int, str], ...] = field(default=())
     foot: str = ""
     about: tuple[tuple[str, str], ...] = ()
+    language: str = "en"
 
     @property
     def lanes(self) -> list[Lane]:

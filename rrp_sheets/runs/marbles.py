@@ -14,10 +14,12 @@ from rrp_sheets.diagnostics import Report
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.graph import Graph
 from rrp_sheets.graph.build import build_graph
+from rrp_sheets.model.languages import known_language
 from rrp_sheets.model.names import key
 from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.model.values import Field, Record, RecordType, Value
 from rrp_sheets.render.score import KINDS, Group, Lane, Marble, Score, make_score
+from rrp_sheets.render.texts import texts
 from rrp_sheets.runs.records.stamp import stamp_of
 from rrp_sheets.runtime.trace import read_trace, stream_label
 
@@ -48,7 +50,10 @@ def trace_scores(path: Path) -> list[Score]:
             elif "t" in line:
                 lines.append({**line, "us": _us(line)})
         graph = _graph(file.with_name(WORKBOOK))
-        return _alone(header, lines) if graph is None else _with_rows(graph, lines)
+        language = known_language(header.get("language"))
+        people = _people(lines, language)
+        found = _alone(header, lines, people) if graph is None else _with_rows(graph, lines, people)
+        return [replace(score, language=language) for score in found]
     except (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError):
         raise UnreadableFile("FILE001", f"“{file}” is not a trace.", "Name a run's folder.") from None
 
@@ -62,7 +67,7 @@ def stamped_scores(path: Path) -> list[Score]:
 
 def stamped(scores: Iterable[Score], stamp: Stamp) -> list[Score]:
     """Diagrams that say where they come from."""
-    return [replace(score, foot=stamp.line(), about=tuple(stamp.pairs())) for score in scores]
+    return [replace(score, foot=stamp.line(), about=tuple(stamp.pairs()), language=stamp.language) for score in scores]
 
 
 def _graph(workbook: Path) -> Graph | None:
@@ -77,7 +82,7 @@ def _graph(workbook: Path) -> Graph | None:
     return build_graph(reading.workbook, robot or load_robot(), connectors(), Report())
 
 
-def _with_rows(graph: Graph, lines: list[dict[str, Any]]) -> list[Score]:
+def _with_rows(graph: Graph, lines: list[dict[str, Any]], people: tuple[Group, ...]) -> list[Score]:
     ids = {stream_label(s): s.id for s in graph.streams.values()}
     events = [
         (e["us"], ids[e["stream"]], str(e.get("row", "")), value_from_json(e["stream"], e["value"]))
@@ -87,11 +92,10 @@ def _with_rows(graph: Graph, lines: list[dict[str, Any]]) -> list[Score]:
     errors = [(e["us"], str(e["row"]), str(e.get("error") or e.get("text"))) for e in lines if _is_error(e)]
     last = max((e["us"] for e in lines), default=0)
     scores = [make_score(graph, b, events, errors, last) for b in graph.behaviours]
-    people = _people(lines)
     return [replace(s, groups=(*people, *s.groups)) for s in scores if any(lane.marbles for lane in s.lanes)]
 
 
-def _people(lines: list[dict[str, Any]]) -> tuple[Group, ...]:
+def _people(lines: list[dict[str, Any]], language: str) -> tuple[Group, ...]:
     """A line of what people did meanwhile, when they did something."""
     marbles: list[Marble] = []
     dragged: dict[str, int] = {}  # a thing that is dragged is put to many places: where it comes to lie is shown
@@ -109,7 +113,8 @@ def _people(lines: list[dict[str, Any]]) -> tuple[Group, ...]:
             if thing:
                 dragged[thing] = len(marbles)
             marbles.append(marble)
-    return (Group((), Lane("by hand", "By hand", "note", tuple(marbles))),) if marbles else ()
+    name = texts(language).get("plots.lane.by_hand")
+    return (Group((), Lane("by hand", name, "note", tuple(marbles))),) if marbles else ()
 
 
 def _is_error(entry: Mapping[str, Any]) -> bool:
@@ -122,7 +127,7 @@ def _dragged(entry: Mapping[str, Any]) -> str:
     return str(detail["thing"]) if isinstance(detail, dict) and "put" in detail else ""
 
 
-def _alone(header: Mapping[str, Any], lines: list[dict[str, Any]]) -> list[Score]:
+def _alone(header: Mapping[str, Any], lines: list[dict[str, Any]], people: tuple[Group, ...]) -> list[Score]:
     """Streams by what the trace's header says of them."""
     known = KINDS.values()
     kinds = {
@@ -140,7 +145,7 @@ def _alone(header: Mapping[str, Any], lines: list[dict[str, Any]]) -> list[Score
     names = sorted(marbles, key=lambda n: order.get(kinds.get(n, ""), 1))
     groups = tuple(Group((), Lane(n, n.rpartition("!")[2], kinds.get(n, "stream"), tuple(marbles[n]))) for n in names)
     last = max((e["us"] for e in lines), default=0)
-    return [Score(str(header.get("name", "Run")), (*_people(lines), *groups), 0, last)] if lines else []
+    return [Score(str(header.get("name", "Run")), (*people, *groups), 0, last)] if lines else []
 
 
 def _us(entry: Mapping[str, Any]) -> int:

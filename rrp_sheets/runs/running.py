@@ -123,7 +123,7 @@ def _header(reading: Reading, checked: Checked, settings: RunSettings, seed: int
     return {
         "program": __version__, "workbook": reading.digest, "name": Path(reading.workbook.source).name,
         "robot": checked.robot.name, "engine": checked.run.engine, "frame_rate": checked.run.frame_rate,
-        "mode": settings.mode, "seed": seed, "participant": settings.participant,
+        "language": checked.run.language, "mode": settings.mode, "seed": seed, "participant": settings.participant,
         "condition": settings.condition, "operator": settings.operator,
         "faces": "kept" if checked.run.keeps_faces else "forgotten",
         "began": datetime.now(UTC).isoformat(timespec="milliseconds"),

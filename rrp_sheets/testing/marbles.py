@@ -7,6 +7,7 @@ from dataclasses import replace
 from rrp_sheets.checks import Checked
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.render.score import Score, make_score, upstream
+from rrp_sheets.render.texts import texts
 from rrp_sheets.testing.results import CaseResult
 
 _MOST_LANES = 10
@@ -17,23 +18,27 @@ def scores(checked: Checked, result: CaseResult) -> list[Score]:
     """What came on the streams in a test, a diagram for each behaviour in which something came."""
     events = [(e.us, e.stream, e.row, e.value) for e in result.events]
     errors = [(f.us, f.row, f.message) for f in result.faults]
-    found = []
+    found, language = [], checked.run.language
     for behaviour in checked.graph.behaviours:
         score = make_score(checked.graph, behaviour, events, errors, result.ended_us)
         if any(lane.marbles for lane in score.lanes):
-            found.append(replace(score, title=f"{result.case.name}: {score.title}", marks=_marks(result)))
+            found.append(
+                replace(
+                    score, title=f"{result.case.name}: {score.title}", marks=_marks(result, language), language=language
+                )
+            )
     return found
 
 
-def _marks(result: CaseResult) -> tuple[tuple[int, str], ...]:
-    return tuple((r.row.time_us, f"row {r.row.row}") for r in result.failed_rows)
+def _marks(result: CaseResult, language: str) -> tuple[tuple[int, str], ...]:
+    return tuple((r.row.time_us, texts(language).get("behaviour.row", n=r.row.row)) for r in result.failed_rows)
 
 
 def around_failures(checked: Checked, result: CaseResult) -> Score:
     """What came around the first rows that do not hold, on their streams and those that these come from."""
     if not result.failed_rows:
         return Score("", (), 0, 0)
-    first = result.failed_rows[0]
+    first, language = result.failed_rows[0], checked.run.language
     wanted = [r.row.stream for r in result.failed_rows if r.row.time_us <= first.row.time_us + 5_000_000]
     behaviour = _home(checked, wanted[0])
     if behaviour is None:
@@ -48,7 +53,7 @@ def around_failures(checked: Checked, result: CaseResult) -> Score:
     last = max(r.row.time_us for r in result.failed_rows if r.row.time_us <= first.row.time_us + 5_000_000)
     ids = upstream(behaviour, dict.fromkeys(wanted), _MOST_LANES)
     shown = score.only(ids).between(begin, min(last + _AFTER_US, max(result.ended_us, last)))
-    return replace(shown, marks=_marks(result))
+    return replace(shown, marks=_marks(result, language), language=language)
 
 
 def _home(checked: Checked, stream: str) -> BehaviourGraph | None:

@@ -18,6 +18,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from rrp_sheets.model.languages import known_language
 from rrp_sheets.runtime.holding import is_held
 
 RUNS = "runs"
@@ -36,6 +37,7 @@ class Facts:
         run: the name of its folder.
         began: wall clock at time 0; None when it is not known.
         workbook: the file that ran.
+        language: of pictures and accounts that are made of its record.
         digest: of that file.
         seconds: how long it was, on its own clock.
         ended: `time`, `stopped`, `end run`, `broken`, `going`, `cut` (its record has no end), `unreadable`.
@@ -57,6 +59,7 @@ class Facts:
     frame_rate: str = ""
     seed: str = ""
     program: str = ""
+    language: str = "en"
     seconds: float = 0.0
     ended: str = "unreadable"
     ended_by: str = ""
@@ -124,7 +127,8 @@ def facts_of(place: Path, going: Collection[str] = ()) -> Facts:
         condition=text_of(header.get("condition")), operator=text_of(header.get("operator")),
         mode=text_of(header.get("mode")), robot=text_of(header.get("robot")), engine=text_of(header.get("engine")),
         frame_rate=text_of(header.get("frame_rate")), seed=text_of(header.get("seed")),
-        program=text_of(header.get("program")), seconds=_seconds(summary.get("simulated_seconds", summary.get("t"))),
+        program=text_of(header.get("program")), language=known_language(header.get("language")),
+        seconds=_seconds(summary.get("simulated_seconds", summary.get("t"))),
         ended=ended, ended_by=text_of(summary.get("stopped_by") or summary.get("by")), why=text_of(summary.get("why")),
         remedy=text_of(summary.get("remedy")), events=_counts(summary.get("events")),
         errors=_counts(summary.get("errors")), commands=_counts(summary.get("actuator_commands")),

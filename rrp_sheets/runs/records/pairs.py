@@ -9,6 +9,7 @@ from typing import Any
 
 from rrp_sheets.model.names import key
 from rrp_sheets.render.plots import Curve, draw_plots
+from rrp_sheets.render.texts import texts
 from rrp_sheets.runs.records.course import course
 from rrp_sheets.runs.records.facts import TRACE, text_of
 from rrp_sheets.runs.records.stamp import stamp_of
@@ -104,8 +105,10 @@ def _overlaid(first: Path, second: Path) -> str:
     stamps = [stamp_of(first), stamp_of(second)]
     foot = "\n".join(stamp.line() for stamp in stamps)
     seconds = max(float(one["seconds"]) for one in told)
-    legend = ("first run", "second run")
-    return draw_plots("Both runs over one another", drawn, [], seconds, foot=foot, legend=legend)[0]
+    language = stamps[0].language
+    say = texts(language)
+    legend = (say.get("plots.first"), say.get("plots.second"))
+    return draw_plots(say.get("plots.both"), drawn, [], seconds, foot=foot, legend=legend, language=language)[0]
 
 
 def _curve(left: dict[str, Any] | None, right: dict[str, Any] | None) -> Curve:

@@ -12,6 +12,7 @@ from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.render.contact import Moment, draw_contact
 from rrp_sheets.render.plots import Curve, Note, draw_plots
+from rrp_sheets.render.texts import Texts, texts
 from rrp_sheets.runs.records.course import course
 from rrp_sheets.runs.records.stamp import stamp_of
 
@@ -21,12 +22,10 @@ _MOST_PICTURES = 2_000  # of a film
 _MOST_PIXELS = 4_000 * 4_000
 _QUALITY = 82  # of a JPEG
 _LANES = {
-    "say": "Said", "person": "Heard", "sound": "Said", "press": "Button", "button": "Button", "mark": "Mark",
-    "error": "Error", "note": "Note", "clamp": "Note",
+    "say": "said", "person": "heard", "sound": "said", "press": "button", "button": "button", "mark": "mark",
+    "error": "error", "note": "note", "clamp": "note",
 }  # fmt: skip
 _RANKS = ("mark", "error", "say", "person", "press", "button", "send", "scene", "edit", "sound", "note")
-_TOLD = {"say": "“{}”", "person": "a person: “{}”", "mark": "mark: {}", "error": "error: {}", "press": "button {}",
-         "send": "sent {}", "sound": "played {}", "edit": "edited: {}"}  # fmt: skip
 
 
 def draw_run_plots(place: Path, only: Collection[str] = ()) -> tuple[str, float, float]:
@@ -45,13 +44,20 @@ def draw_run_plots(place: Path, only: Collection[str] = ()) -> tuple[str, float,
               for c in told["curves"]]  # fmt: skip
     if not curves:
         raise _nothing(place, only)
-    notes = [Note(e["t"], e["until"], _LANES.get(e["kind"], "By hand"), e["text"]) for e in told["lines"]]
+    notes = [Note(e["t"], e["until"], _LANES.get(e["kind"], "by_hand"), e["text"]) for e in told["lines"]]
     stamp = stamp_of(place)
     more = ""
     if told["more_curves"]:
-        more = f"{told['more_curves']} more numbers are not shown."
+        more = texts(stamp.language).get("plots.more", n=told["more_curves"])
     return draw_plots(
-        title_of(stamp), curves, notes, float(told["seconds"]), foot=stamp.line(), more=more, about=dict(stamp.pairs())
+        title_of(stamp),
+        curves,
+        notes,
+        float(told["seconds"]),
+        foot=stamp.line(),
+        more=more,
+        about=dict(stamp.pairs()),
+        language=stamp.language,
     )
 
 
@@ -75,8 +81,8 @@ def draw_run_contact(place: Path, count: int = MOMENTS) -> tuple[str, float, flo
         raise SheetsError(f"“{place.name}” has no film to take pictures from.", "Export its plots: -o plots.svg")
     told = course(place)["lines"]
     stamp = stamp_of(place)
-    moments = _moments(film, told, count)
-    return draw_contact(title_of(stamp), moments, foot=stamp.line(), about=dict(stamp.pairs()))
+    moments = _moments(film, told, count, texts(stamp.language))
+    return draw_contact(title_of(stamp), moments, foot=stamp.line(), about=dict(stamp.pairs()), language=stamp.language)
 
 
 def title_of(stamp: Stamp) -> str:
@@ -85,7 +91,7 @@ def title_of(stamp: Stamp) -> str:
     return f"{stamp.workbook or stamp.run}{f', {who}' if who else ''}, {stamp.began[:16]}"
 
 
-def _moments(film: Path, told: Sequence[Mapping[str, Any]], count: int) -> list[Moment]:
+def _moments(film: Path, told: Sequence[Mapping[str, Any]], count: int, say: Texts) -> list[Moment]:
     from PIL import Image
 
     try:
@@ -103,7 +109,10 @@ def _moments(film: Path, told: Sequence[Mapping[str, Any]], count: int) -> list[
                 when, words = "", tuple[str, ...]()
                 if times:
                     until = times[chosen[number + 1]] if number + 1 < len(chosen) else float("inf")
-                    when, words = f"{times[place]:.1f} s", _words(told, 0.0 if number == 0 else times[place], until)
+                    when, words = (
+                        f"{times[place]:.1f} s",
+                        _words(told, 0.0 if number == 0 else times[place], until, say),
+                    )
                 found.append(Moment(packed.getvalue(), picture.width, picture.height, when, words))
             return found
     except (OSError, ValueError, EOFError, Image.DecompressionBombError):
@@ -140,9 +149,10 @@ def choose(times: Sequence[float], told: Sequence[Mapping[str, Any]], count: int
     return found
 
 
-def _words(told: Sequence[Mapping[str, Any]], first: float, until: float) -> tuple[str, ...]:
+def _words(told: Sequence[Mapping[str, Any]], first: float, until: float, say: Texts) -> tuple[str, ...]:
     times = [float(e["t"]) for e in told]
     there = told[bisect_left(times, first) : bisect_right(times, until - 1e-9)]
     order = {kind: n for n, kind in enumerate(_RANKS)}
     ordered = sorted(there, key=lambda e: order.get(str(e["kind"]), len(order)))
-    return tuple(_TOLD.get(str(e["kind"]), "{}").format(e["text"]) for e in ordered)
+    entries = [(f"moments.told.{e['kind']}", str(e["text"])) for e in ordered]
+    return tuple(say.get(entry, text=text) if say.has(entry) else text for entry, text in entries)

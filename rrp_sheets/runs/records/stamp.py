@@ -21,4 +21,5 @@ def stamp_of_facts(facts: Facts) -> Stamp:
         workbook=facts.workbook, digest=facts.digest, program=facts.program, mode=facts.mode, seed=facts.seed,
         participant=facts.participant, condition=facts.condition, operator=facts.operator,
         began=facts.began.isoformat(sep=" ", timespec="seconds") if facts.began else "", run=facts.run,
+        language=facts.language,
     )  # fmt: skip
