@@ -236,7 +236,7 @@ def test_a_row_typed_into_a_comment_is_told_and_put_into_a_row_of_its_own(page: 
 def test_a_lesson_is_read_on_a_narrow_screen_without_moving_the_table(page: GridPage) -> None:
     size = page.page.viewport_size
     page.page.set_viewport_size({"width": 400, "height": 800})
-    script = """() => [...document.querySelectorAll("tr.comment td.on .word")]
+    script = """() => [...document.querySelectorAll("tr.comment:not(.buried) td.remark .word")]
       .every((word) => word.getBoundingClientRect().width <= innerWidth - 80)"""
     assert page.page.evaluate(script)
     page.page.set_viewport_size(size)

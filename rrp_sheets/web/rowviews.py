@@ -180,7 +180,11 @@ class RowMaker:
         who = self._taken.get((row, column.number))
         if who:
             looks += " taken"
-        inside = self._inside(row, number, kind, text)
+        if text.lstrip().startswith("#") and column.number == min(self.grid.texts.get(row, {column.number: ""})):
+            looks += " remark"
+            inside = f'<span class="word">{escape(text)}</span>'
+        else:
+            inside = self._inside(row, number, kind, text)
         if kind == "expect" and row in self._marks:
             inside += _verdict(self._marks[row])
         inside += f'<div class="mends">{"".join(_mend(n, d) for n, d in problems)}</div>' if problems else ""
@@ -197,8 +201,6 @@ class RowMaker:
         if kind == "on":
             if not self.grid.texts.get(row):
                 return ""  # a blank row is neither on nor off
-            if text.lstrip().startswith("#"):
-                return f'<span class="word">{escape(text)}</span>'
             checked = "" if text.strip().casefold() in _OFF else " checked"
             return f'<input type="checkbox" tabindex="-1" aria-label="Row {number} is on"{checked}>'
         if not text:
