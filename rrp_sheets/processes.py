@@ -44,6 +44,11 @@ class Child:
         """The process's number."""
         return self._process.pid
 
+    @property
+    def ended(self) -> bool:
+        """Whether it has ended."""
+        return self._process.poll() is not None
+
     def kill(self) -> None:
         """End it at once."""
         self._process.kill()

@@ -50,6 +50,11 @@ class Office:
         """The process's number."""
         return self._child.pid
 
+    @property
+    def ended(self) -> bool:
+        """Whether it has ended."""
+        return self._child.ended
+
     def send(self, *message: Any) -> None:
         """Send a message; one that has ended hears nothing, and is found out when it is listened to."""
         try:
@@ -149,6 +154,8 @@ class KeptOffice:
             SheetsError: what it says instead, or when this was closed.
         """
         with self._lock:
+            if self._office is not None and self._office.ended:  # meanwhile: this request is not to blame
+                self._drop()
             if self._office is None and not self._closed:
                 self._office, within = self._start(), within + start
             if self._closed or self._office is None:  # asked after it was made: `close` sees it, or this sees `close`
