@@ -77,8 +77,9 @@ class Journal:
             self._marks = sqlite3.connect(place / "journal.sqlite", check_same_thread=False, isolation_level=None)
             self._marks.execute("pragma synchronous = off")
         except (OSError, sqlite3.Error) as error:
+            why = getattr(error, "strerror", None) or error
             raise SheetsError(
-                f"Nothing can be kept in {place}: {error}.",
+                f"Nothing can be kept in {place}: {why}.",
                 "Workbooks can be edited only in a folder you may write to.",
             ) from error
 

@@ -17,7 +17,7 @@ from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.editing import make_editing
 from rrp_sheets.web.guard import Lan, cookie_name, protect
 from rrp_sheets.web.helping import make_helping
-from rrp_sheets.web.library import Library
+from rrp_sheets.web.library import Library, printable
 from rrp_sheets.web.live.floor import Floor
 from rrp_sheets.web.live.routes import make_live
 from rrp_sheets.web.login import make_login
@@ -41,7 +41,7 @@ _REFUSALS = {
     405: ("This cannot be done here", "This address does not take what was sent to it.", "Go back."),
 }  # fmt: skip
 _MESSAGES = {
-    404: ("There is nothing here", "The workbook was renamed or moved, or the address is mistyped.",
+    404: ("There is nothing here", "What was here was renamed, moved or deleted, or the address is mistyped.",
           "Go to the shelf and open it from there."),
     413: ("That is too much at once", "The server takes up to 8 MB, and workbooks up to 5 MB. Nothing was changed.",
           "Make it smaller: pictures in a workbook take most of the room."),
@@ -78,7 +78,7 @@ def create_app(
     protect(app, token, lan, sessions, once)
     if lan is not None:
         app.register_blueprint(make_login(lan, sessions, cookie_name(token), tell))
-    _answer_errors(app)
+    _answer_errors(app, folder)
     floor = Floor(desk)
     app.extensions.update(going=floor.going, writing=floor.writing, close=desk.close)
     app.register_blueprint(make_editing(library, desk))
@@ -106,17 +106,25 @@ def create_app(
     return app
 
 
-def _answer_errors(app: Flask) -> None:
+def _answer_errors(app: Flask, folder: Path) -> None:
     @app.errorhandler(SheetsError)
     def tell(error: SheetsError) -> tuple[str, int]:
         return show(MessagePage("This cannot be shown", error.message, error.remedy, reload=True)), 422
 
     @app.errorhandler(OSError)
     def no_room(error: OSError) -> tuple[str, int]:
-        if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EROFS):
+        if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS):
+            why = f"The computer where the server runs cannot write: {error.strerror}."
+            room = "Let it be written there" if error.errno == errno.EROFS else "Make room there"
+            return show(MessagePage("This cannot be done now", why, f"{room}, and try it again.", reload=True)), 507
+        path = Path(error.filename) if isinstance(error.filename, str) else None
+        if path is None or not path.is_relative_to(folder):
             raise error
-        why = f"The computer where the server runs cannot write: {error.strerror}."
-        return show(MessagePage("This cannot be done now", why, "Make room there, and try it again.", reload=True)), 507
+        # a workbook or a run that another program has replaced or locked meanwhile
+        why = f"“{printable(path.name)}” cannot be used as it is now: {error.strerror}."
+        return show(
+            MessagePage("This cannot be done now", why, "Look at the folder, and try it again.", reload=True)
+        ), 422
 
     @app.errorhandler(HTTPException)
     def explain(error: HTTPException) -> tuple[str, int]:
