@@ -51,7 +51,7 @@ class Browsers:
     """Browsers that are started when they are wanted, one for each set of flags, and used again.
 
     Args:
-        shell: whether those that draw nothing in 3D may be without what is around a page.
+        shell: whether they may be without what is around a page.
     """
 
     def __init__(self, *, shell: bool = True) -> None:
@@ -68,7 +68,7 @@ class Browsers:
                 from playwright.sync_api import sync_playwright
 
                 self._chromium = self._started.enter_context(sync_playwright()).chromium
-            program = SHELL if self._shell and "--disable-gpu" in flags else CHROMIUM
+            program = SHELL if self._shell else CHROMIUM
             found = self._open[tuple(flags)] = self._chromium.launch(executable_path=program, args=list(flags))
         return found
 

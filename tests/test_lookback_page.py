@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import let_in, violations
+from chromium import violations
 from playwright.sync_api import expect
 from test_lookback import BOOK, events, go, rows_of_the_trace
 
@@ -42,16 +42,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     trace.write_text("\n".join([header, *map(json.dumps, lines), summary]) + "\n", encoding="utf-8")
     shutil.copytree(run, made / "runs" / "old", ignore=shutil.ignore_patterns("poses*", "camera*"))
     return made
-
-
-@pytest.fixture(scope="module")
-def page(browser: Any, url: str) -> Any:
-    context = browser.new_context(viewport={"width": 1280, "height": 800}, base_url=url)
-    let_in(context, url)
-    opened = context.new_page()
-    opened.problems = []
-    opened.on("pageerror", lambda error: opened.problems.append(str(error)))
-    return opened
 
 
 def look(page: Any, run: str, fragment: str = "") -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import let_in, violations
+from chromium import violations
 from playwright.sync_api import expect
 
 from rrp_sheets import api
@@ -33,16 +33,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     lines.insert(-1, json.dumps({"t": 3.5, "happening": "mark", "text": "Kai laughs", "by": "Aya"}))
     trace.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return made
-
-
-@pytest.fixture(scope="module")
-def page(browser: Any, url: str) -> Any:
-    context = browser.new_context(viewport={"width": 1280, "height": 800}, base_url=url)
-    let_in(context, url)
-    opened = context.new_page()
-    opened.problems = []
-    opened.on("pageerror", lambda error: opened.problems.append(str(error)))
-    return opened
 
 
 def test_a_run_is_looked_into(page: Any, folder: Path) -> None:
