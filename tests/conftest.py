@@ -106,6 +106,12 @@ def _one_checker():
 
 
 @pytest.fixture(scope="session")
+def office(tmp_path_factory):
+    """An option of LibreOffice's: the profile of this worker; a new one takes longer to make than a file to convert."""
+    return f"-env:UserInstallation=file://{tmp_path_factory.mktemp('office')}/profile"
+
+
+@pytest.fixture(scope="session")
 def browsers():
     """The browsers of this worker: starting one takes longer than most tests."""
     from chromium import CHROMIUM, Browsers

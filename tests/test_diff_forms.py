@@ -318,11 +318,11 @@ def test_a_file_that_git_does_not_have_is_the_null_device(pair):
 if shutil.which("soffice"):
 
     @pytest.fixture(scope="module")
-    def saved(tmp_path_factory):
+    def saved(tmp_path_factory, office):
         """All workbooks and the template, and the folder where LibreOffice has saved each under its name."""
         folder = tmp_path_factory.mktemp("saved")
         books = {path.stem: path for path in (*WORKBOOKS, api.new(folder / "guided.xlsx"))}
-        command = ["soffice", f"-env:UserInstallation=file://{folder}/profile", "--headless", "--convert-to", "xlsx",
+        command = ["soffice", office, "--headless", "--convert-to", "xlsx",
                    "--outdir", str(folder / "out"), *map(str, books.values())]  # fmt: skip
         subprocess.run(command, check=True, capture_output=True, timeout=240)
         return books, folder / "out"

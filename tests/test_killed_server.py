@@ -143,13 +143,13 @@ def check_killing(folder: Path, times: int, seed: int) -> None:
     assert any(texts != ["start"] for texts in expected.values())
 
 
-def test_a_server_killed_three_times_loses_nothing(tmp_path: Path) -> None:
+def test_a_server_killed_three_times_loses_nothing(tmp_path: Path, office: str) -> None:
     check_killing(tmp_path, 3, seed=1)
     if shutil.which("soffice"):
-        out, profile = tmp_path / "out", f"-env:UserInstallation=file://{tmp_path}/profile"
+        out = tmp_path / "out"
         command = [
             "soffice",
-            profile,
+            office,
             "--headless",
             "--convert-to",
             "csv",
