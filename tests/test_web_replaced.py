@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -11,7 +13,8 @@ from browser import HOME, TOKEN
 from rrp_sheets.web.app import create_app
 
 
-@pytest.mark.parametrize("now", ["a folder", "no workbook"])
+@pytest.mark.skipif(sys.platform == "win32", reason="no pipes in folders there")
+@pytest.mark.parametrize("now", ["a folder", "a pipe"])
 def test_a_workbook_that_is_something_else_meanwhile_is_told(tmp_path: Path, now: str) -> None:
     folder = make_folder(tmp_path)
     app = create_app(folder, TOKEN)
@@ -34,4 +37,4 @@ def _replace(folder: Path, now: str) -> None:
     if now == "a folder":
         path.mkdir()
     else:
-        path.write_bytes(b"junk")
+        os.mkfifo(path)

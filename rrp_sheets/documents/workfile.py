@@ -105,7 +105,13 @@ class WorkFile:
         return self._kept.added(self.path.name) if self._kept else set()
 
     def keep_version(self, author: str, name: str) -> None:
-        """Keep the file as it is now under a name."""
+        """Keep the file as it is now under a name.
+
+        Raises:
+            Refused: it is no file any more.
+        """
+        if not self.path.is_file():  # of a pipe the end would be waited for
+            raise Refused(f"“{self.path.name}” is no file any more.", "Put the workbook there again.")
         self.journal.keep_version(self.path.name, name, author, self._digest, self.path.read_bytes())
 
     def versions(self) -> list[Version]:

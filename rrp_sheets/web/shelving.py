@@ -70,6 +70,8 @@ def _tutorial(library: Library, desk: Desk) -> Done:
 def _copy(library: Library, desk: Desk) -> Done:
     source = library.path(request.form.get("book", ""))
     target = _numbered(source)
+    if not source.is_file():  # of a pipe the end would be waited for
+        raise SheetsError(f"“{source.name}” is no file any more.", "Put the workbook there again.")
     write_atomically(target, source.read_bytes(), replace=False)
     return f"Made {target.name}.", target.name
 
