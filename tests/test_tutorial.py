@@ -233,6 +233,47 @@ def test_a_row_typed_into_a_comment_is_told_and_put_into_a_row_of_its_own(page: 
     holds(page, 2)
 
 
+def test_the_table_follows_the_rows_that_act_but_nobody_who_is_at_it(page: GridPage) -> None:
+    page.page.emulate_media(reduced_motion="reduce")
+    tell = """([phase, n, at]) => { const say = (name, detail) => document.dispatchEvent(new CustomEvent(name, { detail }));
+      const rows = [...document.querySelectorAll("[role=grid] tbody tr")];
+      const scroll = document.getElementById("grid-scroll");
+      if (n < 0) scroll.scrollTop = 0;
+      say("rrp:run", { phase, id: "a", book: "", t: at });
+      if (n > 0) say("rrp:live", { t: at, rows: { [rows.find((r) => r.cells[0].textContent === String(n)).id]: { v: "x", at, n: at } } });
+      return scroll.scrollTop; }"""
+
+    def told(phase: str, number: int, at: float) -> float:
+        return float(page.page.evaluate(tell, [phase, number, at]))
+
+    go(page, "B", 8)
+    page.page.clock.install()
+    try:
+        page.page.clock.run_for(120_000)  # nobody has touched the table for a while
+        assert told("running", -1, 0.0) == 0
+        assert page.page.locator("#run-follow").is_visible()
+        assert told("running", 8, 1.0) == 0, "it is in sight"
+        assert told("running", 42, 1.5) > 100
+        assert page.here == "B8", "the cursor stays"
+        page.page.clock.run_for(3_000)
+        page.press("F2")
+        page.page.clock.run_for(9_000)
+        told("running", -1, 2.0)
+        assert told("running", 43, 5.0) == 0, "somebody is writing"
+        page.press("Escape")
+        page.page.clock.run_for(9_000)
+        page.page.uncheck("#run-follow input")
+        assert told("running", 44, 6.0) == 0
+        page.page.check("#run-follow input")
+        assert told("running", 40, 7.0) > 100
+        page.page.clock.run_for(3_000)
+        told("running", -1, 8.0)
+        assert told("running", 40, 8.5) == 0, "what comes all the time is no news"
+    finally:
+        told("none", 0, 0.0)
+    assert not page.page.locator("#run-follow").is_visible()
+
+
 def test_a_lesson_is_read_on_a_narrow_screen_without_moving_the_table(page: GridPage) -> None:
     size = page.page.viewport_size
     page.page.set_viewport_size({"width": 400, "height": 800})

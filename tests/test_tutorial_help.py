@@ -31,6 +31,7 @@ def test_every_connector_has_its_picture(name: str, client: FlaskClient) -> None
     text = get(client, f"/help?topic={name}").text
     picture = str(marble_picture(example_score(connector)))
     assert picture in text and "one place is" not in text
+    assert " rad" not in text, "its example is of plain values"
     root = ET.fromstring(picture)
     told = root.get("aria-label", "")
     shown = [e.text for e in root.iter("text") if e.get("class") == "value"]

@@ -39,7 +39,7 @@ def workbook(connector: Connector) -> str:
     """The example as a workbook: sensors whose values the rows of marbles give, and one row with the connector."""
     rows, parameter = parts(connector)
     names = input_names(len(rows))
-    body = [f"| {name} sensor | map | value | {name} |" for name in names]
+    body = [f'| {name} sensor | map | IF(TRUE; value; "") | {name} |' for name in names]  # so it loses the joint's unit
     if connector.drives:
         body.append(f"| {', '.join(names)} | {connector.name} | {parameter} | Print |")
     else:
