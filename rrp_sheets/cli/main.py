@@ -80,12 +80,12 @@ def group() -> None:
 
 def main() -> None:
     """The entry point. What the user can mend is told in one or two lines, never as a traceback."""
-    plain_output()
-    if sys.argv[1:2] and sys.argv[1] in _EVALUATING:
-        from rrp_sheets.runs import limits
-
-        limits.limit_memory()
     try:
+        plain_output()
+        if sys.argv[1:2] and sys.argv[1] in _EVALUATING:
+            from rrp_sheets.runs import limits
+
+            limits.limit_memory()
         sys.exit(group(prog_name="rrp-sheets", standalone_mode=False))
     except click.ClickException as error:
         error.show()
