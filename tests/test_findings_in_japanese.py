@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import ast
 import io
 import json
 import pickle
 import re
 import sys
 from contextlib import redirect_stderr, redirect_stdout, suppress
+from pathlib import Path
 from string import Formatter
 
 import openpyxl
@@ -15,6 +17,7 @@ import pytest
 from play import check
 from test_mistakes import base, markdown_of, mistakes
 
+import rrp_sheets
 from rrp_sheets.cli.main import main
 from rrp_sheets.diagnostics import CODES, Report
 from rrp_sheets.diagnostics.languages import PHRASES, entries, title, told
@@ -54,6 +57,20 @@ def test_every_text_has_the_places_of_the_english_one():
             continue
         if all(name.isidentifier() for name in wanted) and "each" not in wanted:
             assert places(japanese) == wanted or not wanted, english
+
+
+def test_every_phrase_of_the_program_has_its_japanese():
+    japanese = entries("ja")[PHRASES]
+    known = {english[:1].swapcase() + english[1:] for english in japanese} | set(japanese)
+    phrases = [
+        (path.name, call.args[0].value)
+        for path in Path(rrp_sheets.__file__).parent.rglob("*.py")
+        for call in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(call, ast.Call) and getattr(call.func, "id", "") == "Phrase"
+        and call.args and isinstance(call.args[0], ast.Constant)
+    ]  # fmt: skip
+    assert len(phrases) > 200
+    assert [said for said in phrases if said[1] not in known] == []
 
 
 def books() -> list[str]:

@@ -63,7 +63,7 @@ def _problem(folder: Path, name: str) -> tuple[str, str] | None:
             ) if guess else _PUT
         if path.stat().st_size > MOST_BYTES:
             return Phrase(
-                "it is larger than {value} MB.", value=MOST_BYTES // 1000000
+                "it is larger than {value} MB.", value=MOST_BYTES // 1_000_000
             ), "Save it smaller: 400 x 400 pixels are enough."
         size = picture_size(path.read_bytes())
     except (OSError, ValueError):

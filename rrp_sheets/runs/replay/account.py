@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
 from typing import Any
 
+from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.render.marbles import draw_marbles
 from rrp_sheets.runs.replay.marbles import difference_scores
 from rrp_sheets.runs.replay.result import Replayed
@@ -19,17 +19,24 @@ _MOST_PICTURES = 4
 
 def account(found: Replayed) -> dict[str, Any]:
     """What a page shows of a replay."""
-    robot = robot_lines(found)
+    robot, language = robot_lines(found), found.language
     each = [] if found.other else each_line(found)
     return {
-        "same": found.same, "verdict": verdict(found), "remarks": list(found.remarks), "ending": found.ending,
-        "rows": [asdict(line) for line in row_lines(found)[:MOST]],
-        "robot": _first(robot), "robot_left_out": max(0, len(robot) - MOST),
-        "each": _first(each), "each_left_out": max(0, len(each) - MOST),
-        "unknown": list(found.unknown), "differs": bool(found.differences),
+        "same": found.same, "verdict": told(verdict(found), language),
+        "remarks": [told(r, language) for r in found.remarks], "ending": told(found.ending, language),
+        "rows": [
+            {"whose": told(line.whose, language), "text": told(line.text, language), "row": line.row}
+            for line in row_lines(found)[:MOST]
+        ],
+        "robot": _first(robot, language), "robot_left_out": max(0, len(robot) - MOST),
+        "each": _first(each, language), "each_left_out": max(0, len(each) - MOST),
+        "unknown": [told(u, language) for u in found.unknown], "differs": bool(found.differences),
         "pictures": [p.svg for p in draw_marbles(difference_scores(found), strips=1)[:_MOST_PICTURES]],
     }  # fmt: skip
 
 
-def _first(told: Sequence[Told]) -> list[dict[str, Any]]:
-    return [asdict(line) for line in told[:MOST]]
+def _first(lines: Sequence[Told], language: str) -> list[dict[str, Any]]:
+    return [
+        {"when": told(line.when, language), "us": line.us, "text": told(line.text, language), "row": line.row}
+        for line in lines[:MOST]
+    ]

@@ -9,6 +9,7 @@ from typing import Any
 
 from rrp_sheets.checks import Checked, check_workbook
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.diagnostics.phrase import Phrase, sentences
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import Step
 from rrp_sheets.model.cells import Address, Cell
@@ -45,9 +46,10 @@ class Editions:
     @property
     def left_out(self) -> list[str]:
         """What could not be done again, in words: of a place the first time, and how often it was more."""
-        more = {1: "", 2: " So is another one there."}
+        more = {1: "", 2: "So is another one there."}
         return [
-            words[0] + more.get(len(words), f" So are {len(words) - 1} more there.") for words in self._left.values()
+            sentences(words[0], more[n] if (n := len(words)) in more else Phrase("So are {n} more there.", n=n - 1))
+            for words in self._left.values()
         ]
 
     def _leave(self, place: str, words: str) -> None:
@@ -63,13 +65,21 @@ class Editions:
         checked = check_workbook(edited, Report(), lints=False)
         errors = checked.report.errors
         if errors:
-            self._leave(_places(changes), f"An edit at {_places(changes)} is left out: {errors[0].message}")
+            self._leave(
+                _places(changes),
+                Phrase(
+                    "An edit at {places} is left out: {message}", places=_places(changes), message=errors[0].message
+                ),
+            )
             return
         plan = self._engine.plan
         try:
             made = compare(plan, self._checked, self._steps, make_plan(checked, everything=plan.everything))
         except SheetsError as error:
-            self._leave(_places(changes), f"An edit at {_places(changes)} is left out: {error.message}")
+            self._leave(
+                _places(changes),
+                Phrase("An edit at {places} is left out: {message}", places=_places(changes), message=error.message),
+            )
             return
         for ref in made.renewed:
             step = made.steps[ref]
@@ -85,10 +95,21 @@ class Editions:
         ref = place if self._rows is None else self._rows.get(place, "")
         row = next((r for b in workbook.behaviours for r in b.rows if f"{b.name}!{r.number}" == ref), None)
         if row is None:
-            self._leave(place, f"The edit of {in_words(place)} is left out: that row is not in this workbook.")
+            self._leave(
+                place, Phrase("The edit of {row} is left out: that row is not in this workbook.", row=in_words(place))
+            )
         elif self._rows is not None and row.formula.text != was:
             here = row.formula.text
-            self._leave(place, f"The edit of {in_words(place)} (“{was}” → “{now}”) is left out: here it says “{here}”.")
+            self._leave(
+                place,
+                Phrase(
+                    "The edit of {row} (“{was}” → “{now}”) is left out: here it says “{here}”.",
+                    row=in_words(place),
+                    was=was,
+                    now=now,
+                    here=here,
+                ),
+            )
         else:
             return replace(workbook, behaviours=tuple(_with(b, row, now) for b in workbook.behaviours))
         return workbook
@@ -96,7 +117,9 @@ class Editions:
     def _helper(self, workbook: Workbook, name: str, was: str, change: Change) -> Workbook:
         mine = next((h for h in workbook.helpers if key(h.name.text) == key(name)), None)
         if self._rows is not None and was != (helper_text(mine) if mine else ""):
-            self._leave(_HELPERS + name, f"The edit of the helper {name} is left out: here it is another one.")
+            self._leave(
+                _HELPERS + name, Phrase("The edit of the helper {name} is left out: here it is another one.", name=name)
+            )
             return workbook
         others = tuple(h for h in workbook.helpers if h is not mine)
         made = _helper_of(name, change)
@@ -106,11 +129,14 @@ class Editions:
     def _table(self, workbook: Workbook, change: Change) -> Workbook:
         name, told = str(change.get("place")), change["table"]
         if not isinstance(told, list) or not all(isinstance(row, list) for row in told):
-            self._leave(name, f"The edit of the table {name} is left out: the record does not say what it became.")
+            self._leave(
+                name,
+                Phrase("The edit of the table {name} is left out: the record does not say what it became.", name=name),
+            )
             return workbook
         rows = tuple(tuple(str(text) for text in row) for row in told)
         if self._ran is not None and self._ran.tables.get(key(name)) != workbook.tables.get(key(name)):
-            self._leave(name, f"The edit of the table {name} is left out: here it is another one.")
+            self._leave(name, Phrase("The edit of the table {name} is left out: here it is another one.", name=name))
             return workbook
         tables = {k: cells for k, cells in workbook.tables.items() if k != key(name)}
         sheets = workbook.sheets

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from rrp_sheets.compare.match import match
 from rrp_sheets.compare.side import Side
+from rrp_sheets.diagnostics.phrase import Phrase, listed
 from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.model.names import key
 from rrp_sheets.runs.replay.record import Recorded
@@ -85,7 +86,13 @@ def remarks(ran: Source | None, other: Source, found: Matching) -> list[str]:
             words = [
                 f"{r.engine}, {r.frame_rate} frames a second" if r.engine == "frame" else r.engine for r in (was, now)
             ]
-            told.append(f"The engine is another one ({words[0]} → {words[1]}), so times may differ by a frame.")
+            told.append(
+                Phrase(
+                    "The engine is another one ({value} → {value2}), so times may differ by a frame.",
+                    value=words[0],
+                    value2=words[1],
+                )
+            )
         told += _settings(ran, other, found)
         if ran.checked.scene != other.checked.scene and ran.reading.workbook.scene != other.reading.workbook.scene:
             told.append("Its Scene is another one; what the robot sensed is what the record says.")
@@ -93,7 +100,13 @@ def remarks(ran: Source | None, other: Source, found: Matching) -> list[str]:
     for stream in other.plan.streams:
         if stream.kind in _FED and stream.id not in known and _is_outer(other, stream):
             rows = [s.ref for s in other.plan.steps if stream.id in s.inputs]
-            told.append(f"The session has no record of “{stream.name}”, so {_rows(rows)} no value of it.")
+            told.append(
+                Phrase(
+                    "The session has no record of “{name}”, so {rows} no value of it.",
+                    name=stream.name,
+                    rows=_rows(rows),
+                )
+            )
     return told
 
 
@@ -104,8 +117,8 @@ def _is_outer(source: Source, stream: Stream) -> bool:
 
 def _rows(rows: list[str]) -> str:
     if len(rows) == 1:
-        return f"{in_words(rows[0])} gets"
-    return f"{', '.join(map(in_words, rows))} get"
+        return Phrase("{row} gets", row=in_words(rows[0]))
+    return Phrase("{rows} get", rows=listed([in_words(row) for row in rows]))
 
 
 def _settings(ran: Source, other: Source, found: Matching) -> list[str]:
@@ -113,9 +126,13 @@ def _settings(ran: Source, other: Source, found: Matching) -> list[str]:
     ids = {label: i for i, label in ran.labels.items()}
     was = {u.stream: u for u in ran.plan.outer_sensors}
     now = {u.stream: u for u in other.plan.outer_sensors}
-    told = []
+    told: list[str] = []
     for label, there in found.streams.items():
         a, b = was.get(ids[label]), now.get(there)
         if a and b and (a.device, dict(a.settings)) != (b.device, dict(b.settings)):
-            told.append(f"“{b.name}” is another device or set otherwise; its values are those that were recorded.")
+            told.append(
+                Phrase(
+                    "“{name}” is another device or set otherwise; its values are those that were recorded.", name=b.name
+                )
+            )
     return told

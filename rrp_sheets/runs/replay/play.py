@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.exchange import Happening
@@ -259,7 +260,9 @@ class Player:
         if behaviour in self._plan.behaviours:
             self._engine.turn(behaviour, bool(detail.get("on")))
         else:
-            self.played.left_out.append(f"The behaviour {name} was switched by hand; it does not run here.")
+            self.played.left_out.append(
+                Phrase("The behaviour {name} was switched by hand; it does not run here.", name=name)
+            )
 
     def _tell(self, place: int) -> None:
         if place % _TOLD_EVERY == 0:

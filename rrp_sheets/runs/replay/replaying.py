@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.runs.records.stamp import stamp_of
@@ -79,7 +80,7 @@ def _exactly(recorded: Recorded, source: Source, told: Told) -> Replayed:
     result = Comparer(lambda row: row, lambda row: row, exact=True).compare(expected, came)
     notes = [*remarks(recorded, source, own=True), *played.left_out]
     if unread:
-        notes.append(f"The workbook has no stream {', '.join(sorted(unread))}, which the run had.")
+        notes.append(Phrase("The workbook has no stream {names}, which the run had.", names=", ".join(sorted(unread))))
     return replace(
         _about(recorded, source, None), compared=len(expected), differences=result.differences,
         counts=result.counts, ending=ending(recorded, played), remarks=tuple(notes),
@@ -147,7 +148,10 @@ def _whole(recorded: Recorded) -> tuple[tuple[Entry, ...], str]:
         return recorded.entries, ""
     last = recorded.last_us
     why = str((recorded.summary or {}).get("why") or "")
-    words = f"The run broke off at {last / 1e6:g} s{f': {why}' if why else '.'} That last moment is not replayed."
+    at = f"{last / 1e6:g} s"
+    words = Phrase("The run broke off at {at}. That last moment is not replayed.", at=at)
+    if why:
+        words = Phrase("The run broke off at {at}: {message} That last moment is not replayed.", at=at, message=why)
     return tuple(e for e in recorded.entries if e.us < last), words
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.runs.replay.differences import Count, Difference
 from rrp_sheets.runs.replay.record import Entry
@@ -61,6 +62,11 @@ class Replayed:
     came: tuple[Entry, ...] = field(default=(), repr=False, compare=False)
 
     @property
+    def language(self) -> str:
+        """That of the workbook that ran, in which it is told."""
+        return self.stamp.language
+
+    @property
     def same(self) -> bool:
         """Whether nothing is different."""
         return not self.differences and not self.ending
@@ -81,8 +87,9 @@ class Replayed:
             "schema": SCHEMA,
             "same": self.same,
             "run": self.run, "workbook": self.workbook, "other": self.other, "engine": self.engine,
-            "seconds": self.seconds, "compared": self.compared, "ending": self.ending,
-            "remarks": list(self.remarks), "unknown": list(self.unknown), "stamp": asdict(self.stamp),
+            "seconds": self.seconds, "compared": self.compared, "ending": told(self.ending, self.language),
+            "remarks": [told(r, self.language) for r in self.remarks],
+            "unknown": [told(u, self.language) for u in self.unknown], "stamp": asdict(self.stamp),
             "actuators": list(self.actuators), "spoken": {n: s.text for n, s in self.spoken.items()},
             "counts": [asdict(c) for c in self.counts],
             "difference_count": len(self.differences),
@@ -90,13 +97,13 @@ class Replayed:
         }  # fmt: skip
 
     @classmethod
-    def from_dict(cls, told: Mapping[str, Any]) -> Replayed:
+    def from_dict(cls, packed: Mapping[str, Any]) -> Replayed:
         """What :meth:`as_dict` told, without the events themselves."""
         plain = ("run", "workbook", "other", "engine", "seconds", "compared", "ending")
         return cls(
-            **{name: told[name] for name in plain},
-            differences=tuple(Difference(**d) for d in told["differences"]),
-            counts=tuple(Count(**c) for c in told["counts"]), remarks=tuple(told["remarks"]),
-            unknown=tuple(told["unknown"]), stamp=Stamp(**told["stamp"]), actuators=tuple(told["actuators"]),
-            spoken={n: Spoken(text) for n, text in told["spoken"].items()},
+            **{name: packed[name] for name in plain},
+            differences=tuple(Difference(**d) for d in packed["differences"]),
+            counts=tuple(Count(**c) for c in packed["counts"]), remarks=tuple(packed["remarks"]),
+            unknown=tuple(packed["unknown"]), stamp=Stamp(**packed["stamp"]), actuators=tuple(packed["actuators"]),
+            spoken={n: Spoken(text) for n, text in packed["spoken"].items()},
         )  # fmt: skip

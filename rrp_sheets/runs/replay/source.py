@@ -8,6 +8,7 @@ from pathlib import Path
 from rrp_sheets import __version__
 from rrp_sheets.checks import Checked
 from rrp_sheets.compare.opening import open_checked
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.runs.replay.record import Recorded
 from rrp_sheets.runtime.plan import Plan, make_plan
@@ -105,16 +106,21 @@ def _plan(checked: Checked, recorded: Recorded) -> tuple[Plan, bool]:
 
 def remarks(recorded: Recorded, source: Source, *, own: bool) -> list[str]:
     """What is to be known of a record and the workbook it is replayed with, before anything is compared."""
-    found = []
+    found: list[str] = []
     program = str(recorded.header.get("program") or "unknown")
     if program != __version__:
-        found.append(f"The run was made with version {program} of the program, and is replayed with {__version__}.")
+        found.append(
+            Phrase(
+                "The run was made with version {program} of the program, and is replayed with {version}.",
+                program=program,
+                version=__version__,
+            )
+        )
     digest = str(recorded.header.get("workbook") or "")
     if own and digest != source.reading.digest and _was_xlsx(recorded):
-        found.append(
-            f"The copy of the workbook beside the trace is not the one that ran (its SHA-256 is "
-            f"{source.reading.digest[:12]}…, the run's {digest[:12]}…)."
-        )
+        copy = "The copy of the workbook beside the trace is not the one that ran"
+        words = copy + " (its SHA-256 is {own}…, the run's {ran}…)."
+        found.append(Phrase(words, own=source.reading.digest[:12], ran=digest[:12]))
     if own:
         found += _catalogue(recorded, source)
     return found
@@ -136,4 +142,9 @@ def _catalogue(recorded: Recorded, source: Source) -> list[str]:
             continue
     if not changed:
         return []
-    return [f"The robot's catalogue ({', '.join(changed)}) has changed since the run; the one of now is used."]
+    return [
+        Phrase(
+            "The robot's catalogue ({changed}) has changed since the run; the one of now is used.",
+            changed=", ".join(changed),
+        )
+    ]

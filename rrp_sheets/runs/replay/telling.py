@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 
+from rrp_sheets.diagnostics.phrase import Phrase, listed
 from rrp_sheets.model.values import show
 from rrp_sheets.runs.replay.ends import Ends
 from rrp_sheets.runs.replay.play import Played
@@ -18,13 +19,17 @@ def ending(recorded: Recorded, played: Played) -> str:
     summary = recorded.summary or {}
     by = str(summary.get("by") or "")
     if played.broken:
-        return f"The replay broke off at {at}: {played.broken}"
+        return Phrase("The replay broke off at {at}: {broken}", at=at, broken=played.broken)
     if played.ended_by and recorded.ended != "end run":
-        return f"The run would have ended at {at}, by {in_words(played.ended_by)}."
+        return Phrase("The run would have ended at {at}, by {row}.", at=at, row=in_words(played.ended_by))
     if recorded.ended == "end run" and not played.ended_by:
-        return f"The run was ended at {recorded.last_us / 1e6:g} s by {in_words(by)}; it would have gone on."
+        return Phrase(
+            "The run was ended at {value:g} s by {row}; it would have gone on.",
+            value=recorded.last_us / 1e6,
+            row=in_words(by),
+        )
     if played.ended_by and played.until_us != recorded.last_us:
-        return f"The run would have ended at {at} instead of {recorded.last_us / 1e6:g} s."
+        return Phrase("The run would have ended at {at} instead of {value:g} s.", at=at, value=recorded.last_us / 1e6)
     return ""
 
 
@@ -44,13 +49,23 @@ def unknown(
     told = [cut] if cut else []
     if recorded.ended == "cut":
         at = f"{recorded.last_us / 1e6:g} s"
-        told.append(f"The record has no end: it was cut off at {at}, and is replayed up to there.")
+        told.append(Phrase("The record has no end: it was cut off at {at}, and is replayed up to there.", at=at))
     if recorded.engine != "frame":
         told.append("The event loop's record does not say which of two things of the same microsecond came first.")
     world = Counter(e.what for e in entries if e.kind == HAPPENING and not is_engines(e))
     if world and ends is None:
-        listed = ", ".join(f"{what} {count:,} time{'' if count == 1 else 's'}" for what, count in sorted(world.items()))
-        told.append(f"What the robot and its world did is taken from the record and not done again ({listed}).")
+        worlds = listed(
+            [
+                Phrase("{what} {count:,} time" if count == 1 else "{what} {count:,} times", what=what, count=count)
+                for what, count in sorted(world.items())
+            ]
+        )
+        told.append(
+            Phrase(
+                "What the robot and its world did is taken from the record and not done again ({listed}).",
+                listed=worlds,
+            )
+        )
     if ends is not None:
         told += _ends_said(ends)
     return told
@@ -62,21 +77,21 @@ def _ends_said(ends: Ends) -> list[str]:
         "answered otherwise. What the sensors gave is what they gave in the session."
     ]
     if ends.dropped:
-        whose = "its recorded end is" if ends.dropped == 1 else "their recorded ends are"
-        words = f"{_many(ends.dropped, 'command')} of the session {_was(ends.dropped)} not made"
-        told.append(f"{words}; {whose} left out.")
+        whose = "is not made; its recorded end is" if ends.dropped == 1 else "are not made; their recorded ends are"
+        told.append(Phrase(f"{{commands}} of the session {whose} left out.", commands=_many(ends.dropped)))
     if ends.usual:
         shown = dict.fromkeys(f"{show(value, 40)} {seconds:.1f} s" for _, value, seconds in ends.usual)
-        told.append(
-            f"{_many(len(ends.usual), 'command')} that the session did not have at that time {_was(len(ends.usual))} "
-            f"taken to end after the time that the same took in it ({_few(list(shown))})."
-        )
+        words = (
+            "{commands} that the session did not have at that time " + ("is" if len(ends.usual) == 1 else "are")
+            + " taken to end after the time that the same took in it ({shown})."
+        )  # fmt: skip
+        told.append(Phrase(words, commands=_many(len(ends.usual)), shown=_few(list(shown))))
     if ends.unknown:
         shown = dict.fromkeys(show(value, 40) for _, value in ends.unknown)
-        told.append(
-            f"Of {_many(len(ends.unknown), 'command')} that the session never had the end is not known "
-            f"({_few(list(shown))}): what waits for it does not come."
+        words = (
+            "Of {commands} that the session never had the end is not known ({shown}): what waits for it does not come."
         )
+        told.append(Phrase(words, commands=_many(len(ends.unknown)), shown=_few(list(shown))))
     return told
 
 
@@ -84,9 +99,5 @@ def _few(words: list[str]) -> str:
     return ", ".join(words[:4]) + (", …" if len(words) > 4 else "")
 
 
-def _many(count: int, what: str) -> str:
-    return f"{count:,} {what}{'' if count == 1 else 's'}"
-
-
-def _was(count: int) -> str:
-    return "is" if count == 1 else "are"
+def _many(count: int) -> str:
+    return Phrase("{n} command" if count == 1 else "{n} commands", n=f"{count:,}")

@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from rrp_sheets.diagnostics.languages import told
+from rrp_sheets.diagnostics.phrase import Phrase, listed
 from rrp_sheets.runs.replay.differences import EXTRA, MISSING, ORDER, ROW, TIME, VALUE, Count, Difference
 from rrp_sheets.runs.replay.result import Replayed
 from rrp_sheets.runs.replay.wording_robot import robot_lines
@@ -30,72 +32,102 @@ class RowLine:
     row: str
 
 
+_SAY = {
+    MISSING: ("would not have come", "did not come"), VALUE: ("would have had another value", "had another value"),
+    TIME: ("would have come at another time", "came at another time"),
+    ROW: ("would have come from another row", "came from another row"),
+    ORDER: ("would have come in another order", "came in another order"),
+}  # fmt: skip
+"""What became of an event, by the kind of its difference: with another workbook, and with the one that ran."""
+
+
 def _plain(text: str, role: str) -> str:
     return text
 
 
 def as_text(found: Replayed, style: Style = _plain) -> str:
-    """The account for people to read.
+    """The account for people to read, in the language of the workbook that ran.
 
     Args:
         found: what to tell.
         style: colours a text by its role: `same`, `different`, `head`, `quiet`.
     """
-    lines = [style(verdict(found), "same" if found.same else "different")]
-    lines += [style(remark, "quiet") for remark in found.remarks]
+
+    def say(text: str, role: str = "") -> str:
+        words = told(text, found.language)
+        return style(words, role) if role else words
+
+    lines = [say(verdict(found), "same" if found.same else "different")]
+    lines += [say(remark, "quiet") for remark in found.remarks]
     if found.ending:
-        lines.append(found.ending)
+        lines.append(say(found.ending))
     if found.differences:
-        rows = (f"  {line.whose}: {line.text}." for line in row_lines(found))
-        lines += ["", style("Row by row:", "head"), *rows]
+        rows = (say(Phrase("  {whose}: {what}.", whose=line.whose, what=line.text)) for line in row_lines(found))
+        lines += ["", say("Row by row:", "head"), *rows]
         robots = robot_lines(found)
         if robots:
-            lines += ["", style("The robot:", "head"), *_listed(robots)]
+            lines += ["", say("The robot:", "head"), *_listed(robots, found.language)]
         else:
-            lines += ["", style("What the robot is given stays the same.", "head")]
+            lines += ["", say("What the robot is given stays the same.", "head")]
         if not found.other:
-            lines += ["", style("One by one:", "head"), *_listed(each_line(found))]
+            lines += ["", say("One by one:", "head"), *_listed(each_line(found), found.language)]
     if found.unknown:
-        lines += ["", style("What a replay cannot know:", "head"), *(f"  {line}" for line in found.unknown)]
+        lines += ["", say("What a replay cannot know:", "head"), *(f"  {say(line)}" for line in found.unknown)]
     return "\n".join(lines)
 
 
-def _listed(told: Sequence[Told]) -> list[str]:
-    wide = max(len(t.when) for t in told[:MOST])
-    lines = [f"  {t.when:>{wide}}  {t.text}" for t in told[:MOST]]
-    return [*lines, f"  … and {len(told) - MOST:,} more"] if len(told) > MOST else lines
+def _listed(lines: Sequence[Told], language: str) -> list[str]:
+    shown = [(told(line.when, language), told(line.text, language)) for line in lines[:MOST]]
+    wide = max(len(when) for when, _ in shown)
+    found = [f"  {when:>{wide}}  {text}" for when, text in shown]
+    more = Phrase("… and {n} more", n=f"{len(lines) - MOST:,}")
+    return [*found, f"  {told(more, language)}"] if len(lines) > MOST else found
 
 
 def verdict(found: Replayed) -> str:
     """The one sentence that says whether it is the same."""
-    events = f"{found.compared:,} event{'' if found.compared == 1 else 's'}"
+    events = _events(found.compared)
+    seconds = f"{round(found.seconds, 1):g}"
+    if found.same and found.other:
+        same = "The same: with {other} {events} of this session would have come as they came."
+        return Phrase(same, other=found.other, events=events)
     if found.same:
-        if found.other:
-            return f"The same: with {found.other} {events} of this session would have come as they came."
-        return f"The same: {events} in {round(found.seconds, 1):g} s, as they were recorded."
+        return Phrase("The same: {events} in {seconds} s, as they were recorded.", events=events, seconds=seconds)
     if found.other:
-        return f"Different: with {found.other}, {_would(found)} in these {round(found.seconds, 1):g} s."
+        different = "Different: with {other}, {what} in these {seconds} s."
+        return Phrase(different, other=found.other, what=_would(found), seconds=seconds)
     first = found.first
-    words = f" The first at {in_seconds(first.us)}: {_each(first)}" if first is not None else ""
-    return f"Different: {_counted(found)}.{words}"
+    if first is None:
+        return Phrase("Different: {what}.", what=_counted(found))
+    words = "Different: {what}. The first at {when}: {first}"
+    return Phrase(words, what=_counted(found), when=in_seconds(first.us), first=_each(first))
+
+
+def _events(count: int) -> str:
+    return Phrase("{n} event" if count == 1 else "{n} events", n=f"{count:,}")
 
 
 def _would(found: Replayed) -> str:
     extra = len(found.of(EXTRA))
-    others = len(found.differences) - extra
-    parts = [f"{others:,} of {found.compared:,} events would not have come as they came"] if others else []
+    others, of = len(found.differences) - extra, f"{found.compared:,}"
+    parts: list[str] = []
+    if others:
+        parts.append(Phrase("{n} of {of} events would not have come as they came", n=f"{others:,}", of=of))
     if extra:
-        parts.append(f"{extra:,} {'more ' if others or found.compared else ''}would have come")
-    return " and ".join(parts) if parts else "the run would have ended otherwise"
+        more = "{n} more would have come" if others or found.compared else "{n} would have come"
+        parts.append(Phrase(more, n=f"{extra:,}"))
+    return listed(parts, "and") if parts else "the run would have ended otherwise"
 
 
 def _counted(found: Replayed) -> str:
     extra = len(found.of(EXTRA))
-    others = len(found.differences) - extra
-    parts = [f"{others:,} of {found.compared:,} events"] if others or not extra else []
+    others, of = len(found.differences) - extra, f"{found.compared:,}"
+    parts: list[str] = []
+    if others or not extra:
+        parts.append(Phrase("{n} of {of} events", n=f"{others:,}", of=of))
     if extra:
-        parts.append(f"{extra:,} that {'was' if extra == 1 else 'were'} not recorded")
-    return " and ".join(parts)
+        parts.append(Phrase(f"{{n}} that {'was' if extra == 1 else 'were'} not recorded", n=f"{extra:,}"))
+    return listed(parts, "and")
 
 
 # ---- row by row
@@ -132,16 +164,16 @@ def _whose(count: Count, found: Replayed) -> str:
         return f"“{name}”" if name else "The engine"
     words = in_words(row)
     if found.other and not count.came_row:
-        words += " of the session's workbook"
+        words = Phrase("{row} of the session's workbook", row=words)
     elif found.other and not count.row:
-        words += " (new)"
+        words = Phrase("{row} (new)", row=words)
     elif found.other and count.row != count.came_row:
-        words += f" (in the session {in_words(count.row).rpartition(' row ')[2]})"
-    return f"{words} → {name}" if name else words
+        words = Phrase("{row} (in the session {was})", row=words, was=count.row.rpartition("!")[2])
+    return Phrase("{row} → {name}", row=words, name=name) if name else words
 
 
 def _times(count: int) -> str:
-    return {0: "never", 1: "once"}.get(count, f"{count:,} times")
+    return {0: "never", 1: "once"}.get(count) or Phrase("{n} times", n=f"{count:,}")
 
 
 def _name(stream: str) -> str:
@@ -153,26 +185,23 @@ def _name(stream: str) -> str:
 def _how_many(here: Sequence[Difference], count: Count, found: Replayed) -> str:
     would = bool(found.other)
     if here[0].what == "error":
-        times = _times(count.came), _times(count.recorded)
-        return f"its formula {'would have failed' if would else 'failed'} {times[0]}, in the session {times[1]}"
-    say = {
-        MISSING: ("would not have come", "did not come"), VALUE: ("would have had another value", "had another value"),
-        TIME: ("would have come at another time", "came at another time"),
-        ROW: ("would have come from another row", "came from another row"),
-        ORDER: ("would have come in another order", "came in another order"),
-    }  # fmt: skip
+        failed = "would have failed" if would else "failed"
+        words = f"its formula {failed} {{came}}, in the session {{then}}"
+        return Phrase(words, came=_times(count.came), then=_times(count.recorded))
     parts: list[str] = []
-    for kind, words in say.items():
+    for kind, (would_have, did) in _SAY.items():
         number = sum(d.kind == kind for d in here)
         if number:
-            of = f"{number:,} of {count.recorded:,} events" if not parts else f"{number:,}"
-            parts.append(f"{of} {words[0] if would else words[1]}")
+            head = "{n}" if parts else "{n} of {of} events"
+            words = f"{head} {would_have if would else did}"
+            parts.append(Phrase(words, n=f"{number:,}", of=f"{count.recorded:,}"))
     extra = sum(d.kind == EXTRA for d in here)
     if extra:
         more = "more " if parts or count.recorded else ""
-        noun = "" if parts else f"event{'' if extra == 1 else 's'} "
-        parts.append(f"{extra:,} {more}{noun}{'would have come' if would else 'came'}")
-    return ", ".join(parts)
+        noun = "" if parts else "event " if extra == 1 else "events "
+        words = f"{{n}} {more}{noun}{'would have come' if would else 'came'}"
+        parts.append(Phrase(words, n=f"{extra:,}"))
+    return listed(parts)
 
 
 # ---- one by one
@@ -182,21 +211,22 @@ def each_line(found: Replayed) -> list[Told]:
 
 
 def _each(d: Difference) -> str:
-    row = d.came_row or d.row
-    where = f"{in_words(row)}{f' → {_name(d.stream)}' if _name(d.stream) else ''}" if row else f"“{_name(d.stream)}”"
+    row, name = d.came_row or d.row, _name(d.stream)
+    where: str = f"“{name}”"
+    if row:
+        where = Phrase("{row} → {name}", row=in_words(row), name=name) if name else in_words(row)
     recorded, came = (_error(v) if d.what == "error" else shown(v) for v in (d.recorded, d.came))
-    if d.kind == MISSING:
-        return f"{where}: {recorded} was recorded and did not come"
-    if d.kind == EXTRA:
-        return f"{where}: {came} came and was not recorded"
-    if d.kind == VALUE:
-        return f"{where}: {recorded} was recorded, {came} came"
-    if d.kind == TIME:
-        return f"{where}: {recorded} came at {in_seconds(d.came_us)} instead"
     if d.kind == ROW:
-        return f"{recorded} came from {in_words(d.came_row)} instead of {in_words(d.row)}"
-    return f"{where}: {recorded} was recorded, {came} came before it"
+        words = "{recorded} came from {now} instead of {then}"
+        return Phrase(words, recorded=recorded, now=in_words(d.came_row), then=in_words(d.row))
+    words = {
+        MISSING: "{where}: {recorded} was recorded and did not come",
+        EXTRA: "{where}: {came} came and was not recorded",
+        VALUE: "{where}: {recorded} was recorded, {came} came",
+        TIME: "{where}: {recorded} came at {when} instead",
+    }.get(d.kind, "{where}: {recorded} was recorded, {came} came before it")
+    return Phrase(words, where=where, recorded=recorded, came=came, when=in_seconds(d.came_us))
 
 
 def _error(value: Any) -> str:
-    return f"the error “{value[0]}”" if isinstance(value, list) and value else shown(value)
+    return Phrase("the error “{text}”", text=value[0]) if isinstance(value, list) and value else shown(value)

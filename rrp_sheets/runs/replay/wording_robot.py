@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import Any
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.runs.replay.differences import EXTRA, MISSING, ROW, TIME, VALUE, Difference
 from rrp_sheets.runs.replay.result import Replayed
 from rrp_sheets.runs.replay.words import Told, in_seconds, in_words, shown
@@ -46,51 +47,48 @@ def _robot_line(run: Sequence[Difference], found: Replayed) -> Told:
     row = first.came_row or first.row
     when = in_seconds(_when(last), 2)
     if len(run) > 1:
-        when = f"{in_seconds(_when(first), 2).removesuffix(' s')} to {when}"
+        when = Phrase("{first:.10g} to {last}", first=round(_when(first) / 1e6, 2), last=when)
     words = _spoken_words(first, found) if first.stream in found.spoken else _given_words(run, found)
-    return Told(when, _when(first), f"{words} ({in_words(row)})", row)
+    return Told(when, _when(first), Phrase("{what} ({row})", what=words, row=in_words(row)), row)
 
 
 def _spoken_words(d: Difference, found: Replayed) -> str:
     own = found.spoken[d.stream].text
     recorded, came = (_quoted(own or value) for value in (d.recorded, d.came))
     would = bool(found.other)
-    if d.kind == MISSING:
-        if d.recorded is None:
-            return "would not have been silenced" if would else "was not silenced"
-        return f"would not have said {recorded}" if would else f"did not say {recorded}"
-    if d.kind == EXTRA:
-        if d.came is None:
-            return "would have been silenced" if would else "was silenced"
-        return f"would have said {came}" if would else f"said {came}"
-    if d.kind == TIME:
-        said = f"said {came} at {in_seconds(d.came_us)} instead"
-        return f"would have {said}" if would else said
-    if d.kind == VALUE:
-        return f"would have said {came} instead of {recorded}" if would else f"said {came} instead of {recorded}"
-    return "would have said it in another order" if would else "said it in another order"
+    if d.kind == MISSING and d.recorded is None:
+        return "would not have been silenced" if would else "was not silenced"
+    if d.kind == EXTRA and d.came is None:
+        return "would have been silenced" if would else "was silenced"
+    words = {
+        MISSING: ("would not have said {recorded}", "did not say {recorded}"),
+        EXTRA: ("would have said {came}", "said {came}"),
+        TIME: ("would have said {came} at {when} instead", "said {came} at {when} instead"),
+        VALUE: ("would have said {came} instead of {recorded}", "said {came} instead of {recorded}"),
+    }.get(d.kind, ("would have said it in another order", "said it in another order"))
+    return Phrase(words[not would], recorded=recorded, came=came, when=in_seconds(d.came_us))
 
 
 def _quoted(value: Any) -> str:
-    return f"“{value}”" if isinstance(value, str) else shown(value)
+    return Phrase("“{text}”", text=value) if isinstance(value, str) else shown(value)
 
 
 def _given_words(run: Sequence[Difference], found: Replayed) -> str:
-    d, many, name = run[0], len(run), f"“{run[0].stream}”"
-    would = bool(found.other)
-    blank = all((r.recorded if d.kind == MISSING else r.came) is None for r in run)
+    d, many = run[0], len(run)
+    would = "would have been" if found.other else "was"
     if d.kind == MISSING:
-        verb = "would not have been" if would else "was not"
-    else:
-        verb = "would have been" if would else "was"
+        would = "would not have been" if found.other else "was not"
+    blank = all((r.recorded if d.kind == MISSING else r.came) is None for r in run)
     if blank and d.kind in (MISSING, EXTRA):  # blank stops what it is doing
-        return f"{name} {verb} stopped{f' {many:,} times' if many > 1 else ''}"
-    if d.kind in (MISSING, EXTRA):
-        what = shown(d.recorded if d.kind == MISSING else d.came) if many == 1 else f"{many:,} values"
+        words = f"“{{name}}” {would} stopped{' {n} times' if many > 1 else ''}"
+    elif d.kind in (MISSING, EXTRA):
+        words = f"“{{name}}” {would} given {'{value}' if many == 1 else '{n} values'}"
     elif d.kind == TIME:
-        what = f"{shown(d.came)} at {in_seconds(d.came_us)} instead" if many == 1 else f"{many:,} values at other times"
+        words = f"“{{name}}” {would} given {'{value} at {when} instead' if many == 1 else '{n} values at other times'}"
     elif d.kind == VALUE:
-        what = f"{shown(d.came)} instead of {shown(d.recorded)}" if many == 1 else f"{many:,} other values"
+        words = f"“{{name}}” {would} given {'{value} instead of {other}' if many == 1 else '{n} other values'}"
     else:
-        what = "its values in another order"
-    return f"{name} {verb} given {what}"
+        words = f"“{{name}}” {would} given its values in another order"
+    value = shown(d.recorded if d.kind == MISSING else d.came)
+    when = in_seconds(d.came_us)
+    return Phrase(words, name=d.stream, n=f"{many:,}", value=value, other=shown(d.recorded), when=when)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.values import record_from_mapping, show
 
 _LONGEST = 60  # letters of a value
@@ -17,7 +18,7 @@ def in_words(row: str) -> str:
     ('Tracking row 5', 'a row')
     """
     sheet, mark, number = row.rpartition("!")
-    return f"{sheet} row {number}" if mark else row or "a row"
+    return Phrase("{sheet} row {number}", sheet=sheet, number=number) if mark else row or "a row"
 
 
 @dataclass(frozen=True)
@@ -54,4 +55,4 @@ def in_seconds(us: int, digits: int = 3) -> str:
     >>> in_seconds(12_400_000), in_seconds(33_333), in_seconds(600_000_000)
     ('12.4 s', '0.033 s', '600 s')
     """
-    return f"{round(us / 1e6, digits):.10g} s"
+    return Phrase("{n:.10g} s", n=round(us / 1e6, digits))
