@@ -271,6 +271,8 @@ def test_the_table_follows_the_rows_that_act_but_nobody_who_is_at_it(page: GridP
         assert told("running", 40, 8.5) == 0, "what comes all the time is no news"
     finally:
         told("none", 0, 0.0)
+        told("none", -1, 0.0)
+        page.go("B8")
     assert not page.page.locator("#run-follow").is_visible()
 
 
