@@ -9,6 +9,7 @@ import pickle
 import re
 import sys
 from contextlib import redirect_stderr, redirect_stdout, suppress
+from dataclasses import replace
 from pathlib import Path
 from string import Formatter
 
@@ -24,7 +25,17 @@ from rrp_sheets.diagnostics.languages import PHRASES, entries, title, told
 from rrp_sheets.diagnostics.page import completed, load_page
 from rrp_sheets.diagnostics.phrase import Phrase, capital, listed, sentences, small
 from rrp_sheets.model.cells import Address
+from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.printing import gather
+from rrp_sheets.render.contact import Moment, draw_contact
+from rrp_sheets.render.marbles import draw_marbles
+from rrp_sheets.render.plots import Curve, Note, draw_plots
+from rrp_sheets.render.score import Group, Lane, Marble, Score
+from rrp_sheets.runs.replay.account import account
+from rrp_sheets.runs.replay.differences import Count, Difference
+from rrp_sheets.runs.replay.result import Replayed, Spoken
+from rrp_sheets.runs.replay.wording import as_text
+from rrp_sheets.runs.replay.words import in_words
 from rrp_sheets.runs.wire import pack_finding, unpack_finding
 
 ENGLISH = re.compile(r"[A-Za-z]+ (a|an|the|is|are|of|to|in|it|that|this|for|no|not|has|and|or|with)\b", re.IGNORECASE)
@@ -179,3 +190,38 @@ def test_the_marked_copy_and_the_pack_say_it_in_japanese(japanese):
     assert any("誤り GRAPH001: ストリーム「Red bal」" in t for t in texts) and "対処" in texts and "誤り1件" in texts
     (finding,) = gather(japanese, draft=True).pack.findings
     assert finding.text.startswith("ストリーム「Red bal」") and "のことですか" in finding.remedy
+
+
+KINDS = ("missing", "extra", "value", "time", "row", "order")
+
+
+@pytest.mark.parametrize("other", ["", "別.xlsx"])
+def test_a_replay_is_told_in_the_language_of_the_workbook_that_ran(other):
+    streams = ("Say", "Head tracker", "Look!Near")
+    differences = tuple(
+        Difference(kind, "event", s, n * 5_000_000, n * 5_000_000 + 100_000, "Look!3", "Look!4", "やあ", "ええ")
+        for n, (kind, s) in enumerate((kind, s) for kind in KINDS for s in streams)
+    )
+    counts = tuple(Count(s, "Look!3", "Look!4", 9, 9, 3) for s in streams)
+    found = Replayed(
+        "r1", "挨拶.xlsx", other, "frame", 90.0, 27, differences, counts, stamp=Stamp(language="ja"),
+        actuators=streams[:2], spoken={"Say": Spoken("")}, remarks=(Phrase("{row} gets", row=in_words("Look!3")),),
+    )  # fmt: skip
+    text = as_text(found)
+    assert "Lookの4行目" in text and "『ええ』" in text and "ロボット：" in text
+    assert not ENGLISH.search(text) and not re.search(r"\b(would|was|came|events?|row)\b", text), text
+    page = account(found)
+    assert page["verdict"].startswith("違います：") and page["remarks"] == ["Lookの3行目は"]
+    english = as_text(replace(found, stamp=Stamp()))
+    assert "Look row 4" in english and not re.search("[ぁ-ん]", english.replace("やあ", "").replace("ええ", ""))
+
+
+def test_pictures_of_a_run_speak_its_language():
+    curve = Curve("Red ball.x", "sensor", "rad", [(0.0, 1.0), (1.0, 2.0)], 2, other=[(0.0, 2.0)])
+    plots, _, _ = draw_plots("挨拶", [curve], [Note(0.5, 0.5, "said", "やあ")], 2.0, more="", language="ja")
+    assert all(word in plots for word in ("発話", "センサー", "単位：rad", "時間（秒）")) and "Time (s)" not in plots
+    moment = Moment(b"", 4, 3, "0.5 s", ("『一つ目』", "『二つ目』", "『三つ目』", "『四つ目』"))
+    assert "ほか2件" in draw_contact("挨拶", [moment], language="ja")[0]
+    lane = Lane("a", "Red ball", "sensor", (Marble(1_000, 1), Marble(2_000, 2)))
+    (page,) = draw_marbles([Score("挨拶", (Group((), lane),), 0, 5_000_000, language="ja")])
+    assert "命令の終わり" in page.svg and page.alt.startswith("挨拶のマーブル図") and "done" not in page.svg
