@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from rrp_sheets.checks.telling import tell
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.phrase import Phrase
+from rrp_sheets.diagnostics.phrase import Phrase, sentences, str_of
 from rrp_sheets.formulas import FormulaProblem, HelperDef, Input, compile_formula, make_scope
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.formulas.limits import DEEPEST_HELPERS
@@ -86,7 +86,7 @@ def _propose_input(problem: FormulaProblem, helper: HelperDef, text: str) -> Non
     bare = problem.code == "FORM003" and library().get(name) is not None
     if problem.code == "FORM004" or bare:
         remedy = Phrase("If {name} is an input of the helper, write it into the column Inputs.", name=name)
-        problem.details["remedy"] = f"{remedy} {problem.details['remedy']}"
+        problem.details["remedy"] = sentences(remedy, str_of(problem.details["remedy"]))
 
 
 class _Calls:

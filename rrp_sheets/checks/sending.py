@@ -125,4 +125,4 @@ def tell_formula(report: Report, code: str, cell: Cell, problem: FormulaProblem)
         )
     elif code == "TEST007" and problem.code == "FORM001" and "quote" not in remedy:
         remedy = sentences(remedy, 'A text to send stands in quotes: "Hello".')
-    report.add(code, cell.address, text=cell.text, why=why, remedy=remedy.strip())
+    report.add(code, cell.address, text=cell.text, why=why, remedy=remedy)

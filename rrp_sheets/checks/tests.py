@@ -10,7 +10,7 @@ from rrp_sheets.checks.expecting import Expectation, Place, read_expect
 from rrp_sheets.checks.sending import Sending, read_send
 from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.phrase import Phrase
+from rrp_sheets.diagnostics.phrase import Phrase, listed
 from rrp_sheets.formulas import Scope
 from rrp_sheets.graph import Graph, Stream, StreamKind
 from rrp_sheets.model.cells import Address, Cell
@@ -113,7 +113,7 @@ class _Names:
         found = self.by_name.get(k, [])
         if len(found) > 1 and found[0].kind is StreamKind.ORDINARY:
             sheets = [s.address.sheet for s in found]
-            every = f"{', '.join(sheets[:-1])} and of {sheets[-1]}"
+            every = listed(sheets, "and of")
             example = f"{_quoted_sheet(sheets[0])}!{found[0].name}"
             report.add("TEST003", cell.address, name=cell.text, sheets=every, example=example)
             return None

@@ -11,6 +11,7 @@ from typing import NoReturn
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.elsewhere import AMBIGUOUS, function_here, name_here
 from rrp_sheets.formulas.functions import Function
+from rrp_sheets.formulas.functions.define import arguments
 from rrp_sheets.formulas.hints import cell, cell_reference
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.scope import HelperDef, Scope
@@ -55,7 +56,7 @@ class Calls(ABC):
         if helper is not None:
             if helper.parameters:
                 raise FormulaProblem("FORM006", node.col_offset, _length(node), name=helper.shown, gets="none",
-                                     takes=_count(len(helper.parameters)), usage=_usage(helper))  # fmt: skip
+                                     takes=arguments(len(helper.parameters)), usage=_usage(helper))  # fmt: skip
             return _bind_helper(node, helper, [])
         if k in scope.constants:
             return ast.copy_location(ast.Constant(scope.constants[k]), node)
@@ -189,7 +190,7 @@ class Calls(ABC):
     def _helper(self, node: ast.Call, helper: HelperDef, depth: int) -> ast.expr:
         args = self._arguments(node, depth)
         if len(args) != len(helper.parameters):
-            takes, usage = _count(len(helper.parameters)), _usage(helper)
+            takes, usage = arguments(len(helper.parameters)), _usage(helper)
             raise FormulaProblem("FORM006", node.col_offset, _length(node.func), name=helper.shown, takes=takes,
                                  gets=_given(len(args)), usage=usage)  # fmt: skip
         return _bind_helper(node, helper, args)
@@ -243,10 +244,6 @@ def _length(node: ast.AST) -> int:
 
 def _given(n: int) -> str:
     return "none" if n == 0 else str(n)
-
-
-def _count(n: int) -> str:
-    return {0: "no arguments", 1: "one argument"}.get(n, f"{n} arguments")
 
 
 def _usage(helper: HelperDef) -> str:

@@ -60,7 +60,7 @@ def function_here(name: str) -> str | None:
     if name in _GERMAN_FRENCH:
         return Phrase("Write {value}: functions have their English names.", value=_GERMAN_FRENCH[name])
     if name in _INSTEAD:
-        return f"Write {_INSTEAD[name]}."
+        return Phrase("Write {usage}.", usage=_INSTEAD[name])
     if name in _CLOCK:
         return "Use the connector timestamp: it gives the time with every event."
     return _REFUSED.get(name)

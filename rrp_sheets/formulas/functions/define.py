@@ -22,6 +22,11 @@ def free(steps: int) -> None:
     """What a function that charges is given when it is called outside of a formula."""
 
 
+def arguments(count: int) -> str:
+    """How many arguments, in words."""
+    return {0: "no arguments", 1: "one argument"}.get(count) or Phrase("{count} arguments", count=count)
+
+
 @dataclass(frozen=True)
 class Function:
     """A function of the library.
@@ -56,8 +61,8 @@ class Function:
         if self.most >= MANY:
             return Phrase("{least} or more arguments", least=self.least)
         if self.least == self.most:
-            return {0: "no arguments", 1: "one argument"}.get(self.least, f"{self.least} arguments")
-        return f"{self.least} to {self.most} arguments"
+            return arguments(self.least)
+        return Phrase("{least} to {most} arguments", least=self.least, most=self.most)
 
 
 def define(

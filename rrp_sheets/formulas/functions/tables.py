@@ -32,8 +32,8 @@ def index(values: Value, place: Value) -> Value:
     """
     members, at = listing(values), whole(place)
     if not 1 <= at <= len(members):
-        raise FormulaProblem("FORM112", index=at, count=len(members),
-                             what=f"table {values.name}" if isinstance(values, Table) else "list")  # fmt: skip
+        what = Phrase("table {name}", name=values.name) if isinstance(values, Table) else "list"
+        raise FormulaProblem("FORM112", index=at, count=len(members), what=what)
     return members[at - 1]
 
 
