@@ -94,6 +94,22 @@ def test_the_marbles_that_are_shown_can_be_taken_along(client: FlaskClient) -> N
     assert "There is nothing to draw" in get(client, "/runs/2-b/marbles.svg?from=900").text
 
 
+def test_a_long_record_is_not_waited_for(client: FlaskClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = get(client, "/runs/2-b").text
+    monkeypatch.setattr("rrp_sheets.web.records.runs._LONG", 100)
+    page = get(client, "/runs/2-b").text
+    assert "data-reading" in page and "It is being read" in page and "What happened" not in page
+    assert "/runs/2-b/trace.csv" in page and 'id="marbles"' not in page
+    assert get(client, "/runs/2-b?read=1").text == whole
+
+
+def test_a_file_that_has_come_is_told_by_a_cookie_of_its_own(client: FlaskClient) -> None:
+    for address, word in (("/runs/1-a/trace.csv", "made-0123456789abcdef=1;"), ("/runs/1-a/contact.png", "made-0")):
+        answer = get(client, f"{address}?made=0123456789abcdef")
+        assert word in answer.headers["Set-Cookie"] and "SameSite=Strict" in answer.headers["Set-Cookie"]
+    assert "made-" not in get(client, "/runs/1-a/trace.csv?made=a%3Bb%0d%0aX").headers.get("Set-Cookie", "")
+
+
 def test_whose_it_is_is_told_where_a_run_can_be_taken_along(client: FlaskClient) -> None:
     assert "recorded of <b>P-02</b>" in get(client, "/runs/2-b").text
 
@@ -177,7 +193,7 @@ def test_runs_in_folders_below_go_when_they_are_ticked(tmp_path: Path) -> None:
         write_run(place, name, HEADER, EVENT, END)
     client = visit(tmp_path)
     page = get(client, "/runs/delete?participant=P-01").text
-    assert "<b>group &lt;B&gt;</b>" in page and "1 run, of 2026-11-02, good.md" in page and " checked" not in page
+    assert "<b>group &lt;B&gt;</b>" in page and "1 run of good.md, 2 November 2026" in page and " checked" not in page
     shown = re.findall(r'name="shown" value="([^"]*)"', page)
     assert shown == ["1-a", "group &lt;B&gt;/2-b", "other/3-c"]
     shown[1] = "group <B>/2-b"

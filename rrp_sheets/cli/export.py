@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from rrp_sheets.cli.waiting import told
+
 
 @click.command(name="export")
 @click.argument("runs", metavar="TRACE…", nargs=-1, required=True, type=click.Path(path_type=Path))
@@ -27,6 +29,8 @@ def command(runs: tuple[Path, ...], output: Path, what: str | None, streams: str
     from rrp_sheets import api
 
     names = [n.strip() for n in streams.split(",") if n.strip()]
-    for note in api.export(runs, output, what=what or "", streams=names):
+    with told(f"Writing {output.name} …"):
+        notes = api.export(runs, output, what=what or "", streams=names)
+    for note in notes:
         click.echo(f"Note: {note}", err=True)
     click.echo(f"Written: {output}")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 
+from rrp_sheets.cli.waiting import told
 from rrp_sheets.model.durations import parse_duration
 
 
@@ -31,7 +32,8 @@ def command(source: Path, output: Path | None, behaviour: str, first: str, last:
 
     window = (_time(first, "--from"), _time(last, "--to"))
     names = [n.strip() for n in streams.split(",") if n.strip()]
-    checked, scores = api.marbles(source, behaviour=behaviour, window=window, streams=names)
+    with told(f"Reading {source.name} …"):
+        checked, scores = api.marbles(source, behaviour=behaviour, window=window, streams=names)
     if scores is None:
         from rrp_sheets.cli.check import print_findings
 
@@ -43,7 +45,9 @@ def command(source: Path, output: Path | None, behaviour: str, first: str, last:
         columns = max(60, min(200, shutil.get_terminal_size((110, 24)).columns - 1))
         click.echo(text_of(scores, columns), nl=False)
         return
-    for note in api.draw_marbles(scores, output):
+    with told(f"Drawing {output.name} …"):
+        notes = api.draw_marbles(scores, output)
+    for note in notes:
         click.echo(f"Note: {note}", err=True)
     click.echo(f"Drawn: {output}")
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from rrp_sheets.cli.bundled import Workbook
+from rrp_sheets.cli.waiting import told
 
 
 @click.command(name="pack")
@@ -33,7 +34,8 @@ def command(file: Path, output: Path | None, runs: tuple[str, ...], against: Pat
     """  # noqa: D301 – click takes the backspace for "leave these lines as they are"
     from rrp_sheets import api
 
-    packed = api.pack(file, output, runs=runs, against=against, today=day.date() if day else None)
+    with told(f"Packing {file.name} and printing its protocol …"):
+        packed = api.pack(file, output, runs=runs, against=against, today=day.date() if day else None)
     for note in packed.notes:
         click.echo(f"Note: {note}", err=True)
     if runs:

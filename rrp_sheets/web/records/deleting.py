@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import date, datetime
 from typing import Any, ClassVar
 
 from flask import Blueprint, render_template, request
@@ -152,12 +153,25 @@ def _what(told: list[Mapping[str, Any]]) -> str:
 
 def _below(told: Mapping[str, Any], ticked: bool) -> BelowLine:
     runs = told["runs"]
-    days = sorted({str(run["began"])[:10] for run in runs if run["began"]})
-    when = "" if not days else f", of {days[0]}" if len(days) == 1 else f", from {days[0]} to {days[-1]}"
+    days = sorted({day for run in runs if (day := _day(str(run["began"])))})
+    when = "" if not days else f", {_written(days[0])}"
+    if len(days) > 1:
+        when = f", from {_written(days[0])} to {_written(days[-1])}"
     books = sorted({str(run["workbook"]) for run in runs if run["workbook"]})
-    shown = f", {', '.join(books[:3])}{' and others' if len(books) > 3 else ''}" if books else ""
-    words = f"{len(runs):,} {'run' if len(runs) == 1 else 'runs'}{when}{shown}"
+    shown = f" of {', '.join(books[:3])}{' and others' if len(books) > 3 else ''}" if books else ""
+    words = f"{len(runs):,} {'run' if len(runs) == 1 else 'runs'}{shown}{when}"
     return BelowLine(str(told["folder"]), words, tuple(told["faces_wiped"]), ticked)
+
+
+def _day(began: str) -> date | None:
+    try:
+        return datetime.fromisoformat(began).date()
+    except ValueError:
+        return None
+
+
+def _written(day: date) -> str:
+    return f"{day.day} {day:%B %Y}"
 
 
 def _stays(participant: str, told: Mapping[str, Any], below: list[Mapping[str, Any]]) -> list[str]:

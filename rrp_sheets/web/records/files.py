@@ -27,28 +27,32 @@ def run_file(runs: Runs, run: str, name: str, *, take: bool) -> Response:
     return send_file(path, mimetype=kind, as_attachment=attachment, download_name=f"{run}-{name}" if take else name)
 
 
-def trace_csv(runs: Runs, clerk: Clerk, run: str) -> Response:
+def trace_csv(runs: Runs, archive: Clerk, run: str) -> Response:
     """The events as CSV."""
     place = runs.place(run)
-    file = made("trace.csv", lambda target: clerk.csv(place, target))
+    file = made("trace.csv", lambda target: _csv(archive, place, target))
     return send_file(file, mimetype="text/csv", as_attachment=True, download_name=f"{run}.csv")
 
 
-def everything(runs: Runs, clerk: Clerk, run: str) -> Response:
+def _csv(archive: Clerk, place: Path, target: Path) -> None:
+    archive.ask(place.name, "export", [str(place)], str(target), "table")
+
+
+def everything(runs: Runs, archive: Clerk, run: str) -> Response:
     """All files of a run, and its events as CSV, in a zip."""
     files = runs.files(run)
     if sum(path.stat().st_size for path, _ in files.values()) > _MOST_ZIP:
         raise SheetsError("This run is too large for a zip.", f"Copy the folder runs/{run} itself.")
     packed = tempfile.TemporaryFile()  # noqa: SIM115  # the answer closes it
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED, compresslevel=3) as archive:
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED, compresslevel=3) as whole:
         for name, (path, _) in files.items():
-            archive.write(path, f"{run}/{name}")
+            whole.write(path, f"{run}/{name}")
         with tempfile.TemporaryDirectory() as folder:
             target = Path(folder) / "trace.csv"
             try:
-                clerk.csv(runs.place(run), target)
-                archive.write(target, f"{run}/trace.csv")
+                _csv(archive, runs.place(run), target)
+                whole.write(target, f"{run}/trace.csv")
             except SheetsError:  # a record that cannot be read is taken along as it is
-                archive.writestr(f"{run}/trace-could-not-be-read.txt", "trace.jsonl is no whole record of a run.\n")
+                whole.writestr(f"{run}/trace-could-not-be-read.txt", "trace.jsonl is no whole record of a run.\n")
     packed.seek(0)
     return send_file(packed, mimetype="application/zip", as_attachment=True, download_name=f"{run}.zip")

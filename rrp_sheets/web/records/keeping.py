@@ -11,7 +11,6 @@ from flask import Blueprint, Response, abort, render_template, request, send_fil
 from markupsafe import Markup
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.records.archive import PROGRAM
 from rrp_sheets.runs.records.clerk import Clerk
 from rrp_sheets.runs.records.facts import Facts
 from rrp_sheets.runs.records.wording import clock
@@ -69,9 +68,8 @@ class PairPage:
     trouble: str
 
 
-def add_keeping(pages: Blueprint, library: Library, runs: Runs) -> None:
+def add_keeping(pages: Blueprint, library: Library, runs: Runs, archive: Clerk) -> None:
     """The routes."""
-    archive = Clerk(WITHIN, PROGRAM)
     _add_exports(pages, runs, archive)
 
     @pages.get("/runs/pair", endpoint="pair")

@@ -51,6 +51,7 @@ class RunsPage:
         words: only those with these words.
         books: the workbooks that have runs.
         total: how many runs there are; `older` the number to go on from, 0 when these are the last ones.
+        found: how many of them are like that; `lines_from` the number of the first that is shown.
         participant: only those of this one; `participants` all codes that there are.
     """
 
@@ -64,6 +65,8 @@ class RunsPage:
     here: bool = False
     participant: str = ""
     participants: tuple[str, ...] = ()
+    found: int = 0
+    lines_from: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +127,7 @@ class RecordPage:
         events: how many there are.
         window: the seconds that the marbles show at first.
         participant: the code.
+        reading: how large the record is, when it is still to be read; empty when what is in it is shown.
     """
 
     template: ClassVar[str] = "record.html"
@@ -146,6 +150,7 @@ class RecordPage:
     curves: int
     compared_with: tuple[RunLine, ...]
     participant: str = ""
+    reading: str = ""
 
 
 @dataclass(frozen=True, slots=True)

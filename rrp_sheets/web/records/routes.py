@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection
 from io import BytesIO
 from typing import cast
@@ -10,6 +11,7 @@ from flask import Blueprint, Response, abort, current_app, jsonify, request, sen
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
+from rrp_sheets.runs.records.archive import PROGRAM
 from rrp_sheets.runs.records.clerk import Clerk
 from rrp_sheets.web.addressed import RoomOf, rooms
 from rrp_sheets.web.desk import Desk
@@ -18,7 +20,7 @@ from rrp_sheets.web.records import versions as kept
 from rrp_sheets.web.records.bundling import add_bundles
 from rrp_sheets.web.records.comparing import compare_page, drawn_changes
 from rrp_sheets.web.records.files import everything, run_file, trace_csv
-from rrp_sheets.web.records.keeping import add_keeping
+from rrp_sheets.web.records.keeping import WITHIN, add_keeping
 from rrp_sheets.web.records.lookback import add_lookback
 from rrp_sheets.web.records.pages import show
 from rrp_sheets.web.records.printing import add_paper
@@ -26,24 +28,34 @@ from rrp_sheets.web.records.replaying import add_replay
 from rrp_sheets.web.records.runs import marbles_page, record_page, runs_page
 from rrp_sheets.web.records.shelved import Runs
 
+_WORD = re.compile("[0-9a-f]{16}")
 _MOST_ROWS = 200  # that marbles are asked for
 
 
 def make_records(library: Library, desk: Desk) -> Blueprint:
     """The routes."""
     pages = Blueprint("records", __name__)
-    clerk = Clerk()
+    clerk, archive = Clerk(), Clerk(WITHIN, PROGRAM)
     runs = Runs(library.folder, lambda: _names("going"), lambda: _names("writing"))
     _add_runs(pages, library, runs, clerk)
-    _add_files(pages, runs, clerk)
-    add_keeping(pages, library, runs)
+    _add_files(pages, runs, archive)
+    add_keeping(pages, library, runs, archive)
     add_lookback(pages, library, runs)
     add_replay(pages, library, desk, runs)
     _add_comparison(pages, library, desk, runs, clerk)
     add_bundles(pages, library, runs)
     _add_versions(pages, rooms(library, desk))
     add_paper(pages, library, desk, runs)
+    pages.after_request(_made)
     return pages
+
+
+def _made(answer: Response) -> Response:
+    """A page that has asked for a file hears by a cookie that it has come."""
+    word = request.args.get("made", "")
+    if _WORD.fullmatch(word):
+        answer.set_cookie(f"made-{word}", "1", max_age=60, samesite="Strict", path="/")
+    return answer
 
 
 def _have(runs: Runs, run: str) -> str:
@@ -61,7 +73,7 @@ def _add_runs(pages: Blueprint, library: Library, runs: Runs, clerk: Clerk) -> N
 
     @pages.get("/runs/<run>")
     def record(run: str) -> str:
-        return show(record_page(runs, library, clerk, _have(runs, run)))
+        return show(record_page(runs, library, clerk, _have(runs, run), wait="read" in request.args))
 
     @pages.get("/runs/<run>/written")
     def written(run: str) -> Response:
@@ -80,18 +92,18 @@ def _add_runs(pages: Blueprint, library: Library, runs: Runs, clerk: Clerk) -> N
             return jsonify([])
 
 
-def _add_files(pages: Blueprint, runs: Runs, clerk: Clerk) -> None:
+def _add_files(pages: Blueprint, runs: Runs, archive: Clerk) -> None:
     @pages.get("/runs/<run>/file/<file>")
     def file(run: str, file: str) -> Response:
         return run_file(runs, _have(runs, run), file, take="take" in request.args)
 
     @pages.get("/runs/<run>/trace.csv")
     def csv(run: str) -> Response:
-        return trace_csv(runs, clerk, _have(runs, run))
+        return trace_csv(runs, archive, _have(runs, run))
 
     @pages.get("/runs/<run>/everything.zip")
     def zipped(run: str) -> Response:
-        return everything(runs, clerk, _have(runs, run))
+        return everything(runs, archive, _have(runs, run))
 
 
 def _add_comparison(pages: Blueprint, library: Library, desk: Desk, runs: Runs, clerk: Clerk) -> None:

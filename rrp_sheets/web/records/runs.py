@@ -34,6 +34,7 @@ _LOG = 500
 _EDITS = 4  # rows that are named as changed
 _WHOLE = 40.0  # s: a run that is longer shows its first half minute
 _FIRST = 30.0
+_LONG = 12_000_000  # bytes of a record that takes more than a second to be read
 _KINDS = {
     "say": ("said", "say"), "person": ("a person", "say"), "sound": ("played", "sound"),
     "error": ("error", "error"), "clamp": ("cut to its limit", "warning"),
@@ -57,7 +58,7 @@ def runs_page(runs: Runs, library: Library, book: str, words: str, first: int, p
     return RunsPage(
         tuple(line_of(f, books) for f in shown), book, words, _choices({f.workbook for f in every}, book), len(every),
         first + A_PAGE if len(found) > first + A_PAGE else 0, book in books, participant,
-        _choices({f.participant for f in every}, participant),
+        _choices({f.participant for f in every}, participant), len(found), first + 1,
     )  # fmt: skip
 
 
@@ -70,8 +71,12 @@ def _has(facts: Facts, words: str) -> bool:
     return all(word in place.casefold() for word in words.casefold().split())
 
 
-def record_page(runs: Runs, library: Library, clerk: Clerk, run: str) -> RecordPage:
-    """Everything about one run; raises SheetsError when there is none of that name."""
+def record_page(runs: Runs, library: Library, clerk: Clerk, run: str, *, wait: bool = False) -> RecordPage:
+    """Everything about one run; raises SheetsError when there is none of that name.
+
+    A record that takes long to be read is not waited for unless `wait` is true: the page comes without what is in it,
+    says so, and asks again.
+    """
     place = runs.place(run)
     facts = runs.facts([run])[0]
     books = set(library.names())
@@ -80,7 +85,9 @@ def record_page(runs: Runs, library: Library, clerk: Clerk, run: str) -> RecordP
     files = runs.files(run)
     told: Mapping[str, Any] = {}
     trouble = "" if facts.readable else f"{facts.why} {facts.remedy}"
-    if facts.readable:
+    size = files["trace.jsonl"][0].stat().st_size if "trace.jsonl" in files else 0
+    reading = "" if wait or not facts.readable or size < _LONG else f"{size / 1e6:,.0f} MB"
+    if facts.readable and not reading:
         try:
             told = clerk.course(place)
         except SheetsError as error:
@@ -95,12 +102,13 @@ def record_page(runs: Runs, library: Library, clerk: Clerk, run: str) -> RecordP
         others=tuple(line_of(f, books) for f in others[:_BESIDE]),
         facts=tuple(_facts(facts)), same=_same(facts, library), pictures=frozenset(PICTURES.keys() & files.keys()),
         downloads=_downloads(run, files), log=log, left_out=left_out,
-        sounds=tuple(n for n in files if n.endswith(".wav") and n not in spoken), errors=facts.errors,
+        sounds=() if reading else tuple(n for n in files if n.endswith(".wav") and n not in spoken),
+        errors=facts.errors,
         edits=edits[:_EDITS], more_edits=max(0, len(edits) - _EDITS),
         trouble=trouble, writing=writing, events=f"{told.get('count', 0):,}",
         window=("0", f"{_FIRST:g}") if seconds > _WHOLE else ("", ""), curves=len(told.get("curves", ())),
         compared_with=tuple(line_of(f, books) for f in others if f.run != run)[:_BESIDE],
-        participant=facts.participant,
+        participant=facts.participant, reading=reading,
     )  # fmt: skip
 
 

@@ -1,5 +1,6 @@
 // What the pages of runs, versions, comparisons and print do beyond links and forms.
 
+import { made } from "./made.js";
 import { record } from "./record.js";
 
 /** The name that the grid asks for goes with what one keeps and brings back. */
@@ -36,3 +37,4 @@ document.addEventListener("click", (event) => {
 for (const button of document.querySelectorAll("[data-print]")) wait(button);
 for (const button of document.querySelectorAll("[data-swap]")) button.hidden = false;
 record(document.querySelector(".record"));
+made(document);

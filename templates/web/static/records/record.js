@@ -37,6 +37,13 @@ async function look(address) {
   else setTimeout(look, AGAIN, address);
 }
 
+/** A long record is read, and then shown: the server keeps what it has read for a while. */
+async function wait(notice) {
+  const answer = await fetch(notice.dataset.reading).catch(() => null);
+  if (answer?.ok) location.replace(notice.querySelector("a").href);
+  else notice.textContent = "The record could not be read now. Load the page again.";
+}
+
 /** Bring the page of a run to life; null on other pages. */
 export function record(root) {
   if (!root) return;
@@ -46,6 +53,8 @@ export function record(root) {
   });
   const writing = root.querySelector("[data-writing]");
   if (writing) look(writing.dataset.writing);
+  const reading = root.querySelector("[data-reading]");
+  if (reading) wait(reading);
   const curves = document.getElementById("curves");
   if (curves) draw(curves).catch((error) => console.warn(error));
 }
