@@ -110,6 +110,9 @@ export function help(grid) {
       fieldname: () => ["protocol"], fieldvalue: () => ["protocol"], amount: () => [grid.table.name(k) === "Priority" ? "priority" : grid.table.kind === "scene" ? "scene" : "tests"],
       helper: () => ["helpers"],
     }[kind]?.() ?? [];
+    const words = new Set(text.match(/[\p{L}_]+/gu));
+    const comment = row.classList.contains("comment") && text.trimStart().startsWith("#"); // help on what it speaks of
+    if (comment) return [...(grid.words.connectors ?? []).map((c) => c.text).filter((name) => words.has(name)), "glossary"].slice(0, 4);
     const all = [...codes, ...about.filter(Boolean)];
     return [...new Set(all.length ? all : ["keys"])].slice(0, 4);
   }
