@@ -14,7 +14,8 @@ import pytest
 
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.errors import UnreadableFile
-from rrp_sheets.workbook import read
+from rrp_sheets.workbook import limits, read
+from rrp_sheets.workbook.editing import read_sheets
 
 NS = 'xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"'
 REL = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
@@ -356,6 +357,35 @@ def measured():  # type: ignore[no-untyped-def]
         yield measure
         assert worker.stdin
         worker.stdin.close()
+
+
+LOOKALIKE = '<c r="A1"/><c r="B1"/></row>'
+
+
+@pytest.mark.parametrize(
+    ("row", "cells"),
+    [
+        (f'<c r="A3" s="1"/><c r="B3" t="n" />{inline("C3", "x")}', {3: "x"}),
+        ('<c r="A3" s="1"/><c r="B3"/><c t="inlineStr"><is><t>x</t></is></c><c s="1"/>', {3: "x"}),
+        (f'<c r="A3" t="inlineStr"><is><t><![CDATA[{LOOKALIKE}]]></t></is></c><c r="B3"/>', {1: LOOKALIKE}),
+        (f'<!-- {LOOKALIKE} --><c r="A3"/><c r="B3"/>{inline("C3", "x")}', {3: "x"}),
+    ],
+    ids=["before a cell with a place", "before one without", "in a marked text", "in a comment"],
+)
+def test_cells_that_have_only_a_colour(row: str, cells: dict[int, str], tmp_path: Path) -> None:
+    (tmp_path / "x.xlsx").write_bytes(zipped(parts(sheet(f'{ROW_2}<row r="3">{row}</row>'))))
+    found = read_sheets(tmp_path / "x.xlsx")[0].cells
+    assert {column: cell.typed for (at, column), cell in found.items() if at == 3} == cells
+
+
+def test_cells_that_have_only_a_colour_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = "".join(f'<row r="{n}"><c r="A{n}"/><c r="B{n}" s="1"/></row>' for n in range(3, 53))
+    (tmp_path / "x.xlsx").write_bytes(zipped(parts(sheet(ROW_2 + rows))))
+    monkeypatch.setattr(limits, "CELL_ELEMENTS", 108)  # with those of the header and of row 2
+    assert len(read_sheets(tmp_path / "x.xlsx")[0].cells) == 8
+    monkeypatch.setattr(limits, "CELL_ELEMENTS", 107)
+    with pytest.raises(UnreadableFile, match="more than 107 cells"):
+        read_sheets(tmp_path / "x.xlsx")
 
 
 def test_missing_file(tmp_path: Path) -> None:

@@ -15,6 +15,10 @@ from rrp_sheets.workbook.xml_stream import Handler, Stop
 
 _REFERENCE = re.compile(r"\$?([A-Z]{1,3})\$?([0-9]{1,7})")
 _LAST_ROW, _LAST_COLUMN = 1_048_576, 16_384
+# Cells that have only a colour, before a cell that says where it stands or at a row's end. A comment or a text that
+# is marked as one could have the same letters: where there is one, nothing is left out.
+_BARE = re.compile(rb'(?:<c r="[A-Z]{1,3}[0-9]{1,7}"(?: s="[0-9]{1,6}")?(?: t="n")? ?/>)+(?=<c r="|</row>)')
+_MARKED = re.compile(rb"\A!|<!|<\Z")
 
 
 @lru_cache(maxsize=8_192)
@@ -60,6 +64,20 @@ class SheetHandler(Handler):
         self._formula_kind = self._shared = ""
         self._masters: dict[str, tuple[str, str]] = {}
         self._phonetic = self._in_cell = self._in_data = False
+        self._thins = extent is Extent.WHOLE
+
+    def thin(self, piece: bytes) -> bytes:
+        """Leave out cells without a value, which are most of a prepared sheet; they count all the same."""
+        self._thins = self._thins and not _MARKED.search(piece)
+        if not self._thins:
+            return piece
+        thinned = _BARE.sub(b"", piece)
+        if len(thinned) != len(piece):
+            left_out = piece.count(b"<c ") - thinned.count(b"<c ")
+            self._elements += left_out
+            self._budget.left -= left_out
+            self._refuse_too_many()
+        return thinned
 
     def start(self, name: str, attributes: Any) -> None:
         """A row, a cell, or a part of a cell begins."""
@@ -109,6 +127,9 @@ class SheetHandler(Handler):
         self._type, self._style = attributes.get("t", "n"), attributes.get("s", "")
         self._value = self._formula = self._formula_kind = self._shared = ""
         self._in_cell = True
+        self._refuse_too_many()
+
+    def _refuse_too_many(self) -> None:
         if self._elements > (limits.HEAD_CELLS if self._extent is Extent.HEAD else limits.CELL_ELEMENTS):
             if self._extent is not Extent.WHOLE:
                 raise Stop

@@ -45,6 +45,10 @@ class Handler(ContentHandler):
     def end(self, name: str) -> None:
         """An element ends."""
 
+    def thin(self, piece: bytes) -> bytes:
+        """A piece of the part without what need not be parsed; called before each piece is."""
+        return piece
+
     def take_text(self) -> str:
         """The characters since the last call."""
         text = "".join(self._text)
@@ -91,6 +95,7 @@ class XmlReader:
         self._swollen = unreadable("FILE007", name=name, what=f"{part} is too long or too deep")
         self._parser = DefusedExpatParser(forbid_dtd=True)
         handler.guard(budget, self._swollen)
+        self._handler = handler
         self._parser.setContentHandler(handler)
         # Straight to the handler: what SAX makes of every element's attributes takes longer than to read them.
         self._parser.start_element, self._parser.end_element = handler.startElement, handler.endElement
@@ -112,7 +117,7 @@ class XmlReader:
             piece = self._stream.read(self._piece)
             if piece:
                 self._check(piece)
-                self._parser.feed(piece)
+                self._parser.feed(self._handler.thin(piece))
             else:
                 self._parser.close()
                 self.finished = True
