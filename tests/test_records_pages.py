@@ -56,7 +56,7 @@ def test_a_run_is_looked_into(page: Any, folder: Path) -> None:
     page.locator("#marbles").get_by_role("button", name="Show").click()
     lanes = page.locator("#marbles .lane")
     expect(lanes).to_have_count(3)
-    assert [lane.get_attribute("data-stream") for lane in lanes.all()] == ["By hand", "今のボール", "ことば"]
+    assert [lane.get_attribute("data-stream") for lane in lanes.all()] == ["手で送った値", "今のボール", "ことば"]
     assert page.problems == []
 
 
