@@ -52,16 +52,23 @@ def test_the_same_run_gives_the_same_bytes_however_busy_the_machine(tmp_path):
     assert events(quiet) == events(busy) and len(events(quiet)) > 150
 
 
-def test_a_run_tells_what_happens_and_what_it_left(tmp_path):
-    done = rrp(
-        "run", bundled("workbooks", "say-ball-colour.xlsx"), "--fast", "--for", "5s", "--out", tmp_path / "o", "--json"
-    )
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """A run of five seconds: what was printed, and its folder."""
+    out = tmp_path_factory.mktemp("ran") / "o"
+    return rrp(
+        "run", bundled("workbooks", "say-ball-colour.xlsx"), "--fast", "--for", "5s", "--out", out, "--json"
+    ), out
+
+
+def test_a_run_tells_what_happens_and_what_it_left(ran):
+    done, out = ran
     assert done.returncode == 0
     assert "says “Red”" in done.stdout and "trace.jsonl" in done.stdout
     summary = json.loads(done.stdout.splitlines()[-1])
     assert summary["simulated_seconds"] == 5 and summary["wall_seconds"] > 0 and summary["errors"] == {}
     assert summary["actuator_commands"] == {"Say red": 1, "Say green": 0, "Say blue": 0}
-    assert summary["events"]["Red ball"] > 30 and summary["folder"] == str(tmp_path / "o")
+    assert summary["events"]["Red ball"] > 30 and summary["folder"] == str(out)
 
 
 def test_a_path_with_spaces_and_japanese_letters_and_the_default_folder(tmp_path):
@@ -178,9 +185,11 @@ def test_a_workbook_with_errors_does_not_run(tmp_path):
     assert json.loads(done.stdout.splitlines()[-1])["findings"][0]["code"] == "GRAPH001"
 
 
-def test_a_run_never_overwrites_another(tmp_path):
-    for code in (0, 2):
-        assert rrp("run", BOOK, "--fast", "--for", "1s", "--out", tmp_path / "o").returncode == code
+def test_a_run_never_overwrites_another(ran):
+    _, out = ran
+    before = {p.name: p.read_bytes() for p in out.iterdir()}
+    assert rrp("run", BOOK, "--fast", "--for", "1s", "--out", out).returncode == 2
+    assert {p.name: p.read_bytes() for p in out.iterdir()} == before
 
 
 @pytest.mark.parametrize("wrong", ["soon", "0", "-3s"])

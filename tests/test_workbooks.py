@@ -52,7 +52,9 @@ def ran(tmp_path_factory):
         path = FOLDER / f"{name}.xlsx"
         # one runs for as long as it does by itself, 5 s longer than its scene; what is expected of the others comes sooner
         until = None if name == FILMED else scene_end_us(api.check(path).scene or ()) / 1e6 + 1.5
-        _, result = api.run(path, api.RunSettings(seconds=until, fast=True, out=folder, film=name == FILMED))
+        look = name == FILMED
+        settings = api.RunSettings(seconds=until, fast=True, out=folder, film=look, camera=look)
+        _, result = api.run(path, settings)
         assert result is not None and result.broken is None
         return Ran(folder, result)
 
