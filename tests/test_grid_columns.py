@@ -118,6 +118,6 @@ def test_a_large_diagram_is_first_seen_where_something_is_in_it(shelf: Books) ->
         ["", "Red ball", "map", f"redBall.distance + {n}", f"A very long name of a stream {n}", ""] for n in range(9)
     ]
     grid = shelf.open({"T": [HEADER, ["", "# the first row has no box", "", "", "", ""], *rows]}, sheet="T")
-    frame, box = (grid.page.locator(part).first.bounding_box() for part in ("#diagram", "#diagram [role=button]"))
+    frame, box = (grid.page.locator(part).first.bounding_box() for part in ("#diagram", "#diagram [role=button].here"))
     assert grid.page.evaluate("document.querySelector('#diagram').scrollWidth") > 1.5 * frame["width"]
     assert frame["x"] <= box["x"] and box["x"] + box["width"] <= frame["x"] + frame["width"]

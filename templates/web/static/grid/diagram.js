@@ -38,7 +38,12 @@ class View {
     panels.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
     panels.addEventListener("pointerdown", (event) => this.down(event));
     panels.addEventListener("focusin", (event) => this.focused(event));
-    new ResizeObserver(() => this.scale()).observe(panels);
+    for (const type of ["pointerdown", "wheel", "keydown"]) panels.addEventListener(type, () => { this.touched = true; }, { passive: true });
+    new ResizeObserver(() => {
+      if (!this.svg) return;
+      this.scale();
+      this.begin();
+    }).observe(panels);
   }
 
   get root() {
@@ -60,8 +65,12 @@ class View {
     const stop = document.getElementById(this.stop) ?? this.boxes[0];
     stop?.setAttribute("tabindex", "0");
     this.light(this.here);
-    if (!this.placed && this.boxes.length) this.reveal(this.svg.querySelector(".here") ?? this.boxes[0]);
-    this.placed = true; // a large drawing is not first seen where it is empty; from then on people scroll it
+    this.begin();
+  }
+
+  /** A large drawing is not first seen where it is empty; once somebody has touched it, it stays as it is. */
+  begin() {
+    if (!this.touched && this.boxes.length) this.reveal(this.svg.querySelector("[role=button].here") ?? this.boxes[0]);
   }
 
   /** How large it is drawn: by hand, or so that it fills the width without becoming unreadable. */
