@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from graphviz import escape, nohtml
+from graphviz.quoting import quote
+
 from rrp_sheets.render.boxes import Arrow, Box, Drawing
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.style import (
@@ -29,13 +32,13 @@ _QUICK = "splines=line, nslimit=1, nslimit1=1, mclimit=0.1"
 _THOROUGH = "splines=spline, remincross=true, mclimit=4, searchsize=100"
 
 
-def quoted(text: str) -> str:
-    r"""The text as a DOT string. Within quotes nothing is markup, and no escape (`\G`, `\L`) is left alive.
+def quoted(*lines: str) -> str:
+    r"""Lines of text as one DOT string. Nothing in them is markup, and no escape (`\G`, `\L`) is left alive.
 
-    >>> print(quoted('a "b" \\L'))
-    "a \"b\" \\L"
+    >>> print(quoted('a "b" \\L', "<i>c</i>"))
+    "a \"b\" \\L\n<i>c</i>"
     """
-    return '"' + clean(text).replace("\\", "\\\\").replace('"', '\\"') + '"'
+    return quote(nohtml(r"\n".join(escape(clean(line)) for line in lines)))
 
 
 def dot_text(drawing: Drawing, title: str, *, pin_entries: bool = True, narrow: bool = False) -> str:
@@ -75,18 +78,14 @@ def _node(box: Box) -> str:
         if box.beside:
             words = ["  ".join(words)]
         look = (
-            f'shape=box, label={_label(words)}, fontsize={MONO_PT:g}, fillcolor=white, color="{BOX}", style="{style}"'
+            f'shape=box, label={quoted(*words)}, fontsize={MONO_PT:g}, fillcolor=white, color="{BOX}", style="{style}"'
         )
     else:
         fill, line = (OFF_FILL, OFF_LINE) if box.off else FILL_AND_LINE[box.kind]
         dashed = ', style="filled,dashed"' if box.off else ""
         words = [*box.lines, box.note] if box.note else list(box.lines)
-        look = f'label={_label(words)}, {_SHAPES[box.kind]}, fillcolor="{fill}", color="{line}"{dashed}'
+        look = f'label={quoted(*words)}, {_SHAPES[box.kind]}, fillcolor="{fill}", color="{line}"{dashed}'
     return f"  {_name(box.id)} [{size}, {look}];"
-
-
-def _label(lines: list[str]) -> str:
-    return '"' + "\\n".join(quoted(line)[1:-1] for line in lines) + '"'
 
 
 def _ranks(drawing: Drawing, pin_entries: bool) -> list[str]:
