@@ -2,33 +2,21 @@
 
 from __future__ import annotations
 
-import io
 import re
-from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
-from unittest import mock
 
 import pytest
 from packs import DAY, workbook
 from pdftree import read_pdf, tags, texts_of
+from typed import run
 
 from rrp_sheets import api
-from rrp_sheets.cli.main import main
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.printing import MOST_ROWS, make
 from rrp_sheets.resources import bundled
 
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
 GOLDEN = Path(__file__).parent / "golden" / "print"
-
-
-def run(*arguments: object) -> tuple[int, str]:
-    """Exit code and output of a command, as the entry point gives them."""
-    out = io.StringIO()
-    typed = mock.patch("sys.argv", ["rrp-sheets", *map(str, arguments)])
-    with typed, redirect_stdout(out), redirect_stderr(out), pytest.raises(SystemExit) as left:
-        main()
-    return int(left.value.code or 0), out.getvalue()
 
 
 def test_changes_since_the_approved_version_on_letter_paper(tmp_path, monkeypatch):

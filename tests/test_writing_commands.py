@@ -5,16 +5,14 @@ from __future__ import annotations
 import io
 import re
 import zipfile
-from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
-from unittest import mock
 
 import openpyxl
 import pytest
 from lossless import FEATURES, SHEET, make, parts
+from typed import run
 
 from rrp_sheets import api
-from rrp_sheets.cli.main import main
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
 from rrp_sheets.workbook import read
@@ -28,15 +26,6 @@ WRONG = """## Tracking
 | Distance | filtr | distance < 1 | Near |
 | Neer | subscribe |  | Head tracker |
 """
-
-
-def run(*arguments: object) -> tuple[int, str]:
-    """Exit code and output of a command, as the entry point gives them."""
-    out = io.StringIO()
-    typed = mock.patch("sys.argv", ["rrp-sheets", *map(str, arguments)])
-    with typed, redirect_stdout(out), redirect_stderr(out), pytest.raises(SystemExit) as left:
-        main()
-    return int(left.value.code or 0), out.getvalue()
 
 
 @pytest.fixture

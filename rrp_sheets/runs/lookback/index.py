@@ -5,7 +5,6 @@ A trace is cut into pieces of some seconds. A piece knows what came last before 
 
 from __future__ import annotations
 
-import json
 import re
 from array import array
 from collections.abc import Iterator, Mapping
@@ -15,7 +14,7 @@ from typing import Any, BinaryIO
 
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.runs.records.course import Log
-from rrp_sheets.runs.records.facts import TRACE, text_of
+from rrp_sheets.runs.records.facts import TRACE, entry_of, text_of
 
 PIECE_SECONDS = 20.0
 PIECE_EVENTS = 4_000
@@ -85,7 +84,7 @@ class Index:
         with self.path.open("rb") as file:
             for number in sorted(numbers):
                 file.seek(self.at[number])
-                entry = _parsed(file.readline(_LONGEST_LINE))
+                entry = entry_of(file.readline(_LONGEST_LINE))
                 if entry is not None:
                     yield number, entry
 
@@ -124,9 +123,9 @@ class _Reader:
             if found is not None:
                 self._event(float(found[1]), self._series(found[2], found[3]), place)
                 if line.endswith(b"}\n") and _SENT in line:
-                    self._happened(_parsed(line))
+                    self._happened(entry_of(line))
             else:
-                self._other(_parsed(line), place)
+                self._other(entry_of(line), place)
             place += len(line)
         if not index.starts:
             index.starts, index.before = [0], [array("q")]
@@ -205,11 +204,3 @@ class _Reader:
 
 def _text(name: bytes | str) -> str:
     return text_of(name.decode("utf-8", "replace") if isinstance(name, bytes) else name)
-
-
-def _parsed(line: bytes) -> Entry | None:
-    try:
-        found = json.loads(line)
-    except (ValueError, RecursionError):
-        return None
-    return found if isinstance(found, dict) else None

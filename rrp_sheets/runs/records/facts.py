@@ -108,13 +108,13 @@ def facts_of(place: Path, going: Collection[str] = ()) -> Facts:
         missing = isinstance(error, FileNotFoundError)
         why = f"There is no {TRACE} in it." if missing else f"Its {TRACE} cannot be read: {error.strerror}."
         return Facts(run, why=why, remedy="The folder of a run holds everything that was recorded; copy it whole.")
-    header = _parsed(first)
+    header = entry_of(first)
     if header is None or header.get("type") != "header":
         if not first and run in going:
             return Facts(run, ended="going")
         why = f"Its {TRACE} does not begin as a record of a run does."
         return Facts(run, why=why, remedy="Copy the folder again from where it comes; it was perhaps cut off.")
-    summary = _parsed(last) or {}
+    summary = entry_of(last) or {}
     closed = summary.get("type") == "summary"
     if closed:
         ended = text_of(summary.get("ended")) or "cut"
@@ -149,7 +149,12 @@ def _ends(trace: Path) -> tuple[bytes, bytes]:
     return first if first.endswith(b"\n") else b"", whole[-1] if whole else b""
 
 
-def _parsed(line: bytes) -> dict[str, Any] | None:
+def entry_of(line: bytes) -> dict[str, Any] | None:
+    """The entry on a line of a trace; None when it is none.
+
+    >>> entry_of(b'{"t": 1.5}'), entry_of(b'{"t": 1.'), entry_of(b"[1]")
+    ({'t': 1.5}, None, None)
+    """
     try:
         found = json.loads(line)
     except (ValueError, RecursionError):
