@@ -174,10 +174,16 @@ def _told(changes: Sequence[Change], words: Texts) -> tuple[Changed, ...]:
 
 def _one(change: Change, words: Texts) -> Changed:
     kind = change.kind if change.kind in ("added", "removed", "moved") else "changed" if change.effect else "other"
+
+    def say(text: str) -> str:
+        return told(text, words.language)
+
     before, after = (value(text) if text else "" for text in (change.before, change.after))
     if change.kind in ("on", "off"):
-        before, after = ("off", "on") if change.kind == "on" else ("on", "off")
+        before, after = map(say, ("off", "on") if change.kind == "on" else ("on", "off"))
     elif change.kind == "moved" and not change.before:
         before, after = (words.get("behaviour.row", n=row) for row in change.rows)
-    what = f"{change.what}: " if change.what and change.kind == "changed" else ""
-    return Changed(kind, place(change), what + before if before else "", what + after if after else "", change.note)
+    what = f"{say(change.what)}: " if change.what and change.kind == "changed" else ""
+    return Changed(
+        kind, say(place(change)), what + before if before else "", what + after if after else "", say(change.note)
+    )

@@ -12,6 +12,7 @@ from collections import defaultdict
 from rrp_sheets.compare.match import Match
 from rrp_sheets.compare.pairing import out_of_order
 from rrp_sheets.compare.side import RowView, Side
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.names import key
 
 _Place = tuple[str, int]  # a behaviour's key and a row's number, in the second workbook
@@ -34,7 +35,7 @@ def reordered(first: Side, second: Side, found: Match) -> dict[_Place, str]:
     for (use, _), members in groups.items():
         for place in _late(members, found.turned):
             name = second.shown(use) if use in second.streams else use
-            out[place] = f"of two commands for {name} in one instant another one comes last now"
+            out[place] = Phrase("of two commands for {name} in one instant another one comes last now", name=name)
     if key(second.workbook.protocol.text("Engine", "frame")) != "frame":
         for place in _late(rows, found.turned):
             out.setdefault(place, "this engine works in the order of the rows")

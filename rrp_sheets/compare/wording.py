@@ -6,6 +6,7 @@ import unicodedata
 
 from rrp_sheets.compare.changes import Change
 from rrp_sheets.compare.tokens import single
+from rrp_sheets.diagnostics.phrase import Phrase
 
 LONGEST = 160  # letters of one value
 _MARKS = {"same": "{}", "gone": "[-{}-]", "new": "{{+{}+}}"}
@@ -18,18 +19,19 @@ def place(change: Change) -> str:
     name = one_line(change.name)
     match change.part:
         case "device" | "protocol":
-            return f"{sheet}: {name}"
+            return Phrase("{sheet}: {name}", sheet=sheet, name=name)
         case "helper":
-            return f"Helper {name}"
+            return Phrase("Helper {name}", name=name)
         case "behaviour":
-            return f"Behaviour {sheet}"
+            return Phrase("Behaviour {sheet}", sheet=sheet)
         case "stream":
             return sheet
         case "sheet":
-            return f"Sheet {sheet}" if sheet else "Sheets"
+            return Phrase("Sheet {sheet}", sheet=sheet) if sheet else "Sheets"
         case "table":
-            return f"Table {sheet} row {row}" if row else f"Table {sheet}"
-    return f"{sheet} row {row}" if row else sheet
+            words = "Table {sheet} row {row}" if row else "Table {sheet}"
+            return Phrase(words, sheet=sheet, row=row)
+    return Phrase("{sheet} row {number}", sheet=sheet, number=row) if row else sheet
 
 
 def say(change: Change) -> str:
