@@ -6,6 +6,7 @@ import os
 import sys
 from pathlib import Path
 
+import openpyxl
 import pytest
 from click.testing import CliRunner
 from recorded import END, EVENT, HEADER, write_run
@@ -74,6 +75,14 @@ def test_a_name_of_another_systems_letters_is_printed(tmp_path: Path) -> None:
     ran = CliRunner().invoke(group, ["print", str(file), "-o", str(tmp_path / "out.pdf")])
     assert ran.exception is None or isinstance(ran.exception, SystemExit), ran.exception
     assert (tmp_path / "out.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such names")
+def test_a_table_of_a_run_with_such_a_name_can_be_opened(run: Path, tmp_path: Path) -> None:
+    odd = run.rename(run.with_name(os.fsdecode(b"gr\xe4")))
+    target = tmp_path / "out.xlsx"
+    assert CliRunner().invoke(group, ["export", str(odd), "-o", str(target)]).exit_code == 0
+    assert openpyxl.load_workbook(target).properties.title == "Run gr\ufffd of good.md"
 
 
 def test_a_table_that_cannot_be_made_whole_says_one_thing(

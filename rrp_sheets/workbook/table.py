@@ -18,12 +18,13 @@ from typing import Any
 
 _MOST_ROWS = 1_000_000  # of a sheet, which holds 1,048,576: some may come while it is written
 _PIECE = 2_000  # rows that are written at once
-_CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
+_CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")  # halves of letters too
 _LONGEST = 32_767
 _LONGEST_PROPERTY = 255
 _ESCAPED = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "\r": "&#13;"})
 _ROWS_END = b"</sheetData>"
-_WORK = re.compile("[&<>\r\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]|^\\s|\\s$")  # what XML does not take as it is
+# what XML does not take as it is:
+_WORK = re.compile("[&<>\r\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]|^\\s|\\s$")
 
 
 @dataclass(frozen=True)
