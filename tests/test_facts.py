@@ -9,9 +9,9 @@ import pytest
 from play import check, findings, play, rows
 
 from rrp_sheets.checks.facts import Fact
-from rrp_sheets.checks.lints.taking import pitch_limits
 from rrp_sheets.checks.shown import row_examples
 from rrp_sheets.devices import load_robot
+from rrp_sheets.devices.ways import joint_limits
 from rrp_sheets.model.values import Record, show
 
 PARTS = """
@@ -198,7 +198,7 @@ def test_what_goes_round_through_a_done_stream():
 
 @pytest.mark.parametrize(("yaw", "low", "high"), [(0, -0.672, 0.515), (1.527, -0.330, 0.200), (-2.086, -0.449, 0.330)])
 def test_how_far_the_head_nods_depends_on_where_it_looks(yaw, low, high):
-    assert pitch_limits(load_robot(), yaw) == (pytest.approx(low, abs=1e-3), pytest.approx(high, abs=1e-3))
+    assert joint_limits(load_robot(), "HeadPitch", yaw) == (pytest.approx(low, abs=1e-3), pytest.approx(high, abs=1e-3))
 
 
 def test_a_record_example_is_shown_in_short():

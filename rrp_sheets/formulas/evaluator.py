@@ -16,15 +16,16 @@ from asteval import Interpreter
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.binding import Binder
 from rrp_sheets.formulas.compare import NUMBERS, compare, same
+from rrp_sheets.formulas.failing import failure_of
 from rrp_sheets.formulas.functions.define import bounded, listing, shown, weighed
 from rrp_sheets.formulas.functions.tables import members_of
 from rrp_sheets.formulas.limits import DEEPEST_HELPERS, LARGEST_NUMBER, LONGEST_LIST, STEPS
 from rrp_sheets.formulas.nodes import IfError, Join, Pick, Switch
 from rrp_sheets.formulas.operations import arithmetic, at_place, field, formatted
 from rrp_sheets.formulas.pick import Picker
-from rrp_sheets.formulas.problems import FormulaProblem, kind_of, problem_of
+from rrp_sheets.formulas.problems import FormulaProblem, kind_of
 from rrp_sheets.formulas.tables import Table
-from rrp_sheets.model.values import Failure, Record, Value
+from rrp_sheets.model.values import Record, Value
 
 _PLAIN = frozenset((float, bool, int, str, type(None)))
 
@@ -71,7 +72,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
                 result = handler(tree)
                 return result if type(result) in _PLAIN else weighed(result)
             except Exception as error:
-                return self._failure(error)
+                return failure_of(error)
 
         return evaluate
 
@@ -87,30 +88,6 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         self.steps -= steps
         if self.steps < 0:
             raise OutOfSteps("FORM105", reason="it takes too long to work out")
-
-    def _failure(self, error: Exception) -> Failure:
-        column, helper = -1, ""
-        trace = error.__traceback__
-        while trace is not None and not helper:  # the innermost node, but of this formula, not of its helpers
-            node = trace.tb_frame.f_locals.get("node")
-            if isinstance(node, ast.expr) and hasattr(node, "col_offset"):
-                column = node.col_offset
-                inside = "outer" in trace.tb_frame.f_locals and hasattr(node, "helper")
-                helper = node.helper.shown if inside else ""  # type: ignore[attr-defined]
-            trace = trace.tb_next
-        problem = problem_of(error)
-        if problem is None:
-            raise error
-        failure = problem.failure(column)
-        return (
-            Failure(
-                failure.code,
-                Phrase("In the helper {helper}: {message}", helper=helper, message=failure.message),
-                column,
-            )
-            if helper
-            else failure
-        )
 
     # ---- values; the handlers of constants, lists and tuples are asteval's own
     def on_name(self, node: Any) -> Value:

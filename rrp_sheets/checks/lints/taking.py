@@ -9,6 +9,7 @@ from rrp_sheets.checks.facts import Fact
 from rrp_sheets.checks.known import ANY, BLANK, LIST, NUMBER, RECORD, TEXT, TRUTH, Known, kind_of_value
 from rrp_sheets.checks.lints.material import Material
 from rrp_sheets.devices import DeviceType, Robot, Setting
+from rrp_sheets.devices.ways import joint_limits
 from rrp_sheets.diagnostics.phrase import Phrase, sentences
 from rrp_sheets.formulas.problems import kind_of
 from rrp_sheets.graph import Step, Stream
@@ -258,38 +259,10 @@ def _pitches(
     yaw, pitch = names.index("HeadYaw"), names.index("HeadPitch")
     for values in lists:
         if len(values) == len(names) and _is_number(values[yaw]) and _is_number(values[pitch]):
-            low, high = pitch_limits(robot, float(values[yaw]))
-            found.append(
-                (
-                    Phrase("HeadPitch with HeadYaw at {value:.3g} rad", value=values[yaw]),
-                    [values[pitch]],
-                    low,
-                    high,
-                    "rad",
-                )
-            )
+            low, high = joint_limits(robot, "HeadPitch", float(values[yaw]))
+            name = Phrase("HeadPitch with HeadYaw at {value:.3g} rad", value=values[yaw])
+            found.append((name, [values[pitch]], low, high, "rad"))
     return found
-
-
-def pitch_limits(robot: Robot, yaw: float) -> tuple[float, float]:
-    """The limits of the head's pitch (rad) at a yaw (rad), interpolated in the robot's table.
-
-    >>> from rrp_sheets.devices import load_robot
-    >>> [round(limit, 2) for limit in pitch_limits(load_robot(), 1.527)]
-    [-0.33, 0.2]
-    """
-    joint = robot.joints["headpitch"]
-    table = robot.data.get("head_pitch_by_yaw")
-    if not table:
-        return joint.lower, joint.upper
-    return _between(table["yaw"], table["lower"], yaw), _between(table["yaw"], table["upper"], yaw)
-
-
-def _between(xs: list[float], ys: list[float], x: float) -> float:
-    x = min(max(x, xs[0]), xs[-1])
-    place = next(i for i in range(1, len(xs)) if x <= xs[i])
-    share = (x - xs[place - 1]) / (xs[place] - xs[place - 1])
-    return ys[place - 1] + share * (ys[place] - ys[place - 1])
 
 
 def _sure_values(fact: Fact) -> list[float]:
