@@ -38,7 +38,8 @@ def quoted(*lines: str) -> str:
     >>> print(quoted('a "b" \\L', "<i>c</i>"))
     "a \"b\" \\L\n<i>c</i>"
     """
-    return quote(nohtml(r"\n".join(escape(clean(line)) for line in lines)))
+    text: str = quote(nohtml(r"\n".join(escape(clean(line)) for line in lines)))
+    return text
 
 
 def dot_text(drawing: Drawing, title: str, *, pin_entries: bool = True, narrow: bool = False) -> str:
