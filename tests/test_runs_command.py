@@ -244,6 +244,9 @@ def test_where_the_code_stands_elsewhere_is_told(folder: Path) -> None:
     stamped = png_with((folder / "plain.png").read_bytes(), {"Title": "x.xlsx, P07"})
     (folder / "plain.png").write_bytes((folder / "plain.png").read_bytes() + b" P07 ")  # by chance
     (folder / "contact.png").write_bytes(stamped)
+    packed_text = b"5 0 obj\n<</Filter/FlateDecode/Length 5>>\nstream\n P07 \nendstream\n"
+    (folder / "chance.pdf").write_bytes(b"%PDF-1.7\n" + packed_text + b"<</Title(Kai)>>")
+    (folder / "plots.pdf").write_bytes(b"%PDF-1.7\n" + packed_text + b"<</Subject(Participant: P07)>>")
     (folder / "damaged.zip").write_bytes(b"PK\x03\x04 no zip")
     with zipfile.ZipFile(folder / "scratched.zip", "w", zipfile.ZIP_DEFLATED) as packed:
         packed.writestr("a.txt", "nothing " * 99)
@@ -267,7 +270,7 @@ def test_where_the_code_stands_elsewhere_is_told(folder: Path) -> None:
         ".rrp-sheets/journal.sqlite (the version “with P07” of x.xlsx)",
         "P07 consent.pdf (its name)", "bundle.zip", "contact.png",
         "damaged.zip (it could not be looked into: it is damaged, too large, or has a password)",
-        "runs/9-x/trace.jsonl",
+        "plots.pdf", "runs/9-x/trace.jsonl",
         "scratched.zip (it could not be looked into: it is damaged, too large, or has a password)",
         "table.csv", "texts.xlsx",
     ]  # fmt: skip

@@ -26,6 +26,8 @@ _MOST_MEMBER = 200_000_000  # bytes of a file in a zip
 _PICTURES = (".jpg", ".jpeg", ".wav", "camera.zip")  # their bytes hold no text of ours but what was drawn
 _PNG, _GIF = ".png", ".gif"  # an export of ours has texts beside the picture
 _STAMPED = (_PNG, _GIF)
+_PDF = ".pdf"
+_PACKED = re.compile(rb"/Filter\b[^\r\n]{0,400}?[\r\n]*stream\r?\n.*?endstream", re.DOTALL)  # of a PDF: by chance, too
 _STAMP = 1 << 16  # bytes at the end of a GIF, in which its stamp is
 _SIGNATURE, _TEXTS = b"\x89PNG\r\n\x1a\n", (b"tEXt", b"iTXt")
 _ZIPS = (".xlsx", ".zip", ".xlsm")
@@ -88,6 +90,9 @@ def _within(code: Code, path: Path) -> Iterator[str]:
         with path.open("rb") as file:
             if code.stands_in(_texts_of(file) if suffix == _PNG else _end_of(file)):
                 yield ""
+    elif suffix == _PDF and path.stat().st_size <= _MOST_MEMBER:
+        if code.stands_in(_PACKED.sub(b" ", path.read_bytes())):
+            yield ""
     elif suffix in _ZIPS:
         if (told := _zip_says(code, path)) is not None:
             yield told
@@ -136,6 +141,8 @@ def _member_says(code: Code, packed: zipfile.ZipFile, about: zipfile.ZipInfo, de
         return _UNREAD
     if name.endswith(_STAMPED):
         data = (_texts_of if name.endswith(_PNG) else _end_of)(io.BytesIO(data))
+    elif name.endswith(_PDF):
+        data = _PACKED.sub(b" ", data)
     elif name.endswith((".xml", ".rels")):
         data = _words(data)
     if code.stands_in(data):
