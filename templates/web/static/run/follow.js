@@ -32,23 +32,27 @@ export function follow(grid, label) {
   });
   document.addEventListener("rrp:live", ({ detail }) => {
     const acted = news(detail.rows ?? {}, detail.full);
-    if (acted && wanted()) show(acted);
+    if (acted.length && wanted() && !acted.some(inSight)) show(acted[0]);
   });
 
-  /** The row that gave something after it was quiet, one that lets the robot act before others. */
+  /** The rows that gave something after they were quiet, the newest first: only those that let the robot act, if any does. */
   function news(rows, known) {
-    let found = null;
+    const found = [];
     for (const [row, { at }] of Object.entries(rows)) {
       if (at === null || at === undefined) continue;
       const before = last.get(row);
       last.set(row, at);
       if (known || (before !== undefined && at - before < QUIET)) continue;
       const line = document.getElementById(row);
-      if (!line || !grid.contains(line)) continue;
-      const acts = Boolean(line.querySelector(".name.actuator"));
-      if (!found || acts > found.acts || (acts === found.acts && at > found.at)) found = { line, acts, at };
+      if (line && grid.contains(line)) found.push({ line, acts: Boolean(line.querySelector(".name.actuator")), at });
     }
-    return found?.line;
+    const acts = found.some((one) => one.acts);
+    return found.filter((one) => one.acts === acts).sort((a, b) => b.at - a.at).map((one) => one.line);
+  }
+
+  function inSight(line) {
+    const [frame, mine] = [scroll.getBoundingClientRect(), line.getBoundingClientRect()];
+    return mine.top >= frame.top + grid.tHead.offsetHeight && mine.bottom <= frame.top + scroll.clientHeight;
   }
 
   function wanted() {
@@ -58,11 +62,9 @@ export function follow(grid, label) {
   }
 
   function show(line) {
-    const frame = scroll.getBoundingClientRect();
-    const mine = line.getBoundingClientRect();
-    const head = grid.tHead.offsetHeight;
-    if (mine.top >= frame.top + head && mine.bottom <= frame.top + scroll.clientHeight) return;
     moved = performance.now();
+    const [frame, mine] = [scroll.getBoundingClientRect(), line.getBoundingClientRect()];
+    const head = grid.tHead.offsetHeight;
     const top = scroll.scrollTop + mine.top - frame.top - head - (scroll.clientHeight - head) / 3;
     scroll.scrollTo({ top, behavior: calm.matches ? "instant" : "smooth" }); // only the table: never the page, nor the cursor
   }
