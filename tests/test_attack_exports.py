@@ -13,6 +13,7 @@ from recorded import END, EVENT, HEADER, write_run
 
 from rrp_sheets.cli.main import group
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.workbook import text_write
 from rrp_sheets.workbook.atomic import write_atomically
 
 WORKBOOK = Path(__file__).parents[1] / "workbooks" / "greeter.xlsx"
@@ -93,3 +94,21 @@ def test_a_table_that_cannot_be_made_whole_says_one_thing(
     ran = CliRunner().invoke(group, ["export", str(run), "-o", str(tmp_path / "out.xlsx")])
     assert isinstance(ran.exception, SheetsError)
     assert not list(tmp_path.glob("out*")) and not list(recwarn)
+
+
+@pytest.mark.parametrize("there", [False, True])
+def test_half_a_workbook_is_not_left_in_a_folder(there: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "out"
+    if there:
+        folder.mkdir()
+    whole = write_atomically
+
+    def full(path: Path, data: bytes, *, replace: bool = True) -> None:
+        if path.name == "Scene.csv":
+            raise SheetsError("No space left.", "")
+        whole(path, data, replace=replace)
+
+    monkeypatch.setattr(text_write, "write_atomically", full)
+    ran = CliRunner().invoke(group, ["convert", str(WORKBOOK), str(folder)])
+    assert isinstance(ran.exception, SheetsError)
+    assert [p.name for p in tmp_path.rglob("*")] == (["out"] if there else [])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
@@ -71,18 +72,38 @@ def write_csv(sheets: Mapping[str, Rows], folder: Path) -> Path:
     for name in sheets:
         if NO_FILE_NAME.search(name) or len(name.encode()) > 200:
             raise SheetsError(f"The sheet “{name}” cannot be a file of that name.", "Rename the sheet.")
-    files = {name: csv_text(rows).encode("utf-8-sig") for name, rows in sheets.items()}  # the mark is for Excel
+    # the mark of UTF-8 is for Excel
+    files = {f"{name}.csv": csv_text(rows).encode("utf-8-sig") for name, rows in sheets.items()}
     _refuse_large(b"".join(files.values()))
+    made = not folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         why = error.strerror or "the system refuses it"
         raise SheetsError(f"“{folder}” cannot be made: {why}.", "Name another folder.") from error
     if list(sheets) != sorted(sheets, key=natural):
-        write_atomically(folder / ORDER, ("\n".join(sheets) + "\n").encode())
-    for name, data in files.items():
-        write_atomically(folder / f"{name}.csv", data, replace=False)
+        files[ORDER] = ("\n".join(sheets) + "\n").encode()
+    try:
+        _write_all(files, folder)
+    except BaseException:
+        if made:
+            with suppress(OSError):
+                folder.rmdir()
+        raise
     return folder
+
+
+def _write_all(files: Mapping[str, bytes], folder: Path) -> None:
+    """All files or none: half a workbook would be taken for a whole one."""
+    written: list[Path] = []
+    try:
+        for name, data in files.items():
+            write_atomically(folder / name, data, replace=name == ORDER)
+            written.append(folder / name)
+    except BaseException:
+        for path in written:
+            path.unlink(missing_ok=True)
+        raise
 
 
 def _refuse_large(data: bytes) -> None:
