@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 import xlsxwriter
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from rrp_sheets import api
@@ -303,6 +303,8 @@ def test_all_files_of_a_folder_or_none(folder, monkeypatch):
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=60)
+@example([["0"]], 2, 1, ";1")  # in a narrow table, what could be the file's own delimiter
+@example([["0"]], 2, 2, ";;")
 @given(
     ROWS.filter(lambda rows: any(t.strip() for row in rows for t in row)), st.integers(2, 6), st.integers(1, 5), SPICY
 )

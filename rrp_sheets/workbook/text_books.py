@@ -17,11 +17,11 @@ from rrp_sheets.model.cells import Address
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.raw import Extent, Finding, RawCell, RawSheet, unreadable
-from rrp_sheets.workbook.text_cells import CELL_END, from_csv, from_markdown
+from rrp_sheets.workbook.text_cells import CELL_END, DELIMITERS, from_csv, from_markdown
 
 ORDER = "order.txt"
-_DELIMITERS = ",;\t"
 HEADING = re.compile(r"##[ \t]+(.*?)[ \t]*#*[ \t]*")
+_QUOTED = re.compile(rf'(?<![^{DELIMITERS}\r\n])"(?:[^"]|"")*+"(?![^{DELIMITERS}\r\n])')
 RULE = re.compile(r"\|[\s:|-]*-[\s:|-]*\|?\s*")
 
 
@@ -120,15 +120,17 @@ def csv_delimiter(text: str, name: str) -> str:
     if hint := csv_hint(text):
         return hint.lstrip()[4]
     best: tuple[tuple[bool, int], str] | None = None
-    for delimiter in _DELIMITERS:
+    bare = _QUOTED.sub('""', text)  # what stands in quotes is a text, whatever the delimiter
+    for delimiter in DELIMITERS:
         if delimiter not in text and best is not None:
             continue
         rows = _parsed(text, delimiter, name)
         ours = recognise(_sheet(name, rows[: limits.HEADER_ROWS])).kind is not None
-        width = max((len(r) for r in rows[: limits.HEADER_ROWS]), default=0)
+        fields = rows if bare == text else _parsed(bare, delimiter, name)
+        width = max((len(r) for r in fields[: limits.HEADER_ROWS]), default=0)
         if best is None or (ours, width) > best[0]:
             best = ((ours, width), delimiter)
-    return best[1] if best else _DELIMITERS[0]
+    return best[1] if best else DELIMITERS[0]
 
 
 def _csv_rows(text: str, name: str) -> list[list[str]]:

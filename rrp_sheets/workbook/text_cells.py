@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 
 CELL_END = re.compile(r"(?<!\\)\|")
+DELIMITERS = ",;\t"
+"""What may stand between the fields of a CSV file."""
 _BREAK = re.compile(r"(\\*)(<br\s*/?>)", re.IGNORECASE)
 _CODE_MARK = re.compile(r"\\*`")
 _DANGEROUS = ("=", "+", "-", "@", "\t")
@@ -70,5 +72,7 @@ def to_csv(text: str, delimiter: str = ",", quoted: bool = False) -> str:
     bare = text.lstrip("'")
     if bare.startswith(_DANGEROUS) and not _PLAIN_NUMBER.fullmatch(text) and not _QUOTED_SIGN.match(text):
         text = "'" + text
-    special = set(text) & {delimiter, '"', "\n", "\r"} or text != text.strip() or text.casefold().startswith("sep=")
-    return '"' + text.replace('"', '""') + '"' if quoted or special else text
+    # Any delimiter: in a narrow table an unquoted one would be taken for that of the file.
+    special = set(text) & {delimiter, *DELIMITERS, '"', "\n", "\r"}
+    quoted = quoted or bool(special) or text != text.strip() or text.casefold().startswith("sep=")
+    return '"' + text.replace('"', '""') + '"' if quoted else text
