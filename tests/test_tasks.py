@@ -85,9 +85,8 @@ def test_by_keyboard_alone_and_soon_enough(browser: Any, url: str, folder: Path,
     ends_well(page, task, folder / f"{task} by keys.xlsx", tmp_path)
 
 
-@pytest.mark.parametrize("task", [pytest.param("walkthrough", marks=pytest.mark.soak), "tracking"])
+@pytest.mark.parametrize("task", TASKS)
 def test_by_mouse(browser: Any, url: str, folder: Path, tmp_path: Path, task: str) -> None:
-    """The walkthrough every day by touch, which clicks in the same places."""
     page = Shelf(browser, url)
     page.new_by_mouse(f"{task} by mouse")
     by_mouse(page, task)
