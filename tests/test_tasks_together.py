@@ -24,7 +24,7 @@ TABLE = [
         f"Stream {i}" if i % 5 else "Red ball, Green ball", "map", FORMULAS[i % len(FORMULAS)], f"S {i}",
         "" if i % 3 else "no", NOTES[i % len(NOTES)],
     ]
-    for i in range(100)
+    for i in range(40)
 ]  # fmt: skip
 TSV = Path(__file__).parent / "golden" / "libreoffice-40-rows.tsv"
 
