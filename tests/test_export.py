@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import shutil
 import xml.etree.ElementTree as ET
 import zipfile
@@ -268,6 +269,14 @@ def test_a_film_that_is_none_is_left_as_it_is_and_no_code_is_found_by_chance(ses
         assert ("film.gif" in places_of("P-01", session)[0]) is data.endswith(b";")
 
 
+def test_a_pdf_whose_packed_bytes_never_end_is_looked_through_all_the_same(tmp_path: Path) -> None:
+    unended = b"/Filter stream\n" * 20_000  # looking for the end of each would take a minute
+    (tmp_path / "a.pdf").write_bytes(b"/Filter stream\nP-01 by chance\nendstream\n" + unended)
+    assert places_of("P-01", tmp_path) == ([], True)
+    (tmp_path / "b.pdf").write_bytes(unended + b"(P-01)")
+    assert places_of("P-01", tmp_path) == (["b.pdf"], True)
+
+
 # ---- what goes wrong ----
 
 
@@ -281,7 +290,14 @@ def test_marbles_say_at_their_foot_where_they_come_from(session: Path, tmp_path:
 def test_what_cannot_be_exported_is_told_with_a_remedy(session: Path, tmp_path: Path) -> None:
     other = write_run(tmp_path, "b", HEADER, EVENT, END)
     broken = write_run(tmp_path, "c", "PK garbage")
+    damaged = io.BytesIO()
+    with zipfile.ZipFile(damaged, "w", zipfile.ZIP_DEFLATED) as packed:
+        packed.writestr("xl/workbook.xml", "<sheet/>" * 50)
+    begin = damaged.getvalue().index(b"workbook.xml") + len(b"workbook.xml")
+    damaged.getbuffer()[begin : begin + 8] = b"\xff" * 8
+    (tmp_path / "damaged.xlsx").write_bytes(damaged.getvalue())
     for runs, target, more, message in (
+        ([session], "damaged.xlsx", {}, "is there already and is no table of a run"),
         ([session], "run.doc", {}, "cannot be exported as “.doc”"),
         ([session], "run", {}, "cannot be exported as “run”"),
         ([session, other], "p.svg", {}, "A picture is of one run"),

@@ -137,6 +137,11 @@ def test_a_phrase_is_the_english_text_and_survives_being_sent():
 def test_phrases_are_joined_and_begin_sentences():
     rows = [Phrase("row {number}", number=n) for n in (3, 5, 8)]
     assert listed(rows, "and") == "row 3, row 5 and row 8" and told(listed(rows, "and"), "ja") == "3行目、5行目と8行目"
+    many = listed([Phrase("row {number}", number=n) for n in range(2_000)], "and")
+    assert many.startswith("row 0, row 1, row 2, ") and many.endswith(", row 1998 and row 1999")
+    found = Report().add("LINT004", Address("Look", 3, 4), other=many)  # some hundred would be too deep one in another
+    again = unpack_finding(json.loads(json.dumps(pack_finding(found))))
+    assert again == found and "、".join(f"{n}行目" for n in range(1_999)) + "と1999行目" in told(again.message, "ja")
     assert (
         capital(rows[0]) == "Row 3" and told(capital(rows[0]), "ja") == "3行目" and small(capital(rows[0])) == "row 3"
     )

@@ -367,10 +367,11 @@ LOOKALIKE = '<c r="A1"/><c r="B1"/></row>'
     [
         (f'<c r="A3" s="1"/><c r="B3" t="n" />{inline("C3", "x")}', {3: "x"}),
         ('<c r="A3" s="1"/><c r="B3"/><c t="inlineStr"><is><t>x</t></is></c><c s="1"/>', {3: "x"}),
+        ('<c r="A3"/><c r="B3"/><c r="" t="inlineStr"><is><t>x</t></is></c>', {3: "x"}),
         (f'<c r="A3" t="inlineStr"><is><t><![CDATA[{LOOKALIKE}]]></t></is></c><c r="B3"/>', {1: LOOKALIKE}),
         (f'<!-- {LOOKALIKE} --><c r="A3"/><c r="B3"/>{inline("C3", "x")}', {3: "x"}),
     ],
-    ids=["before a cell with a place", "before one without", "in a marked text", "in a comment"],
+    ids=["before a cell with a place", "before one without", "before a blank one", "in a marked text", "in a comment"],
 )
 def test_cells_that_have_only_a_colour(row: str, cells: dict[int, str], tmp_path: Path) -> None:
     (tmp_path / "x.xlsx").write_bytes(zipped(parts(sheet(f'{ROW_2}<row r="3">{row}</row>'))))

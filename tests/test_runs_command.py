@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
+import os
 import shlex
 import shutil
 import subprocess
@@ -27,6 +29,7 @@ from rrp_sheets.resources import bundled
 from rrp_sheets.runs.faces import kept
 from rrp_sheets.runs.records.deleting import delete, plan
 from rrp_sheets.runs.records.facts import facts_of
+from rrp_sheets.runtime import holding
 from rrp_sheets.runtime.holding import held, hold
 from rrp_sheets.sim.face_memory import FaceMemory, write_memory
 
@@ -199,6 +202,15 @@ def test_a_run_that_goes_on_is_refused(folder: Path) -> None:
         with pytest.raises(SheetsError, match="8-now goes on"):
             delete(planned)
     assert (folder / "runs" / "1-a").is_dir()  # nothing went before that was seen
+
+
+def test_a_run_is_held_although_somebody_looks_whether_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with tmp_path.joinpath("looked at").open("w") as file:
+        looking = os.open(file.name, os.O_RDONLY)
+        fcntl.flock(looking, fcntl.LOCK_SH)
+        monkeypatch.setattr(holding.time, "sleep", lambda seconds: os.close(looking))  # that takes no longer
+        hold(file)
+        assert holding.is_held(Path(file.name))
 
 
 def test_what_was_half_deleted_is_gone_on_with(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,22 +9,20 @@ from __future__ import annotations
 
 import os
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
+
+_TRIES, _PAUSE = 5, 0.002  # s: who asks whether it is held holds it for that moment
 
 
 def hold(file: IO[str]) -> None:
     """Hold an open file until it is closed. Where the system or its disk cannot do that, nothing happens."""
     if sys.platform == "win32":
         return
-    import fcntl
-
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:  # a disk in the network, say
-        return
+    _lock(file.fileno())
 
 
 @contextmanager
@@ -41,18 +39,31 @@ def hold_folder(folder: Path) -> int | None:
     """Hold a folder until `let_go` of what is given here; None where that cannot be done."""
     if sys.platform == "win32":
         return None
-    import fcntl
-
     try:
         number = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     except OSError:
         return None
-    try:
-        fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        os.close(number)
-        return None
-    return number
+    if _lock(number):
+        return number
+    os.close(number)
+    return None
+
+
+def _lock(number: int) -> bool:
+    """Whether an open file could be taken."""
+    import fcntl
+
+    for left in reversed(range(_TRIES)):
+        try:
+            fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if left:
+                time.sleep(_PAUSE)
+        except OSError:  # a disk in the network, say
+            return False
+        else:
+            return True
+    return False
 
 
 def let_go(number: int | None) -> None:

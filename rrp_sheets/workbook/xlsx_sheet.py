@@ -17,7 +17,7 @@ _REFERENCE = re.compile(r"\$?([A-Z]{1,3})\$?([0-9]{1,7})")
 _LAST_ROW, _LAST_COLUMN = 1_048_576, 16_384
 # Cells that have only a colour, before a cell that says where it stands or at a row's end. A comment or a text that
 # is marked as one could have the same letters: where there is one, nothing is left out.
-_BARE = re.compile(rb'(?:<c r="[A-Z]{1,3}[0-9]{1,7}"(?: s="[0-9]{1,6}")?(?: t="n")? ?/>)+(?=<c r="|</row>)')
+_BARE = re.compile(rb'(?:<c r="[A-Z]{1,3}[0-9]{1,7}"(?: s="[0-9]{1,6}")?(?: t="n")? ?/>)+(?=<c r="[A-Z]|</row>)')
 _MARKED = re.compile(rb"\A!|<!|<\Z")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+import zlib
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
@@ -33,7 +34,7 @@ def _ours_xlsx(path: Path) -> bool:
     try:
         with zipfile.ZipFile(path) as package, package.open(_SHEETS) as part:
             sheets = part.read(_MOST)
-    except (zipfile.BadZipFile, KeyError, NotImplementedError, RuntimeError, EOFError, ValueError):
+    except (zipfile.BadZipFile, zlib.error, KeyError, NotImplementedError, RuntimeError, EOFError, ValueError):
         return False
     return any(about in sheets for about in _ABOUT)
 
