@@ -185,6 +185,18 @@ def test_what_leaves_the_computer_and_what_the_operator_can_change_is_disclosed(
     assert any(line.startswith("change the formulas of rows") for line in pack.always)
 
 
+def test_one_of_several_buttons_is_enough_and_a_face_is_followed(tmp_path):
+    rows = "| Go, Stay | merge | | Both | |\n| Both | subscribe | | Hello | |\n| FaceDetection | subscribe | | Head tracker | |\n"
+    rest = (
+        "## Devices\n| Stream | Device | Text |\n|---|---|---|\n"
+        "| Go | OperatorButton | |\n| Stay | OperatorButton | |\n| Hello | SayParameter | Hello |\n"
+    )
+    pack = pack_of(workbook(tmp_path, rows, rest=rest))
+    assert [s.notices for s in pack.sensed] == ["the robot sees a face", "the operator presses “Go” or “Stay”"]
+    assert "the operator presses “Go” or “Stay”" in pack.summary
+    assert [a.does for a in pack.acts] == ["Start to follow the face with the head"]
+
+
 def test_buttons_stops_walking_and_rivals_are_disclosed(tmp_path):
     rows = (
         "| Go | subscribe | | There | 2 |\n| Go | merge | | Both | |\n| Both | subscribe | | Sit down | 1 |\n"
@@ -207,6 +219,7 @@ def test_buttons_stops_walking_and_rivals_are_disclosed(tmp_path):
     assert "“There” and “Sit down”" in pack.cautions[1].text
     legs = next(r for r in pack.rivals if r.part == "legs")
     assert [(priority, refs[0].rows) for priority, refs in legs.rows] == [("2", (2,)), ("1", (4,))]
+    assert "after one of the acts in the table has ended" in pack.hand_note
     ends = {s.who: s for s in pack.stops}
     assert ends["Rows of the workbook"].used[0].rows == (5,)
     assert ends["The chest button"].used[0].rows == (5,)

@@ -55,7 +55,7 @@ def test_a_workbook_with_errors_is_printed_as_a_draft_only(tmp_path, monkeypatch
     assert code == 1 and "Printed: w.pdf" in said
     pages = texts_of(read_pdf((tmp_path / "w.pdf").read_bytes()))
     assert all("DRAFT" in page for page in pages)
-    assert "DRAFT with an open error: it cannot run as it is" in pages[0]
+    assert "DRAFT with an open error: it cannot run as it is, and what is said below is incomplete" in pages[0]
 
 
 def test_texts_of_strangers_print_as_texts(tmp_path):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
+from rrp_sheets.devices import Found
 from rrp_sheets.devices.spoken import DeviceWords
 from rrp_sheets.graph import Graph, Stream
 from rrp_sheets.model.exchange import DONE
@@ -63,7 +64,7 @@ def source_of(content: Content, graph: Graph, texts: Texts) -> str:
     """What a value comes from, in words: the things that the sensors behind it see."""
     streams = [graph.streams[i] for i in content.sensors]
     seen = [s for s in streams if s.device and s.device.type.payload]
-    names = [texts.get("name.sensor", name=device_title(s, texts) or _lowered(s.device.name)) for s in seen if s.device]
+    names = [texts.get("name.sensor", name=device_title(s, texts) or _thing(s.device)) for s in seen if s.device]
     names = list(dict.fromkeys(names))
     if len(names) == 1:
         return names[0]
@@ -96,6 +97,12 @@ def _filled(template: str, settings: Mapping[str, object], source: str, name: st
         return clean(shown)
 
     return re.sub(r"\{(\w+)\}", value, template)
+
+
+def _thing(device: Found) -> str:
+    """What a sensor sees: by the record's name (`face`), not that of the detection; a name of its own stays."""
+    record = device.type.payload
+    return _lowered(record.name if record and key(device.name) == key(device.type.name) else device.name)
 
 
 def _lowered(name: str) -> str:

@@ -59,8 +59,7 @@ def summary(source: Source, said: Sequence[Said]) -> str:
 def _occasions(source: Source) -> list[str]:
     streams = source.checked.graph.streams
     others = [device_says(streams[s], source.words) for s in source.sensors if not source.is_button(s)]
-    pressed = source.quoted(source.label(s) for s in source.buttons)
-    buttons = [source.get("summary.presses", list=pressed)] if source.buttons else []
+    buttons = [source.presses()] if source.buttons else []
     return list(dict.fromkeys([*others, *buttons]))
 
 

@@ -13,10 +13,9 @@ def sensed(source: Source) -> tuple[Sensed, ...]:
     lines = [_line(source, stream, used) for stream, used in source.sensors.items() if not source.is_button(stream)]
     if source.buttons:
         names = [clean(source.checked.graph.streams[s].name) for s in source.buttons]
-        notices = source.get("summary.presses", list=source.quoted(source.label(s) for s in source.buttons))
         used = merged([ref for stream in source.buttons for ref in source.sensors[stream]])
         through = source.get("channel.operator")
-        lines.append(Sensed(source.listed(names), through, notices, _values(source, source.buttons[0]), used))
+        lines.append(Sensed(source.listed(names), through, source.presses(), _values(source, source.buttons[0]), used))
     return tuple(lines)
 
 

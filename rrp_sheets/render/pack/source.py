@@ -131,9 +131,13 @@ class Source:
         found = self.checked.graph.streams[stream]
         return clean(str(found.settings.get("label") or found.name))
 
-    def quoted(self, names: Iterable[str]) -> str:
+    def quoted(self, names: Iterable[str], joiner: str = "and") -> str:
         """`“a”, “b” and “c”`."""
-        return self.words.listed([self.words.get("name.quoted", name=n) for n in names])
+        return self.words.listed([self.words.get("name.quoted", name=n) for n in names], joiner)
+
+    def presses(self) -> str:
+        """`the operator presses “a” or “b”`: what the buttons that rows take in tell."""
+        return self.get("summary.presses", list=self.quoted((self.label(s) for s in self.buttons), "or"))
 
     def listed(self, things: Sequence[str]) -> str:
         """`a, b and c`."""
