@@ -39,6 +39,18 @@ def test_a_cell_that_someone_edits_is_shown_as_taken(shelf: Books) -> None:
     mika.page.wait_for_selector("td.taken", state="detached")
 
 
+def test_nobody_is_told_of_their_own_editing_when_the_row_is_changed_meanwhile(shelf: Books) -> None:
+    aya, mika = shelf.two()
+    aya.go("F4")
+    aya.page.keyboard.type("I am")
+    mika.page.wait_for_selector("td.taken")
+    mika.go("E4")
+    mika.type("Say")
+    aya.expect("E4", "Say")
+    aya.press("Escape")
+    assert not aya.page.locator("td.taken, .name-tag").count()
+
+
 def quicker(aya: Shared, mika: Shared, cell: str, mine: str, theirs: str) -> Any:
     """Mika changes a cell while Aya's line is down, and Aya too; gives the dialog that asks Aya."""
     aya.page.route("**/cells", lambda route: route.abort())

@@ -58,7 +58,7 @@ class Room(Audience):
             maker = self._makers.get(sheet)
             if maker is None or maker.grid is not grid:
                 maker = self._makers[sheet] = RowMaker(grid)
-            maker.take(self.look(), self.seats.taken(sheet), self.tests.marks(sheet))
+            maker.take(self.look(), self.seats.holders(sheet), self.tests.marks(sheet))
             return maker
 
     # ---- editing

@@ -50,7 +50,7 @@ class RowMaker:
         self._problems: dict[int, list[tuple[int, Diagnostic]]] = {}
         self._examples: Mapping[int, str] = {}
         self._streams: dict[str, str] = {}
-        self._taken: dict[tuple[str, int], str] = {}
+        self._taken: dict[tuple[str, int], tuple[str, str]] = {}
         self._marks: Mapping[str, str] = {}
         self._robot: Robot | None = None
         self._anonymous: frozenset[int] = frozenset()
@@ -69,9 +69,12 @@ class RowMaker:
         ]
 
     def take(
-        self, look: Look, taken: Mapping[tuple[str, str, int], str], marks: Mapping[str, str] = MappingProxyType({})
+        self,
+        look: Look,
+        taken: Mapping[tuple[str, str, int], tuple[str, str]],
+        marks: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
-        """What the newest check says about this sheet, which cells are being edited by whom, and what tests came to."""
+        """What the newest check says about this sheet, who edits which cells (page, name), and what tests came to."""
         self._marks = marks
         self._robot = look.robot
         self._taken = {(row, column): who for (_, row, column), who in taken.items()}
@@ -126,7 +129,7 @@ class RowMaker:
         names = tuple(self._streams.get(key(n), "") for c, k in self._pairs() if k in ("inputs", "output")
                       for n in _names(texts.get(c.number, "")))  # fmt: skip
         problems = tuple((n, d.code, d.message, d.remedy, len(d.fixes)) for n, d in self._problems.get(number, ()))
-        taken = tuple(self._taken.get((row, c.number), "") for c in self.grid.columns)
+        taken = tuple(self._taken.get((row, c.number)) for c in self.grid.columns)
         return (
             tuple(texts.items()),
             names,
@@ -188,7 +191,7 @@ class RowMaker:
         if kind == "expect" and row in self._marks:
             inside += _verdict(self._marks[row])
         inside += f'<div class="mends">{"".join(_mend(n, d) for n, d in problems)}</div>' if problems else ""
-        inside += f'<span class="name-tag">{escape(who)} is editing</span>' if who else ""
+        inside += _tag(*who) if who else ""
         return f'<td role="gridcell" tabindex="-1" class="{looks}"{more}>{inside}</td>'
 
     def _takes(self, row: str, column: Column) -> bool:
@@ -224,6 +227,10 @@ class RowMaker:
 
 def _names(text: str) -> list[str]:
     return [n.strip() for n in text.replace("\n", ",").split(",") if n.strip()]
+
+
+def _tag(client: str, name: str) -> str:
+    return f'<span class="name-tag" data-client="{escape(client)}">{escape(name)} is editing</span>'
 
 
 def _verdict(got: str) -> str:

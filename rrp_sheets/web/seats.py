@@ -43,6 +43,10 @@ class Seats:
         """A sheet has another name now."""
         self._taken = {(new if p[0] == old else p[0], *p[1:]): held for p, held in self._taken.items()}
 
+    def holders(self, sheet: str) -> dict[Place, tuple[str, str]]:
+        """Whose page edits which cell of a sheet, and that person's name."""
+        return {place: (self._taken[place][0], name) for place, name in self.taken(sheet).items()}
+
     def others(self, client: str, sheet: str) -> list[str]:
         """Who else is editing a cell of a sheet."""
         taken = self.taken(sheet)

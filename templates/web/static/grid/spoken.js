@@ -50,6 +50,7 @@ export class Spoken {
   }
 
   came(rows) {
+    this.untag(rows);
     this.name(rows);
     for (const row of rows) {
       for (const cell of row.cells) {
@@ -57,6 +58,16 @@ export class Spoken {
         const tag = cell.querySelector(".name-tag");
         if (tag && !this.taken.has(place)) this.say(`${tag.textContent}: ${this.grid.table.address(cell)}`);
         this.taken[tag ? "add" : "delete"](place);
+      }
+    }
+  }
+
+  /** Nobody is told of what this very page edits: a row made meanwhile may arrive when the editor is closed again. */
+  untag(rows) {
+    for (const row of rows) {
+      for (const tag of row.querySelectorAll(`.name-tag[data-client="${this.grid.server.client}"]`)) {
+        tag.parentElement.classList.remove("taken");
+        tag.remove();
       }
     }
   }
