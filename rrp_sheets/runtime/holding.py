@@ -20,8 +20,6 @@ _TRIES, _PAUSE = 5, 0.002  # s: who asks whether it is held holds it for that mo
 
 def hold(file: IO[str]) -> None:
     """Hold an open file until it is closed. Where the system or its disk cannot do that, nothing happens."""
-    if sys.platform == "win32":
-        return
     _lock(file.fileno())
 
 
@@ -51,6 +49,8 @@ def hold_folder(folder: Path) -> int | None:
 
 def _lock(number: int) -> bool:
     """Whether an open file could be taken."""
+    if sys.platform == "win32":
+        return False
     import fcntl
 
     for left in reversed(range(_TRIES)):
