@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import errno
 import time
 from pathlib import Path
 
+import pytest
 from panel import HEADER
 
 from rrp_sheets.checks import check_workbook
-from rrp_sheets.errors import RunBroken
+from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.runs.running import run
 from rrp_sheets.runs.view import RunSettings, RunView, Summary
 from rrp_sheets.runs.worker import CheckWorker
+from rrp_sheets.runtime.virtual import VirtualWorld
 from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.listeners import Listener
+from rrp_sheets.web.live.ending import failed
 from rrp_sheets.web.live.floor import Floor
 from rrp_sheets.web.live.session import Wish
 from rrp_sheets.workbook import read
@@ -90,3 +94,24 @@ class Ear:
         end = self.told.index(words) + len(words)
         heard, self.told = self.told[:end], self.told[end:]
         return heard
+
+
+def test_a_run_for_which_there_is_no_room_leaves_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    make_workbook({"T": ROWS}, tmp_path / "b.xlsx")
+    reading = read(tmp_path / "b.xlsx")
+    checked = check_workbook(reading.workbook, reading.report)
+
+    def full(source: Path, target: Path) -> None:
+        target.touch()
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("rrp_sheets.runs.folder.shutil.copyfile", full)
+    with pytest.raises(SheetsError, match="No space left on device") as caught:
+        run(reading, checked, RunSettings(fast=True), world=lambda *_: VirtualWorld([]))
+    assert list((tmp_path / "runs").iterdir()) == [], "it would be told for ever that it cannot be read"
+    assert failed(caught.value)["remedy"] == "Make room.", "no option of the command line in the browser"
+    (kept := tmp_path / "kept").mkdir()
+    (kept / "mine.txt").touch()
+    with pytest.raises(SheetsError, match="No space left on device"):
+        run(reading, checked, RunSettings(fast=True, out=kept), world=lambda *_: VirtualWorld([]))
+    assert (kept / "mine.txt").exists(), "a folder that was there stays"

@@ -76,10 +76,13 @@ class RunFolder:
         return folder
 
     def drop(self) -> None:
-        """Take the folder away again, if it is new and there is nothing in it: the run has not begun."""
+        """Take the folder away again, if it is new: the run has not begun. What is in it goes only when it is ours."""
         if not self._was_there:
+            if self._held is not None:
+                shutil.rmtree(self.path, ignore_errors=True)
             with suppress(OSError):
                 self.path.rmdir()
+        self.let_go()
 
     def keep_workbook(self, checked: Checked) -> None:
         """Copy the workbook that runs, as .xlsx, the robot's catalogue, and the files that the workbook names."""

@@ -65,7 +65,7 @@ def run(
         control: what people want while it goes on.
 
     Raises:
-        SheetsError: when the workbook has errors or the folder cannot be used.
+        SheetsError: when the workbook has errors or the folder cannot be used; then nothing is left.
         MissingPart: when the simulator is not installed here.
         RunBroken: when a device does not start; then nothing is left.
     """
@@ -95,7 +95,7 @@ def run(
     except SheetsError:
         with suppress(RunBroken):  # what is told is why the run does not begin
             course.stop()
-        folder.let_go()
+        folder.drop()
         raise
     summary, broken = _go(course, until, trace, recorder)
     view.rested(summary, broken)

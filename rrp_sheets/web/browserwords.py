@@ -13,6 +13,8 @@ _WORDS = (
     (re.compile(r"`rrp-sheets check --fix`"), "The button below the message"),
     (re.compile(r" \(`rrp-sheets help [^`]+`\)"), ""),
     (re.compile(r"`rrp-sheets help`"), "Help (F1)"),
+    (re.compile(r", or name another folder with --out"), ""),
+    (re.compile(r"Name another folder with --out"), "See to it that runs can be kept beside the workbook"),
 )  # fmt: skip
 
 
@@ -21,8 +23,10 @@ def in_browser(text: str) -> str:
 
     >>> in_browser("See `rrp-sheets help devices`."), in_browser("Make one with `rrp-sheets new FILE`.")
     ('See Help (F1): devices.', 'Make one on the shelf.')
+    >>> in_browser("Make room, or name another folder with --out.")
+    'Make room.'
     """
-    return _HELP.sub(r"Help (F1): \1", of_help(text)) if "rrp-sheets" in text else text
+    return _HELP.sub(r"Help (F1): \1", of_help(text))
 
 
 def of_help(text: str) -> str:
@@ -31,6 +35,6 @@ def of_help(text: str) -> str:
     >>> of_help("The grid in the browser (`rrp-sheets serve`) has keys. `rrp-sheets --help` lists the commands.")
     'The grid in the browser has keys.'
     """
-    for pattern, new in _WORDS if "rrp-sheets" in text else ():
+    for pattern, new in _WORDS if "rrp-sheets" in text or "--out" in text else ():
         text = pattern.sub(new, text)
     return text

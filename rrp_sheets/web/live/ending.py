@@ -8,6 +8,7 @@ from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.runs.apart import Ended
 from rrp_sheets.runs.told import clock
 from rrp_sheets.runs.view import Summary
+from rrp_sheets.web.browserwords import in_browser
 
 Told = dict[str, Any]
 
@@ -20,7 +21,7 @@ def lost() -> Told:
 
 def failed(error: SheetsError) -> Told:
     """It could not begin, or left no record."""
-    return {"how": "broken", "words": error.message, "broken": True, "remedy": error.remedy}
+    return {"how": "broken", "words": error.message, "broken": True, "remedy": in_browser(error.remedy)}
 
 
 def in_words(ended: Ended, by: str) -> Told:

@@ -103,6 +103,8 @@ class Session:
             words = in_words(self.process.listen(self.hub), self.stopped_by)
         except SheetsError as error:
             words = failed(error)
+            if self.hub.start is not None and not self.hub.start.folder.is_dir():
+                self.folder = ""  # there is no recording to look at
         finally:
             self.written = True
             self._end(words)
