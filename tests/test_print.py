@@ -152,6 +152,13 @@ def test_every_text_that_can_be_known_is_printed(tmp_path):
     ]
 
 
+def test_a_text_without_the_part_that_may_be_empty_is_printed_too(tmp_path):
+    rows = '| Face | map | "Hello" & IF(face.name = ""; ""; ", " & face.name) & "!" | |\n|  | subscribe | | Say |\n'
+    empty = '| Face | map | IF(face.name = ""; ""; "Hi") | |\n|  | subscribe | | Say |\n'
+    said = pack_of(workbook(tmp_path, rows + empty)).says
+    assert [s.words for s in said] == [("Hello!", "Hello, ‹face.name›!"), ("Hi",)]
+
+
 def test_arms_that_move_while_it_talks_are_disclosed(tmp_path):
     rest = "## Devices\n| Stream | Device | Text | Gestures |\n|---|---|---|---|\n| Hi | Say parameter | Hi | yes |\n"
     pack = pack_of(workbook(tmp_path, "| Red ball | subscribe | | Hi | |\n", rest=rest))

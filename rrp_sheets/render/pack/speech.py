@@ -53,12 +53,13 @@ class Speech:
 
     def texts_of(self, step: Step) -> list[str]:
         """The texts that a row can send to its actuator; none when it only sends blanks."""
-        if step.row.formula.text:
-            return list(self._of_formula(step, 0))
         found: Texts = {}
-        for stream in dict.fromkeys(step.inputs):
-            found |= self._of_stream(stream, 0)
-        return list(found)
+        if step.row.formula.text:
+            found = self._of_formula(step, 0)
+        else:
+            for stream in dict.fromkeys(step.inputs):
+                found |= self._of_stream(stream, 0)
+        return [text for text in found if text]
 
     def _of_stream(self, stream: str, deep: int) -> Texts:
         if stream not in self._found:
@@ -182,9 +183,9 @@ def _open(name: str) -> Texts:
 
 
 def _shown(values: Iterable[Value]) -> Texts:
-    """The values as they would be said; blanks and records are not."""
+    """The values as they would be said; blanks and records are not. An empty text may be joined to others."""
     return {
         value if isinstance(value, str) else show(value): None
         for value in values
-        if value is not None and value != "" and not isinstance(value, Record)
+        if value is not None and not isinstance(value, Record)
     }
