@@ -437,3 +437,26 @@ def test_faces_wait_for_a_run_that_would_write_them_again(tmp_path: Path) -> Non
     shutil.rmtree(other.parent)
     delete(plan(tmp_path, CODE))
     assert kept(tmp_path) == []
+
+
+def test_two_people_who_delete_the_same_runs_at_once_leave_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for number in (1, 2):
+        write_run(tmp_path, f"run-{number}", of(CODE), END)
+    planned, again = plan(tmp_path, CODE), plan(tmp_path, CODE)
+    unlink = Path.unlink
+
+    def a_moment_late(path: Path, missing_ok: bool = False) -> None:
+        os.unlink(path)
+        unlink(path, missing_ok)
+
+    with monkeypatch.context() as late:
+        late.setattr(Path, "unlink", a_moment_late)
+        delete(planned)
+    assert list((tmp_path / "runs").iterdir()) == []
+    delete(again)
+    write_run(tmp_path, "run-3", of(CODE), END)
+    monkeypatch.setattr("rrp_sheets.runs.records.deleting._files", lambda place: [place / "gone"])
+    with pytest.raises(SheetsError, match="at this moment"):
+        plan(tmp_path, CODE)

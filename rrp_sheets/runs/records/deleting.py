@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Collection, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -91,8 +92,15 @@ def plan(folder: Path, participant: str = "", names: Sequence[str] = (), going: 
         going: the names of runs that are known to go on, or to be written still.
 
     Raises:
-        SheetsError: there are none, or one of them goes on.
+        SheetsError: there are none, one of them goes on, or somebody else is deleting them.
     """
+    try:
+        return _plan(folder, participant, names, going)
+    except FileNotFoundError:
+        raise SheetsError("Somebody else has deleted something here at this moment.", "Look again.") from None
+
+
+def _plan(folder: Path, participant: str, names: Sequence[str], going: Collection[str]) -> Deletion:
     root = _root(folder)
     places = runs_in(folder)
     every = {f.run: f for f in chosen(places, going=going)}
@@ -205,7 +213,7 @@ def _of(participant: str, every: dict[str, Facts], below: bool) -> list[Facts]:
         hint = (
             f"Did you mean {' or '.join(near)}?" if near else f"Codes here: {', '.join(codes[:20])}." if codes else ""
         )
-        raise SheetsError(f"No run here has the participant “{participant}”.", hint or "See `rrp-sheets runs`.")
+        raise SheetsError(f"No run here has the participant “{participant}”.", hint or "Look at the list of runs.")
     return found
 
 
@@ -213,7 +221,7 @@ def _named(names: Sequence[str], every: dict[str, Facts]) -> list[Facts]:
     missing = [n for n in names if n not in every]
     if missing or not names:
         which = f"“{missing[0]}”" if missing else "without a name"
-        raise SheetsError(f"There is no run {which} here.", "See the names with `rrp-sheets runs`.")
+        raise SheetsError(f"There is no run {which} here.", "Look at the list of runs.")
     return [every[n] for n in dict.fromkeys(names)]
 
 
@@ -273,11 +281,14 @@ def _files(place: Path) -> list[Path]:
 def _delete_folder(place: Path) -> None:
     try:
         for path in sorted(place.iterdir(), key=lambda p: p.name == TRACE):
-            if path.is_dir() and not path.is_symlink():
-                shutil.rmtree(path)
-            else:
-                path.unlink()
+            with suppress(FileNotFoundError):
+                if path.is_dir() and not path.is_symlink():
+                    shutil.rmtree(path)
+                else:
+                    path.unlink()
         place.rmdir()
+    except FileNotFoundError:  # somebody else deletes it as well
+        return
     except OSError as error:
         raise SheetsError(
             f"“{error.filename or place}” cannot be deleted ({error.strerror}).",
