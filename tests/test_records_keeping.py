@@ -7,6 +7,7 @@ import html
 import io
 import re
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -177,6 +178,16 @@ def test_deleting_asks_for_the_code(tmp_path: Path) -> None:
     assert [p.name for p in (tmp_path / "runs").iterdir()] == ["2-b"]
     assert "1 run deleted." in send(client, run="2-b", typed="delete", shown="2-b").text
     assert "Nothing has run yet" in get(client, "/runs").text
+
+
+def test_a_run_that_was_deleted_is_no_longer_what_the_run_panel_shows(tmp_path: Path) -> None:
+    for name in ("1-a", "2-b"):
+        write_run(tmp_path, name, HEADER, EVENT, END)
+    client = visit(tmp_path)
+    floor = client.application.extensions["forget"].__self__
+    last = floor.session = SimpleNamespace(folder="1-a", room=None, is_going=False)
+    assert "1 run deleted" in send(client, run="2-b", typed="delete", shown="2-b").text and floor.session is last
+    assert "1 run deleted" in send(client, run="1-a", typed="delete", shown="1-a").text and floor.session is None
 
 
 def test_a_run_that_goes_on_is_not_deleted(tmp_path: Path) -> None:

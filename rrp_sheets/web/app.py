@@ -80,7 +80,7 @@ def create_app(
         app.register_blueprint(make_login(lan, sessions, cookie_name(token), tell))
     _answer_errors(app, folder)
     floor = Floor(desk)
-    app.extensions.update(going=floor.going, writing=floor.writing, close=desk.close)
+    app.extensions.update(going=floor.going, writing=floor.writing, forget=floor.forget, close=desk.close)
     app.register_blueprint(make_editing(library, desk))
     app.register_blueprint(make_sheeting(library, desk))
     app.register_blueprint(make_live(library, desk, floor))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
@@ -98,6 +98,12 @@ class Floor:
             self.session = None
         for each in self._desk.rooms():
             each.tell("run", NONE)
+
+    def forget(self, folders: Collection[str]) -> None:
+        """Runs were deleted: no page shows any more what the last of them did, nor who took part."""
+        session = self.session
+        if session is not None and session.folder in folders:
+            self.clear(session.room)
 
     # ---- telling
 

@@ -111,6 +111,7 @@ def _deleted_page(runs: Runs, library: Library, archive: Clerk, participant: str
     if not told["deleted"]:
         notice = "Meanwhile there are other runs than were shown; nothing was deleted. Look again."
         return _page(library, participant, told, runs, notice, failed=True)
+    runs.forget({str(run["run"]) for run in told["runs"]})
     count = len(told["runs"]) + sum(len(d["runs"]) for d in told.get("below", ()) if d["folder"] in below)
     notice = f"{count} run{'' if count == 1 else 's'} deleted{f' of {participant}' if participant else ''}."
     if told["begun"]:

@@ -36,7 +36,7 @@ def make_records(library: Library, desk: Desk) -> Blueprint:
     """The routes."""
     pages = Blueprint("records", __name__)
     clerk, archive = Clerk(), Clerk(WITHIN, PROGRAM)
-    runs = Runs(library.folder, lambda: _names("going"), lambda: _names("writing"))
+    runs = Runs(library.folder, lambda: _names("going"), lambda: _names("writing"), _forget)
     _add_runs(pages, library, runs, clerk)
     _add_files(pages, runs, archive)
     add_keeping(pages, library, runs, archive)
@@ -144,6 +144,12 @@ def _add_versions(pages: Blueprint, room_of: RoomOf) -> None:
             abort(404)
         file = kept.file_name(name, found)  # in any script: a header alone holds no Japanese letters
         return send_file(BytesIO(content), mimetype="application/octet-stream", as_attachment=True, download_name=file)
+
+
+def _forget(folders: Collection[str]) -> None:
+    """The server, when it runs workbooks too, shows no longer what these runs did."""
+    if forget := current_app.extensions.get("forget"):
+        forget(folders)
 
 
 def _names(which: str) -> Collection[str]:

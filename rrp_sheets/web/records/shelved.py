@@ -28,11 +28,13 @@ class Runs:
         folder: of the workbooks.
         going: the names of the folders of runs that go on now.
         writing: those of runs that are over, and whose last files are not there yet.
+        forget: is told the names of the folders of runs that were deleted.
     """
 
     folder: Path
     going: Callable[[], Collection[str]] = frozenset
     writing: Callable[[], Collection[str]] = frozenset
+    forget: Callable[[Collection[str]], object] = len
 
     def names(self) -> list[str]:
         """All of them, the newest first."""
