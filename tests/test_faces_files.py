@@ -28,6 +28,7 @@ from rrp_sheets.runs import faces as kept_faces
 from rrp_sheets.sim import face_models
 from rrp_sheets.sim.face_memory import FaceMemory, read_memory, write_memory
 from rrp_sheets.sim.face_models import FaceModels
+from rrp_sheets.sim.faces import Faces
 from rrp_sheets.sim.looks import FACES, Looks
 from rrp_sheets.sim.portraits import drawn, from_file, read_picture
 from rrp_sheets.web.robotmodel import face_picture, robot_model
@@ -190,6 +191,27 @@ def test_remembered_faces_are_kept_when_the_protocol_says_so(tmp_path: Path) -> 
     assert CliRunner().invoke(group, ["faces", str(tmp_path), "--forget", "guest 1"]).output == "Guest 1 is wiped.\n"
     assert not kept.exists()
     assert CliRunner().invoke(command, [str(tmp_path)]).output == "No faces are kept here.\n"
+
+
+def test_two_runs_at_once_keep_the_faces_of_both_and_what_is_wiped_stays_wiped(tmp_path: Path) -> None:
+    kept = tmp_path / "runs" / "faces.json"
+    views = [np.eye(128, dtype=np.float32)[n : n + 1] for n in range(4)]
+    first, second = (Faces(look=None, pose=None, clock=None, lens=None, make_models=None) for _ in range(2))
+    first.know_from(kept)
+    first.memory.add(1, "Ann", views[0])
+    first.keep()
+    second.know_from(kept)
+    first.memory.add(2, "Bob", views[1])
+    first.keep()
+    second.memory.add(2, "Cid", views[2])
+    second.keep()
+    assert kept_faces.kept(tmp_path) == ["Ann", "Cid", "Bob"]
+    assert len({person.id for person in read_memory(kept).persons}) == 3
+    kept_faces.forget(tmp_path, "Bob")
+    first.memory.add(4, "Dora", views[3])
+    first.keep()
+    second.keep()
+    assert sorted(kept_faces.kept(tmp_path)) == ["Ann", "Cid", "Dora"]
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import secrets
+import signal
 import sys
 import threading
 import webbrowser
@@ -50,6 +51,7 @@ def command(folder: Path, port: int | None, lan: bool, no_browser: bool) -> None
     door = _ask_password() if lan else None
     token, once = secrets.token_urlsafe(32), secrets.token_urlsafe(32)
     logging.getLogger("waitress.queue").setLevel(logging.ERROR)  # a short wait is no news
+    _end_politely()
     with scratch():
         sockets = bind(_EVERYWHERE if door else (_HOST,), port)
         used = int(sockets[0].getsockname()[1])
@@ -69,6 +71,15 @@ def command(folder: Path, port: int | None, lan: bool, no_browser: bool) -> None
             threading.Thread(target=webbrowser.open, args=(first,), daemon=True).start()
         server.run()  # until Ctrl-C, which it takes quietly
     click.echo()
+
+
+def _end_politely() -> None:
+    """A polite kill, and closing the terminal's window, end the server as Ctrl-C does: nothing is left behind."""
+    if threading.current_thread() is not threading.main_thread():
+        return
+    for name in ("SIGTERM", "SIGHUP"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.default_int_handler)
 
 
 def _place(folder: Path) -> tuple[Path, str]:

@@ -143,15 +143,23 @@ class Faces:
     def keep(self) -> None:
         """Write who is remembered to the file that keeps it; raises SheetsError when that cannot be done.
 
-        Who was in that file and is gone from it has been wiped meanwhile, and stays wiped.
+        Who was in that file and is gone from it has been wiped meanwhile, and stays wiped; whom another run has put
+        there meanwhile stays there.
         """
         if self.kept is None:
             return
+        others: list[Person] = []
         with suppress(SheetsError):  # a file that cannot be read says nothing of anybody
-            there = {key(p.name) for p in read_memory(self.kept).persons}
+            there = {key(p.name): p for p in read_memory(self.kept).persons}
             self._wiped |= {p for p in self._filed if key(p.name) not in there}
+            mine = {key(p.name) for p in self.memory.persons}
+            others = [p for name, p in there.items() if name not in mine]
         staying = [p for p in self.memory.persons if p not in self._wiped]
-        write_memory(self.kept, FaceMemory(staying))
+        memory = FaceMemory(staying)
+        for person in others:
+            person.id = next(n for n in (person.id, *range(1, len(memory.persons) + 2)) if memory.free(n))
+            memory.persons.append(person)
+        write_memory(self.kept, memory)
         self._filed = {p for p in staying if not p.given}
 
     def know_from(self, path: Path) -> None:
