@@ -133,6 +133,7 @@ def test_the_classic_mistake_mended_stays_mended_and_keeps_the_users_notes(numbe
     [
         "| | Red ball | map | redBall.colour | X |\n| | X | subscribe | | Say |",
         "| | Red ball | map | redBall.colour | |\n| | | subscribe | | Say |",
+        '| | Face | subscribe | "Hello!" | Say |',
     ],
 )
 def test_endless_speech_is_slowed_down(text, number, tmp_path):

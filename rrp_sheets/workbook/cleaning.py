@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bisect
 import re
+from collections.abc import Mapping
 
 _DROPPED = dict.fromkeys(map(ord, "\u200b\u200c\u200d\u2060\ufeff\u200e\u200f\u00ad"))
 _SPACES = {
@@ -23,6 +24,9 @@ _QUOTE_KINDS = {
 _QUOTE = re.compile(f"[{''.join(_QUOTE_KINDS)}]")
 _LONGEST_FORMULA = 2_000  # longer ones are refused later on, so their quotes do not matter
 _NAME = {**_FULL_WIDTH, **_QUOTES}
+_ALWAYS_ONE, _NAME_ONE, _FULL_WIDTH_ONE = (
+    re.compile(f"[{re.escape(''.join(map(chr, codes)))}]") for codes in (_ALWAYS, _NAME, _FULL_WIDTH)
+)
 _EXCEL_TOKENS = re.compile(r'"(?:[^"]|"")*"|_xlfn\.SINGLE\(|_xl(?:fn|ws|pm|udf)\.|[()]', re.IGNORECASE)
 _FIELDS = re.compile(r"\w[\w -]*[=＝]")
 
@@ -35,15 +39,18 @@ ERROR_VALUES = frozenset(
 )
 
 
+def _changed(text: str, by: Mapping[int, str | None], one: re.Pattern[str]) -> str:
+    """The text with characters changed; to look whether it has `one` of them takes a fiftieth of changing it."""
+    return text.translate(by) if one.search(text) else text
+
+
 def clean_spaces(text: str) -> str:
     """No-break and other wide spaces become spaces, invisible marks go, edges are stripped.
 
     >>> clean_spaces("  Red\u00a0ball ")
     'Red ball'
     """
-    if text.isascii() and "\t" not in text and "\v" not in text and "\f" not in text:
-        return text.strip()
-    return text.translate(_ALWAYS).strip()
+    return _changed(text, _ALWAYS, _ALWAYS_ONE).strip()
 
 
 def clean_name(text: str) -> str:
@@ -53,7 +60,7 @@ def clean_name(text: str) -> str:
     'Red ball1'
     """
     text = clean_spaces(text)
-    return _without_apostrophe(text if text.isascii() else clean_spaces(text.translate(_NAME)))
+    return _without_apostrophe(text if text.isascii() else clean_spaces(_changed(text, _NAME, _NAME_ONE)))
 
 
 def clean_prose(text: str) -> str:
@@ -64,7 +71,7 @@ def clean_prose(text: str) -> str:
     """
     text = clean_spaces(text)
     if not text.isascii():
-        folded = text.translate(_FULL_WIDTH)
+        folded = _changed(text, _FULL_WIDTH, _FULL_WIDTH_ONE)
         if folded.isascii():
             text = folded.strip()
     return _without_apostrophe(text)

@@ -25,8 +25,9 @@ def words(texts: Iterable[str]) -> set[str]:
 
 
 def _words(text: str) -> list[str]:
-    # not by \w, which leaves out the vowel signs of many scripts
-    return "".join(c if c.isalnum() or c == "_" or f"a{c}".isidentifier() else " " for c in text).split()
+    # not by \w alone, which leaves out the vowel signs of many scripts
+    between = {ord(c): " " for c in set(text) if not (c.isalnum() or c == "_" or f"a{c}".isidentifier())}
+    return text.translate(between).split()
 
 
 def is_named(sheet: str, named: set[str]) -> bool:
