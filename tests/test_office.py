@@ -30,12 +30,18 @@ def alive(pid: int) -> bool:
     return True
 
 
-def test_one_that_does_not_take_what_is_sent_is_ended_in_time(office: KeptOffice) -> None:
+def hang(office: KeptOffice) -> int:
+    """Its process, which has answered once and does nothing any more."""
     with pytest.raises(SheetsError, match="cannot be read"):
         office.ask(GONE, 30)
     hung = office.pid
     assert hung is not None
     os.kill(hung, signal.SIGSTOP)
+    return hung
+
+
+def test_one_that_does_not_take_what_is_sent_is_ended_in_time(office: KeptOffice) -> None:
+    hung = hang(office)
     with pytest.raises(NoAnswer, match=r"did not come to an end within 0\.3 s") as told:
         office.ask(["course", "x" * 5_000_000], 0.3)  # more than a connection holds
     assert not told.value.gone and office.pid is None and not alive(hung)
@@ -45,11 +51,7 @@ def test_one_that_does_not_take_what_is_sent_is_ended_in_time(office: KeptOffice
 
 
 def test_closing_does_not_wait_for_an_answer_and_who_asks_is_told(office: KeptOffice) -> None:
-    with pytest.raises(SheetsError, match="cannot be read"):
-        office.ask(GONE, 30)
-    hung = office.pid
-    assert hung is not None
-    os.kill(hung, signal.SIGSTOP)
+    hung = hang(office)
     heard: list[str] = []
 
     def ask() -> None:

@@ -38,6 +38,11 @@ class Formula:
     tree: ast.expr
     names: tuple[str, ...]
 
+    @property
+    def used(self) -> frozenset[str]:
+        """Those of the `names` that it looks at."""
+        return frozenset(n.id for n in ast.walk(self.tree) if isinstance(n, ast.Name)).intersection(self.names)
+
     def prepare(self, interpreter: GuardedInterpreter, picker: Picker | None = None) -> Callable[..., Value]:
         """A callable from the inputs' values to the value, or to a Failure, on this interpreter (and its thread).
 

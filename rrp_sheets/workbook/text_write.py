@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
@@ -83,27 +83,19 @@ def write_csv(sheets: Mapping[str, Rows], folder: Path) -> Path:
         raise SheetsError(f"“{folder}” cannot be made: {why}.", "Name another folder.") from error
     if list(sheets) != sorted(sheets, key=natural):
         files[ORDER] = ("\n".join(sheets) + "\n").encode()
-    try:
-        _write_all(files, folder)
-    except BaseException:
+    with ExitStack() as undo:  # all files or none: half a workbook would be taken for a whole one
         if made:
-            with suppress(OSError):
-                folder.rmdir()
-        raise
+            undo.callback(_remove_empty, folder)
+        for name, data in files.items():
+            write_atomically(folder / name, data, replace=name == ORDER)
+            undo.callback((folder / name).unlink, missing_ok=True)
+        undo.pop_all()
     return folder
 
 
-def _write_all(files: Mapping[str, bytes], folder: Path) -> None:
-    """All files or none: half a workbook would be taken for a whole one."""
-    written: list[Path] = []
-    try:
-        for name, data in files.items():
-            write_atomically(folder / name, data, replace=name == ORDER)
-            written.append(folder / name)
-    except BaseException:
-        for path in written:
-            path.unlink(missing_ok=True)
-        raise
+def _remove_empty(folder: Path) -> None:
+    with suppress(OSError):
+        folder.rmdir()
 
 
 def _refuse_large(data: bytes) -> None:

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import ast
-
 from rrp_sheets.checks.facts import CAMERA, CHANGE, TIMER
 from rrp_sheets.checks.known import BLANK
 from rrp_sheets.checks.lints.conflicts import VOICE
 from rrp_sheets.checks.lints.material import Material
 from rrp_sheets.diagnostics.fix import Fix, FixEdit, Insert, Put
 from rrp_sheets.diagnostics.phrase import Phrase
-from rrp_sheets.formulas import Formula
 from rrp_sheets.graph import Step
 
 TOO_OFTEN_HZ = 1.0  # a short sentence takes longer than a second
@@ -38,17 +35,12 @@ def lint_flooded(material: Material) -> None:
         )
 
 
-def _asks(formula: Formula) -> bool:
-    """Whether a formula says anything of its inputs: theirs would be other names after a row before it."""
-    return any(isinstance(n, ast.Name) and n.id in formula.names for n in ast.walk(formula.tree))
-
-
 def _fixes(step: Step, material: Material) -> list[Fix]:
     """A throttle before the row, or only what has changed."""
     row = step.row
     names = [c.text for c in row.inputs] or [material.graph.streams[i].name for i in step.inputs]
     formula = material.compiled.formulas.get(step.ref)
-    if len(names) != 1 or (row.formula and (formula is None or _asks(formula))):
+    if len(names) != 1 or (row.formula and (formula is None or formula.used)):  # after a row before it they are others
         return []
     shown = material.name(step.inputs[0])
     columns = [c.address.column for c in (row.inputs_cell, row.connector, row.formula, row.output)]

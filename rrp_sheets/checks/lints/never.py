@@ -44,7 +44,7 @@ def _filter(step: Step, material: Material) -> None:
             why = Phrase("its condition contradicts {rows}, or what is known of its input", rows=rows)
             remedy = Phrase("that of {rows}", rows=rows)
         material.report.add("LINT005", address, why=why, remedy=remedy)
-    elif not any(isinstance(n, ast.Name) and n.id in formula.names for n in ast.walk(formula.tree)):
+    elif not formula.used:
         _without_input(step, formula, material)
     else:
         names = {n: material.fact(i).known for n, i in zip(formula.names, step.inputs, strict=True)}

@@ -112,9 +112,7 @@ def _stale_pair(step: Step, inputs: Sequence[Pace], material: Material) -> tuple
 
 def _asks(formula: Formula | None, place: int) -> bool:
     """Whether a formula looks at an input, so that a blank one makes a difference."""
-    if formula is None:
-        return True
-    return any(isinstance(n, ast.Name) and n.id == formula.names[place] for n in ast.walk(formula.tree))
+    return formula is None or formula.names[place] in formula.used
 
 
 def _compares_times(formula: Formula | None, old: int, new: int) -> bool:

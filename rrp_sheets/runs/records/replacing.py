@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import zipfile
-import zlib
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.workbook.atomic import refuse_open_file
+from rrp_sheets.workbook.package import BROKEN_ZIP
 
 _ABOUT = (b"About this run", b"About these runs")  # the sheet that every table of ours has
 _STAMPED = Stamp.names()[2]  # the column that every CSV of ours has
@@ -34,7 +34,9 @@ def _ours_xlsx(path: Path) -> bool:
     try:
         with zipfile.ZipFile(path) as package, package.open(_SHEETS) as part:
             sheets = part.read(_MOST)
-    except (zipfile.BadZipFile, zlib.error, KeyError, NotImplementedError, RuntimeError, EOFError, ValueError):
+    except OSError:
+        raise  # told by whoever asks: the file itself cannot be read
+    except (*BROKEN_ZIP, KeyError):
         return False
     return any(about in sheets for about in _ABOUT)
 

@@ -133,13 +133,14 @@ export class Table {
   changed(rows = []) {
     this.all = this.indexes = null;
     if (!this.came) {
+      this.came = [];
       queueMicrotask(() => {
         const { came } = this;
         this.came = null;
         this.grid.dispatchEvent(new CustomEvent("rrp:rows", { detail: { came: came.filter((row) => row.isConnected) } }));
       });
     }
-    (this.came ??= []).push(...rows);
+    this.came.push(...rows);
   }
 
   /** The rows' numbers, after rows came or went; a sheet's rows begin below its header. */
