@@ -215,7 +215,7 @@ class GridPage:
 
     def saved(self) -> None:
         """Wait until everything is stored."""
-        self.page.wait_for_selector("body:not([data-saving])")
+        self.page.wait_for_selector("body:not([data-saving])", timeout=60_000)
 
     def close(self) -> None:
         assert not self.errors, self.errors

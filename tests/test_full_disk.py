@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import random
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -12,6 +14,9 @@ import pytest
 from chromium import listening
 from test_killed_server import HEADER, NOTES, Served
 
+from rrp_sheets import api
+from rrp_sheets.resources import bundled
+from rrp_sheets.runtime.trace import read_trace
 from rrp_sheets.workbook.editing import read_sheets
 from rrp_sheets.workbook.maker import make_workbook
 
@@ -81,6 +86,20 @@ def test_the_page_tells_that_an_edit_was_not_stored_and_stays_usable(browser: An
         page.reload()
         listening(page)
         assert page.locator("tbody tr:nth-child(3) td").last.get_attribute("data-v") == was
+
+
+def test_what_cannot_be_kept_of_a_run_is_told_and_the_rest_is_whole(tmp_path: Path) -> None:
+    book, out = bundled("workbooks") / "simple-tracking.xlsx", tmp_path / "run"
+    command = ["run", str(book), "--fast", "--for", "8s", "--out", str(out)]
+    small = FULL.replace(str(LIMIT), "40_000")  # less than the pictures of 8 s, more than all else of it
+    done = subprocess.run([sys.executable, "-c", small, *command], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    notes = [entry["text"] for entry in read_trace(out / "trace.jsonl") if entry.get("happening") == "note"]
+    assert [note.split(" cannot be kept (")[0] for note in notes] == ["What the camera sees", "The film"]
+    assert all(note in done.stdout for note in notes)
+    assert not {"camera.zip", "film.gif", "strip.png"} & {path.name for path in out.iterdir()}
+    assert json.loads((out / "poses.jsonl").read_text(encoding="utf-8").splitlines()[-1])["t"] > 7
+    assert api.replay(out).same
 
 
 def test_a_folder_on_a_medium_that_is_read_only_can_be_looked_at(tmp_path: Path) -> None:

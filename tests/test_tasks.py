@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import TOKEN, GridPage, listening
+from chromium import TOKEN, GridPage, listening, until
 from effort import Recorder
 from playwright.sync_api import expect
 from tasks import HEADER, TASKS, WALKTHROUGH, by_keyboard, by_mouse, check_meaning
@@ -115,7 +115,7 @@ def test_by_what_a_screen_reader_knows_alone(browser: Any, url: str, folder: Pat
     assert focused.aria_snapshot().startswith('- \'gridcell "Input streams, row 2: blank"')
     for number, row in enumerate(WALKTHROUGH, start=2):
         for header, text in zip(HEADER, row, strict=True):
-            assert f'gridcell "{header}, row {number}: ' in focused.aria_snapshot()
+            until(tree, lambda h=header, n=number: f'gridcell "{h}, row {n}: ' in focused.aria_snapshot())
             if not text:
                 page.press("Tab")
                 continue

@@ -106,7 +106,8 @@ def test_ones_edit_goes_on_while_another_inserts_moves_and_deletes_rows(browser:
     aya.page.keyboard.type("half")
     mika.go("B2")
     mika.press("Control++")
-    aya.page.wait_for_selector("tbody tr:nth-child(4) td:has-text('S2')")
+    for page in (aya, mika):
+        page.page.wait_for_selector("tbody tr:nth-child(4) td:has-text('S2')")
     aya.page.keyboard.type(" a")
     mika.go("B3")
     mika.press("Control+-")

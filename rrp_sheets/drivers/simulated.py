@@ -97,9 +97,9 @@ class SimulatedWorld(World):
         """Carry out commands, go on until `now_us`. Raises RunBroken when the simulator has died."""
         return self._arrivals(self._process.advance(now_us, commands))
 
-    def stop(self) -> Sequence[tuple[str, Value]]:
+    def stop(self) -> Arrivals:
         """The robot rests, the film is written, the process ends; within half a minute, whatever hangs."""
-        return self._arrivals(self._process.stop()).events
+        return self._arrivals(self._process.stop())
 
     def kill(self) -> None:
         """End the process at once, as the robot stands."""

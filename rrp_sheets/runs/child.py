@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
 
 ALONE_WITHIN = 45.0  # s: when the program has gone, a run is brought to its end, but not for longer
+ORPHANED = "the end of the program that had started it"
+"""Who stopped a run whose program has died, as the record tells it."""
 
 
 class _RunReporter(Reporter):
@@ -80,7 +82,7 @@ class _Process:
             else:
                 self._requests.put(message)
         if self._running.is_set():  # the program has died: the robot comes to its rest, the files are written
-            self._control.stop()
+            self._control.stop(ORPHANED)
             threading.Event().wait(ALONE_WITHIN)
         os._exit(0)
 

@@ -216,7 +216,7 @@ class LiveCourse:
             self._world.act(cued)
 
     def stop(self) -> list[Happening]:
-        """Stop in order; what hung is told. Always comes back in bounded time.
+        """Stop in order; what happened meanwhile and what hung is told. Always comes back in bounded time.
 
         Raises:
             RunBroken: the first thing that broke while stopping.
@@ -236,10 +236,11 @@ class LiveCourse:
         if self._engine is not None:
             self._engine.finish()
         bounded(REST_WITHIN, [(hand.name, hand.rest) for hand in hands])
-        bounded(CLOSE_WITHIN, [("the robot", self._world.close)])
+        left: list[Happening] = []
+        bounded(CLOSE_WITHIN, [("the robot", lambda: left.extend(self._world.close() or ()))])
         if errors:
             raise errors[0]
-        return [Happening("error", f"{name} did not stop in time and was left behind.") for name in hung]
+        return [*left, *(Happening("error", f"{name} did not stop in time and was left behind.") for name in hung)]
 
 
 def _start_one(what: str, call: Callable[[], None]) -> None:

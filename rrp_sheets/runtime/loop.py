@@ -43,10 +43,11 @@ class FrameCourse:
         return self._loop.go(self._arrivals, until_us, hooks)
 
     def stop(self) -> list[Happening]:
-        """Stop the world."""
+        """Stop the world; returns what happened meanwhile."""
         self.engine.close()
-        self.engine.finish(self._world.stop() or ())
-        return []
+        left = self._world.stop() or Arrivals()
+        self.engine.finish(left.events)
+        return list(left.happenings)
 
 
 def run_loop(

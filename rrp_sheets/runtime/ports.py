@@ -42,11 +42,11 @@ class World(Protocol):
         """The world as it is, for a display; with what the robot sees when that is wanted. It changes nothing."""
         ...
 
-    def stop(self) -> Sequence[tuple[str, Value]] | None:
+    def stop(self) -> Arrivals | None:
         """Bring the robot to its safe rest and let everything go; in bounded time, whatever hangs.
 
         Returns:
-            The ends of the commands that were still being carried out, as `Arrivals.events` has them.
+            The ends of the commands that were still being carried out, and what happened meanwhile.
         """
         ...
 
@@ -106,6 +106,6 @@ class LiveWorld(Protocol):
         """The mail's clock, which stood still, goes on."""
         ...
 
-    def close(self) -> None:
-        """Let everything go, the robot in its safe rest."""
+    def close(self) -> Sequence[Happening] | None:
+        """Let everything go, the robot in its safe rest; returns what happened meanwhile."""
         ...

@@ -9,7 +9,7 @@ from queue import Empty, SimpleQueue
 from typing import TypeVar
 
 from rrp_sheets.errors import RunBroken
-from rrp_sheets.model.exchange import Command, DeviceUse
+from rrp_sheets.model.exchange import Command, DeviceUse, Happening
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.runtime.mail import Mail
 from rrp_sheets.runtime.pace import Showing
@@ -76,12 +76,13 @@ class PumpedWorld(LiveWorld):
         self._over = True
         self._awake.set()
 
-    def close(self) -> None:
-        """Stop the world, when its last step is done."""
+    def close(self) -> Sequence[Happening]:
+        """Stop the world, when its last step is done; returns what happened meanwhile."""
         self.halt()
         if self._thread is not None:
             self._thread.join(LAST_STEP_WITHIN)
-        self._world.stop()
+        left = self._world.stop()
+        return left.happenings if left else ()
 
     def _pump(self, mail: Mail) -> None:
         while not mail.begun.wait(0.1):

@@ -186,9 +186,10 @@ class Film:
             try:
                 strip.write_film(film, self.shots)
                 strip.write_strip(six, self.shots, self._title)
-            except OSError:  # a full disk: what is there of the run is told by its files, and no half one stays
+            except OSError as error:  # a full disk: no half one stays
                 film.unlink(missing_ok=True)
                 six.unlink(missing_ok=True)
+                self._world.unwritten("The film", error)
 
 
 def _view(scene: Sequence[SceneAction], robot: tuple[float, float]) -> tuple[list[Point], Sequence[float]]:

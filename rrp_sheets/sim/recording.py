@@ -1,13 +1,15 @@
 """Writes down what a run looked like, so that it can be looked back at: poses of robot and things, and camera pictures.
 
-Beside the trace, never instead of it: nothing of the run depends on these files; what cannot be written is left out.
+Beside the trace, never instead of it: nothing of the run depends on these files; what cannot be written is left out,
+and that is told.
 """
 
 from __future__ import annotations
 
 import json
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -25,6 +27,8 @@ STALE_US = 200_000  # a picture may be so old: one that a sensor has taken anywa
 WRITTEN_EVERY = 20  # poses, or pictures, that are written at once
 MOVED, STIRRED = 0.002, 0.002  # m, rad: what moves less has not moved
 DIGITS = 3
+Unwritten = Callable[[str, Exception], None]
+"""Is told what cannot be written, and why."""
 
 
 class Recording:
@@ -38,8 +42,8 @@ class Recording:
 
     def __init__(self, world: SimWorld, out: Path, pictures: bool) -> None:
         self._world = world
-        self._poses = Poses(out / POSES, list(world.body.start))
-        self._pictures = Pictures(out / PICTURES) if pictures else None
+        self._poses = Poses(out / POSES, list(world.body.start), world.unwritten)
+        self._pictures = Pictures(out / PICTURES, world.unwritten) if pictures else None
         self._next_pose = self._next_picture = 0
 
     def go_on(self, step: int) -> None:
@@ -66,8 +70,8 @@ class Poses:
     `eyes` 0 to 1; `saying`; `things` (m) by name, null for what has gone; `looks` by name; `light`, `noise` 0 to 1.
     """
 
-    def __init__(self, path: Path, joints: list[str]) -> None:
-        self._path = path
+    def __init__(self, path: Path, joints: list[str], unwritten: Unwritten) -> None:
+        self._path, self._unwritten = path, unwritten
         self._file: TextIO | None = None
         self._told: dict[str, Any] = {}
         self._waiting = [_line({"poses": 1, "joints": joints})]
@@ -130,8 +134,9 @@ class Poses:
                 self._file = self._path.open("w", encoding="utf-8", errors="backslashreplace", newline="\n")
             self._file.write("".join(self._waiting))
             self._file.flush()
-        except OSError:  # a full disk: the run goes on, and is looked back at as far as this was written
+        except OSError as error:  # a full disk: the run goes on, and is looked back at as far as this was written
             self._broken = True
+            self._unwritten("How the robot moves", error)
         self._waiting.clear()
 
     def close(self) -> None:
@@ -139,10 +144,8 @@ class Poses:
         if not self._broken:
             self._write()
         if self._file is not None:
-            try:
+            with suppress(OSError):  # all of it was written, or that it was not has been told
                 self._file.close()
-            except OSError:
-                self._broken = True
 
 
 class Pictures:
@@ -152,8 +155,8 @@ class Pictures:
         thinning: of so many pictures one is kept.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    def __init__(self, path: Path, unwritten: Unwritten) -> None:
+        self._path, self._unwritten = path, unwritten
         self._waiting: list[tuple[str, bytes]] = []
         self._count = 0
         self._begun = self._broken = False
@@ -179,8 +182,8 @@ class Pictures:
                 self._begun = True
                 for name, picture in self._waiting:
                     archive.writestr(name, picture)
-        except (OSError, zipfile.BadZipFile):
-            self._give_up()
+        except (OSError, zipfile.BadZipFile) as error:
+            self._give_up(error)
         self._waiting.clear()
 
     def _thin(self) -> None:
@@ -194,15 +197,16 @@ class Pictures:
                     new.writestr(name, old.read(name))
             thinner.replace(self._path)
             self._count, self.thinning = len(names), self.thinning * 2
-        except (OSError, zipfile.BadZipFile):
+        except (OSError, zipfile.BadZipFile) as error:
             thinner.unlink(missing_ok=True)
-            self._give_up()
+            self._give_up(error)
 
-    def _give_up(self) -> None:
+    def _give_up(self, error: Exception) -> None:
         """A full disk: no half zip stays, and nothing more is written."""
         self._broken = True
         self._waiting.clear()
         self._path.unlink(missing_ok=True)
+        self._unwritten("What the camera sees", error)
 
 
 def _apart(told: Any, now: Any) -> bool:

@@ -69,6 +69,7 @@ class SimWorld:
         self._step = 0
         self._us = 0
         self._notices: list[Happening] = []
+        self._unwritten: list[Happening] = []
         self._told: dict[tuple[str, str, str], int] = {}
         self._film: Film | None = None
         self.body = Body(self._b, spec.robot)
@@ -134,14 +135,14 @@ class SimWorld:
         return self._collect(events)
 
     def stop(self) -> Outcome:
-        """Silence, a moment's hold, then the rest posture; the film is written. What has ended with the run."""
+        """Silence, a moment's hold, then the rest posture; the film is written. What ended, and is not kept."""
         if self._film is not None:
             self._film.over = True
         if self._recording is not None:
             self._recording.close()
             self._recording = None
         self.arbiter.stop(None, self._us)
-        last = Outcome(tuple(self.arbiter.ended()))
+        ended = tuple(self.arbiter.ended())
         self.body.freeze()
         self.stance.halt()
         self._pass(HOLD_US)
@@ -154,7 +155,7 @@ class SimWorld:
             self.body.rest()
         if self._film is not None:
             self._film.write()
-        return last
+        return Outcome(ended, tuple(notice for notice in self._notices if notice in self._unwritten))
 
     def close(self) -> None:
         """Free the physics."""
@@ -184,6 +185,13 @@ class SimWorld:
         if self._film is None:
             self._film = Film(self._b, self, self._spec, None)
         return self._film.shoot()
+
+    def unwritten(self, what: str, error: Exception) -> None:
+        """A file of the run's record cannot be written: whoever watches is told, and the run goes on without it."""
+        why = error.strerror if isinstance(error, OSError) else ""
+        remark = f"{what} cannot be kept ({why or error}): make room before the next run."
+        self._unwritten.append(Happening("note", remark))
+        self._tell(self._unwritten[-1])
 
     def _by_people(self, action: SceneAction) -> None:
         """Somebody does something without moving: presses, touches, speaks, pushes."""
