@@ -105,7 +105,7 @@ def test_a_long_run_keeps_every_other_picture_and_the_zip_is_whole_at_any_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(recording, "MOST_PICTURES", 40)
-    pictures = Pictures(tmp_path / "camera.zip")
+    pictures = Pictures(tmp_path / "camera.zip", lambda *told: pytest.fail(str(told)))
     step, number = 0, 0
     while step < 400:
         pictures.add(step * 500_000, b"\xff\xd8\xff%d" % step)
@@ -122,11 +122,13 @@ def test_a_long_run_keeps_every_other_picture_and_the_zip_is_whole_at_any_time(
 
 
 def test_a_disk_that_is_full_leaves_no_half_zip_and_breaks_nothing(tmp_path: Path) -> None:
-    pictures = Pictures(tmp_path / "gone" / "camera.zip")
+    told: list[str] = []
+    pictures = Pictures(tmp_path / "gone" / "camera.zip", lambda what, error: told.append(f"{what}: {error}"))
     for number in range(50):
         pictures.add(number * 500_000, b"\xff\xd8\xff")
     pictures.write()
     assert list(tmp_path.iterdir()) == []
+    assert len(told) == 1 and "No such file" in told[0]
 
 
 @pytest.mark.parametrize(

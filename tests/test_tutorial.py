@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
 from chromium import GridPage
+from playwright.sync_api import TimeoutError
 
 from rrp_sheets import api
 from rrp_sheets.resources import bundled
@@ -128,13 +130,17 @@ def row_of(page: GridPage, text: str, below: str) -> int:
 
 
 def go(page: GridPage, letter: str, row: int) -> None:
-    """The cursor to a cell, with the arrows."""
+    """The cursor to a cell, with the arrows; again when an answer of the server has moved it meanwhile."""
     bar = page.page.locator("#formula-bar b")
-    at, number = re.fullmatch(r"([A-Z])(\d+)", bar.inner_text()).groups()
-    down, right = row - int(number), ord(letter) - ord(at)
-    page.press(*["ArrowDown" if down > 0 else "ArrowUp"] * abs(down))
-    page.press(*["ArrowRight" if right > 0 else "ArrowLeft"] * abs(right))
-    page.page.wait_for_selector(f"#formula-bar b:text-is('{letter}{row}')")
+    for _ in range(5):
+        at, number = re.fullmatch(r"([A-Z])(\d+)", bar.inner_text()).groups()
+        down, right = row - int(number), ord(letter) - ord(at)
+        page.press(*["ArrowDown" if down > 0 else "ArrowUp"] * abs(down))
+        page.press(*["ArrowRight" if right > 0 else "ArrowLeft"] * abs(right))
+        with suppress(TimeoutError):
+            page.page.wait_for_selector(f"#formula-bar b:text-is('{letter}{row}')", timeout=5_000)
+            return
+    raise AssertionError(f"the cursor does not come to {letter}{row}")
 
 
 def write(page: GridPage, row: int, *cells: str, begin: str = "B") -> None:
