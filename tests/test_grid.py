@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from grid_books import EMPTY, Books
+from playwright.sync_api import expect
 
 
 @pytest.fixture
@@ -63,8 +64,11 @@ def test_typing_replaces_f2_edits_escape_takes_back(grid) -> None:
     grid.type(" * 2")
     assert grid.text("D2") == "redBall.distance * 2"
     grid.go("D2")
+    bar = grid.page.locator("#formula-bar code")
     grid.page.keyboard.type("xyz")
+    expect(bar).to_have_text("xyz")
     grid.press("Escape")
+    expect(bar).to_have_text("redBall.distance * 2")
     assert grid.text("D2") == "redBall.distance * 2" and grid.here == "D2"
 
 

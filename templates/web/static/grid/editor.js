@@ -116,6 +116,7 @@ export class Editor {
   /** Look again at what could be meant. */
   update(typed) {
     this.grow();
+    this.context.typing(this.field.value);
     const row = this.table.row(this.rowId);
     const where = { kind: this.kind(this.k), name: this.table.name(this.k), row, table: this.table };
     const before = this.field.value.slice(0, this.field.selectionStart);

@@ -42,6 +42,7 @@ export class Grid {
       say: (text) => this.say(text, true),
       refuses: () => this.refuses(),
       editing: (row, k, on) => this.taking(row, k, on),
+      typing: () => this.tell(), // a long text has more room in the bar
     }, (cell, text, was, move) => this.edited(cell, text, was, move));
     this.spoken = new Spoken(this);
     this.unfinished = new Unfinished(this);
@@ -120,9 +121,16 @@ export class Grid {
     this.told = told;
     this.mending.place();
     this.bar.querySelector("b").textContent = this.table.address(cell);
-    this.bar.querySelector("code").textContent = this.table.value(cell);
+    this.tell();
     this.bar.classList.toggle("at-comment", row.classList.contains("comment"));
     document.dispatchEvent(new CustomEvent("rrp:row", { detail: { number: Number(row.cells[0].textContent) } }));
+  }
+
+  /** What the cell holds, or what is being typed into it. */
+  tell() {
+    const { cell } = this.selection;
+    if (!cell || !this.bar) return;
+    this.bar.querySelector("code").textContent = this.editor.isOpen ? this.editor.field.value : this.table.value(cell);
   }
 
   /** Change cells: `[cell, text]` pairs; those that stay as they are are left out. */
@@ -157,6 +165,7 @@ export class Grid {
     if (move === null) {
       if (document.activeElement === document.body) this.selection.go(row, k);
     } else this.move(move, row, k);
+    this.look();
     this.spoken.moved(text !== was ? "Kept" : move === null ? "Taken back" : "Unchanged");
     this.look();
   }
