@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import TOKEN, GridPage, listening, until
+from chromium import TOKEN, GridPage, frames, listening, until
 from effort import Recorder
 from playwright.sync_api import expect
 from tasks import HEADER, TASKS, WALKTHROUGH, by_keyboard, by_mouse, check_meaning
 
 from rrp_sheets import api
+from rrp_sheets.workbook.maker import make_workbook
 
 MOST_SECONDS = {"walkthrough": 35, "tracking": 75}  # the original software: 60 to 75, and 132 to 152
 
@@ -99,6 +100,22 @@ def test_by_touch(browser: Any, url: str, folder: Path, tmp_path: Path) -> None:
     assert page.page.evaluate("scrollY") == 0  # the page has not jumped to its tabs, which are below
     by_mouse(page, "walkthrough", touch=True)
     ends_well(page, "walkthrough", folder / "by touch.xlsx", tmp_path)
+
+
+def test_two_quick_taps_open_a_cell_only_when_it_is_the_same(browser: Any, url: str, folder: Path) -> None:
+    make_workbook({"T": [HEADER, *([""] * 4 for _ in range(80))]}, folder / "taps.xlsx")
+    page = GridPage(browser, url, "taps.xlsx", has_touch=True)
+    box = page.cell("D5").bounding_box()
+    at = box["x"] + 8, box["y"] + 8
+    page.page.touchscreen.tap(*at)
+    page.page.evaluate("height => { document.getElementById('grid-scroll').scrollTop += height; }", box["height"])
+    page.page.touchscreen.tap(*at)
+    expect(page.page.locator("#formula-bar b")).to_have_text("D6")
+    frames(page.page, 2)
+    assert not page.page.locator(".editor").count()
+    page.page.touchscreen.tap(*at)
+    expect(page.page.locator(".editor textarea")).to_be_focused()
+    page.close()
 
 
 def test_by_what_a_screen_reader_knows_alone(browser: Any, url: str, folder: Path, tmp_path: Path) -> None:

@@ -7,7 +7,9 @@ export function pointer(grid) {
     return cell && table.grid.contains(cell) && table.column(cell) >= 0 ? cell : null;
   };
 
+  let touched = false; // two taps on one place are a double click to the browser, also when the table has scrolled between
   table.grid.addEventListener("pointerdown", (event) => {
+    touched = event.pointerType === "touch";
     if (event.button !== 0 || event.target.closest("button, a")) return;
     const header = event.target.closest("[role=rowheader]");
     const cell = event.target.closest("[role=gridcell]");
@@ -42,6 +44,7 @@ export function pointer(grid) {
   const soonAfter = (event) => event.timeStamp - pressed.time < 500
     && Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) < 5;
   table.grid.addEventListener("dblclick", (event) => {
+    if (touched) return;
     const cell = soonAfter(event) ? table.cell(table.row(pressed.row), pressed.k) : event.target.closest("[role=gridcell]");
     if (cell && table.column(cell) >= 0) grid.editor.open(cell);
   });
