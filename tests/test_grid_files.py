@@ -70,6 +70,7 @@ def test_a_file_that_is_open_in_excel_is_looked_at_and_told_of(shelf: Books) -> 
 
 def test_a_file_that_is_deleted_protected_or_replaced_under_an_open_page(shelf: Books) -> None:
     grid = shelf.open()
+    grid.checked()  # it is told what happens; one whose file goes sooner says that it was renamed or moved
     content = grid.path.read_bytes()
     grid.path.unlink()
     grid.page.wait_for_selector("#notice:has-text('is not there any more')")
