@@ -144,6 +144,16 @@ def test_the_same_seed_draws_the_same_on_every_machine_and_rows_and_places_diffe
     )
 
 
+@pytest.mark.parametrize(
+    ("text", "drawn"),
+    [("PICK(list)", "dgfabhec"), ('PICK([x for x in list if x > "a"])', "ceghfdbd"),
+     ('PICK("a"; "b"; UPPER("c"); "d"; "e")', "CadbedCa"), ("PICK(SORT(list))", "gfchaedb")],
+)  # fmt: skip
+def test_a_formula_draws_the_same_in_every_python(text, drawn):
+    evaluate = compile_formula(text, make_scope([("List", None)])).prepare(GuardedInterpreter(), Picker(7, "A!2"))
+    assert "".join(evaluate(list("abcdefgh")) for _ in range(8)) == drawn
+
+
 def test_picks_of_one_list_in_a_formula_share_its_draws():
     formula = compile_formula("PICK(list) & PICK(list)", make_scope([("List", None)]))
     evaluate = formula.prepare(GuardedInterpreter(), Picker(1, "A!2"))

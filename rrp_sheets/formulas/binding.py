@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import operator
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -84,4 +85,11 @@ def _written(node: ast.expr) -> str:
     """What an argument is, as a text; a table by its name, however many rows it has."""
     if isinstance(node, ast.Constant) and isinstance(node.value, Table):
         return Phrase("the table {name}", name=node.value.name)
+    # The text seeds the draws, so it must be the same in every Python: 3.13 adds the context that our own nodes lack,
+    # and leaves out what is empty.
+    for inner in ast.walk(node):
+        if "ctx" in inner._fields and not hasattr(inner, "ctx"):
+            inner.ctx = ast.Load()  # type: ignore[attr-defined]  # a Name, an Attribute, a Subscript or a list
+    if sys.version_info >= (3, 13):
+        return ast.dump(node, show_empty=True)
     return ast.dump(node)
