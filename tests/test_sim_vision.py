@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from rrp_sheets.devices import load_robot
 from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.sim.camera import AHEAD, Lens, photograph
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.world import SimWorld
 
@@ -77,3 +79,30 @@ def test_a_spot_is_found_by_its_hue(world: SimWorld, colour: tuple[float, float,
     if spot is not None:
         assert spot.x > 0.05
         assert 0.0005 < spot.area < 0.05
+
+
+class Tuples:
+    """A physics client whose pictures are tuples, as they are of a PyBullet that was built without NumPy."""
+
+    def __init__(self, bullet: Any) -> None:
+        self._b = bullet
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._b, name)
+
+    def getCameraImage(self, *arguments: Any, **named: Any) -> tuple[Any, ...]:  # noqa: N802  # its name
+        width, height, *planes = self._b.getCameraImage(*arguments, **named)
+        return width, height, *(tuple(np.asarray(plane).ravel().tolist()) for plane in planes)
+
+
+def test_a_picture_is_the_same_from_a_library_built_without_numpy(world: SimWorld) -> None:
+    world.stage.plan([ball("red", (0.6, 0.1, 0.45))])
+    world.stage.go_on(1)
+    world.stage.place()
+    lens = Lens(world.body.hfov, world.body.vfov, 320, 240)
+    pose = world.body.camera()
+    usual, empty = photograph(world._b, pose, lens, AHEAD)
+    other, nothing = photograph(Tuples(world._b), pose, lens, AHEAD)
+    assert (usual == other).all() and (empty == nothing).all()
+    red = (usual[:, :, 0] > 100) & (usual[:, :, 1] < 60)
+    assert red.sum() > 100 and not empty[red].any() and empty.any()  # the ball is something, and around it is nothing

@@ -7,6 +7,7 @@ than letting it fill half of the picture with a floor, and looks better.
 from __future__ import annotations
 
 import math
+import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -68,12 +69,29 @@ def photograph(bullet: Any, pose: Pose, lens: Lens, light: Sequence[float]) -> t
     picture = bullet.getCameraImage(
         lens.width, lens.height, view, projection, shadow=0, lightDirection=light, lightColor=[1, 1, 1],
         lightAmbientCoeff=AMBIENT, lightDiffuseCoeff=DIFFUSE, lightSpecularCoeff=SPECULAR,
-        renderer=bullet.ER_TINY_RENDERER, flags=bullet.ER_NO_SEGMENTATION_MASK,
+        renderer=bullet.ER_TINY_RENDERER, flags=0,
     )  # fmt: skip
-    rgba = np.asarray(picture[2], dtype=np.uint8).reshape(lens.height, lens.width, 4)
-    depth = np.asarray(picture[3], dtype=np.float32).reshape(lens.height, lens.width)
-    empty = (depth >= 1.0).view(np.uint8)
+    rgba = _colours(picture[2]).reshape(lens.height, lens.width, 4)
+    empty = (_bodies(picture[4]).reshape(lens.height, lens.width) < 0).view(np.uint8)
     return np.asarray(cv2.cvtColor(rgba, cv2.COLOR_RGBA2RGB), dtype=np.uint8), empty
+
+
+def _colours(read: Any) -> Image:
+    """The colour values: PyBullet gives an array, or a tuple when it was built without NumPy.
+
+    The fastest way from a tuple of ints below 256 to an array: an eighth of the time of `np.asarray`.
+    """
+    return np.frombuffer(bytearray(read), np.uint8) if isinstance(read, tuple) else np.asarray(read, np.uint8)
+
+
+def _bodies(read: Any) -> NDArray[np.int32]:
+    """The number of the body in each pixel, -1 for none.
+
+    The depths would tell the same, but a tuple of floats takes five times as long to read.
+    """
+    if isinstance(read, tuple):
+        return np.frombuffer(struct.pack(f"{len(read)}i", *read), np.int32)
+    return np.asarray(read, np.int32)
 
 
 def floor_points(pose: Pose, rays: Floats) -> tuple[Floats, Floats, Floats]:
