@@ -1,10 +1,11 @@
 # Everything a newcomer needs: `make demo`, `make test`, `make serve`.
-PYTHON ?= $(shell command -v python3.11 || command -v python3)
+# The first of these that starts; 3.11 has the fastest pictures (see README).
+PYTHON ?= $(shell for p in python3.11 python3.13 python3.12 python3; do $$p -c '' 2>/dev/null && echo $$p && break; done)
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: help setup demo test lint bench strips soak serve lock clean
+.PHONY: help setup demo test lint bench strips traces soak serve lock clean
 
 help:  ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -41,6 +42,9 @@ bench: setup  ## the benchmarks, with their ratios
 
 strips: setup  ## film strips of gestures, postures, walking and trackers, in runs/strips, to be looked at
 	$(BIN)/python tests/benchmarks/strips.py runs/strips
+
+traces: setup  ## the traces of all workbooks beside those of other Pythons: make traces OTHERS="DIR/bin/python …"
+	$(BIN)/python tests/benchmarks/traces.py $(BIN)/python $(OTHERS)
 
 soak: setup  ## what is too long for every day
 	$(BIN)/python -m pytest -m soak

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import importlib
 import os
+import platform
 import sys
 from typing import Any, NoReturn
 
@@ -69,8 +70,23 @@ class _Lazy(click.Group):
         return super().resolve_command(ctx, args)
 
 
+def _say_version(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
+    """The answer to --version."""
+    if not wanted or ctx.resilient_parsing:
+        return
+    from rrp_sheets.sim.process import about
+
+    click.echo(f"rrp-sheets, version {__version__}")
+    click.echo(f"Python {platform.python_version()} on {platform.system()} {platform.machine()}")
+    click.echo(f"Simulator: {about()}")
+    ctx.exit()
+
+
 @click.group(cls=_Lazy, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(__version__, prog_name="rrp-sheets")
+@click.option(
+    "--version", is_flag=True, is_eager=True, expose_value=False, callback=_say_version,
+    help="Show the versions of the program and of Python, and whether the simulator can run.",
+)  # fmt: skip
 def group() -> None:
     """Robot behaviours as rows of a spreadsheet: checked, drawn, explained, and run on a simulated NAO.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import importlib.util
 import platform
 from collections.abc import Sequence
@@ -21,6 +22,7 @@ START_WITHIN = 60.0  # s, on a slow and busy machine; usually 1 s
 ANSWER_WITHIN = 10.0  # s, for one advance; usually some ms
 STOP_WITHIN = 30.0  # s, with writing the film; usually 2 s
 REMEDY_DIED = "Run it again; if it happens again, please report it with the workbook."
+PYBULLETS = ("pybullet", "pybullet-arm64")  # the packages that bring the module pybullet; one of them is installed
 NEEDED = {"pybullet": "pybullet", "cv2": "opencv-python-headless", "numpy": "numpy", "PIL": "pillow"}
 
 
@@ -33,12 +35,21 @@ def require() -> None:
     """Raise MissingPart when the simulator cannot run here."""
     lacking = missing()
     if lacking:
-        python = platform.python_version()
         raise MissingPart(
-            f"The simulator needs {', '.join(lacking)}, which Python {python} on this machine does not have.",
-            "Use Python 3.11 on Linux or 3.11–3.13 on a Mac (pip install rrp-sheets brings it); "
-            "checking, drawing and explaining work without it.",
+            f"The simulator needs {', '.join(lacking)}. Python {platform.python_version()} on this computer "
+            f"({platform.system()} {platform.machine()}) does not have {'it' if len(lacking) == 1 else 'them'}.",
+            "Install rrp-sheets with Python 3.11, 3.12 or 3.13 on Linux x86-64, macOS or Windows (in WSL). "
+            "Checking, drawing and explaining work without it.",
         )
+
+
+def about() -> str:
+    """Whether the simulator can run here, in a line: with which package, or what is missing."""
+    lacking = missing()
+    if lacking:
+        return f"no, {', '.join(lacking)} missing"
+    found = [f"{d.name} {d.version}" for d in importlib.metadata.distributions() if d.name in PYBULLETS]
+    return f"yes, {', '.join(sorted(set(found))) or 'pybullet'}"
 
 
 class SimProcess:
