@@ -94,7 +94,7 @@ def test_attributes_are_looked_up_in_records_only(text):
     "text",
     [
         # growth
-        "REPT(\"a\"; 10^9)", "\"a\" * 10^9", "10^9 * [0]", "(0;) * 10^9", "[[[0] * 1000] * 1000] * 1000", "SUBSTITUTE(REPT(\"a\"; 2000); \"a\"; REPT(\"b\"; 2000))",
+        "REPT(\"a\"; 10^9)", "\"a\" * 10^9", "10^9 * [0]", "(0;) * 10^9", "[[[0] * 1000] * 1000] * 1000", "[[[0] * 1000] * 1000] * 9", "SUBSTITUTE(REPT(\"a\"; 2000); \"a\"; REPT(\"b\"; 2000))",
         "TEXTJOIN(REPT(\"a\"; 2000); TRUE; RANGE(1000))", "CONCAT([REPT(\"a\"; 2000) for q in RANGE(1000)])", "[REPT(\"a\"; 2000) for q in RANGE(1000)]",
         "[RANGE(1000) for q in RANGE(1000)]", "[[RANGE(99) for q in RANGE(99)] for p in RANGE(99)]", "[balls * 300 for q in RANGE(1000)]",
         "[balls + RANGE(900) for q in RANGE(1000)]", "[name & REPT(\"a\"; 1900) for q in RANGE(1000)]", "[f\"{REPT('a'; 1900)}{q}\" for q in RANGE(1000)]",

@@ -7,6 +7,7 @@ from textwrap import dedent
 
 import pytest
 
+from rrp_sheets.formulas.limits import LONGEST_TEXT
 from rrp_sheets.model.cells import Address
 from rrp_sheets.workbook import Reading, read
 
@@ -192,6 +193,18 @@ def test_findings_about_tables(markdown) -> None:  # type: ignore[no-untyped-def
                        "## Bare\n| P |\n|---|\n")  # fmt: skip
     assert codes(reading) == [("SHEET019", "A1002"), ("SHEET020", "A1")]
     assert len(reading.workbook.tables["parts"]) == 1_001
+
+
+def test_a_text_of_a_table_is_cut_where_texts_of_formulas_end_and_the_finding_names_its_cell(markdown) -> None:  # type: ignore[no-untyped-def]
+    fits, long = "a" * LONGEST_TEXT, "ä" * (LONGEST_TEXT + 200)
+    reading = markdown(
+        f"## A{HEAD}| x | map | PICK(Parts[Ask]) | Y | | | |\n## Parts\n| Zone | Ask |\n|---|---|\n"
+        f"| Head | {fits} |\n| Hand | {long} |\n## Unused\n| Notes |\n|---|\n| {long} |\n"
+    )
+    assert reading.report.flatten(["code", "sheet", "cell"]) == [("SHEET016", "Parts", "B3")]
+    (finding,) = reading.report
+    assert "2,200" in finding.message and "2,000" in finding.message
+    assert [row[1] for row in reading.workbook.tables["parts"]] == ["Ask", fits, "ä" * LONGEST_TEXT]
 
 
 def test_other_findings(markdown) -> None:  # type: ignore[no-untyped-def]

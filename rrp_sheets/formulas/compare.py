@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rrp_sheets.diagnostics.phrase import Phrase, capital
+from rrp_sheets.formulas.charging import Charge, free, letters, searching
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
 from rrp_sheets.model.values import Record, Value
 
@@ -15,15 +16,9 @@ ORDER: dict[type, Callable[[Any, Any], bool]] = {
     ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge,
 }  # fmt: skip
 NUMBERS = frozenset((int, float, bool))
-LETTERS_A_STEP = 100  # so many letters are compared in about the time of one step
-Charge = Callable[[int], None]
 
 
-def _free(steps: int) -> None:
-    """Comparisons outside of formulas cost nothing."""
-
-
-def same(left: Value, right: Value, charge: Charge = _free) -> bool:
+def same(left: Value, right: Value, charge: Charge = free) -> bool:
     """Whether two values are equal; texts are compared without regard to capitals.
 
     Args:
@@ -35,20 +30,33 @@ def same(left: Value, right: Value, charge: Charge = _free) -> bool:
     (True, True, False)
     """
     if isinstance(left, str) and isinstance(right, str):
-        charge((len(left) + len(right)) // LETTERS_A_STEP)
+        charge(letters(left, right))
         return left.casefold() == right.casefold()
     if isinstance(left, (list, tuple)) and isinstance(right, (list, tuple)):
         charge(len(left))
         return len(left) == len(right) and all(same(a, b, charge) for a, b in zip(left, right, strict=True))
     if isinstance(left, Record) and isinstance(right, Record):
-        charge(1 + len(left.values) // 4)
-        return left is right or left == right
+        return left is right or _identical(left, right, charge)
     if left is None or right is None or isinstance(left, str) or isinstance(right, str):
         return left is right
     return bool(left == right)
 
 
-def compare(op: ast.cmpop, left: Value, right: Value, charge: Charge = _free) -> bool:
+def _identical(left: Value, right: Value, charge: Charge) -> bool:
+    """Python's `==` of what records hold, charged for what it reads."""
+    if type(left) is Record and type(right) is Record:
+        charge(1 + len(left.values) // 4)
+        mine, other = left.values, right.values
+        return mine.keys() == other.keys() and all(_identical(v, other[k], charge) for k, v in mine.items())
+    if type(left) is type(right) and isinstance(left, (list, tuple)):
+        charge(len(left))
+        return len(left) == len(right) and all(_identical(a, b, charge) for a, b in zip(left, right, strict=True))
+    if isinstance(left, str) and isinstance(right, str):
+        charge(letters(left, right))
+    return bool(left == right)
+
+
+def compare(op: ast.cmpop, left: Value, right: Value, charge: Charge = free) -> bool:
     """One comparison of two values; raises FormulaProblem when they cannot be compared."""
     if isinstance(op, (ast.Eq, ast.Is)):
         return same(left, right, charge)
@@ -59,12 +67,14 @@ def compare(op: ast.cmpop, left: Value, right: Value, charge: Charge = _free) ->
             charge(len(right))
             held = any(same(left, r, charge) for r in right)
         elif isinstance(left, str) and isinstance(right, str):
-            charge((len(left) + len(right)) // LETTERS_A_STEP)
-            held = left.casefold() in right.casefold()
+            what, text = left.casefold(), right.casefold()
+            charge(searching(what, text))
+            held = what in text
         else:
             raise wrong_kind("a list", right)
         return held is isinstance(op, ast.In)
     if isinstance(left, str) and isinstance(right, str):
+        charge(letters(left, right))
         return ORDER[type(op)](left.casefold(), right.casefold())
     if type(left) in NUMBERS and type(right) in NUMBERS:
         return ORDER[type(op)](left, right)

@@ -206,7 +206,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         """PICK: the next of its draws, or the first member where nothing runs."""
         members = members_of([self.run(m) for m in node.members])
         self.charge(len(members))
-        return members[0] if self.picker is None else self.picker.pick(node.site, members)
+        return members[0] if self.picker is None else self.picker.pick(node.site, members, self.charge)
 
     # ---- calls
     def on_call(self, node: Any) -> Value:

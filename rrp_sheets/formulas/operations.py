@@ -6,12 +6,12 @@ import ast
 from typing import Any
 
 from rrp_sheets.diagnostics.phrase import Phrase, capital
-from rrp_sheets.formulas.compare import NUMBERS, Charge
+from rrp_sheets.formulas.charging import Charge, letters
+from rrp_sheets.formulas.compare import NUMBERS
 from rrp_sheets.formulas.functions.define import shown
-from rrp_sheets.formulas.limits import LONGEST_LIST, LONGEST_TEXT
+from rrp_sheets.formulas.limits import LONGEST_FIELD, LONGEST_LIST, LONGEST_TEXT
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
 from rrp_sheets.formulas.tables import Table, value_of
-from rrp_sheets.model.names import nearest
 from rrp_sheets.model.values import Record, Value
 
 _SIGNS: dict[type, str] = {
@@ -41,6 +41,7 @@ def arithmetic(kind: type, left: Value, right: Value, charge: Charge) -> Value:
     if kind is ast.Mult:
         many, times = (left, right) if isinstance(left, (str, list, tuple)) else (right, left)
         if isinstance(many, (str, list, tuple)) and type(times) is int:
+            charge(letters(many) if isinstance(many, str) else 0)
             if isinstance(many, str) and isinstance(value_of(many), (int, float)):
                 # 10 to a spreadsheet, 55 to Python
                 raise FormulaProblem("FORM115", text=many[:40])
@@ -73,12 +74,13 @@ def field(owner: Value, name: str) -> Value:
         raise FormulaProblem(
             "FORM103", what=Phrase("{what} has no field “{name}”", what=capital(kind_of(owner)), name=name)
         )
-    try:
-        return owner.get(name)
-    except KeyError:
-        guess = nearest(name, [f.name for f in owner.type.fields])
-        remedy = Phrase("Did you mean {guess}?", guess=guess) if guess else "Check its fields."
-        raise FormulaProblem("FORM104", record=owner.type.name, field=name, remedy=remedy) from None
+    if len(name) <= LONGEST_FIELD:  # looking a name up folds it, and keeps what it is folded to
+        try:
+            return owner.get(name)
+        except KeyError:
+            pass
+    short = name if len(name) <= 40 else name[:39] + "…"
+    raise FormulaProblem("FORM104", record=owner.type.name, field=short, remedy="Check its fields.")
 
 
 def at_place(owner: Value, index: Value, charge: Charge) -> Value:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Sequence
 
+from rrp_sheets.formulas.charging import Charge, free
 from rrp_sheets.formulas.compare import same
 from rrp_sheets.model.values import Value
 
@@ -25,12 +26,12 @@ class Picker:
         self._name = f"{seed}\n{row}"
         self._sites: dict[str, _Site] = {}
 
-    def pick(self, site: str, members: Sequence[Value]) -> Value:
-        """The next member for that PICK of the formula; `members` is not empty."""
+    def pick(self, site: str, members: Sequence[Value], charge: Charge = free) -> Value:
+        """The next member for that PICK of the formula; `members` is not empty, `charge` is told the steps it takes."""
         if site not in self._sites:
             # seeded with a text, Python hashes it the same way everywhere
             self._sites[site] = _Site(random.Random(f"{self._name}\n{site}"))
-        return self._sites[site].draw(members)
+        return self._sites[site].draw(members, charge)
 
 
 class _Site:
@@ -42,11 +43,11 @@ class _Site:
         self._left: list[int] = []
         self._last: list[Value] = []
 
-    def draw(self, members: Sequence[Value]) -> Value:
+    def draw(self, members: Sequence[Value], charge: Charge) -> Value:
         if len(members) != self._count or not self._left:
             self._count = len(members)
             self._left = list(range(len(members)))
-        fresh = [i for i in self._left if not any(_equal(members[i], last) for last in self._last)]
+        fresh = [i for i in self._left if not any(_equal(members[i], last, charge) for last in self._last)]
         choice = fresh or self._left
         # only random() is promised to stay the same between versions of Python
         place = choice[int(self._chance.random() * len(choice))]
@@ -55,6 +56,6 @@ class _Site:
         return members[place]
 
 
-def _equal(member: Value, last: Value) -> bool:
+def _equal(member: Value, last: Value, charge: Charge) -> bool:
     """Whether two draws look the same; lists are not walked through."""
-    return member is last or (not isinstance(member, (list, tuple)) and same(member, last))
+    return member is last or (not isinstance(member, (list, tuple)) and same(member, last, charge))

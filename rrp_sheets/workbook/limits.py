@@ -25,6 +25,8 @@ HEADER_ROWS = 20
 HEAD_CELLS = HEADER_ROWS * COLUMNS
 TABLE_ROWS = 1_000
 TABLE_COLUMNS = 30
+TABLE_TEXT = 2_000
+"""Letters in a cell of a table, as many as a text of a formula may have."""
 CELL_CHARACTERS = 32_767
 TEXT_CHARACTERS = 3_000_000
 """Of all sheets of ours together."""

@@ -15,11 +15,6 @@ from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Record, Value
 
 MANY = 255
-Charge = Callable[[int], None]
-
-
-def free(steps: int) -> None:
-    """What a function that charges is given when it is called outside of a formula."""
 
 
 def arguments(count: int) -> str:
@@ -180,11 +175,10 @@ def weighed(value: Value) -> Value:
                 raise FormulaProblem("FORM110", table=v.name)
             elif kind is str:
                 leaves += len(v) // 100
+            if leaves + len(inner) > MOST_LEAVES:
+                reason = Phrase("lists have at most {most} places altogether", most=MOST_LEAVES)
+                raise FormulaProblem("FORM105", reason=reason)
         leaves += len(inner)
-        if leaves > MOST_LEAVES:
-            raise FormulaProblem(
-                "FORM105", reason=Phrase("lists have at most {most} places altogether", most=MOST_LEAVES)
-            )
         if not inner:
             return value
         level = inner

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from rrp_sheets.diagnostics.phrase import Phrase
+from rrp_sheets.formulas.charging import Charge, free, letters
 from rrp_sheets.formulas.compare import same
-from rrp_sheets.formulas.functions.define import Charge, bounded, define, flat, free, listing, number, whole
+from rrp_sheets.formulas.functions.define import bounded, define, flat, listing, number, whole
 from rrp_sheets.formulas.limits import LONGEST_LIST
 from rrp_sheets.formulas.problems import FormulaProblem, wrong_kind
 from rrp_sheets.model.values import Value
@@ -37,7 +38,7 @@ def sequence(count: Value, start: Value = 1, step: Value = 1) -> list[int | floa
     return [bounded(first + i * by) if i else first for i in range(whole(count))]
 
 
-def sorted_(values: Value) -> list[Value]:
+def sorted_(values: Value, *, charge: Charge = free) -> list[Value]:
     """A list in order: numbers by size, or texts by the alphabet.
 
     >>> sorted_([3, 1, 2])
@@ -45,6 +46,7 @@ def sorted_(values: Value) -> list[Value]:
     """
     members = listing(values)
     if all(isinstance(v, str) for v in members):
+        charge(letters(*members))
         return sorted(members, key=lambda v: (v.casefold(), v))
     return sorted(members, key=number)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 from rrp_sheets.diagnostics.phrase import Phrase
+from rrp_sheets.formulas.charging import Charge, free, searching
 from rrp_sheets.formulas.functions.define import (
     bounded,
     define,
@@ -127,7 +128,7 @@ def mid(value: Value, start: Value, count: Value) -> str:
     return text(value)[first : first + max(whole(count), 0)]
 
 
-def substitute(value: Value, old: Value, new: Value, which: Value = None) -> str:
+def substitute(value: Value, old: Value, new: Value, which: Value = None, *, charge: Charge = free) -> str:
     """A text with every `old` in it replaced by `new`, or only the first, second, … one.
 
     >>> substitute("red ball", "red", "blue"), substitute("a-b-c", "-", "+", 2)
@@ -136,6 +137,7 @@ def substitute(value: Value, old: Value, new: Value, which: Value = None) -> str
     given, before, after = text(value), text(old), shown(new)
     if not before:
         return given
+    charge(2 * searching(before, given))
     if given.count(before) * len(after) > LONGEST_TEXT:
         raise too_long()
     if which is None:
@@ -149,27 +151,28 @@ def substitute(value: Value, old: Value, new: Value, which: Value = None) -> str
     return before.join(parts[:n]) + after + before.join(parts[n:])
 
 
-def find(what: Value, value: Value, start: Value = 1) -> int:
+def find(what: Value, value: Value, start: Value = 1, *, charge: Charge = free) -> int:
     """Where a text stands in another, capitals considered; the first letter has number 1. Not there: an error.
 
     >>> find("ball", "red ball")
     5
     """
-    return _find(text(what), text(value), start, "FIND")
+    return _find(text(what), text(value), start, "FIND", charge)
 
 
-def search(what: Value, value: Value, start: Value = 1) -> int:
+def search(what: Value, value: Value, start: Value = 1, *, charge: Charge = free) -> int:
     """Where a text stands in another, without regard to capitals; the first letter has number 1. Not there: an error.
 
     >>> search("BALL", "red ball")
     5
     """
-    return _find(text(what).casefold(), text(value).casefold(), start, "SEARCH")
+    return _find(text(what).casefold(), text(value).casefold(), start, "SEARCH", charge)
 
 
-def _find(what: str, value: str, start: Value, name: str) -> int:
+def _find(what: str, value: str, start: Value, name: str, charge: Charge) -> int:
     if whole(start) < 1:
         raise FormulaProblem("FORM107", what="The first letter has the number 1")
+    charge(searching(what, value))
     at = value.find(what, whole(start) - 1)
     if at < 0:
         raise FormulaProblem(
@@ -197,12 +200,13 @@ def endswith(value: Value, what: Value) -> bool:
     return text(value).casefold().endswith(text(what).casefold())
 
 
-def proper(value: Value) -> str:
+def proper(value: Value, *, charge: Charge = free) -> str:
     """A text with a capital at the beginning of each word.
 
     >>> proper("red ball, kim's")
     "Red Ball, Kim's"
     """
+    charge(len(text(value)) // 5)  # each word is changed by itself
     return re.sub(r"[^\W\d_]+('[^\W\d_]+)?", lambda m: m[0][:1].upper() + m[0][1:].lower(), text(value))
 
 
@@ -233,7 +237,7 @@ def textjoin(between: Value, skip_blanks: Value, *values: Value) -> str:
     return text(between).join(parts)
 
 
-def textsplit(value: Value, between: Value = " ") -> list[Value]:
+def textsplit(value: Value, between: Value = " ", *, charge: Charge = free) -> list[Value]:
     """The parts of a text, which something stands between.
 
     >>> textsplit("red, blue", ", ")
@@ -241,6 +245,7 @@ def textsplit(value: Value, between: Value = " ") -> list[Value]:
     """
     if not text(between):
         raise FormulaProblem("FORM107", what="TEXTSPLIT needs to know what stands between the parts")
+    charge(searching(text(between), text(value)))
     return bounded(text(value).split(text(between)))  # type: ignore[no-any-return]
 
 

@@ -36,7 +36,7 @@ def is_named(sheet: str, named: set[str]) -> bool:
 
 
 def read_table(sheet: RawSheet, report: Report) -> tuple[tuple[str, ...], ...]:
-    """Header and rows to the first blank one, as texts; a blank cell is an empty text."""
+    """Header and rows to the first blank one, as texts; a blank cell is an empty text, a text too long is cut."""
     filled = {at: text for at, cell in sheet.cells.items() if (text := clean_prose(cell.text or cell.formula))}
     if not filled:
         report.add("SHEET020", Address(sheet.name), sheet=sheet.name)
@@ -55,11 +55,18 @@ def read_table(sheet: RawSheet, report: Report) -> tuple[tuple[str, ...], ...]:
         if row > top + limits.TABLE_ROWS:
             _too_large(sheet, report, Address(sheet.name, row, left), limits.TABLE_ROWS, "rows")
             break
-        rows.append(tuple(filled.get((row, column), "") for column in range(left, right + 1)))
+        rows.append(tuple(_text(sheet, (row, column), filled, report) for column in range(left, right + 1)))
         row += 1
     if len(rows) < 2:
         report.add("SHEET020", Address(sheet.name, top, left), sheet=sheet.name)
     return tuple(rows)
+
+
+def _text(sheet: RawSheet, at: tuple[int, int], filled: dict[tuple[int, int], str], report: Report) -> str:
+    text = filled.get(at, "")
+    if len(text) > limits.TABLE_TEXT:
+        report.add("SHEET016", Address(sheet.name, *at), count=f"{len(text):,}", limit=f"{limits.TABLE_TEXT:,}")
+    return text[: limits.TABLE_TEXT]
 
 
 def _check_header(
