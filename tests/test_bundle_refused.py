@@ -17,8 +17,10 @@ from bundles import SONG, files, relisted, remade, run, sound
 
 from rrp_sheets import api
 from rrp_sheets.devices import load_robot
+from rrp_sheets.devices.default_scene import default_scene
 from rrp_sheets.devices.own_robot import files_of, own_robot
 from rrp_sheets.errors import UnreadableFile
+from rrp_sheets.model.exchange import DeviceUse
 from rrp_sheets.runs.bundle.packing import pack
 from rrp_sheets.runs.bundle.unpacking import unpack
 
@@ -146,6 +148,50 @@ CATALOGUES: dict[str, Spoiled] = {
     "no table": ("robot.toml", "[robot]", "[robot", "no table"),
     "a table that is gone": ("robot.toml", "[camera.top]", "[lens.top]", "is missing"),
     "a gesture that is none": ("gestures.toml", "frames = ", "pictures = ", "do not fit together"),
+    # wider than the robot of that name
+    "a wide joint": ("robot.toml", "upper = 2.08567", "upper = 100", "joint HeadYaw has upper 100 rad"),
+    "a fast joint": ("robot.toml", "max_velocity = 8.26797", "max_velocity = 100", "joint HeadYaw has max_velocity 100 rad/s"),
+    "a joint that never moves on": ("robot.toml", "max_velocity = 8.26797", "max_velocity = 0", "joint HeadYaw has max_velocity 0"),
+    "a joint the wrong way round": ("robot.toml", "upper = 2.08567", "upper = -2.1", "joint HeadYaw has upper -2.1"),
+    "a joint of another chain": ("robot.toml", 'name = "HeadYaw"\nchain = "Head"', 'name = "HeadYaw"\nchain = "LArm"', "joint HeadYaw has another chain"),
+    "a head without its table": ("robot.toml", "upper = [0.330041, 0.200015", "upper = [0.330041, 0.5", "joint HeadPitch has upper"),
+    "a table that goes back": ("robot.toml", "yaw = [-2.086017, -1.526988", "yaw = [-1.526988, -2.086017", "does not rise"),
+    "a table that is too short": ("robot.toml", "yaw = [-2.086017, ", "yaw = [", "different lengths"),
+    "a quick setting": ("robot.toml", 'lower = 0.01, upper = 1, ', 'lower = 0.01, upper = 20, ', "the setting Speed of SetJointPosition is wider"),
+    "a setting without an end": ("robot.toml", 'lower = -3, upper = 3, help = "how far forward"', 'lower = -3, help = "x"', "the setting Forward of Walk is wider"),
+    "a wide default": ("robot.toml", 'default = 0.3, lower = 0.01', 'default = 5, lower = 0.01', "the setting Speed of SetJointPosition is wider"),
+    "parts that nobody claims": ("robot.toml", 'resources = ["legs"]', 'resources = ["eyes"]', "the device Walk is not what it is"),
+    "a sensor that claims to see": ("robot.toml", "knowledge = true", "knowledge = false", "the device OperatorButton is not what it is"),
+    "a device of its own": ("robot.toml", 'name = "Walk"', 'name = "Fly"', "the device Fly is not what it is"),
+    "a chain that claims another part": ("robot.toml", 'LArm = "left arm"', 'LArm = "right arm"', "its chains"),
+    "a group with another joint": ("robot.toml", 'Head = ["HeadYaw", "HeadPitch"]', 'Head = ["HeadYaw", "LHand"]', "its group head"),
+    "no rest": ("robot.toml", "[postures.Crouch]", "[postures.Croutch]", "the posture Crouch says nothing about"),
+    "a start beyond the limits": ("robot.toml", "[postures.StandInit]\nHeadYaw = 0.0", "[postures.StandInit]\nHeadYaw = 3.0", "the posture StandInit brings HeadYaw to 3"),
+    "a posture's unknown joint": ("robot.toml", "[postures.Sit]\nHeadYaw", "[postures.Sit]\nTail = 1.0\nHeadYaw", "a joint Tail that there is not"),
+    "postures in a circle": ("robot.toml", 'Crouch = "StandInit"', 'Crouch = "Sit"', "has no beginning"),
+    "a lean beyond lying": ("robot.toml", "LyingBack = -1.5", "LyingBack = -9", "leans farther"),
+    "a gesture that goes back in time": ("gestures.toml", "at = 1.3", "at = 0.2", "the times of the gesture Wave do not rise"),
+    "a gesture without end": ("gestures.toml", "at = 2.5", "at = 1e6", "the times of the gesture Wave"),
+    "no height": ("robot.toml", "height = 0.574", "height = 0", "no robot has"),
+    "a place far away": ("robot.toml", "xyz = [0.05871", "xyz = [5871", "no robot has"),
+    "a place without a side": ("robot.toml", "xyz = [0.05871, 0.0, ", "xyz = [0.05871, ", "no robot has"),
+    "a leg without length": ("robot.toml", "thigh = 0.1", "thigh = 0", "no robot has"),
+    # numbers of the shape
+    "a heavy head": ("nao.urdf", '<mass value="0.65937"/>', '<mass value="1e30"/>', "mass value 1e30"),
+    "a head without mass": ("nao.urdf", '<mass value="0.65937"/>', '<mass value="0"/>', "mass value 0"),
+    "an infinite inertia": ("nao.urdf", 'ixx="0.001454"', 'ixx="inf"', "inertia ixx inf"),
+    "a mass that is no number": ("nao.urdf", '<mass value="0.65937"/>', '<mass value="nan"/>', "mass value nan"),
+    "a mass in Python's spelling": ("nao.urdf", '<mass value="0.65937"/>', '<mass value="0_1"/>', "mass value 0_1"),
+    "no mass": ("nao.urdf", '<mass value="0.65937"/>', "<mass/>", "without value"),
+    "a part far away": ("nao.urdf", '<origin xyz="0.00109 0.00146', '<origin xyz="1e9 0.00146', "origin xyz 1e9"),
+    "a huge solid": ("nao.urdf", 'scale="0.114 0.118 0.112"', 'scale="1e9 1 1"', "mesh scale 1e9"),
+    "two masses": ("nao.urdf", '<mass value="0.65937"/>', '<mass value="0.6"/><mass value="0.7"/>', "twice"),
+    "a joint within a link": ("nao.urdf", '<link name="Head">', '<link name="Head"><joint name="x" type="fixed"/>', "not taken there"),
+    "a joint elsewhere": ("nao.urdf", '<child link="Head"/>', '<child link="torso"/>', "placed elsewhere"),
+    "two links of one name": ("nao.urdf", '<link name="Neck">', '<link name="Head">', "two parts of one name"),
+    "no shape": ("nao.urdf", "<geometry><sphere radius=\"0.05733\"/></geometry>", "<geometry/>", "without a shape"),
+    "a colour that is not there": ("nao.urdf", '<material name="dark"/></visual>', '<material name="gold"/></visual>', "without its colour"),
+    "a far corner": ("ell.obj", "\nv ", "\nv 1e9 1 1\nv ", "not taken"),
 }  # fmt: skip
 
 
@@ -167,6 +213,90 @@ def test_a_strangers_catalogue_is_refused(tmp_path: Path, name: str) -> None:
     with pytest.raises(UnreadableFile) as caught:
         own_robot(tmp_path, "nao")
     assert said in caught.value.message and caught.value.code == "FILE019"
+
+
+def test_a_strangers_joint_of_the_shape_keeps_its_limits(tmp_path: Path) -> None:
+    folder = catalogue(tmp_path)
+    text = (folder / "nao.urdf").read_text(encoding="utf-8")
+    joint = re.search(r'<joint name="HeadYaw".*?</joint>', text, re.DOTALL)
+    assert joint is not None
+    for name, value in (("upper", "6"), ("lower", "-6"), ("velocity", "40"), ("effort", "90")):
+        wide = re.sub(rf'{name}="[^"]*"', f'{name}="{value}"', joint[0])
+        (folder / "nao.urdf").write_text(text.replace(joint[0], wide), encoding="utf-8")
+        with pytest.raises(UnreadableFile, match=f"joint HeadYaw has {name} {value}"):
+            own_robot(tmp_path, "nao")
+        (folder / "nao.urdf").write_text(
+            text.replace(joint[0], re.sub(rf' {name}="[^"]*"', "", joint[0])), encoding="utf-8"
+        )
+        with pytest.raises(UnreadableFile, match=f"joint HeadYaw has no limit “{name}”"):
+            own_robot(tmp_path, "nao")
+
+
+def test_a_catalogue_may_narrow_limits_and_change_texts_and_motions(tmp_path: Path) -> None:
+    folder = catalogue(tmp_path)
+    for file, changes in {
+        "robot.toml": (("max_velocity = 8.26797", "max_velocity = 2"), ("upper = 2.08567", "upper = 1.5"),
+                       ("upper = 1, ", "upper = 0.5, "), ('help = "', 'help = "Mine: '), ("HeadPitch = -0.17", "HeadPitch = -0.1")),
+        "gestures.toml": (("at = 2.5", "at = 3.5"),),
+        "nao.urdf": (('<mass value="0.65937"/>', '<mass value="0.7"/>'), ('upper="2.18567"', 'upper="1.6"')),
+    }.items():  # fmt: skip
+        text = (folder / file).read_text(encoding="utf-8")
+        for old, new in changes:
+            assert old in text
+            text = text.replace(old, new, 1)
+        (folder / file).write_text(text, encoding="utf-8")
+    robot = own_robot(tmp_path, "nao")
+    assert robot is not None and (robot.joints["headyaw"].upper, robot.joints["headyaw"].max_velocity) == (1.5, 2)
+
+
+def test_a_robot_of_another_name_has_joints_that_a_robot_can_have(tmp_path: Path) -> None:
+    folder = catalogue(tmp_path)
+    folder.rename(folder.parent / "mine")
+    table = tmp_path / "robots" / "mine" / "robot.toml"
+    text = table.read_text(encoding="utf-8")
+    table.write_text(text.replace("upper = 2.08567", "upper = 3", 1), encoding="utf-8")
+    mine = own_robot(tmp_path, "mine")
+    assert mine is not None and mine.joints["headyaw"].upper == 3
+    table.write_text(text.replace("upper = 2.08567", "upper = 100", 1), encoding="utf-8")
+    with pytest.raises(UnreadableFile, match="joint HeadYaw has upper 100"):
+        own_robot(tmp_path, "mine")
+
+
+@pytest.mark.parametrize(
+    "text", ["<robot/>", '<robot name="nao"></robot>', '<robot name="nao"><link name="torso"/></robot>']
+)
+def test_an_empty_robot_is_an_error_of_check(tmp_path: Path, text: str) -> None:
+    folder = catalogue(tmp_path)
+    (folder / "nao.urdf").write_text(text, encoding="utf-8")
+    (tmp_path / "song.md").write_text(SONG, encoding="utf-8")
+    for language, said in (("en", "there is no robot in it"), ("ja", "ロボットが入っていません")):
+        result = run("check", tmp_path / "song.md", "--json", "--language", language)
+        (finding,) = json.loads(result.output)["findings"]
+        assert result.exit_code == 2 and finding["code"] == "FILE019" and said in finding["message"]
+
+
+def test_a_strangers_text_is_no_format_of_pythons(tmp_path: Path) -> None:
+    folder = catalogue(tmp_path)
+    table = (folder / "robot.toml").read_text(encoding="utf-8")
+    shows = (
+        "{colour.__class__.__mro__} ball",
+        "{colour:>99999999} ball",
+        "{none} ball",
+        "{0} ball",
+        "{",
+        " ",
+        "touch {zone.x}",
+        "touch {none}",
+        "say",
+    )
+    for shown in shows:
+        changed = table.replace('shows = ["{colour} ball"]', f'shows = ["{shown}"]')
+        assert changed != table
+        (folder / "robot.toml").write_text(changed, encoding="utf-8")
+        robot = own_robot(tmp_path, "nao")
+        assert robot is not None
+        actions = default_scene([DeviceUse("s", "Blob", "Blob", {"colour": "red"})], robot)
+        assert all(len(a.thing) < 60 and "class '" not in a.thing for a in actions), shown
 
 
 def test_a_catalogue_beside_a_workbook_is_used_or_refused(tmp_path: Path) -> None:

@@ -22,6 +22,7 @@ from rrp_sheets.model.values import Field, RecordType
 from rrp_sheets.resources import bundled
 
 CATALOGUE = "robot.toml"
+REST_POSTURE = "Crouch"  # where a run ends
 
 
 @dataclass(frozen=True)
@@ -127,9 +128,9 @@ def load_robot(name: str = "nao") -> Robot:
     return robot_in(folder, name)
 
 
-def robot_in(folder: Path, name: str) -> Robot:
-    """The robot whose catalogue is in that folder."""
-    data = tomllib.loads((folder / CATALOGUE).read_text(encoding="utf-8"))
+def robot_in(folder: Path, name: str, data: Mapping[str, Any] | None = None) -> Robot:
+    """The robot whose catalogue is in that folder; `data` is that catalogue when it was read already."""
+    data = data or tomllib.loads((folder / CATALOGUE).read_text(encoding="utf-8"))
     motions, talking = load_gestures(folder / "gestures.toml", [j["name"] for j in data["joints"]])
     return _assemble(name, folder, data, motions, talking)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
@@ -44,12 +45,12 @@ def default_scene(sensors: Sequence[SensorUse], robot: Robot) -> tuple[SceneActi
         found = robot.find(use.device)
         if found is not None:
             settings = found.type.with_defaults(use.settings)
-            doings += [(verb, what) for s in found.type.shows if (verb := s.split()[0]) in _DOERS
-                       for what in _said_in(s.removeprefix(verb).strip(), settings, robot)]  # fmt: skip
-            shown.update(
-                (s.format(**{k: str(v).casefold() for k, v in settings.items()}), None)
-                for s in found.type.shows if s.split()[0] not in _DOERS
-            )  # fmt: skip
+            for pattern in found.type.shows:
+                verb, _, rest = pattern.partition(" ")
+                if verb in _DOERS:
+                    doings += [(verb, what) for what in _said_in(rest.strip(), settings, robot)]
+                else:
+                    shown[_filled(pattern, {k: str(v).casefold() for k, v in settings.items()})] = None
     grow = float(robot.data["robot"].get("height", HEIGHT)) / HEIGHT
     actions: list[SceneAction] = []
     for number, ball in enumerate(s for s in shown if s.endswith(BALL)):
@@ -64,13 +65,22 @@ def default_scene(sensors: Sequence[SensorUse], robot: Robot) -> tuple[SceneActi
     return tuple(sorted(actions, key=lambda a: a.time_us))
 
 
+def _filled(pattern: str, settings: Mapping[str, str]) -> str:
+    """A text of the catalogue with settings at its places; it may be a stranger's, so no format of Python's is read.
+
+    >>> _filled("{colour} ball {colour.__class__} {other}", {"colour": "red"})
+    'red ball {colour.__class__} {other}'
+    """
+    return re.sub(r"\{(\w+)\}", lambda place: settings.get(place[1], place[0]), pattern)
+
+
 def _said_in(pattern: str, settings: Mapping[str, Value], robot: Robot) -> list[str]:
     """What somebody does for a sensor: a pattern such as `{zone}`, with its settings; a blank zone is the head."""
     name = pattern.removeprefix("{").removesuffix("}")
     given = settings.get(name)
     if isinstance(given, tuple):
         return [str(g) for g in given]
-    words = pattern.format(**{k: str(v or "Left" if k == "side" else v or "") for k, v in settings.items()})
+    words = _filled(pattern, {k: str(v or "Left" if k == "side" else v or "") for k, v in settings.items()})
     zones = {key(z): z for z in robot.touch_zones}
     return [zones.get(key(words), words or next(iter(robot.touch_zones), ""))]
 

@@ -8,18 +8,17 @@ another one that is not of plain name in that folder.
 from __future__ import annotations
 
 import math
-import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from defusedxml.common import DefusedXmlException
-from defusedxml.ElementTree import ParseError, iterparse
-
 from rrp_sheets.devices.catalogue import CATALOGUE, Robot, load_robot, robot_in, robot_names
+from rrp_sheets.devices.own_limits import judge_limits
+from rrp_sheets.devices.own_shape import PLAIN, Refused, Shape, judge_solids, read_shape
 from rrp_sheets.diagnostics.catalogue import CODES
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.errors import UnreadableFile
 
 FOLDER = "robots"
@@ -27,22 +26,9 @@ _MOST_FILES = 40
 _MOST_BYTES = 2_000_000  # of one file; ours have at most 40,000
 _MOST_TEXT = 2_000  # letters of one text in a table
 _LARGEST = 1e7  # of any number
-_DEEPEST, _MOST_ELEMENTS, _MOST_LINES = 12, 20_000, 100_000
+_DEEPEST = 12  # tables within tables
 _OPTIONAL = ("languages", "touch", "posture_leans", "posture_ways", "groups", "postures")
 _NAMED = ("groups", "postures", "posture_leans", "posture_ways", "languages")  # their keys are names of their own
-_PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}\.(?:urdf|obj|toml)")
-_ATTRIBUTE = re.compile(r"[\w.+ -]{0,200}", re.ASCII)
-_SHAPE = {
-    "robot", "link", "inertial", "origin", "mass", "inertia", "visual", "collision", "geometry", "box", "cylinder",
-    "sphere", "capsule", "mesh", "material", "color", "joint", "parent", "child", "axis", "limit", "dynamics",
-}  # fmt: skip
-_NUMBER = r"-?\d{1,12}(?:\.\d{1,12})?(?:e-?\d{1,2})?"
-_CORNER = r"\d{1,6}(?:/\d{0,6}){0,2}"
-_OBJ_LINE = re.compile(rf"(?:#.*|(?:v|vn)(?: {_NUMBER}){{3}}|vt(?: {_NUMBER}){{2,3}}|f(?: {_CORNER}){{3,4}}|)\r?")
-
-
-class _Refused(Exception):
-    """Why a catalogue is not used; the text goes on after the name of its folder."""
 
 
 def own_robot(folder: Path, name: str) -> Robot | None:
@@ -61,10 +47,10 @@ def own_robot(folder: Path, name: str) -> Robot | None:
     try:
         files = _files(place)
         return _judged(place, name, tuple((p.name, p.stat().st_mtime_ns, p.stat().st_size) for p in files))
-    except (_Refused, OSError) as problem:
-        why = problem.strerror or "it cannot be read" if isinstance(problem, OSError) else str(problem)
+    except (Refused, OSError) as problem:
+        why = problem.args[0] if isinstance(problem, Refused) else problem.strerror or "it cannot be read"
         entry = CODES["FILE019"]
-        message = entry.message.format(name=f"{FOLDER}/{name}", why=why)
+        message = Phrase(entry.message, name=f"{FOLDER}/{name}", why=why)
         raise UnreadableFile("FILE019", message, entry.remedy) from None
 
 
@@ -72,21 +58,21 @@ def files_of(robot: Robot) -> list[Path]:
     """The files of a robot that a run needs: its tables, its shape, and the solids which that is made of."""
     folder, shape = robot.folder, robot.folder / str(robot.data["robot"]["urdf"])
     tables = [p for p in folder.glob("*.toml") if p.is_file()]
-    return sorted([*tables, shape, *(folder / name for name in sorted(_meshes(shape)))])
+    return sorted([*tables, shape, *(folder / name for name in sorted(read_shape(shape).meshes))])
 
 
 def _files(place: Path) -> list[Path]:
     """What there is in the folder."""
     found = sorted(place.iterdir())[: _MOST_FILES + 1]
     if len(found) > _MOST_FILES:
-        raise _Refused(f"it has more than {_MOST_FILES} files")
+        raise Refused(Phrase("it has more than {most} files", most=_MOST_FILES))
     for path in found:
         if path.is_symlink() or not path.is_file():
             if path.is_dir() and not path.is_symlink():
                 continue  # examples, say: nothing reads them
-            raise _Refused(f"“{path.name}” is a link and no file")
+            raise Refused(Phrase("“{file}” is a link and no file", file=path.name))
         if path.stat().st_size > _MOST_BYTES:
-            raise _Refused(f"“{path.name}” is larger than {_MOST_BYTES // 1_000_000} MB")
+            raise Refused(Phrase("“{file}” is larger than {most} MB", file=path.name, most=_MOST_BYTES // 1_000_000))
     return [p for p in found if p.is_file()]
 
 
@@ -94,43 +80,54 @@ def _files(place: Path) -> list[Path]:
 def _judged(place: Path, name: str, stamp: tuple[tuple[str, int, int], ...]) -> Robot:
     """The robot, after everything in its folder was looked at."""
     model = load_robot(name if name in robot_names() else "nao")
-    for path in sorted(place.glob("*.toml")):
-        _judge_values(_table(path), path.name)
-    data = _table(place / CATALOGUE)
+    tables = {path.name: _table(path) for path in sorted(place.glob("*.toml"))}
+    for file, table in tables.items():
+        _judge_values(table, file)
+    data = tables[CATALOGUE]
     _judge_likeness(data, model.data, "")
     if [j.get("name") for j in data["joints"]] != [j.name for j in model.joints.values()]:
-        raise _Refused("its joints are other ones than those that can be simulated here")
+        raise Refused(Phrase("its joints are other ones than those that can be simulated here"))
     shape = str(data["robot"]["urdf"])
-    if not _PLAIN.fullmatch(shape) or not (place / shape).is_file():
-        raise _Refused(f"“{shape[:80]}” is no file of its folder")
-    for mesh in sorted(_meshes(place / shape)):
-        _judge_solid(place / mesh)
+    if not PLAIN.fullmatch(shape) or not (place / shape).is_file():
+        raise Refused(Phrase("“{file}” is no file of its folder", file=shape[:80]))
+    body = read_shape(place / shape)
+    judge_solids(place, body.meshes)
     try:
-        return robot_in(place, name)
+        robot = robot_in(place, name, data)
+        judge_limits(robot, body, model, _shape_of(model.name))
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as problem:
-        raise _Refused(f"its tables do not fit together ({type(problem).__name__}: {problem})"[:200]) from None
+        told = f"{type(problem).__name__}: {problem}"[:160]
+        raise Refused(Phrase("its tables do not fit together ({problem})", problem=told)) from None
+    return robot
+
+
+@lru_cache(maxsize=4)
+def _shape_of(name: str) -> Shape:
+    """The shape of a robot of the program."""
+    model = load_robot(name)
+    return read_shape(model.folder / str(model.data["robot"]["urdf"]))
 
 
 def _table(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError, ValueError) as problem:
-        raise _Refused(f"“{path.name}” is no table ({str(problem)[:100]})") from None
+        raise Refused(Phrase("“{file}” is no table ({problem})", file=path.name, problem=str(problem)[:100])) from None
 
 
 def _judge_values(value: Any, where: str, depth: int = 0) -> None:
     """Texts and numbers of sensible size, and nothing else."""
     if depth > _DEEPEST:
-        raise _Refused(f"“{where}” is nested too deeply")
+        raise Refused(Phrase("“{file}” is nested too deeply", file=where))
     match value:
         case bool():
             return
         case int() | float():
             if not math.isfinite(value) or abs(value) > _LARGEST:
-                raise _Refused(f"“{where}” has a number that no robot has")
+                raise Refused(Phrase("“{file}” has a number that no robot has", file=where))
         case str():
             if len(value) > _MOST_TEXT or any(not c.isprintable() and c not in "\n\t" for c in value):
-                raise _Refused(f"“{where}” has a text that cannot be shown")
+                raise Refused(Phrase("“{file}” has a text that cannot be shown", file=where))
         case list():
             for entry in value:
                 _judge_values(entry, where, depth + 1)
@@ -139,13 +136,13 @@ def _judge_values(value: Any, where: str, depth: int = 0) -> None:
                 _judge_values(k, where, depth + 1)
                 _judge_values(entry, where, depth + 1)
         case _:
-            raise _Refused(f"“{where}” has a date, which no robot has")
+            raise Refused(Phrase("“{file}” has a date, which no robot has", file=where))
 
 
 def _judge_likeness(found: Any, model: Any, where: str) -> None:
     """Whether a table has the tables, and values of the kinds, that the one of the program has."""
     if _kind(found) is not _kind(model):
-        raise _Refused(f"“{where or CATALOGUE}” is not what it is in the program's own catalogue")
+        raise Refused(Phrase("“{file}” is not what it is in the program's own catalogue", file=where or CATALOGUE))
     if isinstance(model, Mapping):
         named = where in _NAMED
         for k, part in model.items():
@@ -153,57 +150,14 @@ def _judge_likeness(found: Any, model: Any, where: str) -> None:
             if k in found:
                 _judge_likeness(found[k], part, at)
             elif not named and not (not where and k in _OPTIONAL):
-                raise _Refused(f"“{at}” is missing; it was perhaps made for another version of the program")
+                raise Refused(
+                    Phrase("“{file}” is missing; it was perhaps made for another version of the program", file=at)
+                )
     elif isinstance(model, Sequence) and not isinstance(model, str):
         kinds = {_kind(part) for part in model}
         if len(kinds) == 1 and {_kind(part) for part in found} - kinds:
-            raise _Refused(f"“{where}” is not what it is in the program's own catalogue")
+            raise Refused(Phrase("“{file}” is not what it is in the program's own catalogue", file=where))
 
 
 def _kind(value: Any) -> type:
     return float if isinstance(value, (int, float)) and not isinstance(value, bool) else type(value)
-
-
-def _meshes(shape: Path) -> set[str]:
-    """The files of solids that a robot's shape names; refuses a shape that is made of anything but plain parts."""
-    meshes: set[str] = set()
-    depth = count = 0
-    try:
-        for event, element in iterparse(shape, ("start", "end"), forbid_dtd=True):
-            depth += 1 if event == "start" else -1
-            count += event == "start"
-            if depth > _DEEPEST or count > _MOST_ELEMENTS:
-                raise _Refused(f"“{shape.name}” is too large")
-            if event != "start":
-                continue
-            if element.tag not in _SHAPE:
-                raise _Refused(f"“{shape.name}” has a part “{str(element.tag)[:40]}”, which is not taken")
-            for name, value in element.attrib.items():
-                if name == "filename" and element.tag == "mesh":
-                    if not _PLAIN.fullmatch(value) or not value.endswith(".obj"):
-                        raise _Refused(f"“{shape.name}” names the file “{value[:80]}”, which is not in its folder")
-                    meshes.add(value)
-                elif name == "filename" or not _ATTRIBUTE.fullmatch(value):
-                    raise _Refused(f"“{shape.name}” has a value that is not taken: {value[:40]!r}")
-    except (ParseError, DefusedXmlException, UnicodeDecodeError, LookupError, ValueError) as problem:
-        raise _Refused(f"“{shape.name}” cannot be read ({type(problem).__name__})") from None
-    return meshes
-
-
-def _judge_solid(path: Path) -> None:
-    """Corners and faces with numbers, and no word about other files."""
-    try:
-        lines = path.read_text(encoding="ascii").split("\n")
-    except (OSError, UnicodeDecodeError):
-        raise _Refused(f"“{path.name}” is missing, or no text") from None
-    if len(lines) > _MOST_LINES:
-        raise _Refused(f"“{path.name}” is too large")
-    corners = sum(line.startswith("v ") for line in lines)
-    normals = sum(line.startswith("vn ") for line in lines)
-    for line in lines:
-        if not _OBJ_LINE.fullmatch(line):
-            raise _Refused(f"“{path.name}” has a line that is not taken: {line[:40]!r}")
-        for word in line.split()[1:] if line.startswith("f") else ():
-            corner, *rest = word.split("/")
-            if not 1 <= int(corner) <= corners or any(r and not 1 <= int(r) <= max(normals, corners) for r in rest):
-                raise _Refused(f"“{path.name}” has a face with a corner that there is not")

@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from rrp_sheets.devices.catalogue import REST_POSTURE
 from rrp_sheets.model.exchange import Command, Happening
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Value
@@ -40,7 +41,6 @@ STEPS_A_SECOND = 240
 SOLVER_ROUNDS = 30  # of 50 usual: joints stay within 0.003 rad, a fifth faster
 SETTLING = 120  # steps before time 0, in which the feet come to stand on the floor
 PICTURE = (320, 240)  # pixels of the head camera
-REST_POSTURE = "Crouch"
 HOLD_US = 1_000_000  # after Stop the robot first holds still
 REST_WITHIN_US = 4_000_000  # and is then given so long to reach its rest
 REPEAT_US = 5_000_000  # the same complaint of the same stream is told again only after so long
