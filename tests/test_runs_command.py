@@ -11,6 +11,7 @@ import subprocess
 import sys
 import zipfile
 from contextlib import suppress
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,7 @@ from rrp_sheets.resources import bundled
 from rrp_sheets.runs.faces import kept
 from rrp_sheets.runs.records.deleting import delete, plan
 from rrp_sheets.runs.records.facts import facts_of
+from rrp_sheets.runs.records.traces_left import places_of
 from rrp_sheets.runtime import holding
 from rrp_sheets.runtime.holding import held, hold
 from rrp_sheets.sim.face_memory import FaceMemory, write_memory
@@ -256,9 +258,14 @@ def test_where_the_code_stands_elsewhere_is_told(folder: Path) -> None:
     stamped = png_with((folder / "plain.png").read_bytes(), {"Title": "x.xlsx, P07"})
     (folder / "plain.png").write_bytes((folder / "plain.png").read_bytes() + b" P07 ")  # by chance
     (folder / "contact.png").write_bytes(stamped)
-    packed_text = b"5 0 obj\n<</Filter/FlateDecode/Length 5>>\nstream\n P07 \nendstream\n"
-    (folder / "chance.pdf").write_bytes(b"%PDF-1.7\n" + packed_text + b"<</Title(Kai)>>")
-    (folder / "plots.pdf").write_bytes(b"%PDF-1.7\n" + packed_text + b"<</Subject(Participant: P07)>>")
+    (folder / "plots.pdf").write_bytes(b"%PDF-1.7\n" + b"/Filter stream\n" * 2_000 + b"<</Subject(Participant: P07)>>")
+    os.utime(folder / "plots.pdf", (1.7e9, 1.7e9))
+    (folder / "film.gif").write_bytes(b"GIF89a P07;")
+    with zipfile.ZipFile(folder / "letters.docx", "w", zipfile.ZIP_DEFLATED) as packed:  # packed texts of other programs
+        packed.writestr("word/document.xml", "<w:t>Dear P07</w:t>" * 9)
+    with zipfile.ZipFile(folder / "papers.zip", "w") as packed:
+        packed.writestr("protocol.pdf", b"%PDF P07")
+        packed.writestr("runs/1/film.gif", b"GIF89a P07;")
     (folder / "damaged.zip").write_bytes(b"PK\x03\x04 no zip")
     with zipfile.ZipFile(folder / "scratched.zip", "w", zipfile.ZIP_DEFLATED) as packed:
         packed.writestr("a.txt", "nothing " * 99)
@@ -276,17 +283,35 @@ def test_where_the_code_stands_elsewhere_is_told(folder: Path) -> None:
     (folder / ".venv" / "pyvenv.cfg").touch()
     write_run(folder, "8-x", HEADER | {"participant": "P07"}, EVENT, END)
     write_run(folder, "9-x", HEADER, {"t": 1.0, "happening": "mark", "text": "like P07", "by": "Aya"}, END)
-    found = [place for place in plan(folder, "P07").elsewhere if "-wal" not in place]
+    write_run(folder, "7-x", HEADER, EVENT, END)
+    (folder / "runs" / "7-x" / "film.gif").write_bytes(b"GIF89a")  # goes with its run
+    planned = plan(folder, "P07")
+    found = [place for place in planned.elsewhere if "-wal" not in place]
     assert sorted(found) == [
         ".rrp-sheets/journal.sqlite (the version “another” of x.xlsx)",
         ".rrp-sheets/journal.sqlite (the version “with P07” of x.xlsx)",
         "P07 consent.pdf (its name)", "bundle.zip", "contact.png",
-        "damaged.zip (it could not be looked into: it is damaged, too large, or has a password)",
-        "plots.pdf", "runs/9-x/trace.jsonl",
-        "scratched.zip (it could not be looked into: it is damaged, too large, or has a password)",
-        "table.csv", "texts.xlsx",
+        "letters.docx", "runs/9-x/trace.jsonl", "table.csv", "texts.xlsx",
+    ]  # fmt: skip
+    today = f"{date.today().day} {date.today():%B %Y}"
+    assert sorted(map(str, planned.unsearched)) == [
+        f"P07 consent.pdf ({today})", f"damaged.zip ({today})", f"film.gif ({today})",
+        f"papers.zip: protocol.pdf ({today})", "plots.pdf (14 November 2023)", f"scratched.zip: a.txt ({today})",
     ]  # fmt: skip
     journal.close()
+
+
+def test_when_the_time_is_over_the_rest_is_named_as_not_searched(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in "abc":
+        (folder / f"{name}.txt").write_text("with P-07")
+    (folder / "P-07.txt").write_text("")
+    monkeypatch.setattr("rrp_sheets.runs.records.traces_left._MOST_SECONDS", -1.0)
+    left = places_of(CODE, folder, frozenset({(folder / "runs").resolve()}))
+    monkeypatch.undo()
+    assert left.found == ["P-07.txt (its name)"] and left.whole
+    assert {"a.txt", "b.txt", "c.txt"} <= {u.name for u in left.unsearched}
+    planned = plan(folder, CODE)
+    assert not planned.unsearched and planned.as_dict()["looked_through_everything"]
 
 
 # ---- folders below ----

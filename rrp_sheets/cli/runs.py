@@ -173,8 +173,11 @@ def _words(planned: Deletion, below: bool) -> list[str]:
             stays.append("  All of them go with --below.")
     if planned.elsewhere:
         stays.append(f"“{planned.participant}” also stands in, which stays as it is: {_listed(planned.elsewhere)}")
+    if planned.unsearched:
+        stays.append(f"These files were not searched for “{planned.participant}”. Open them and look yourself:")
+        stays += [f"  {unsearched}" for unsearched in planned.unsearched]
     if not planned.whole:
-        stays.append("The folder is too large to look for the code everywhere in it.")
+        stays.append("The folder has too many files to search all of them. Search the folders below one by one.")
     return [*said, *stays]
 
 

@@ -1,6 +1,6 @@
 """What a picture says of itself to programs: in an SVG's metadata, a PNG's texts, a GIF's XMP; a PDF has a description.
 
-All of it is plain text in the file, so that whoever looks for a participant's code finds it.
+All of it is plain text in the file, for programs that look for it.
 """
 
 from __future__ import annotations
@@ -60,9 +60,3 @@ def gif_with(gif: bytes, about: Mapping[str, str]) -> bytes:
         "</rdf:Description></rdf:RDF></x:xmpmeta>"
     )
     return gif[: -len(_END)] + _XMP + xmp.encode("utf-8", "replace") + _TRAILER + _END
-
-
-def gif_words(gif: bytes) -> bytes:
-    """What the end of a GIF says of itself; its pictures' bytes may hold any short code by chance."""
-    begin = gif.rfind(_XMP)
-    return gif[begin + len(_XMP) : -len(_TRAILER)] if begin >= 0 else b""

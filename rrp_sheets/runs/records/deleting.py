@@ -21,7 +21,7 @@ from rrp_sheets.runs.records.below import folders_below
 from rrp_sheets.runs.records.facts import TRACE, Facts, facts_of
 from rrp_sheets.runs.records.listing import as_dict, chosen, runs_in, runs_place
 from rrp_sheets.runs.records.remembered import FaceFate, fates
-from rrp_sheets.runs.records.traces_left import places_of
+from rrp_sheets.runs.records.traces_left import Unsearched, places_of
 from rrp_sheets.runtime.holding import is_held
 
 
@@ -37,7 +37,9 @@ class Deletion:
         faces: what becomes of the kept faces; when they cannot be read, `unread` says why.
         like: codes that are spelled nearly the same; they stay.
         unknown: runs whose record does not say whose they are.
-        elsewhere: where the code still stands; `whole`: whether everything was looked through.
+        elsewhere: where the code still stands.
+        unsearched: files that nobody looked into: packed formats, and what the time did not suffice for.
+        whole: whether all files are among these.
         within: the name of this folder as seen from the one that was asked for; blank for that one.
         below: what there is of the code in folders below, which goes only when it is asked for.
     """
@@ -55,6 +57,7 @@ class Deletion:
     unknown: tuple[str, ...]
     elsewhere: tuple[str, ...]
     whole: bool
+    unsearched: tuple[Unsearched, ...] = ()
     within: str = ""
     below: tuple[Deletion, ...] = ()
 
@@ -71,7 +74,8 @@ class Deletion:
             "faces_kept": [{"name": f.name, "why": f.why} for f in self.faces if not f.goes],
             "faces_unreadable": self.unread or None, "similar_codes": list(self.like),
             "unreadable_runs": list(self.unknown), "code_still_in": list(self.elsewhere),
-            "looked_through_everything": self.whole,
+            "not_searched": [{"file": u.name, "date": u.day and u.day.isoformat()} for u in self.unsearched],
+            "looked_through_everything": self.whole and not self.unsearched,
             **({"folder": self.within} if self.within else {"below": [d.as_dict() for d in self.below]}),
         }  # fmt: skip
 
@@ -113,9 +117,12 @@ def _plan(folder: Path, participant: str, names: Sequence[str], going: Collectio
     if not participant:
         return planned
     doomed = [_place(d, f) for d in (planned, *below) for f in d.runs]
-    found, whole = places_of(participant, root, frozenset(p.resolve() for p in doomed))
+    left = places_of(participant, root, frozenset(p.resolve() for p in doomed))
     told = {f"{d.within}/runs/faces.json".lstrip("/") for d in (planned, *below) if d.faces}  # face by face
-    return replace(planned, below=below, elsewhere=tuple(p for p in found if p not in told), whole=whole and seen)
+    elsewhere = tuple(place for place in left.found if place not in told)
+    return replace(
+        planned, below=below, elsewhere=elsewhere, unsearched=tuple(left.unsearched), whole=left.whole and seen
+    )
 
 
 def delete(planned: Deletion, going: Collection[str] = (), below: Collection[str] = ()) -> tuple[str, ...]:

@@ -1,4 +1,8 @@
-"""Where a participant's code still stands in a folder: in names of files, texts, workbooks, and kept versions."""
+"""Where a participant's code still stands in a folder: in names of files, texts, workbooks, and kept versions.
+
+Packed formats (PDF, GIF, …) are not searched: a code would be found in their bytes by chance or not at all, and a file
+made for it could take minutes. They are named with their dates, so that a person can look.
+"""
 
 from __future__ import annotations
 
@@ -12,11 +16,13 @@ import time
 import zipfile
 from collections.abc import Iterator
 from contextlib import closing
+from dataclasses import dataclass, field
+from datetime import date
 from pathlib import Path
 from typing import BinaryIO
 
-from rrp_sheets.render.stamped import gif_words
 from rrp_sheets.runs.records.below import is_software
+from rrp_sheets.runs.records.facts import RUNS
 from rrp_sheets.workbook.package import BROKEN_ZIP
 
 _CHUNK = 1 << 20  # bytes that are read at once
@@ -24,15 +30,11 @@ _MOST_FILES = 50_000
 _MOST_SECONDS = 20.0
 _MOST_MEMBER = 200_000_000  # bytes of a file in a zip
 _PICTURES = (".jpg", ".jpeg", ".wav", "camera.zip")  # their bytes hold no text of ours but what was drawn
-_PNG, _GIF = ".png", ".gif"  # an export of ours has texts beside the picture
-_STAMPED = (_PNG, _GIF)
-_PDF = ".pdf"
-_PACKED = re.compile(rb"/Filter\b[^\r\n]{0,400}?[\r\n]*stream\r?\n.*?endstream", re.DOTALL)  # of a PDF: by chance, too
-_PACKED_END = b"endstream"
-_STAMP = 1 << 16  # bytes at the end of a GIF, in which its stamp is
+_PNG = ".png"  # an export of ours has texts beside the picture
+_PACKED = (".pdf", ".gif", ".gz", ".tgz", ".bz2", ".xz", ".7z", ".rar", ".mp4", ".mov", ".avi", ".webm", ".webp",
+           ".heic", ".doc", ".xls", ".ppt")  # fmt: skip
 _SIGNATURE, _TEXTS = b"\x89PNG\r\n\x1a\n", (b"tEXt", b"iTXt")
-_ZIPS = (".xlsx", ".zip", ".xlsm")
-_UNREAD = " (it could not be looked into: it is damaged, too large, or has a password)"
+_ZIP = b"PK\x03\x04"
 _JOURNAL = "journal.sqlite"
 _TAG, _FORMULA = re.compile(rb"<[^<>]*>"), re.compile(rb"<f[ >][^<]*</f>")
 _NAME = re.compile(rb' (?:name|title|author|displayName)="([^"<>]*)"')
@@ -53,26 +55,64 @@ class Code:
         return self._pattern.search(data) is not None
 
 
-def places_of(code: str, folder: Path, without: frozenset[Path] = frozenset()) -> tuple[list[str], bool]:
-    """The places in a folder where a code stands, in words, and whether everything was looked at.
+@dataclass(frozen=True)
+class Unsearched:
+    """A file that nobody looked into.
+
+    Attributes:
+        name: as seen from the folder; of a file in a zip, behind the zip's name.
+        day: when it was changed last, None when unknown.
+    """
+
+    name: str
+    day: date | None
+
+    def __str__(self) -> str:
+        return f"{self.name} ({self.day.day} {self.day:%B %Y})" if self.day else self.name
+
+
+@dataclass
+class TracesLeft:
+    """Where a code stands.
+
+    Attributes:
+        found: the places, in words.
+        unsearched: packed, damaged and locked files, and those that the time did not suffice for.
+        whole: False when there are more files than are named.
+    """
+
+    found: list[str] = field(default_factory=list)
+    unsearched: list[Unsearched] = field(default_factory=list)
+    whole: bool = True
+
+
+def places_of(code: str, folder: Path, without: frozenset[Path] = frozenset()) -> TracesLeft:
+    """The places in a folder where a code stands, and what was not looked into.
 
     Args:
         code: the participant's.
         folder: to look through; no link is followed.
         without: folders that are left out. So is installed software: it would take all the time, and holds any code.
     """
-    wanted = Code(code)
-    deadline = time.monotonic() + _MOST_SECONDS
-    found: list[str] = []
+    left = TracesLeft()
+    search = _Search(Code(code), time.monotonic() + _MOST_SECONDS)
     for number, path in enumerate(_files(folder, without)):
-        if number >= _MOST_FILES or time.monotonic() > deadline:
-            return found, False
+        if number >= _MOST_FILES:
+            left.whole = False
+            break
         shown = path.relative_to(folder).as_posix()
+        search.skipped.clear()
         try:
-            found += [f"{shown}{where}" for where in _within(wanted, path)]
-        except OSError as error:
-            found.append(f"{shown} could not be looked into ({error.strerror})")
-    return found, True
+            places = list(search.within(path, shown))
+        except (OSError, _OutOfTime):
+            places = [" (its name)"] if search.in_name(path) else []
+            search.skipped.append("")
+        left.found += [f"{shown}{where}" for where in places]
+        if "" in places:
+            continue  # it is to be opened anyway
+        day = _day_of(path)
+        left.unsearched += [Unsearched(f"{shown}{inner}", day) for inner in search.skipped]
+    return left
 
 
 def _files(folder: Path, without: frozenset[Path]) -> Iterator[Path]:
@@ -81,74 +121,127 @@ def _files(folder: Path, without: frozenset[Path]) -> Iterator[Path]:
         yield from (path for name in sorted(names) if not (path := Path(root, name)).is_symlink())
 
 
-def _within(code: Code, path: Path) -> Iterator[str]:
-    if code.stands_in(os.fsencode(path.name)):
-        yield " (its name)"
-    suffix = path.suffix.casefold()
-    if path.name.casefold().endswith(_PICTURES) or not path.is_file():
-        return
-    if suffix in _STAMPED:
-        with path.open("rb") as file:
-            if code.stands_in(_texts_of(file) if suffix == _PNG else _end_of(file)):
-                yield ""
-    elif suffix == _PDF and path.stat().st_size <= _MOST_MEMBER:
-        if code.stands_in(_unpacked(path.read_bytes())):
-            yield ""
-    elif suffix in _ZIPS:
-        if (told := _zip_says(code, path)) is not None:
-            yield told
-    elif path.name == _JOURNAL:
-        yield from _journal(code, path)
-    elif _file_has(code, path):
-        yield ""
-
-
-def _file_has(code: Code, path: Path) -> bool:
-    before = b""
-    with path.open("rb") as file:
-        while chunk := file.read(_CHUNK):
-            if code.stands_in(before + chunk):
-                return True
-            before = (before + chunk)[-(code.longest + 1) :]
-    return False
-
-
-def _zip_says(code: Code, file: Path | io.BytesIO, depth: int = 2) -> str | None:
-    """What is told of a zip: blank when the code stands in it, None when it does not, else why nobody knows."""
-    told = None
+def _day_of(path: Path) -> date | None:
     try:
-        with zipfile.ZipFile(file) as packed:
-            for about in packed.infolist():
-                one = _member_says(code, packed, about, depth)
-                if one == "":
-                    return ""
-                told = told or one
-    except BROKEN_ZIP:
-        return _UNREAD
-    return told
-
-
-def _member_says(code: Code, packed: zipfile.ZipFile, about: zipfile.ZipInfo, depth: int) -> str | None:
-    name = about.filename.casefold()
-    if code.stands_in(about.filename.encode("utf-8", "replace")):
-        return ""
-    if name.endswith(_PICTURES):
+        return date.fromtimestamp(path.stat().st_mtime)
+    except (OSError, OverflowError, ValueError):
         return None
-    if about.file_size > _MOST_MEMBER:
-        return _UNREAD
-    try:
-        data = packed.read(about)
-    except BROKEN_ZIP:
-        return _UNREAD
-    if name.endswith(_STAMPED):
-        data = (_texts_of if name.endswith(_PNG) else _end_of)(io.BytesIO(data))
-    elif name.endswith(_PDF):
-        data = _unpacked(data)
-    elif name.endswith((".xml", ".rels")):
-        data = _words(data)
-    if code.stands_in(data):
-        return ""
-    return _zip_says(code, io.BytesIO(data), depth - 1) if depth > 1 and name.endswith(_ZIPS) else None
+
+
+class _OutOfTime(Exception):
+    """The time for the whole search is over."""
+
+
+class _Search:
+    """Looks for a code until a time.
+
+    Attributes:
+        skipped: what of the file was not looked into: blank for all of it, else the name of a file in it.
+    """
+
+    def __init__(self, code: Code, deadline: float) -> None:
+        self._code, self._deadline = code, deadline
+        self.skipped: list[str] = []
+
+    def in_name(self, path: Path) -> bool:
+        """Whether the code stands in a file's name."""
+        return self._code.stands_in(os.fsencode(path.name))
+
+    def within(self, path: Path, shown: str) -> Iterator[str]:
+        """Where in a file the code stands: blank for somewhere; raises _OutOfTime."""
+        if self.in_name(path):
+            yield " (its name)"
+        name = path.name.casefold()
+        if name.endswith(_PICTURES) or not path.is_file():
+            return
+        if name.endswith(_PACKED):
+            if not _is_film(shown):
+                self.skipped.append("")
+            return
+        self._require_time()
+        with path.open("rb") as file:
+            if name.endswith(_PNG):
+                found = self._code.stands_in(_texts_of(file))
+            elif file.read(len(_ZIP)) == _ZIP or name.endswith((".zip", ".xlsx", ".xlsm")):
+                found = self._in_zip(file, "")
+            elif path.name == _JOURNAL:
+                yield from self._in_journal(path)
+                return
+            else:
+                file.seek(0)
+                found = self._in_bytes(file)
+        if found:
+            yield ""
+
+    def _require_time(self) -> None:
+        if time.monotonic() > self._deadline:
+            raise _OutOfTime
+
+    def _in_bytes(self, file: BinaryIO) -> bool:
+        before = b""
+        while chunk := file.read(_CHUNK):
+            self._require_time()
+            if self._code.stands_in(before + chunk):
+                return True
+            before = (before + chunk)[-(self._code.longest + 1) :]
+        return False
+
+    def _in_zip(self, file: BinaryIO, within: str, depth: int = 2) -> bool:
+        """Whether the code stands in a zip; what of it cannot be looked into is skipped."""
+        try:
+            with zipfile.ZipFile(file) as packed:
+                return any(self._in_member(packed, about, within, depth) for about in packed.infolist())
+        except BROKEN_ZIP:
+            self.skipped.append(within)
+            return False
+
+    def _in_member(self, packed: zipfile.ZipFile, about: zipfile.ZipInfo, within: str, depth: int) -> bool:
+        self._require_time()
+        name, shown = about.filename.casefold(), f"{within}: {about.filename[:200]}"
+        if self._code.stands_in(about.filename.encode("utf-8", "replace")):
+            return True
+        if name.endswith(_PICTURES) or about.is_dir():
+            return False
+        if name.endswith(_PACKED) or about.file_size > _MOST_MEMBER:
+            if not _is_film(about.filename):
+                self.skipped.append(shown)
+            return False
+        try:
+            data = packed.read(about)
+        except BROKEN_ZIP:
+            self.skipped.append(shown)
+            return False
+        if data.startswith(_ZIP) and depth > 1:
+            return self._in_zip(io.BytesIO(data), shown, depth - 1)
+        if name.endswith(_PNG):
+            data = _texts_of(io.BytesIO(data))
+        elif name.endswith((".xml", ".rels")):
+            data = _words(data)
+        return self._code.stands_in(data)
+
+    def _in_journal(self, path: Path) -> Iterator[str]:
+        """The edits and kept versions of workbooks; the versions are workbooks themselves."""
+        try:
+            with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as database:
+                for book, edits in database.execute("select book, edits from edits"):
+                    if self._code.stands_in(str(edits).encode()):
+                        yield f" (an edit of {book})"
+                        break
+                for book, name, content in database.execute("select book, name, content from versions"):
+                    self._require_time()
+                    kept = content if isinstance(content, bytes) else b""
+                    packed = kept.startswith(_ZIP) and self._in_zip(io.BytesIO(kept), f": {book}, version “{name}”")
+                    if packed or self._code.stands_in(str(name).encode()) or self._code.stands_in(kept):
+                        yield f" (the version “{name}” of {book})"
+        except sqlite3.Error:
+            with path.open("rb") as file:
+                if self._in_bytes(file):
+                    yield ""
+
+
+def _is_film(name: str) -> bool:
+    """Whether a file is a film in a run's folder: its record says whose it is, and it goes with that run."""
+    return f"/{RUNS}/" in f"/{name}" and name.casefold().endswith(".gif")
 
 
 def _texts_of(picture: BinaryIO) -> bytes:
@@ -164,19 +257,6 @@ def _texts_of(picture: BinaryIO) -> bytes:
     return b" ".join(found)
 
 
-def _end_of(film: BinaryIO) -> bytes:
-    """The texts at the end of a GIF."""
-    size = film.seek(0, os.SEEK_END)
-    film.seek(max(0, size - _STAMP))
-    return gif_words(film.read())
-
-
-def _unpacked(pdf: bytes) -> bytes:
-    """A PDF without its packed bytes; behind the last that end there are none, and looking for their end takes long."""
-    whole, last, rest = pdf.rpartition(_PACKED_END)
-    return _PACKED.sub(b" ", whole + last) + rest
-
-
 def _words(xml: bytes) -> bytes:
     """What people wrote in a part of a workbook: P11 is a cell's name too, and stands in tags and formulas.
 
@@ -185,24 +265,3 @@ def _words(xml: bytes) -> bytes:
     """
     text = _TAG.sub(b" ", _FORMULA.sub(b" ", xml))
     return b" ".join([text, *_NAME.findall(xml)])
-
-
-def _journal(code: Code, path: Path) -> Iterator[str]:
-    """The edits and kept versions of workbooks; the versions are workbooks themselves."""
-    try:
-        with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as database:
-            for book, edits in database.execute("select book, edits from edits"):
-                if code.stands_in(str(edits).encode()):
-                    yield f" (an edit of {book})"
-                    break
-            for book, name, content in database.execute("select book, name, content from versions"):
-                kept = content if isinstance(content, bytes) else b""
-                if (
-                    code.stands_in(str(name).encode())
-                    or code.stands_in(kept)
-                    or _zip_says(code, io.BytesIO(kept)) == ""
-                ):
-                    yield f" (the version “{name}” of {book})"
-    except sqlite3.Error:
-        if _file_has(code, path):
-            yield ""

@@ -171,6 +171,11 @@ def _day(began: str) -> date | None:
         return None
 
 
+def _dated(unsearched: Mapping[str, Any]) -> str:
+    day = _day(str(unsearched["date"] or ""))
+    return printable(str(unsearched["file"])) + (f", {_written(day)}" if day else "")
+
+
 def _written(day: date) -> str:
     return f"{day.day} {day:%B %Y}"
 
@@ -190,6 +195,13 @@ def _stays(participant: str, told: Mapping[str, Any], below: list[Mapping[str, A
     left = len(told["code_still_in"]) - _MOST_NAMED
     if left > 0:
         said.append(f"“{participant}” in {left:,} more files; `rrp-sheets runs delete` names them.")
-    if not told["looked_through_everything"]:
-        said.append("The folder is too large to look for the code everywhere in it.")
+    unsearched = told["not_searched"]
+    if unsearched:
+        said.append(f"These files were not searched for “{participant}”. Open them and look yourself:")
+        said += [_dated(u) for u in unsearched[:_MOST_NAMED]]
+        if len(unsearched) > _MOST_NAMED:
+            said.append(f"{len(unsearched) - _MOST_NAMED:,} more files that were not searched; "
+                        "`rrp-sheets runs delete --json` names them.")  # fmt: skip
+    elif not told["looked_through_everything"]:
+        said.append("The folder has too many files to search all of them.")
     return [*said, "Copies elsewhere: a backup, an export that was mailed, a bundle."]
