@@ -6,9 +6,12 @@ import shutil
 from pathlib import Path
 
 from grid_books import EMPTY, TRACKING, Books
+from playwright.sync_api import expect
 
 from rrp_sheets import api
+from rrp_sheets.model.truths import FALSE_WORDS, TRUE_WORDS, truth_of
 from rrp_sheets.resources import bundled
+from rrp_sheets.workbook import read
 
 
 def test_a_problem_is_told_at_its_cell_leads_there_and_is_mended(shelf: Books) -> None:
@@ -92,6 +95,34 @@ def test_both_remedies_of_a_stale_combination_silence_it_and_its_test_then_passe
         grid.press("Control+z")
         grid.page.wait_for_selector("td.is-warning:has-text('combineLatest')")
         assert grid.page.locator("tbody tr").count() == rows and not passes(path)
+
+
+def test_the_tick_says_what_the_reader_does_with_words_of_other_languages(shelf: Books) -> None:
+    rows = "".join(f"| {word} | Red ball | map | 1 | Y{i} |\n" for i, word in enumerate(["FALSCH", "いいえ", "はい", "WAHR", ""]))
+    book = f"## Look\n| On | Input streams | Connector | Formula | Output stream |\n|---|---|---|---|---|\n{rows}"
+    (shelf.folder / "languages.md").write_text(book, encoding="utf-8")
+    grid = shelf.open(path=shelf.folder / "languages.md", sheet="Look")
+
+    def ticked(row: int, *, on: bool) -> None:
+        expect(grid.page.locator(f"tbody tr:nth-child({row - 1}) td.on input")).to_be_checked(checked=on)
+
+    for row, on in ((2, False), (3, False), (4, True), (5, True), (6, True)):
+        ticked(row, on=on)
+    for word, on in (("faux", False), ("はい", True), ("オフ", False)):
+        grid.page.evaluate("text => navigator.clipboard.writeText(text)", word)
+        grid.go("A4")
+        grid.press("Control+v")
+        ticked(4, on=on)
+        grid.saved()
+        assert read(grid.path).workbook.behaviours[0].rows[2].on is on
+    words = [form for w in sorted(TRUE_WORDS | FALSE_WORDS) for form in (w, f" {w.upper()} ", f"'{w}", w + chr(0x200B))]
+    words += ["ＦＡＬＳＥ", "ｵﾌ", "maybe", "", "０"]
+    is_off = """async words => {
+        const { Table } = await import(document.querySelector("script[src*='grid/main.js']").src.replace("main.js", "table.js"));
+        const table = new Table(document.querySelector("table[role=grid]"));
+        return words.map((word) => table.isOff(word));
+    }"""
+    assert grid.page.evaluate(is_off, words) == [truth_of(word) is False for word in words]
 
 
 def test_on_is_not_ticked_in_rows_where_nothing_stands(shelf: Books) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from rrp_sheets.formulas.limits import LONGEST_TEXT
 from rrp_sheets.model.cells import Address
+from rrp_sheets.model.truths import FALSE_WORDS, TRUE_WORDS
 from rrp_sheets.workbook import Reading, read
 
 HEAD = """
@@ -170,6 +171,16 @@ def test_on_and_priority(markdown) -> None:  # type: ignore[no-untyped-def]
     assert [r.on for r in reading.workbook.behaviours[0].rows] == [False] * 4 + [True] * 4
     assert [c for c in codes(reading) if c[0] == "SHEET011"] == [("SHEET011", "E6")]
     assert [c[1] for c in codes(reading) if c[0] == "SHEET012"] == ["F2", "F3", "F5", "F6", "F8"]
+
+
+def test_on_in_other_languages_and_spellings(markdown) -> None:  # type: ignore[no-untyped-def]
+    off = ["FALSCH", "Faux", "falso", "ONWAAR", "いいえ", "オフ", "ｵﾌ", "ＦＡＬＳＥ", "０", "nein", "否", "ЛОЖЬ", "yanlış", "Ｎｏ", "'FALSE", "FAL\u200bSE"]
+    on = ["WAHR", "vrai", "はい", "オン", "ＴＲＵＥ", "１", "oui", "sí", "SÍ", "Si\u0301", "ДА", "是"]
+    rows = "".join(f"| x | map | 1 | Y{i} | {word} | | |\n" for i, word in enumerate([*off, *on]))
+    reading = markdown(f"## A{HEAD}{rows}")
+    assert [r.on for r in reading.workbook.behaviours[0].rows] == [False] * len(off) + [True] * len(on)
+    assert codes(reading) == []
+    assert not TRUE_WORDS & FALSE_WORDS
 
 
 def test_error_values_are_no_comments(markdown) -> None:  # type: ignore[no-untyped-def]

@@ -11,13 +11,13 @@ from rrp_sheets.devices.sound_files import is_plain
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import key, nearest
+from rrp_sheets.model.truths import truth_of
 from rrp_sheets.model.values import Value
 
 _HEX = re.compile(r"#[0-9a-f]{6}", re.IGNORECASE)
 _DEGREES = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)\s*°")
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
 LONGEST_SETTING = 1_000  # characters: minutes of speech
-TRUTHS = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
 COLOURS = ("white", "red", "green", "blue", "yellow", "magenta", "cyan", "orange", "purple", "pink", "black")
 
 
@@ -33,7 +33,7 @@ def understand(setting: Setting, text: str, robot: Robot, mine: Sequence[str] = 
     if setting.kind == "number":
         return _number(setting, text)
     if setting.kind == "truth":
-        meant = TRUTHS.get(text.strip().casefold())
+        meant = truth_of(text)
         return meant, "" if meant is not None else "TRUE or FALSE (yes and no do as well)"
     if setting.kind == "angle":
         return _number(

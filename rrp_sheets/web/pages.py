@@ -8,6 +8,7 @@ from typing import ClassVar
 from flask import render_template
 from markupsafe import Markup
 
+from rrp_sheets.model.truths import FALSE_WORDS
 from rrp_sheets.web.testing.panel import TestsPanel
 
 
@@ -227,6 +228,7 @@ class GridPage:
     """A sheet under edit.
 
     Attributes:
+        off_words: the words in the column On that switch a row off, with spaces between them.
         kind: `behaviour`, `devices`, …
         first: the number of the first row.
         examples: whether the rows show example values.
@@ -241,6 +243,7 @@ class GridPage:
     """
 
     template: ClassVar[str] = "grid.html"
+    off_words: ClassVar[str] = " ".join(sorted(FALSE_WORDS))
     name: str
     title: str
     sheet: str

@@ -16,6 +16,7 @@ from rrp_sheets.documents.grid import Column, Grid
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.cells import column_letters
 from rrp_sheets.model.names import key
+from rrp_sheets.model.truths import truth_of
 from rrp_sheets.web.browserwords import in_browser
 from rrp_sheets.web.looks import Look
 from rrp_sheets.web.pages import Head
@@ -35,7 +36,6 @@ KINDS = {
 _CODE = ("formula", "send", "expect")
 _LONG = 600  # characters of a text that is shown in part until the cursor is there
 _BODY = 50  # rows; as many as table.js makes them
-_OFF = frozenset(("false", "no", "off", "0"))
 Signature = tuple[Any, ...]
 
 
@@ -156,7 +156,7 @@ class RowMaker:
             if kind == "output" and self.has_examples:
                 example = escape(self._examples.get(number, ""))
                 cells.append(f'<td role="gridcell" class="example" title="{example}">{example}</td>')
-        off = any(k == "on" and texts.get(c.number, "").strip().casefold() in _OFF for c, k in self._pairs())
+        off = any(k == "on" and truth_of(texts.get(c.number, "")) is False for c, k in self._pairs())
         filled = [t for _, t in sorted(texts.items()) if t.strip()]
         comment = bool(filled) and filled[0].lstrip().startswith("#")
         buried = comment and len(filled) > 1
@@ -204,7 +204,7 @@ class RowMaker:
         if kind == "on":
             if not self.grid.texts.get(row):
                 return ""  # a blank row is neither on nor off
-            checked = "" if text.strip().casefold() in _OFF else " checked"
+            checked = "" if truth_of(text) is False else " checked"
             return f'<input type="checkbox" tabindex="-1" aria-label="Row {number} is on"{checked}>'
         if not text:
             return (

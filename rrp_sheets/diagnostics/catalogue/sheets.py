@@ -60,7 +60,7 @@ CODES: tuple[Code, ...] = (
     Code(
         "SHEET011", _E, "On or off?",
         "“{value}” in the column On means neither on nor off.",
-        "Write TRUE or FALSE (yes, no, on, off, 1 and 0 do as well); blank means on.",
+        "Write TRUE or FALSE (yes, no, on, off, 1 and 0 work too, also in other languages); blank means on.",
     ),
     Code(
         "SHEET012", _E, "Priority is no number",

@@ -5,12 +5,9 @@ from __future__ import annotations
 import math
 
 from rrp_sheets.diagnostics.fix import Fix, Insert, Put
+from rrp_sheets.model.truths import truth_of
 from rrp_sheets.model.workbook import Behaviour, Row
 from rrp_sheets.workbook.columns import Line, Table
-
-# The words for on and off that spreadsheet programs write in other languages are accepted too.
-_ON = {"true", "yes", "on", "1", "wahr", "vrai", "verdadero", "vero", "waar"}
-_OFF = {"false", "no", "off", "0", "falsch", "faux", "falso", "onwaar"}
 
 
 def read_behaviour(table: Table) -> Behaviour:
@@ -60,10 +57,10 @@ def _row(table: Table, line: Line) -> Row:
 
 def _is_on(table: Table, line: Line) -> bool:
     cell = table.name(line, "On")
-    word = cell.text.casefold()
-    if word and word not in _ON | _OFF:
+    on = truth_of(cell.text)
+    if on is None and cell:
         table.add("SHEET011", cell.address, value=cell.text)
-    return word not in _OFF
+    return on is not False
 
 
 def _priority(table: Table, line: Line) -> float:

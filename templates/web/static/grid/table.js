@@ -11,6 +11,7 @@ export class Table {
     this.places = this.headers.map((h) => h.cellIndex);
     this.width = this.headers.length;
     this.kind = /\bof-(\w+)/.exec(grid.className)?.[1] ?? "";
+    this.off = new Set(grid.dataset.off?.split(" ")); // the words that switch a row off
   }
 
   /** All rows, from top to bottom. */
@@ -57,8 +58,13 @@ export class Table {
     if (text === "") delete cell.dataset.v;
     else cell.dataset.v = text;
     const box = cell.classList.contains("on") && cell.querySelector("input");
-    if (box) box.checked = !/^(false|no|off|0)$/i.test(text.trim());
+    if (box) box.checked = !this.isOff(text);
     else cell.textContent = text;
+  }
+
+  /** Whether a text in the column On switches its row off; compared as model/truths.py does. */
+  isOff(text) {
+    return this.off.has(text.normalize("NFKC").replace(/[\u00ad\u200b-\u200f\u2060\ufeff]/g, "").trim().replace(/^'/, "").trim().toLowerCase().replaceAll("ς", "σ"));
   }
 
   /** The row so many rows away, stopping at the first and the last. */
