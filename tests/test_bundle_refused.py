@@ -79,6 +79,9 @@ REFUSED: dict[str, tuple[Change, str]] = {
     "two names": (lambda c: relisted({**c, "SONG.md": EVIL}), "two of its files have one name"),
     "many files": (lambda c: {**c, **{f"runs/{n}": b"" for n in range(2_001)}}, "2,000 are possible"),
     "a bomb": (lambda c: {**c, "runs/big": bytes(20_000_000)}, "compressed as no file of a bundle is"),
+    "zeros in many files": (lambda c: {**c, **{f"runs/{n}": bytes(9_000_000) for n in range(7)}}, "compressed as no files of a bundle are"),
+    **{f"the name {name}": (lambda c, name=name: relisted({**c, name: EVIL}), "a name that is not taken")
+       for name in ("NUL", "nul.txt", "runs/CON/evil", "COM1.csv", "COM¹", "aux .txt", "evil.", "evil ", "evil:stream", "a./evil", "CONOUT$")},
     "no list": (lambda c: {n: d for n, d in c.items() if n != "versions.json"}, "there is no versions.json"),
     "another list": (lambda c: {**c, "versions.json": b"[1]"}, "another program's"),
     "no text": (lambda c: {**c, "versions.json": b"\xff\xfe{"}, "is damaged"),

@@ -10,6 +10,7 @@ from flask import Blueprint, Response, request, send_file, url_for
 from rrp_sheets import api
 from rrp_sheets.documents.tutorial import begin
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.bundle.names import is_device
 from rrp_sheets.runs.bundle.unpacking import is_zip
 from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.library import SUFFIXES, Library
@@ -155,7 +156,14 @@ def _name(wanted: str, suffix: str = ".xlsx") -> str:
     name = wanted.strip()
     if name and Path(name).suffix.casefold() not in SUFFIXES:
         name += suffix
-    if not name or len(name) > _LONGEST or name[0] in ".~" or _FORBIDDEN & set(name) or not name.isprintable():
+    if (
+        not name
+        or len(name) > _LONGEST
+        or name[0] in ".~"
+        or _FORBIDDEN & set(name)
+        or not name.isprintable()
+        or is_device(name)
+    ):
         raise SheetsError(f"“{wanted[:_LONGEST]}” cannot be the name of a file.", "Use letters, digits and spaces.")
     return name
 

@@ -6,9 +6,11 @@ import unicodedata
 
 _MOST_PARTS, _MOST_BYTES = 6, 200
 _FORBIDDEN = frozenset('\\:*?"<>|')
-_TAKEN = frozenset(
-    ("con", "prn", "aux", "nul", *(f"com{n}" for n in range(1, 10)), *(f"lpt{n}" for n in range(1, 10)))
-)  # names that Windows keeps for itself
+_TAKEN = frozenset((
+    "con", "prn", "aux", "nul", "conin$", "conout$",
+    *(f"{port}{n}" for port in ("com", "lpt") for n in "0123456789¹²³"),
+))  # fmt: skip
+"""Names of devices, which Windows takes for these whatever ending stands behind them."""
 
 
 def is_safe(name: str) -> bool:
@@ -16,6 +18,8 @@ def is_safe(name: str) -> bool:
 
     >>> [is_safe(n) for n in ("a.xlsx", "runs/1/trace.jsonl", "赤い ボール.xlsx")]
     [True, True, True]
+    >>> [is_safe(n) for n in ("NUL", "runs/CON/x", "aux .txt", "COM¹.csv", "lpt1.tar.gz", "a./b", "a /b", "a:b")]
+    [False, False, False, False, False, False, False, False]
     >>> [is_safe(n) for n in ("../a", "/a", "a//b", "a\\b", "C:a", "a/./b", "", "a\nb", "nul.txt", "a. ", "\u202ea")]
     [False, False, False, False, False, False, False, False, False, False, False]
     """
@@ -23,8 +27,17 @@ def is_safe(name: str) -> bool:
     return len(parts) <= _MOST_PARTS and all(map(_is_safe_part, parts))
 
 
+def is_device(name: str) -> bool:
+    """Whether Windows takes a file's name for one of its devices.
+
+    >>> is_device("nul.xlsx"), is_device("null.xlsx")
+    (True, False)
+    """
+    return name.partition(".")[0].rstrip().casefold() in _TAKEN
+
+
 def _is_safe_part(part: str) -> bool:
-    if part in ("", ".", "..") or part[-1] in ". " or part.partition(".")[0].casefold() in _TAKEN:
+    if part in ("", ".", "..") or part[-1] in ". " or is_device(part):
         return False
     if any(c in _FORBIDDEN or unicodedata.category(c) in ("Cc", "Cf", "Cs", "Zl", "Zp") for c in part):
         return False

@@ -22,6 +22,7 @@ from rrp_sheets.workbook.raw import unreadable
 
 _MOST_LIST = 2_000_000  # bytes of the list
 _RATIO, _RATIO_FROM = 400, 10_000_000  # a trace of one value that never changes is honest, and small
+_WHOLE_RATIO, _WHOLE_FROM = 150, 50_000_000  # of all files together; many traces are packed to a twentieth
 _PIECE = 1 << 20
 _ENCRYPTED = 0x1
 
@@ -128,8 +129,11 @@ def _judged(archive: zipfile.ZipFile, most_bytes: int) -> list[zipfile.ZipInfo]:
         raise _Refused("two of its files have one name")
     if len(entries) > form.MOST_FILES:
         raise _Refused(f"it has {len(entries):,} files; {form.MOST_FILES:,} are possible")
-    if sum(e.file_size for e in entries) > most_bytes:
+    unpacked_size, packed_size = sum(e.file_size for e in entries), sum(e.compress_size for e in entries)
+    if unpacked_size > most_bytes:
         raise _Refused(f"unpacked it would be larger than {most_bytes // 10**6:,} MB")
+    if unpacked_size > _WHOLE_FROM and unpacked_size > _WHOLE_RATIO * max(packed_size, 1):
+        raise _Refused("its files are compressed as no files of a bundle are")
     for e in entries:
         _judge(e)
     return [e for e in entries if not e.is_dir()]
