@@ -113,7 +113,7 @@ def test_a_new_workbook_a_copy_another_name_the_archive(tmp_path: Path) -> None:
     assert (tmp_path / "archive" / "other.xlsx").is_file()
 
 
-@pytest.mark.parametrize("name", ["../x", "a/b", ".hidden", "", "x" * 200, "good.md", "a\nb", "con:x"])
+@pytest.mark.parametrize("name", ["../x", "a/b", ".hidden", "", "x" * 200, "good.md", "a\nb", "con:x", "NUL"])
 def test_names_that_cannot_be_are_refused_in_words(folder: Path, name: str) -> None:
     before = sorted(folder.rglob("*"))
     text = post(visit(folder), "/shelf/new", name=name, template="guided").text
