@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import json
+import math
 import shutil
 from pathlib import Path
 
@@ -11,9 +13,17 @@ from acting import Run, Script, wish
 from play import rows
 
 from rrp_sheets import api
+from rrp_sheets.checks import check_workbook
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.exchange import DONE
+from rrp_sheets.resources import bundled
+from rrp_sheets.runs import RunSettings
+from rrp_sheets.runs.replay.record import Entry
+from rrp_sheets.runs.replay.replaying import replay
 from rrp_sheets.runs.replay.wording import as_text
+from rrp_sheets.runs.running import run as start_run
+from rrp_sheets.runtime.virtual import VirtualWorld
+from rrp_sheets.workbook import read
 
 ROWS = """
 | Head yaw | accumulate | total + headYaw | Sum |
@@ -292,3 +302,41 @@ def test_what_is_done_after_the_last_frame_is_done_again(tmp_path):
     made = Run(tmp_path, book, script, EVENTS, seconds=4.0)
     assert made.happened("switch") and made.lines[-1]["ended"] == "stopped"
     assert api.replay(made.result.folder).same
+
+
+# ---- long sessions
+
+
+def a_session(folder: Path, seconds: int) -> Path:
+    """Complex tracking with a ball and a head that move; without the simulator."""
+    book = bundled("workbooks", "complex-tracking.xlsx")
+    reading = read(book)
+    checked = check_workbook(reading.workbook, reading.report)
+    ball = checked.robot.find("Red ball").type.payload
+    events = [
+        (n * 100_000, "redball", ball.make(**{**ball.example().values, "distance": 1 + math.sin(n / 30)}))
+        for n in range(seconds * 10)
+    ]
+    events += [(n * 60_000, "headyaw", round(math.sin(n / 11), 3)) for n in range(seconds * 16)]
+    settings = RunSettings(seconds=seconds, fast=True, out=folder)
+    start_run(reading, checked, settings, world=lambda plan, scene, seed, place: VirtualWorld(events))
+    return folder
+
+
+def test_the_lines_of_a_long_session_are_not_kept(tmp_path: Path) -> None:
+    other = tmp_path / "other.xlsx"
+    shutil.copy(bundled("workbooks", "complex-tracking.xlsx"), other)
+    row = api.read(other).workbook.behaviours[0].rows[2]
+    api.set_cell(other, f"Tracking!{row.formula.address.cell}", "0.9 <= distance < 1.5")
+    session = a_session(tmp_path / "run", 24)
+    for workbook in (None, other):
+        alive: list[int] = []
+
+        def count(_part: float, alive: list[int] = alive) -> None:
+            alive.append(sum(type(one) is Entry for one in gc.get_objects()))
+
+        found = replay(session, workbook, count)
+        alive.append(sum(type(one) is Entry for one in gc.get_objects()))
+        assert found.compared > 1_500 and found.same is (workbook is None)
+        assert len(alive) > 1 and max(alive) < 200, alive
+        assert sum(1 for _ in found.recorded) == found.compared  # they can be gone through again

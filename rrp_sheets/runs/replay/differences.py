@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections import defaultdict, deque
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections import Counter, defaultdict, deque
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from itertools import groupby
 from typing import Any
 
 from rrp_sheets.runs.replay.record import ERROR, Entry, same_json
@@ -90,50 +91,58 @@ class Comparer:
         self._there = there
         self._exact = exact
 
-    def compare(self, recorded: Sequence[Entry], came: Sequence[Entry]) -> Found:
-        """All differences; streams of both have the names of the record."""
-        lanes: dict[tuple[str, str], tuple[list[Entry], list[Entry]]] = {}
-        for entry in recorded:
-            lanes.setdefault(_lane(entry, entry.row), ([], []))[0].append(entry)
-        for entry in came:
-            lanes.setdefault(_lane(entry, self._there(entry.row) or f"+{entry.row}"), ([], []))[1].append(entry)
+    def compare(self, recorded: Iterable[Entry], came: Iterable[Entry]) -> Found:
+        """All differences; streams of both have the names of the record.
+
+        Both are gone through once and side by side, time by time: only what has no counterpart is kept.
+        """
+        lanes: dict[tuple[str, str], _Lane] = {}
+        order = _Order(self._text) if self._exact else None
+        for was, now in _side_by_side(recorded, came):
+            here: dict[tuple[str, str], tuple[list[Entry], list[Entry]]] = {}
+            for entry in was:
+                here.setdefault(_lane(entry, entry.row), ([], []))[0].append(entry)
+            for entry in now:
+                here.setdefault(_lane(entry, self._there(entry.row) or f"+{entry.row}"), ([], []))[1].append(entry)
+            for key, pair in here.items():
+                lane = lanes.get(key)
+                if lane is None:
+                    lane = lanes[key] = _Lane((pair[0] or pair[1])[0].stream)
+                self._count(lane, *pair)
+                left, over = self._moment(*pair, lane.same, lane.found)
+                lane.left += left
+                lane.over += over
+                lane.recorded |= bool(pair[0])
+            if order is not None:
+                order.add(was, now)
         found: list[Difference] = []
         counts: list[Count] = []
-        for lane in lanes.values():
-            one, same = self._lane(*lane)
-            found += one
-            counts += self._counts(lane, same)
-        if not found and self._exact:
-            found += self._order(recorded, came)
+        for lane in sorted(lanes.values(), key=lambda lane: not lane.recorded):
+            lane.found += self._moved(lane.left, lane.over)
+            lane.found += [self._difference(MISSING, e, None) for e in lane.left]
+            lane.found += [self._difference(EXTRA, None, e) for e in lane.over]
+            found += lane.found
+            counts += lane.counts()
+        if not found and order is not None and order.first is not None:
+            found.append(self._difference(ORDER, *order.first))
         found.sort(key=lambda d: (min(d.us, d.came_us), d.stream))
         return Found(tuple(found), tuple(counts))
 
-    # ---- one stream
-    def _lane(self, was: list[Entry], now: list[Entry]) -> tuple[list[Difference], set[int]]:
-        """The differences of a stream, and the recorded events (their identities) that are the same."""
-        same: set[int] = set()
-        found: list[Difference] = []
-        left: list[Entry] = []
-        over: list[Entry] = []
-        at: dict[int, list[Entry]] = defaultdict(list)
-        for entry in now:
-            at[entry.us].append(entry)
-        begun: dict[int, list[Entry]] = defaultdict(list)
+    def _count(self, lane: _Lane, was: list[Entry], now: list[Entry]) -> None:
+        """By row: several may command one actuator stream."""
         for entry in was:
-            begun[entry.us].append(entry)
-        for us in sorted(begun.keys() | at.keys()):
-            a, b = self._moment(begun.get(us, []), at.get(us, []), same, found)
-            left += a
-            over += b
-        found += self._moved(left, over)
-        found += [self._difference(MISSING, e, None) for e in left]
-        found += [self._difference(EXTRA, None, e) for e in over]
-        return found, same
+            lane.was.setdefault((entry.row, self._here(entry.row)), [0, 0, 0])[0] += 1
+        for entry in now:
+            lane.now.setdefault((self._there(entry.row), entry.row), [0, 0, 0])[1] += 1
 
+    # ---- one stream
     def _moment(
-        self, was: list[Entry], now: list[Entry], same: set[int], found: list[Difference]
+        self, was: list[Entry], now: list[Entry], same: Counter[str], found: list[Difference]
     ) -> tuple[list[Entry], list[Entry]]:
         """Pair what came at one time: the same values first, then others in their order; what is left of both."""
+        if len(was) == len(now) == 1 and _is_alike(was[0], now[0]) and self._same_row(was[0], now[0]):
+            same[was[0].row] += 1
+            return [], []
         values: dict[str, deque[Entry]] = defaultdict(deque)
         for entry in now:
             values[self._text(entry)].append(entry)
@@ -148,7 +157,7 @@ class Comparer:
             others.remove(mine)
             used.add(id(mine))
             if self._same_row(entry, mine):
-                same.add(id(entry))
+                same[entry.row] += 1
             else:
                 found.append(self._difference(ROW, entry, mine))
         over = [e for e in now if id(e) not in used]
@@ -191,24 +200,79 @@ class Comparer:
             _value(was), _value(now),
         )  # fmt: skip
 
-    def _order(self, recorded: Sequence[Entry], came: Sequence[Entry]) -> list[Difference]:
-        """The first two that came in another order, when all else is the same."""
-        for a, b in zip(recorded, came, strict=False):
-            if (a.us, a.kind, a.stream, a.row) != (b.us, b.kind, b.stream, b.row) or self._text(a) != self._text(b):
-                return [self._difference(ORDER, a, b)]
-        return []
 
-    def _counts(self, lane: tuple[list[Entry], list[Entry]], same: set[int]) -> list[Count]:
-        """By row: several may command one actuator stream."""
-        rows: dict[tuple[str, str], list[int]] = {}
-        for entry in lane[0]:
-            count = rows.setdefault((entry.row, self._here(entry.row)), [0, 0, 0])
-            count[0] += 1
-            count[2] += id(entry) in same
-        for entry in lane[1]:
-            rows.setdefault((self._there(entry.row), entry.row), [0, 0, 0])[1] += 1
-        stream = (lane[0] or lane[1])[0].stream
-        return [Count(stream, row, came, *numbers) for (row, came), numbers in rows.items()]
+@dataclass
+class _Lane:
+    """What is known of one stream so far.
+
+    Attributes:
+        same: how many recorded events of a row are the same.
+        left, over: recorded events that did not come, and such that came, with no counterpart at their time.
+        was, now: how many were recorded and came, by the row and its place in the other workbook.
+        recorded: whether the record has anything of it.
+    """
+
+    stream: str
+    same: Counter[str] = field(default_factory=Counter)
+    found: list[Difference] = field(default_factory=list)
+    left: list[Entry] = field(default_factory=list)
+    over: list[Entry] = field(default_factory=list)
+    was: dict[tuple[str, str], list[int]] = field(default_factory=dict)
+    now: dict[tuple[str, str], list[int]] = field(default_factory=dict)
+    recorded: bool = False
+
+    def counts(self) -> list[Count]:
+        """By row, those of the record first."""
+        rows = {key: list(numbers) for key, numbers in self.was.items()}
+        for (row, _), numbers in rows.items():
+            numbers[2] = self.same[row]
+        for key, (_, came, _) in self.now.items():
+            rows.setdefault(key, [0, 0, 0])[1] += came
+        return [Count(self.stream, row, came_row, *numbers) for (row, came_row), numbers in rows.items()]
+
+
+class _Order:
+    """Finds the first two that came in another order.
+
+    Attributes:
+        first: these two; None when there are none so far.
+    """
+
+    def __init__(self, text: Callable[[Entry], str]) -> None:
+        self.first: tuple[Entry, Entry] | None = None
+        self._text = text
+        self._waiting: tuple[deque[Entry], deque[Entry]] = deque(), deque()
+
+    def add(self, was: list[Entry], now: list[Entry]) -> None:
+        """What was recorded and what came at one time."""
+        if self.first is not None:
+            return
+        mine, other = self._waiting
+        mine.extend(was)
+        other.extend(now)
+        while mine and other:
+            a, b = mine.popleft(), other.popleft()
+            if _is_alike(a, b) and a.stream == b.stream and a.row == b.row:
+                continue
+            if (a.us, a.kind, a.stream, a.row) != (b.us, b.kind, b.stream, b.row) or self._text(a) != self._text(b):
+                self.first = a, b
+                self._waiting = deque(), deque()
+                return
+
+
+def _side_by_side(first: Iterable[Entry], second: Iterable[Entry]) -> Iterator[tuple[list[Entry], list[Entry]]]:
+    """What both have of each time, in the order of time."""
+    moments = [groupby(course, key=lambda e: e.us) for course in (first, second)]
+    heads = [next(moment, None) for moment in moments]
+    while times := [head[0] for head in heads if head is not None]:
+        us = min(times)
+        here: list[list[Entry]] = [[], []]
+        for n in range(2):
+            head = heads[n]
+            if head is not None and head[0] == us:
+                here[n] = list(head[1])
+                heads[n] = next(moments[n], None)
+        yield here[0], here[1]
 
 
 def _lane(entry: Entry, row: str) -> tuple[str, str]:
@@ -216,6 +280,12 @@ def _lane(entry: Entry, row: str) -> tuple[str, str]:
     if entry.kind == ERROR:
         return ERROR, row
     return entry.kind, entry.stream
+
+
+def _is_alike(a: Entry, b: Entry) -> bool:
+    """Whether two are the same at the first look, which most are; others may be so too."""
+    at, other = (a.us, a.kind, a.what, a.text), (b.us, b.kind, b.what, b.text)
+    return at == other and repr(a.value) == repr(b.value)
 
 
 def _value(entry: Entry | None) -> Any:

@@ -45,7 +45,7 @@ class Ends:
         self.unknown: list[tuple[str, Value]] = []
         self._done = {actuator: done for done, actuator in dones.items()}
         self._commands: dict[tuple[str, str, int], deque[_Command]] = defaultdict(deque)
-        self._by_end: dict[int, _Command] = {}  # by the identity of the record's line
+        self._by_end: dict[int, _Command] = {}  # by the number of the record's line
         self._times: dict[tuple[str, str], list[float]] = defaultdict(list)
         self._coming: list[tuple[int, int, str, Value]] = []
         self._number = 0
@@ -65,7 +65,7 @@ class Ends:
     def _ended(self, entry: Entry, actuator: str, waiting: Mapping[tuple[str, str], deque[_Command]]) -> None:
         mine = actuator, same_json(entry.value.get("value"))
         if waiting.get(mine):
-            self._by_end[id(entry)] = waiting[mine].popleft()
+            self._by_end[entry.number] = waiting[mine].popleft()
         seconds = entry.value.get("seconds")
         if entry.value.get("completed") is True and isinstance(seconds, (int, float)):
             self._times[mine].append(float(seconds))
@@ -95,7 +95,7 @@ class Ends:
 
     def kept(self, entry: Entry) -> bool:
         """Whether a value of the record comes now as well: ends of commands that are not made do not."""
-        command = self._by_end.get(id(entry))
+        command = self._by_end.get(entry.number)
         return command is None or command.made
 
     @property

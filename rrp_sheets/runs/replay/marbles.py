@@ -28,12 +28,13 @@ def difference_scores(found: Replayed) -> list[Score]:
     first, last = _window(here, round(found.seconds * 1e6))
     now = f"with {found.other}" if found.other else "replayed"
     groups = []
+    courses = [_by_stream(course, streams, first, last) for course in (found.recorded, found.came)]
     for stream in streams:
         kind = "actuator" if stream in found.actuators else "stream"
         name = stream.rpartition("!")[2]
         name = f"row {name[1:]}" if name.startswith("#") else name
-        for which, entries, label in (("0", found.recorded, name), ("1", found.came, "  instead")):
-            groups.append(Group((), Lane(f"{stream} {which}", label, kind, _marbles(entries, stream))))
+        for which, label in enumerate((name, "  instead")):
+            groups.append(Group((), Lane(f"{stream} {which}", label, kind, tuple(courses[which][stream]))))
     title = f"{found.run}: as it was recorded, and below each line {now}"
     score = Score(title, tuple(groups), 0, last, _marks(here, first, last))
     return stamped([score.between(first, last)], found.stamp)
@@ -52,12 +53,13 @@ def _window(here: Sequence[Difference], until: int) -> tuple[int, int]:
     return first, min(until, first + _SHOWN_US)
 
 
-def _marbles(entries: Iterable[Entry], stream: str) -> tuple[Marble, ...]:
-    return tuple(
-        Marble(e.us, value_from_json(stream, e.value), e.row)
-        for e in entries
-        if e.kind == "event" and e.stream == stream
-    )
+def _by_stream(entries: Iterable[Entry], streams: Sequence[str], first: int, last: int) -> dict[str, list[Marble]]:
+    """The values of some streams within a window (µs), gone through once."""
+    found: dict[str, list[Marble]] = {stream: [] for stream in streams}
+    for e in entries:
+        if first <= e.us <= last and e.kind == "event" and e.stream in found:
+            found[e.stream].append(Marble(e.us, value_from_json(e.stream, e.value), e.row))
+    return found
 
 
 def _marks(here: Sequence[Difference], first: int, last: int) -> tuple[tuple[int, str], ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,6 +17,7 @@ from rrp_sheets.runs.replay.ends import Ends
 from rrp_sheets.runs.replay.record import ACT, ERROR, EVENT, HAPPENING, Entry
 from rrp_sheets.runs.replay.sensed import Senses
 from rrp_sheets.runs.replay.source import Source
+from rrp_sheets.runs.replay.spool import Spool
 from rrp_sheets.runtime.engine import Engine
 from rrp_sheets.runtime.events import EventEngine
 from rrp_sheets.runtime.frame import FrameEngine
@@ -31,7 +32,7 @@ class Script:
     """What is played.
 
     Attributes:
-        moments: the recorded lines, time by time.
+        moments: the recorded lines, time by time; gone through once.
         at_end: ends of commands that the run's end has ended: no row has seen them; None when it had no proper end.
         streams: ids of the streams of the workbook that is played, by their names in the record.
         seed: of the run.
@@ -39,7 +40,7 @@ class Script:
         behaviours: keys of behaviours as they are called in the workbook that is played, by those of the record.
     """
 
-    moments: Sequence[tuple[int, Sequence[Entry]]]
+    moments: Iterator[tuple[int, Sequence[Entry]]]
     at_end: Sequence[Entry] | None
     streams: Mapping[str, str]
     seed: int
@@ -59,7 +60,7 @@ class Played:
         left_out: what of the record could not be done again, in words.
     """
 
-    entries: list[Entry] = field(default_factory=list)
+    entries: Spool = field(default_factory=Spool)
     until_us: int = 0
     ended_by: str = ""
     broken: str = ""
@@ -86,6 +87,7 @@ class Player:
         self._script = script
         self._ends = ends
         self._told = told
+        self._moments = 0
         self._senses = Senses(plan)
         self._actuators = {s.id for s in plan.streams if s.kind is StreamKind.ACTUATOR}
         kind = FrameEngine if plan.checked.run.engine == "frame" else EventEngine
@@ -143,14 +145,15 @@ class Player:
     def _by_frames(self, engine: Engine) -> None:
         rate = engine.plan.checked.run.frame_rate
         moments, last = self._script.moments, _frame(self._script.until_us, rate)
-        frame = place = 0
+        frame = 0
+        coming = next(moments, None)
         while True:
             now = frame * 1_000_000 // rate
             entries: list[Entry] = []
-            while place < len(moments) and _frame(moments[place][0], rate) <= frame:
-                entries += moments[place][1]
-                place += 1
-                self._tell(place)
+            while coming is not None and _frame(coming[0], rate) <= frame:
+                entries += coming[1]
+                self._tell(coming[0])
+                coming = next(moments, None)
             self._send(entries)
             self._settle(now, [*self._values(e for e in entries if self._is_fed(e)), *self._nominal(now)])
             if engine.ended_by:
@@ -162,8 +165,8 @@ class Player:
             following = [last]
             if acts:  # what they leave is carried out in the next frame
                 following.append(frame + 1)
-            if place < len(moments):
-                following.append(_frame(moments[place][0], rate))
+            if coming is not None:
+                following.append(_frame(coming[0], rate))
             for due in (engine.clock.next_due, self._ends.next_us if self._ends else None):
                 if due is not None:
                     following.append(_frame(due, rate))
@@ -171,8 +174,8 @@ class Player:
 
     def _one_by_one(self, engine: Engine) -> None:
         """Every arrival is an instant of its own; timers that are due before it come at their own times."""
-        for place, (us, entries) in enumerate(self._script.moments):
-            self._tell(place)
+        for us, entries in self._script.moments:
+            self._tell(us)
             self._due_before(us)
             first = next((e for e in entries if e.kind != HAPPENING), None)
             if first is not None and not self._is_fed(first) and first.by is None:
@@ -264,9 +267,10 @@ class Player:
                 Phrase("The behaviour {name} was switched by hand; it does not run here.", name=name)
             )
 
-    def _tell(self, place: int) -> None:
-        if place % _TOLD_EVERY == 0:
-            self._told(place / max(1, len(self._script.moments)))
+    def _tell(self, us: int) -> None:
+        self._moments += 1
+        if self._moments % _TOLD_EVERY == 0:
+            self._told(min(us / max(1, self._script.until_us), 1.0))
 
 
 def _frame(us: int, rate: int) -> int:

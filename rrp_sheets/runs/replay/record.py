@@ -1,10 +1,14 @@
-"""A trace, read to be replayed: header, what came in its order, how it ended; nothing in it is believed unseen."""
+"""A trace, read to be replayed: header, what came in its order, how it ended; nothing in it is believed unseen.
+
+Of a long session the lines are not kept: they are read from the file again whenever they are gone through.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +36,7 @@ class Entry:
         detail: of an act all that is needed to do it again.
         by: who sent a value or did something; None for an event that nobody sent.
         wall: seconds of the wall clock, of an act: lines of one act have the same.
+        number: of the line in the record; -1 of what came in the replay.
     """
 
     us: int
@@ -44,6 +49,20 @@ class Entry:
     detail: Mapping[str, Any] = field(default_factory=dict)
     by: str | None = None
     wall: float = 0.0
+    number: int = field(default=-1, compare=False)
+
+
+NO_DETAIL: Mapping[str, Any] = {}
+
+
+class Course:
+    """Entries in the order of time that can be gone through again and again, and are made anew each time."""
+
+    def __init__(self, make: Callable[[], Iterable[Entry]]) -> None:
+        self._make = make
+
+    def __iter__(self) -> Iterator[Entry]:
+        return iter(self._make())
 
 
 @dataclass(frozen=True)
@@ -54,13 +73,17 @@ class Recorded:
         path: of the file.
         header: its first line.
         entries: what came, in its order.
+        tail: those of the last time.
+        before_us: the last time before that, in µs.
         summary: its last line; None of one that was cut off.
         streams: kinds of the streams by their names, as the header has them.
     """
 
     path: Path
     header: Mapping[str, Any]
-    entries: tuple[Entry, ...]
+    entries: Course
+    tail: tuple[Entry, ...]
+    before_us: int
     summary: Mapping[str, Any] | None
     streams: Mapping[str, str]
 
@@ -77,7 +100,7 @@ class Recorded:
     @property
     def last_us(self) -> int:
         """Where the run's clock stood at the end; where the last line is of one that was cut off."""
-        last = max((e.us for e in self.entries), default=0)
+        last = self.tail[-1].us if self.tail else 0
         if self.summary is not None:
             return max(last, _us(_number(self.summary.get("simulated_seconds"))))
         return last
@@ -100,7 +123,8 @@ def read_record(path: Path) -> Recorded:
     file = path / TRACE if path.is_dir() else path
     header: Mapping[str, Any] = {}
     summary: Mapping[str, Any] | None = None
-    entries: list[Entry] = []
+    tail: list[Entry] = []
+    count = before = 0
     try:
         for number, line in enumerate(read_trace(file)):
             if number == 0:
@@ -109,7 +133,14 @@ def read_record(path: Path) -> Recorded:
                 summary = line
                 _us(_number(line.get("simulated_seconds")))
             elif "t" in line:
-                entries.append(_entry(line))
+                entry = _entry(line, count)
+                count += 1
+                if tail and entry.us < tail[-1].us:  # in a run time does not go back
+                    raise ValueError(entry.us)
+                if tail and entry.us > tail[-1].us:
+                    before = tail[-1].us
+                    tail.clear()
+                tail.append(entry)
     except (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError):
         raise _no_trace(file) from None
     except OSError as error:
@@ -118,13 +149,17 @@ def read_record(path: Path) -> Recorded:
         ) from None
     if not header:
         raise _no_trace(file)
-    last = 0
-    for entry in entries:  # in a run time does not go back
-        if entry.us < last:
-            raise _no_trace(file)
-        last = entry.us
     streams = {str(s["stream"]): str(s.get("kind")) for s in header["streams"]}
-    return Recorded(file, header, tuple(entries), summary, streams)
+    return Recorded(file, header, Course(lambda: islice(_entries(file), count)), tuple(tail), before, summary, streams)
+
+
+def _entries(file: Path) -> Iterator[Entry]:
+    """The entries of a trace that was read before without fault; it may have grown since."""
+    number = 0
+    for line in read_trace(file):
+        if "t" in line and line.get("type") not in ("header", "summary"):
+            yield _entry(line, number)
+            number += 1
 
 
 def _no_trace(file: Path) -> UnreadableFile:
@@ -140,23 +175,23 @@ def _header(line: Mapping[str, Any]) -> Mapping[str, Any]:
     return line
 
 
-def _entry(line: Mapping[str, Any]) -> Entry:
+def _entry(line: Mapping[str, Any], number: int) -> Entry:
     us = _us(line["t"])
     row, stream = _text(line, "row"), _text(line, "stream")
     if "value" in line:
         by = _text(line, "by") if line.get("stimulated") is True else None
-        return Entry(us, EVENT, stream, row, line["value"], by=by)
+        return Entry(us, EVENT, stream, row, line["value"], detail=NO_DETAIL, by=by, number=number)
     if "error" in line:
         value = [line["error"], line.get("code"), line.get("inputs")]
-        return Entry(us, ERROR, "", row, value, text=_text(line, "error"))
+        return Entry(us, ERROR, "", row, value, text=_text(line, "error"), number=number)
     what = _text(line, "happening")
     if what in _ACTS:
         detail = line.get("detail") or {}
         if not isinstance(detail, dict):
             raise ValueError(detail)
         return Entry(us, ACT, stream, row, None, what, _text(line, "text"), detail, _text(line, "by"),
-                     float(line.get("wall") or 0.0))  # fmt: skip
-    return Entry(us, HAPPENING, stream, row, None, what, _text(line, "text"))
+                     float(line.get("wall") or 0.0), number)  # fmt: skip
+    return Entry(us, HAPPENING, stream, row, None, what, _text(line, "text"), number=number)
 
 
 def _text(line: Mapping[str, Any], name: str) -> str:
@@ -177,12 +212,15 @@ def _us(seconds: Any) -> int:
     return us
 
 
+_ENCODE = json.JSONEncoder(ensure_ascii=False, separators=(",", ":")).encode
+
+
 def same_json(value: Any) -> str:
     """A value as text: equal for the same values only, so TRUE is not 1, and 1 is not 1.0."""
-    return json.dumps(value, ensure_ascii=False, separators=(",", ":"))
+    return _ENCODE(value)
 
 
-def moments(entries: tuple[Entry, ...]) -> Iterator[tuple[int, list[Entry]]]:
+def moments(entries: Iterable[Entry]) -> Iterator[tuple[int, list[Entry]]]:
     """The lines of one time each."""
     here: list[Entry] = []
     for entry in entries:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -17,7 +18,7 @@ from rrp_sheets.runs.replay.ends import Ends
 from rrp_sheets.runs.replay.matching import Matching, itself, matching
 from rrp_sheets.runs.replay.matching import remarks as other_remarks
 from rrp_sheets.runs.replay.play import Played, Player, Script, Told
-from rrp_sheets.runs.replay.record import ACT, ERROR, EVENT, HAPPENING, Entry, Recorded, moments, read_record
+from rrp_sheets.runs.replay.record import ACT, ERROR, EVENT, HAPPENING, Course, Entry, Recorded, moments, read_record
 from rrp_sheets.runs.replay.result import Replayed, Spoken
 from rrp_sheets.runs.replay.source import Source, another, remarks, the_one_that_ran
 from rrp_sheets.runs.replay.telling import ending, unknown
@@ -72,20 +73,20 @@ def _exactly(recorded: Recorded, source: Source, told: Told) -> Replayed:
     engines = partial(_is_engines, source=source, found=found)
     script = _script(recorded, entries, found)
     played = Player(source, script, Editions, told=told).play()
-    expected = [e for e in entries if e.kind in (EVENT, ERROR) or engines(e)]
+    tally = _Tally(engines)
+    expected = Course(lambda: tally.expected(entries, lambda e: e.kind in (EVENT, ERROR) or engines(e)))
     came = _named(played, found)
     if recorded.ended == "cut":
         came = _as_long(came, expected)
-    unread = {e.stream for e in expected if e.kind == EVENT} - found.streams.keys()
     result = Comparer(lambda row: row, lambda row: row, exact=True).compare(expected, came)
+    unread = tally.streams - found.streams.keys()
     notes = [*remarks(recorded, source, own=True), *played.left_out]
     if unread:
         notes.append(Phrase("The workbook has no stream {names}, which the run had.", names=", ".join(sorted(unread))))
     return replace(
-        _about(recorded, source, None), compared=len(expected), differences=result.differences,
+        _about(recorded, source, None), compared=tally.count, differences=result.differences,
         counts=result.counts, ending=ending(recorded, played), remarks=tuple(notes),
-        unknown=tuple(unknown(recorded, entries, engines, cut)),
-        recorded=tuple(expected), came=tuple(came),
+        unknown=tuple(unknown(recorded, tally.world, cut)), recorded=expected, came=came,
     )  # fmt: skip
 
 
@@ -101,8 +102,10 @@ def _otherwise(recorded: Recorded, ran: Source | None, source: Source, told: Tol
     editions = partial(Editions, rows=found.rows, ran=base)
     played = Player(source, script, editions, ends, told=told).play()
     own = _own(source, found)
-    expected = [e for e in entries if _is_rows(e, own) or engines(e)]
-    came = [e for e in _named(played, found) if _is_rows(e, own) or e.kind == HAPPENING]
+    tally = _Tally(engines)
+    expected = Course(lambda: tally.expected(entries, lambda e: _is_rows(e, own) or engines(e)))
+    everything = _named(played, found)
+    came = Course(lambda: (e for e in everything if _is_rows(e, own) or e.kind == HAPPENING))
     back = {there: here for here, there in found.rows.items()}
     ids = {s.ref for s in source.plan.steps}
     compared = Comparer(
@@ -111,11 +114,41 @@ def _otherwise(recorded: Recorded, ran: Source | None, source: Source, told: Tol
     ).compare(expected, came)  # fmt: skip
     notes = [*remarks(recorded, source, own=False), *other_remarks(ran, source, found), *played.left_out]
     return replace(
-        _about(recorded, source, ran), other=source.name, compared=len(expected), differences=compared.differences,
+        _about(recorded, source, ran), other=source.name, compared=tally.count, differences=compared.differences,
         counts=compared.counts, ending=ending(recorded, played), remarks=tuple(notes),
-        unknown=tuple(unknown(recorded, entries, engines, cut, ends)),
-        recorded=tuple(expected), came=tuple(came),
+        unknown=tuple(unknown(recorded, tally.world, cut, ends)), recorded=expected, came=came,
     )  # fmt: skip
+
+
+class _Tally:
+    """What is counted of a record while it is gone through to be compared.
+
+    Attributes:
+        count: of the entries that are compared.
+        streams: that have values among these.
+        world: what the robot and its world did, with how often.
+    """
+
+    def __init__(self, engines: Callable[[Entry], bool]) -> None:
+        self._engines = engines
+        self._begin()
+
+    def _begin(self) -> None:
+        self.count = 0
+        self.streams: set[str] = set()
+        self.world: Counter[str] = Counter()
+
+    def expected(self, entries: Course, is_wanted: Callable[[Entry], bool]) -> Iterator[Entry]:
+        """The entries that are compared; counted anew."""
+        self._begin()
+        for entry in entries:
+            if entry.kind == HAPPENING and not self._engines(entry):
+                self.world[entry.what] += 1
+            if is_wanted(entry):
+                self.count += 1
+                if entry.kind == EVENT:
+                    self.streams.add(entry.stream)
+                yield entry
 
 
 def _about(recorded: Recorded, source: Source, ran: Source | None) -> Replayed:
@@ -142,7 +175,7 @@ def _spoken(source: Source) -> Iterator[tuple[str, str]]:
 
 
 # ---- the script
-def _whole(recorded: Recorded) -> tuple[tuple[Entry, ...], str]:
+def _whole(recorded: Recorded) -> tuple[Course, str]:
     """The lines that are played, and what is left out of a run that broke off."""
     if recorded.ended != "broken":
         return recorded.entries, ""
@@ -152,27 +185,26 @@ def _whole(recorded: Recorded) -> tuple[tuple[Entry, ...], str]:
     words = Phrase("The run broke off at {at}. That last moment is not replayed.", at=at)
     if why:
         words = Phrase("The run broke off at {at}: {message} That last moment is not replayed.", at=at, message=why)
-    return tuple(e for e in recorded.entries if e.us < last), words
+    return Course(lambda: (e for e in recorded.entries if e.us < last)), words
 
 
-def _script(recorded: Recorded, entries: tuple[Entry, ...], found: Matching) -> Script:
-    at_end = _at_end(recorded, entries)
-    gone = {id(e) for e in at_end or ()}
-    played = tuple(e for e in entries if id(e) not in gone)
+def _script(recorded: Recorded, entries: Course, found: Matching) -> Script:
+    at_end = _at_end(recorded)
+    gone = {e.number for e in at_end or ()}
     until = recorded.last_us
     if recorded.ended == "broken":
-        until = max((e.us for e in played), default=0)
-    return Script(
-        list(moments(played)), at_end, found.streams, int(recorded.header.get("seed") or 0), until, found.behaviours
-    )
+        final = recorded.tail[-1].us if recorded.tail else 0
+        until = final if final < until else recorded.before_us
+    played = moments(e for e in entries if e.number not in gone)
+    return Script(played, at_end, found.streams, int(recorded.header.get("seed") or 0), until, found.behaviours)
 
 
-def _at_end(recorded: Recorded, entries: Sequence[Entry]) -> tuple[Entry, ...] | None:
+def _at_end(recorded: Recorded) -> tuple[Entry, ...] | None:
     """The ends of the commands that the end of the run has ended: the last lines, and no row has seen them."""
     last, found = recorded.last_us, []
     if recorded.ended in ("cut", "broken"):
         return None
-    for entry in reversed(entries):
+    for entry in reversed(recorded.tail):
         if entry.us != last or entry.kind == ACT:
             break
         if entry.kind == HAPPENING:
@@ -210,15 +242,23 @@ def _is_engines(entry: Entry, source: Source, found: Matching) -> bool:
     return entry.what == "error" and found.streams.get(entry.stream) in source.plan.own
 
 
-def _named(played: Played, found: Matching) -> list[Entry]:
+def _named(played: Played, found: Matching) -> Course:
     """What came, with streams called as in the record."""
-    names = found.names
-    return [replace(e, stream=names.get(e.stream, e.stream)) if e.stream else e for e in played.entries]
+    return Course(lambda: played.entries.named(found.names))
 
 
-def _as_long(came: list[Entry], expected: Sequence[Entry]) -> list[Entry]:
+def _as_long(came: Course, expected: Course) -> Course:
     """Without what came after the record was cut off, in the middle of a moment perhaps."""
-    last = expected[-1].us if expected else 0
-    most = sum(e.us == last for e in expected)
-    before = [e for e in came if e.us < last]
-    return [*before, *[e for e in came if e.us == last][:most]]
+    last = most = 0
+    for entry in expected:
+        last, most = (last, most + 1) if entry.us == last else (entry.us, 1)
+
+    def until() -> Iterator[Entry]:
+        count = 0
+        for entry in came:
+            count += entry.us == last
+            if entry.us > last or (entry.us == last and count > most):
+                return
+            yield entry
+
+    return Course(until)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -58,8 +58,8 @@ class Replayed:
     stamp: Stamp = field(default_factory=Stamp)
     actuators: tuple[str, ...] = ()
     spoken: Mapping[str, Spoken] = field(default_factory=dict)
-    recorded: tuple[Entry, ...] = field(default=(), repr=False, compare=False)
-    came: tuple[Entry, ...] = field(default=(), repr=False, compare=False)
+    recorded: Iterable[Entry] = field(default=(), repr=False, compare=False)
+    came: Iterable[Entry] = field(default=(), repr=False, compare=False)
 
     @property
     def language(self) -> str:

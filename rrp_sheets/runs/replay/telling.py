@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping
 
 from rrp_sheets.diagnostics.phrase import Phrase, listed
 from rrp_sheets.model.values import show
 from rrp_sheets.runs.replay.ends import Ends
 from rrp_sheets.runs.replay.play import Played
-from rrp_sheets.runs.replay.record import HAPPENING, Entry, Recorded
+from rrp_sheets.runs.replay.record import Recorded
 from rrp_sheets.runs.replay.words import in_words
 
 
@@ -34,15 +33,13 @@ def ending(recorded: Recorded, played: Played) -> str:
 
 
 def unknown(
-    recorded: Recorded, entries: Sequence[Entry], is_engines: Callable[[Entry], bool], cut: str,
-    ends: Ends | None = None,
+    recorded: Recorded, world: Mapping[str, int], cut: str, ends: Ends | None = None
 ) -> list[str]:  # fmt: skip
     """What a replay of a session cannot know.
 
     Args:
         recorded: the record.
-        entries: what of it is replayed.
-        is_engines: whether the engine itself has told something.
+        world: what the robot and its world did in it, with how often.
         cut: what is left out of a run that broke off, in words.
         ends: what was made of the ends of commands, when another workbook was played.
     """
@@ -52,7 +49,6 @@ def unknown(
         told.append(Phrase("The record has no end: it was cut off at {at}, and is replayed up to there.", at=at))
     if recorded.engine != "frame":
         told.append("The event loop's record does not say which of two things of the same microsecond came first.")
-    world = Counter(e.what for e in entries if e.kind == HAPPENING and not is_engines(e))
     if world and ends is None:
         worlds = listed(
             [
