@@ -98,7 +98,9 @@ def test_both_remedies_of_a_stale_combination_silence_it_and_its_test_then_passe
 
 
 def test_the_tick_says_what_the_reader_does_with_words_of_other_languages(shelf: Books) -> None:
-    rows = "".join(f"| {word} | Red ball | map | 1 | Y{i} |\n" for i, word in enumerate(["FALSCH", "いいえ", "はい", "WAHR", ""]))
+    rows = "".join(
+        f"| {word} | Red ball | map | 1 | Y{i} |\n" for i, word in enumerate(["FALSCH", "いいえ", "はい", "WAHR", ""])
+    )
     book = f"## Look\n| On | Input streams | Connector | Formula | Output stream |\n|---|---|---|---|---|\n{rows}"
     (shelf.folder / "languages.md").write_text(book, encoding="utf-8")
     grid = shelf.open(path=shelf.folder / "languages.md", sheet="Look")

@@ -323,20 +323,48 @@ def a_session(folder: Path, seconds: int) -> Path:
     return folder
 
 
-def test_the_lines_of_a_long_session_are_not_kept(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def long_session(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return a_session(tmp_path_factory.mktemp("long") / "run", 24)
+
+
+def test_the_lines_of_a_long_session_are_not_kept(long_session: Path, tmp_path: Path) -> None:
     other = tmp_path / "other.xlsx"
     shutil.copy(bundled("workbooks", "complex-tracking.xlsx"), other)
     row = api.read(other).workbook.behaviours[0].rows[2]
     api.set_cell(other, f"Tracking!{row.formula.address.cell}", "0.9 <= distance < 1.5")
-    session = a_session(tmp_path / "run", 24)
     for workbook in (None, other):
         alive: list[int] = []
 
         def count(_part: float, alive: list[int] = alive) -> None:
             alive.append(sum(type(one) is Entry for one in gc.get_objects()))
 
-        found = replay(session, workbook, count)
+        found = replay(long_session, workbook, count)
         alive.append(sum(type(one) is Entry for one in gc.get_objects()))
         assert found.compared > 1_500 and found.same is (workbook is None)
         assert len(alive) > 1 and max(alive) < 200, alive
         assert sum(1 for _ in found.recorded) == found.compared  # they can be gone through again
+
+
+def test_a_trace_that_changes_meanwhile_is_told(long_session: Path, tmp_path: Path) -> None:
+    session = shutil.copytree(long_session, tmp_path / "run")
+    trace = session / "trace.jsonl"
+
+    def change(_part: float) -> None:
+        lines = trace.read_text(encoding="utf-8").splitlines(keepends=True)
+        trace.write_text("".join([*lines[:100], '{"t": "soon", "stream": 5}\n', *lines[100:]]), encoding="utf-8")
+
+    with pytest.raises(UnreadableFile, match="is not a trace"):
+        replay(session, told=change)
+
+
+def test_a_second_header_is_a_line_like_others(tmp_path: Path) -> None:
+    session = a_session(tmp_path / "run", 3)
+    trace = session / "trace.jsonl"
+    lines = trace.read_text(encoding="utf-8").splitlines(keepends=True)
+    trace.write_text(
+        "".join([*lines[:50], lines[0].replace("{", '{"t":' + str(json.loads(lines[50])["t"]) + ",", 1), *lines[50:]]),
+        encoding="utf-8",
+    )
+    found = replay(session)
+    assert found.same

@@ -261,7 +261,9 @@ def test_where_the_code_stands_elsewhere_is_told(folder: Path) -> None:
     (folder / "plots.pdf").write_bytes(b"%PDF-1.7\n" + b"/Filter stream\n" * 2_000 + b"<</Subject(Participant: P07)>>")
     os.utime(folder / "plots.pdf", (1.7e9, 1.7e9))
     (folder / "film.gif").write_bytes(b"GIF89a P07;")
-    with zipfile.ZipFile(folder / "letters.docx", "w", zipfile.ZIP_DEFLATED) as packed:  # packed texts of other programs
+    with zipfile.ZipFile(
+        folder / "letters.docx", "w", zipfile.ZIP_DEFLATED
+    ) as packed:  # packed texts of other programs
         packed.writestr("word/document.xml", "<w:t>Dear P07</w:t>" * 9)
     with zipfile.ZipFile(folder / "papers.zip", "w") as packed:
         packed.writestr("protocol.pdf", b"%PDF P07")

@@ -174,7 +174,24 @@ def test_on_and_priority(markdown) -> None:  # type: ignore[no-untyped-def]
 
 
 def test_on_in_other_languages_and_spellings(markdown) -> None:  # type: ignore[no-untyped-def]
-    off = ["FALSCH", "Faux", "falso", "ONWAAR", "いいえ", "オフ", "ｵﾌ", "ＦＡＬＳＥ", "０", "nein", "否", "ЛОЖЬ", "yanlış", "Ｎｏ", "'FALSE", "FAL\u200bSE"]
+    off = [
+        "FALSCH",
+        "Faux",
+        "falso",
+        "ONWAAR",
+        "いいえ",
+        "オフ",
+        "ｵﾌ",
+        "ＦＡＬＳＥ",
+        "０",
+        "nein",
+        "否",
+        "ЛОЖЬ",
+        "yanlış",
+        "Ｎｏ",
+        "'FALSE",
+        "FAL\u200bSE",
+    ]
     on = ["WAHR", "vrai", "はい", "オン", "ＴＲＵＥ", "１", "oui", "sí", "SÍ", "Si\u0301", "ДА", "是"]
     rows = "".join(f"| x | map | 1 | Y{i} | {word} | | |\n" for i, word in enumerate([*off, *on]))
     reading = markdown(f"## A{HEAD}{rows}")

@@ -53,6 +53,7 @@ class Entry:
 
 
 NO_DETAIL: Mapping[str, Any] = {}
+_NO_LINE = (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError)  # what comes of a bad one
 
 
 class Course:
@@ -141,7 +142,7 @@ def read_record(path: Path) -> Recorded:
                     before = tail[-1].us
                     tail.clear()
                 tail.append(entry)
-    except (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError):
+    except _NO_LINE:
         raise _no_trace(file) from None
     except OSError as error:
         raise UnreadableFile(
@@ -156,10 +157,13 @@ def read_record(path: Path) -> Recorded:
 def _entries(file: Path) -> Iterator[Entry]:
     """The entries of a trace that was read before without fault; it may have grown since."""
     number = 0
-    for line in read_trace(file):
-        if "t" in line and line.get("type") not in ("header", "summary"):
-            yield _entry(line, number)
-            number += 1
+    try:
+        for line in islice(read_trace(file), 1, None):
+            if "t" in line and line.get("type") != "summary":
+                yield _entry(line, number)
+                number += 1
+    except (*_NO_LINE, OSError):  # another program has changed it meanwhile
+        raise _no_trace(file) from None
 
 
 def _no_trace(file: Path) -> UnreadableFile:
