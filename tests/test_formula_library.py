@@ -61,6 +61,16 @@ def test_values(text, value):
 
 
 @pytest.mark.parametrize(
+    ("text", "value"),
+    [("SUM([0.1 for n in RANGE(10)])", 1.0), ("AVERAGE([0.1 for n in RANGE(10)])", 0.1), ("SUM(0.1; 0.2; 0.3)", 0.6),
+     ("STDEV(1.1; 2.7; 3.3)", 1.1372481406154653), ("SUM(1; 2; 3)", 6)],
+)  # fmt: skip
+def test_sums_are_rounded_once_and_so_alike_in_every_python(text, value):
+    result = to_json(evaluate(text))
+    assert (type(result), result) == (type(value), value)
+
+
+@pytest.mark.parametrize(
     ("text", "code"),
     [
         ("SQRT(-1)", "FORM107"), ("LN(0)", "FORM107"), ("LOG10(-1)", "FORM107"), ("ASIN(1.1)", "FORM107"), ("MOD(1; 0)", "FORM101"), ("QUOTIENT(1; 0)", "FORM101"), ("SCALE(1; 2; 2; 0; 1)", "FORM101"),

@@ -73,7 +73,7 @@ class Body:
                 if joint:
                     b.resetJointState(self.id, self.index[joint], angle)
         # The posture leans: turn the torso so that the soles are level, then put them on the floor.
-        lean = -sum(self.start[f"L{j}"] for j in ("HipPitch", "KneePitch", "AnklePitch"))
+        lean = -(self.start["LHipPitch"] + self.start["LKneePitch"] + self.start["LAnklePitch"])
         turned = b.getQuaternionFromEuler([0, lean, 0])
         b.resetBasePositionAndOrientation(self.id, [0, 0, 1], turned)
         sole = self.sole("L").position

@@ -123,7 +123,7 @@ class Ear:
         spoken = [s for s in segments if s[0].startswith("w")]
         found = listener.among([s[0] for s in spoken])
         fits = [
-            (word.text, sum(s[3] for s in part) / sum(s[2] for s in part))
+            (word.text, math.fsum(s[3] for s in part) / sum(s[2] for s in part))
             for word, place in found
             if (part := spoken[place : place + len(word.tokens)])
         ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from rrp_sheets.formulas.functions.define import define, flat, number
 from rrp_sheets.formulas.functions.maths import Number, in_bounds
@@ -15,6 +16,16 @@ def _numbers(values: tuple[Value, ...]) -> list[Number]:
     if not found:
         raise FormulaProblem("FORM107", what="There is no number in an empty list")
     return found
+
+
+def _total(numbers: Sequence[Number]) -> Number:
+    """Their sum. With fractions it is rounded once, at the end: Python's own `sum` does it otherwise from 3.12 on."""
+    if any(isinstance(n, float) for n in numbers):
+        try:
+            return math.fsum(numbers)
+        except (OverflowError, ValueError):  # too large on the way, or without end: no Python rounds that
+            pass
+    return sum(numbers)
 
 
 def min_(*values: Value) -> Number:
@@ -41,7 +52,7 @@ def sum_(*values: Value) -> Number:
     >>> sum_(1, 2, [3, 4])
     10
     """
-    return sum(number(v) for v in flat(values))
+    return _total([number(v) for v in flat(values)])
 
 
 def average(*values: Value) -> float:
@@ -51,7 +62,7 @@ def average(*values: Value) -> float:
     2.0
     """
     found = _numbers(values)
-    return sum(found) / len(found)
+    return _total(found) / len(found)
 
 
 def median(*values: Value) -> Number:
@@ -74,8 +85,8 @@ def stdev(*values: Value) -> float:
     found = _numbers(values)
     if len(found) < 2:
         raise FormulaProblem("FORM107", what="There is no deviation of less than two numbers")
-    mean = sum(found) / len(found)
-    return math.sqrt(sum((n - mean) ** 2 for n in found) / (len(found) - 1))
+    mean = _total(found) / len(found)
+    return math.sqrt(_total([(n - mean) ** 2 for n in found]) / (len(found) - 1))
 
 
 def product(*values: Value) -> Number:

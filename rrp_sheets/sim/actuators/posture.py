@@ -69,7 +69,7 @@ class Posture(Keyframed):
         legs = [j.name for j in body.robot.joints.values() if j.chain in ("LLeg", "RLeg")]
         return min(
             body.robot.postures,
-            key=lambda p: sum((self._angles(p)[leg] - body.aimed(leg)) ** 2 for leg in legs),
+            key=lambda p: math.fsum((self._angles(p)[leg] - body.aimed(leg)) ** 2 for leg in legs),
         )
 
 
