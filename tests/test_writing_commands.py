@@ -104,6 +104,11 @@ def test_convert(path, tmp_path):
         source = path if out != "back.xlsx" else tmp_path / "folder"
         assert run("convert", source, tmp_path / out) == (0, f"Made {tmp_path / out}.\n")
         assert not api.check(tmp_path / out).report.errors
+    assert run("convert", path, "-o", tmp_path / "y.md") == (0, f"Made {tmp_path / 'y.md'}.\n")
+    assert (tmp_path / "y.md").read_bytes() == (tmp_path / "x.md").read_bytes()
+    for wrong in ((), (tmp_path / "z.md", "-o", tmp_path / "z.md")):
+        code, told = run("convert", path, *wrong)
+        assert code == 2 and "Name one file or folder to write" in told
     code, told = run("convert", path, tmp_path / "x.md")
     assert code == 2 and "already a file" in told
 

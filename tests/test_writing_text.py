@@ -13,13 +13,25 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from rrp_sheets import api
-from rrp_sheets.errors import SheetsError
+from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.resources import bundled
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.editing import DeleteRows, FileChanged, InsertRows, MoveRows, SetCell, edit, read_sheets
+from rrp_sheets.workbook.editing import (
+    AddSheet,
+    DeleteRows,
+    DeleteSheet,
+    FileChanged,
+    InsertRows,
+    MoveRows,
+    RenameSheet,
+    SetCell,
+    edit,
+    read_sheets,
+)  # fmt: skip
+from rrp_sheets.workbook.maker import make_workbook
 from rrp_sheets.workbook.rows import to_rows
 from rrp_sheets.workbook.text_cells import from_csv, from_markdown, to_csv, to_markdown
-from rrp_sheets.workbook.text_write import write_csv, write_markdown
+from rrp_sheets.workbook.text_write import csv_text, write_csv, write_markdown
 
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
 MARKDOWN = """# About
@@ -57,21 +69,75 @@ def checked_and_explained(path: Path):
 
 
 @pytest.mark.parametrize("name", WORKBOOKS)
-@pytest.mark.parametrize("form", ["md", "folder", "md, folder, xlsx"])
-def test_the_twins_say_the_same(name, form, tmp_path):
+def test_a_workbook_is_the_same_in_every_format(name, tmp_path):
+    """Through Markdown, CSV and tab-separated files and back: the same sheets, cells, findings and sentences."""
     source = bundled("workbooks", f"{name}.xlsx")
+    wanted = texts(source)
+    generated = wanted.pop("Lists")
     path = source
-    for number, kind in enumerate(form.split(", ")):
-        path = api.convert(path, tmp_path / (f"{number}" if kind == "folder" else f"{number}.{kind}"))
-    book, words = checked_and_explained(source)
-    twin = api.check(path)
-    assert [(d.code, str(d.address), d.message) for d in book.report] == [
-        (d.code, str(d.address), d.message) for d in twin.report
+    for out in ("x.md", "folder", "back.xlsx"):
+        path = api.convert(path, tmp_path / out)
+        found = texts(path)
+        assert found.pop("Lists", generated) == generated and ("Lists" in texts(path)) is (out == "back.xlsx")
+        assert found == wanted and list(found) == list(wanted)
+    assert texts(tabbed(tmp_path / "folder", tmp_path / "tabbed")) == wanted
+    for twin in (api.check(tmp_path / "x.md"), api.check(tmp_path / "tabbed"), api.check(path)):
+        book, words = checked_and_explained(source)
+        assert [(d.code, str(d.address), d.message) for d in book.report] == [
+            (d.code, str(d.address), d.message) for d in twin.report
+        ]
+        for graph in ("behaviours", "streams"):
+            assert repr(getattr(book.graph, graph)) == repr(getattr(twin.graph, graph))
+        assert book.scene == twin.scene
+    assert words == api.explain(tmp_path / "x.md")[0] == api.explain(path)[0]
+
+
+def tabbed(folder: Path, target: Path) -> Path:
+    """A folder of CSV files as Excel saves "Text (Tab delimited)", but in UTF-8."""
+    target.mkdir()
+    for file in folder.iterdir():
+        if file.suffix != ".csv":
+            (target / file.name).write_bytes(file.read_bytes())
+            continue
+        text = file.read_text("utf-8-sig")
+        rows = list(csv.reader(text.removeprefix("sep=,\n").splitlines(keepends=True)))
+        with (target / f"{file.stem}.tsv").open("w", encoding="utf-8", newline="") as out:
+            csv.writer(out, "excel-tab").writerows(rows)
+    return target
+
+
+LISTS = [["Connectors", "Sensors", "Actuators", "All devices", "On or off"], ["map", "Red ball", "Say", "Say", "TRUE"]]
+
+
+def test_generated_lists_of_any_name_are_made_again(tmp_path):
+    """What earlier versions have added is gone; what somebody has written stays."""
+    row = [["Input streams", "Connector", "Formula", "Output stream"], ["Red ball", "map", "1", "X"]]
+    old = {"T": row, "Lists": LISTS, "Lists for drop-downs": LISTS, "Lists for drop-downs 21": LISTS}
+    own = {"Lists for drop-downs 3": [*LISTS, ["mine"]], "My lists": LISTS}
+    write_markdown(old | own, tmp_path / "x.md")
+    book = api.convert(tmp_path / "x.md", tmp_path / "x.xlsx")
+    assert list(texts(book)) == ["T", "Lists for drop-downs 3", "My lists", "Lists"]
+    assert list(texts(api.convert(book, tmp_path / "y.md"))) == ["T", *own]
+    named = [row[0], ["Red ball", "map", "INDEX(Lists; 1)", "X"]]
+    write_markdown({"T": named, "Lists": LISTS}, tmp_path / "n.md")
+    book = api.convert(tmp_path / "n.md", tmp_path / "n.xlsx")
+    assert list(texts(book)) == ["T", "Lists"]
+    assert list(texts(api.convert(book, tmp_path / "m.md"))) == ["T", "Lists"]  # a formula needs it
+    write_markdown({"T": row, "lists": [["x"]]}, tmp_path / "l.md")
+    book = api.convert(tmp_path / "l.md", tmp_path / "l.xlsx")
+    assert list(texts(book)) == ["T", "lists", "Lists for drop-downs"]
+    assert list(texts(api.convert(book, tmp_path / "l"))) == ["lists", "T"] or list(texts(tmp_path / "l")) == [
+        "T",
+        "lists",
     ]
-    for graph in ("behaviours", "streams"):
-        assert repr(getattr(book.graph, graph)) == repr(getattr(twin.graph, graph))
-    assert book.scene == twin.scene
-    assert words == api.explain(path)[0]
+
+
+def test_sheets_of_one_name_are_not_merged(tmp_path):
+    (tmp_path / "x.md").write_text("## T\n\n| a |\n|---|\n| 1 |\n\n## T\n\n| b |\n|---|\n| 2 |\n")
+    for out in ("x.xlsx", "f", "y.md"):
+        with pytest.raises(SheetsError, match="Two sheets are called “T”"):
+            api.convert(tmp_path / "x.md", tmp_path / out)
+        assert not (tmp_path / out).exists()
 
 
 TEXT = st.text(st.characters(codec="utf-8", exclude_categories=("Cc", "Cs")), max_size=10)
@@ -99,8 +165,29 @@ def test_any_rows_come_back(tmp_path, rows):
     }
     write_markdown({"S": rows, "R": [["x"]]}, tmp_path / "x.md")
     wanted = kept(rows, False)
-    assert {a: t.replace(" \n", "\n") for a, t in texts(tmp_path / "x.md").get("S", {}).items()} == {
+    assert {a: t.replace(" \n", "\n") for a, t in texts(tmp_path / "x.md")["S"].items()} == {
         a: t.replace(" \n", "\n") for a, t in wanted.items()
+    }
+    (folder / "S.csv").unlink()
+    (folder / "S.tsv").write_text(csv_text(rows, "\t"), "utf-8")
+    assert texts(folder)["S"] == found
+
+
+LITERAL = st.sampled_from(["_x0041_", "_x000D_", "a_x005F_x0041_", "_X0041_"])
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=25)
+@given(st.lists(st.lists(st.one_of(TEXT, SPICY, LITERAL), max_size=4), min_size=1, max_size=5))
+def test_any_rows_come_back_from_xlsx(tmp_path, rows):
+    make_workbook({"S": rows, "Blank": [], "R": [["x"]]}, tmp_path / "x.xlsx")
+    found = texts(tmp_path / "x.xlsx")
+    assert {at: t for at, t in found.pop("S").items() if t.strip()} == kept(rows, True)
+    assert found == {"Blank": {}, "R": {(1, 1): "x"}}
+    write_markdown(to_rows(read_sheets(tmp_path / "x.xlsx")), tmp_path / "x.md")
+    again = texts(tmp_path / "x.md")
+    assert list(again) == ["S", "Blank", "R"]
+    assert {a: t.replace(" \n", "\n") for a, t in again["S"].items()} == {
+        a: t.replace(" \n", "\n") for a, t in kept(rows, False).items()
     }
 
 
@@ -329,3 +416,34 @@ def test_any_edit_of_any_text(tmp_path, rows, row, column, text):
 
 def test_rows_helper_keeps_numbers(folder):
     assert to_rows(read_sheets(folder))["T"][2] == []
+
+
+# ---- tab-separated files
+
+
+def test_a_folder_of_tab_separated_files(tmp_path):
+    (tmp_path / "T.tsv").write_text("From\tOperator\tParameter\tTo\nRed ball\tmap\tMAX(1, 2)\tX\n", "utf-8")
+    (tmp_path / "Mine.TSV").write_text("a, b, c\n1, 2, 3", "utf-8")  # one column
+    assert texts(tmp_path) == {
+        "Mine": {(1, 1): "a, b, c", (2, 1): "1, 2, 3"},
+        "T": {(1, 1): "From", (1, 2): "Operator", (1, 3): "Parameter", (1, 4): "To",
+              (2, 1): "Red ball", (2, 2): "map", (2, 3): "MAX(1, 2)", (2, 4): "X"},
+    }  # fmt: skip
+    edit(tmp_path, [SetCell("T", 2, 4, "a\tb"), SetCell("Mine", 2, 2, "z"), AddSheet("New", rows=[["p,q", "r"]])])
+    assert (tmp_path / "T.tsv").read_text("utf-8").endswith('MAX(1, 2)\t"a\tb"\n')
+    assert (tmp_path / "Mine.TSV").read_text("utf-8") == "a, b, c\n1, 2, 3\tz"
+    assert texts(tmp_path)["New"] == {(1, 1): "p,q", (1, 2): "r"} and (tmp_path / "New.tsv").is_file()
+    edit(tmp_path, [RenameSheet("New", "Newer"), DeleteSheet("Mine")])
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["Newer.tsv", "T.tsv", "order.txt"]
+    edit(tmp_path / "T.tsv", [SetCell("T", 2, 1, "Blue ball")])  # one file is a workbook, too
+    assert read(tmp_path / "T.tsv").workbook.behaviours[0].rows[0].inputs[0].text == "Blue ball"
+
+
+def test_two_files_of_one_sheet_are_refused(tmp_path):
+    for suffix in ("csv", "tsv"):
+        (tmp_path / f"T.{suffix}").write_text("a\tb\n")
+    with pytest.raises(UnreadableFile, match=r"“T\.csv” and “T\.tsv” are both the sheet “T”") as caught:
+        read(tmp_path)
+    assert caught.value.code == "FILE021" and caught.value.remedy
+    with pytest.raises(SheetsError, match="CSV files in"):
+        write_csv({"S": [["x"]]}, tmp_path)

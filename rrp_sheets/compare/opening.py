@@ -10,7 +10,7 @@ from rrp_sheets.diagnostics import Report
 from rrp_sheets.model.workbook import Workbook
 from rrp_sheets.workbook import Reading, read
 
-_KNOWN = {".xlsx", ".xlsm", ".xltm", ".xlam", ".xls", ".ods", ".md", ".markdown", ".csv"}
+_KNOWN = {".xlsx", ".xlsm", ".xltm", ".xlam", ".xls", ".ods", ".md", ".markdown", ".csv", ".tsv"}
 _HEAD = 8_192  # bytes that tell a format
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -70,8 +71,11 @@ def as_xlsx(reading: Reading, robot: Robot, target: Path, *, replace: bool = Tru
 def convert(path: Path, robot: Robot, target: Path, *, replace: bool = True) -> Path:
     """Write a workbook in the format that the target's name tells: .xlsx, .md, or else a folder of CSV files.
 
+    The sheet Lists with the drop-downs' entries exists only in .xlsx, where the program makes it, unless a formula
+    names it.
+
     Raises:
-        SheetsError: when both are .xlsx, or the target cannot be written.
+        SheetsError: when both are .xlsx, two sheets have one name, or the target cannot be written.
     """
     from rrp_sheets.workbook import read
     from rrp_sheets.workbook.editing import read_sheets
@@ -82,8 +86,13 @@ def convert(path: Path, robot: Robot, target: Path, *, replace: bool = True) -> 
     if suffix == ".xlsx":
         if path.suffix.casefold() == ".xlsx" and not path.is_dir():
             raise SheetsError("Both are .xlsx workbooks; there is nothing to convert.", "Copy the file instead.")
-        return as_xlsx(read(path), robot, target, replace=replace)
-    sheets = to_rows(read_sheets(path))
+        reading = read(path)
+        _refuse_twins(reading.workbook.sheets)
+        return as_xlsx(reading, robot, target, replace=replace)
+    reading, raw, offered = read(path), read_sheets(path), offers(robot)
+    _refuse_twins(reading.workbook.sheets)
+    named = reading.workbook.tables
+    sheets = {n: rows for n, rows in to_rows(raw).items() if key(n) in named or not offered.made(n, rows)}
     if suffix in (".md", ".markdown"):
         return write_markdown(sheets, target, replace=replace)
     if suffix in (".csv", ".xls", ".ods", ".xlsm", ".pdf", ".txt", ".tsv"):
@@ -92,3 +101,10 @@ def convert(path: Path, robot: Robot, target: Path, *, replace: bool = True) -> 
             "Name an .xlsx or .md file, or a folder (without ending) for CSV files.",
         )
     return write_csv(sheets, target)
+
+
+def _refuse_twins(names: Sequence[str]) -> None:
+    """Raise SheetsError when two sheets have the same name: only one of them would be written."""
+    twins = [name for name in dict.fromkeys(names) if names.count(name) > 1]
+    if twins:
+        raise SheetsError(f"Two sheets are called “{twins[0]}”.", "Rename one of them.")

@@ -31,7 +31,7 @@ def refuse_open_file(path: Path) -> None:
 def refuse_workbook(target: Path, source: Path) -> None:
     """Raise SheetsError when what is written about a workbook would take the place of a workbook or a run's record."""
     same = os.path.exists(target) and os.path.exists(source) and target.samefile(source)
-    if same or target.suffix.casefold() in (".xlsx", ".xlsm", ".csv", ".jsonl"):
+    if same or target.suffix.casefold() in (".xlsx", ".xlsm", ".csv", ".tsv", ".jsonl"):
         taken = "a run's record" if target.suffix.casefold() == ".jsonl" else "a workbook"
         raise SheetsError(
             f"“{target}” {'is the workbook itself' if same else f'would be taken for {taken}'}; nothing was written.",

@@ -38,7 +38,17 @@ from rrp_sheets.workbook.edits import (
 )  # fmt: skip
 from rrp_sheets.workbook.patch.values import typed
 from rrp_sheets.workbook.raw import Extent, RawSheet, check_size, unreadable
-from rrp_sheets.workbook.reading import MARKDOWN, csv_files, csv_order, file_bytes, open_book, text_digest
+from rrp_sheets.workbook.reading import (
+    MARKDOWN,
+    csv_files,
+    csv_order,
+    csv_paths,
+    file_bytes,
+    open_book,
+    tab_sheets,
+    text_digest,
+)
+from rrp_sheets.workbook.text_books import SUFFIXES
 
 __all__ = [
     "AddSheet", "BringSheet", "DeleteRows", "DeleteSheet", "Edit", "Edited", "FileChanged", "InsertRows", "MoveRows",
@@ -89,7 +99,7 @@ def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None
     refuse_open_file(path)
     path = path.resolve()
     with _alone(path if path.is_dir() else path.parent):
-        if path.is_dir() or path.suffix.casefold() == ".csv":
+        if path.is_dir() or path.suffix.casefold() in SUFFIXES:
             return _edit_csv(path, edits, expected_digest)
         _refuse_read_only(path)
         stamp = stamp_of(path)
@@ -164,13 +174,13 @@ def _edit_csv(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited
     from rrp_sheets.workbook.text_sheets import CsvFolder
 
     folder = csv_files(path) if path.is_dir() else {path.stem: file_bytes(path)}
-    paths = {p.stem: p for p in (sorted(path.iterdir()) if path.is_dir() else [path]) if p.suffix.casefold() == ".csv"}
+    paths = csv_paths(path)
     stamps = {name: stamp_of(paths[name]) for name in folder}
     open_book(path)  # refuses what cannot be read
     order = csv_order(path) if path.is_dir() else []
     if expected not in (None, digest := text_digest(folder, named=True, order=order)):
         raise _changed(path)
-    now, kept = CsvFolder(dict(folder), list(order)), list[str]()
+    now, kept = CsvFolder(dict(folder), list(order), tab_sheets(paths)), list[str]()
     for one in edits:
         if isinstance(one, SheetEdit):
             if not path.is_dir():
@@ -179,7 +189,7 @@ def _edit_csv(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited
             continue
         name = sheet_named(list(now.files), one.sheet)
         text = EncodedText(now.files[name])
-        table = CsvTable(name, text.text, text.newline)
+        table = CsvTable(name, text.text, text.newline, now.file_name(name))
         table.apply(one)
         now.files[name] = text.encode(table.whole())
     if now.files == folder and now.order == order:

@@ -32,7 +32,8 @@ def make_workbook(
     """Write rows of texts as a workbook that opens, looks right and prints well; the same rows give the same bytes.
 
     Args:
-        sheets: the rows by sheet name; which row is the header is found as in reading.
+        sheets: the rows by sheet name; which row is the header is found as in reading. A Lists sheet that the program
+            has made is made again.
         path: of the .xlsx.
         offers: names for the drop-downs.
         language: of the texts, for the file's properties.
@@ -47,9 +48,12 @@ def make_workbook(
     from openpyxl import Workbook
 
     path = Path(path)
+    if offers is not None:
+        sheets = {name: rows for name, rows in sheets.items() if not offers.made(name, rows)}
     book = Workbook()
     book.remove(book.worksheets[0])
-    lists_name = "Lists" if "Lists" not in sheets else "Lists for drop-downs"
+    taken = {name.casefold() for name in sheets}
+    lists_name = "Lists" if "lists" not in taken else "Lists for drop-downs"
     titles = sheet_titles([*sheets, lists_name])
     recognised = {name: recognise(_raw(name, rows)) for name, rows in sheets.items()}
     lists = _name_lists(book, titles[lists_name], offers, _streams(sheets, recognised, titles))

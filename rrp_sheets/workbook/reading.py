@@ -13,7 +13,7 @@ from rrp_sheets.model.workbook import Workbook
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.raw import Book, RawSheet, unreadable
 from rrp_sheets.workbook.reader import Reader
-from rrp_sheets.workbook.text_books import ORDER, decode, read_csv, read_markdown
+from rrp_sheets.workbook.text_books import ORDER, SUFFIXES, TAB_SUFFIX, decode, read_csv, read_markdown
 
 MARKDOWN = {".md", ".markdown"}
 _MACROS = {".xlsm", ".xltm", ".xlam"}
@@ -40,7 +40,7 @@ class Reading:
 
 
 def read(path: Path | str, suffix: str = "") -> Reading:
-    """Read a workbook: an .xlsx file, a folder of CSV files (or one), or a Markdown file.
+    """Read a workbook: an .xlsx file, a folder of .csv or .tsv files (or one), or a Markdown file.
 
     Args:
         path: the file or the folder.
@@ -77,8 +77,9 @@ def open_book(path: Path, suffix: str = "") -> tuple[Book, str]:
         raise unreadable("FILE015", name=path.name)
     if suffix in MARKDOWN:
         return read_markdown(data, path.name), text_digest({path.name: data}, named=False)
-    if suffix == ".csv":
-        return read_csv({path.stem: data}, path.name), text_digest({path.stem: data}, named=True)
+    if suffix in SUFFIXES:
+        tabs = {path.stem} if suffix == TAB_SUFFIX else set()
+        return read_csv({path.stem: data}, path.name, tabs=tabs), text_digest({path.stem: data}, named=True)
     from rrp_sheets.workbook.xlsx import XlsxBook
 
     return XlsxBook(data, path.name), hashlib.sha256(data).hexdigest()
@@ -86,7 +87,8 @@ def open_book(path: Path, suffix: str = "") -> tuple[Book, str]:
 
 def _open_folder(folder: Path) -> tuple[Book, str]:
     files, order = csv_files(folder), csv_order(folder)
-    return read_csv(files, folder.name or str(folder), order), text_digest(files, named=True, order=order)
+    book = read_csv(files, folder.name or str(folder), order, tab_sheets(csv_paths(folder)))
+    return book, text_digest(files, named=True, order=order)
 
 
 def csv_order(folder: Path) -> list[str]:
@@ -98,17 +100,39 @@ def csv_order(folder: Path) -> list[str]:
     return [name for line in lines if (name := line.strip())][: limits.SHEETS]
 
 
+def csv_paths(path: Path) -> dict[str, Path]:
+    """The .csv and .tsv files of a folder (or the one file that `path` is) by sheet name.
+
+    Raises:
+        UnreadableFile: when there are too many, or two of them are the same sheet.
+    """
+    if not path.is_dir():
+        return {path.stem: path}
+    found = sorted(
+        p for p in path.iterdir() if p.suffix.casefold() in SUFFIXES and p.name[0] not in ".~" and p.is_file()
+    )
+    if len(found) > limits.SHEETS:
+        raise unreadable("FILE012", name=path.name, count=len(found), limit=limits.SHEETS)
+    paths: dict[str, Path] = {}
+    for file in found:
+        if other := paths.get(file.stem):
+            raise unreadable("FILE021", name=path.name, one=other.name, other=file.name, sheet=file.stem)
+        paths[file.stem] = file
+    return paths
+
+
+def tab_sheets(paths: Mapping[str, Path]) -> set[str]:
+    """The sheets whose files are .tsv files."""
+    return {sheet for sheet, path in paths.items() if path.suffix.casefold() == TAB_SUFFIX}
+
+
 def csv_files(folder: Path) -> dict[str, bytes]:
-    """The contents of a folder's CSV files by sheet name."""
-    paths = sorted(p for p in folder.iterdir() if p.suffix.casefold() == ".csv" and p.name[0] not in ".~")
-    if len(paths) > limits.SHEETS:
-        raise unreadable("FILE012", name=folder.name, count=len(paths), limit=limits.SHEETS)
+    """The contents of a folder's .csv and .tsv files by sheet name."""
     files: dict[str, bytes] = {}
     left = limits.FILE_BYTES
-    for p in paths:
-        if p.is_file():
-            files[p.stem] = file_bytes(p, left)
-            left -= len(files[p.stem])
+    for sheet, path in csv_paths(folder).items():
+        files[sheet] = file_bytes(path, left)
+        left -= len(files[sheet])
     return files
 
 

@@ -12,6 +12,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.workbook import limits, style
 from rrp_sheets.workbook.headers import Recognised
 from rrp_sheets.workbook.marks import Block, add_choices, add_name_marks, add_prompt, add_row_marks
+from rrp_sheets.workbook.xlsx_parts import escape_literal
 
 _LETTER = 0.75  # the mean width of a letter, in widths of a digit, with room to spare
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
@@ -153,6 +154,6 @@ def _set_text(cell: Any, text: str) -> None:
             "Shorten it.",
         )
     if text:
-        cell.value = _CONTROL.sub("\ufffd", text)
+        cell.value = escape_literal(_CONTROL.sub("\ufffd", text))
         cell.data_type = "s"  # after the value: a text that begins with = must not become a formula
     cell.number_format = "@"

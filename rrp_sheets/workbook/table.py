@@ -16,6 +16,8 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from rrp_sheets.workbook.xlsx_parts import escape_literal
+
 _MOST_ROWS = 1_000_000  # of a sheet, which holds 1,048,576: some may come while it is written
 _PIECE = 2_000  # rows that are written at once
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")  # halves of letters too
@@ -24,7 +26,7 @@ _LONGEST_PROPERTY = 255
 _ESCAPED = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "\r": "&#13;"})
 _ROWS_END = b"</sheetData>"
 # what XML does not take as it is:
-_WORK = re.compile("[&<>\r\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]|^\\s|\\s$")
+_WORK = re.compile("[&<>\r\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]|^\\s|\\s$|_x")
 
 
 @dataclass(frozen=True)
@@ -161,4 +163,4 @@ def _cell(make: Any, sheet: Any, value: Any) -> Any:
 
 
 def _text(value: Any) -> str:
-    return _CONTROL.sub("\ufffd", str(value))[:_LONGEST]
+    return escape_literal(_CONTROL.sub("\ufffd", str(value))[:_LONGEST])

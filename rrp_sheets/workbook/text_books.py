@@ -2,8 +2,8 @@
 
 A folder of CSV files is a workbook: one file is one sheet, the file's name is the sheet's name, and the sheets stand
 in the order of the names, numbers counting as numbers (`2 Greet.csv` before `10 Look.csv`), unless a file `order.txt`
-says otherwise, one sheet a line. The delimiter (comma,
-semicolon or tab) is the one that gives the header row most columns.
+says otherwise, one sheet a line. The delimiter (comma, semicolon or tab) is the one that gives the header row most
+columns; in a .tsv file it is the tab.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from rrp_sheets.model.cells import Address
 from rrp_sheets.workbook import limits
@@ -20,6 +20,9 @@ from rrp_sheets.workbook.raw import Extent, Finding, RawCell, RawSheet, unreadab
 from rrp_sheets.workbook.text_cells import CELL_END, DELIMITERS, from_csv, from_markdown
 
 ORDER = "order.txt"
+TAB_SUFFIX = ".tsv"
+SUFFIXES = (".csv", TAB_SUFFIX)
+"""Of the files of which each is a sheet."""
 HEADING = re.compile(r"##[ \t]+(.*?)[ \t]*#*[ \t]*")
 _QUOTED = re.compile(rf'(?<![^{DELIMITERS}\r\n])"(?:[^"]|"")*+"(?![^{DELIMITERS}\r\n])')
 RULE = re.compile(r"\|[\s:|-]*-[\s:|-]*\|?\s*")
@@ -59,12 +62,16 @@ def decode(data: bytes, name: str) -> str:
     raise unreadable("FILE014", name=name)
 
 
-def read_csv(files: Mapping[str, bytes], name: str, order: Sequence[str] = ()) -> TextBook:
-    """A workbook from the contents of CSV files by sheet name; `order` names the sheets that come first."""
+def read_csv(files: Mapping[str, bytes], name: str, order: Sequence[str] = (), tabs: Collection[str] = ()) -> TextBook:
+    """A workbook from the contents of CSV files by sheet name; `order` names the sheets that come first.
+
+    The files of the sheets in `tabs` are .tsv files: their delimiter is the tab.
+    """
     sheets, findings = [], []
     places = {sheet: i for i, sheet in enumerate(order)}
     for sheet in sorted(files, key=lambda sheet: (places.get(sheet, len(places)), natural(sheet))):
-        rows = _csv_rows(decode(files[sheet], f"{sheet}.csv"), f"{sheet}.csv")
+        file = f"{sheet}{TAB_SUFFIX if sheet in tabs else '.csv'}"
+        rows = _csv_rows(decode(files[sheet], file), file)
         sheets.append(_sheet(sheet, rows))
         findings.extend(_overlong(sheet, rows))
     return TextBook("csv", sheets, findings, name)
@@ -116,9 +123,16 @@ def csv_hint(text: str) -> str:
 
 
 def csv_delimiter(text: str, name: str) -> str:
-    """The delimiter: the one that the file names, that makes a header row of ours, or that gives most columns."""
+    """The delimiter: the one that the file names, that makes a header row of ours, or that gives most columns.
+
+    Args:
+        text: of the file.
+        name: of the file; in a .tsv file it is the tab unless the file names another.
+    """
     if hint := csv_hint(text):
         return hint.lstrip()[4]
+    if name.casefold().endswith(TAB_SUFFIX):
+        return "\t"
     best: tuple[tuple[bool, int], str] | None = None
     bare = _QUOTED.sub('""', text)  # what stands in quotes is a text, whatever the delimiter
     for delimiter in DELIMITERS:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook.atomic import Stamp, write_atomically
-from rrp_sheets.workbook.text_books import ORDER
+from rrp_sheets.workbook.text_books import ORDER, SUFFIXES
 from rrp_sheets.workbook.text_sheets import CsvFolder
 
 
@@ -29,7 +29,7 @@ def write_folder(
     """
 
     def file(name: str) -> Path:
-        return (_spelt(path, name) or path / f"{name}.csv") if path.is_dir() else path
+        return (_spelt(path, name) or path / now.file_name(name)) if path.is_dir() else path
 
     written: list[str] = []
     try:
@@ -63,4 +63,4 @@ def _leave(old: Path, alike: Sequence[Path]) -> None:
 
 def _spelt(folder: Path, name: str) -> Path | None:
     """The file of a sheet, whose ending may be written in capitals."""
-    return next((p for p in folder.iterdir() if p.stem == name and p.suffix.casefold() == ".csv"), None)
+    return next((p for p in folder.iterdir() if p.stem == name and p.suffix.casefold() in SUFFIXES), None)

@@ -135,12 +135,19 @@ class TextTable(ABC):
 
 
 class CsvTable(TextTable):
-    """A CSV file."""
+    """A CSV file.
 
-    def __init__(self, name: str, text: str, newline: str) -> None:
+    Args:
+        name: of the sheet.
+        text: of the file.
+        newline: its line break.
+        file: its name, which tells a .tsv file.
+    """
+
+    def __init__(self, name: str, text: str, newline: str, file: str = "") -> None:
         super().__init__(name, newline)
         self.head = csv_hint(text)
-        self._delimiter = csv_delimiter(text.replace("\r\n", "\n").replace("\r", "\n"), name)
+        self._delimiter = csv_delimiter(text.replace("\r\n", "\n").replace("\r", "\n"), file or name)
         body = text[len(self.head) :]
         delimiter = re.escape(self._delimiter)
         field = rf'(?:"(?:[^"]|"")*+(?:"|\Z))?+[^{delimiter}\r\n]*+'
@@ -150,7 +157,7 @@ class CsvTable(TextTable):
         while at < len(body):
             match = line.match(body, at)
             if match is None or match.end() == at:  # cannot be: a field may be empty
-                raise SheetsError(f"“{name}.csv” cannot be taken apart.", "Save it anew in LibreOffice.")
+                raise SheetsError(f"“{file or name}” cannot be read.", "Save it again in LibreOffice.")
             self.lines.append(match[0])
             at = match.end()
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import base64
 import json
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, MoveSheet, RenameSheet, SheetEdit
 from rrp_sheets.workbook.sheet_names import sheet_name
-from rrp_sheets.workbook.text_books import HEADING, natural
+from rrp_sheets.workbook.text_books import HEADING, TAB_SUFFIX, natural
 from rrp_sheets.workbook.text_patch import sheet_named
 from rrp_sheets.workbook.text_write import NO_FILE_NAME, csv_text, markdown_text
 
@@ -41,16 +41,22 @@ class CsvFolder:
     Attributes:
         files: the contents by sheet.
         order: what `order.txt` says; empty without one.
+        tabs: the sheets that are .tsv files. New sheets are, too, when all others are.
     """
 
     files: dict[str, bytes]
     order: list[str]
+    tabs: set[str] = field(default_factory=set)
 
     @property
     def names(self) -> list[str]:
         """The sheets in their order."""
         places = {sheet: i for i, sheet in enumerate(self.order)}
         return sorted(self.files, key=lambda sheet: (places.get(sheet, len(places)), natural(sheet)))
+
+    def file_name(self, sheet: str) -> str:
+        """The name of a sheet's file."""
+        return f"{sheet}{TAB_SUFFIX if sheet in self.tabs else '.csv'}"
 
     def apply(self, edit: SheetEdit) -> str:
         """Carry out an edit; of a deletion, what brings the sheet back."""
@@ -60,12 +66,17 @@ class CsvFolder:
                 _refuse_more(names)
                 name = _file_name(sheet_name(edit.sheet, names))
                 place = names.index(sheet_named(names, edit.before)) if edit.before else len(names)
-                self.files[name] = csv_text(edit.rows).encode("utf-8-sig")
+                if self.tabs and len(self.tabs) == len(self.files):
+                    self.tabs.add(name)
+                delimiter = "\t" if name in self.tabs else ","
+                self.files[name] = csv_text(edit.rows, delimiter).encode("utf-8-sig")
                 names.insert(place, name)
             case RenameSheet():
                 old = sheet_named(names, edit.sheet)
                 new = _file_name(sheet_name(edit.name, [n for n in names if n != old]))
                 self.files[new] = self.files.pop(old)
+                if old in self.tabs:
+                    self.tabs = self.tabs - {old} | {new}
                 names[names.index(old)] = new
             case MoveSheet():
                 _move(names, edit)
@@ -73,12 +84,15 @@ class CsvFolder:
                 name = sheet_named(names, edit.sheet)
                 _refuse_last(names)
                 data = base64.b64encode(self.files.pop(name)).decode()
-                kept = _kept(sheet=name, place=names.index(name), data=data)
+                kept = _kept(sheet=name, place=names.index(name), data=data, tabs=name in self.tabs)
+                self.tabs.discard(name)
                 names.remove(name)
             case BringSheet():
                 was = json.loads(edit.kept)
                 name = sheet_name(was["sheet"], names)
                 self.files[name] = base64.b64decode(was["data"])
+                if was.get("tabs"):
+                    self.tabs.add(name)
                 names.insert(was["place"], name)
         if self.order or names != sorted(names, key=natural):
             self.order = names

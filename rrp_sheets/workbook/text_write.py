@@ -10,7 +10,7 @@ from pathlib import Path
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.atomic import write_atomically
-from rrp_sheets.workbook.text_books import ORDER, csv_delimiter, natural
+from rrp_sheets.workbook.text_books import ORDER, SUFFIXES, csv_delimiter, natural
 from rrp_sheets.workbook.text_cells import to_csv, to_markdown
 
 Rows = Sequence[Sequence[str]]
@@ -19,7 +19,7 @@ NO_FILE_NAME = re.compile(r"[/\\\x00-\x1f]|^[.~ ]|[. ]$")
 
 
 def markdown_text(sheets: Mapping[str, Rows]) -> str:
-    r"""The sheets as Markdown tables, each below its name; a sheet without rows is left out.
+    r"""The sheets as Markdown tables, each below its name.
 
     >>> print(markdown_text({"T": [["From", "To"], ["a|b"]]}))
     ## T
@@ -29,11 +29,12 @@ def markdown_text(sheets: Mapping[str, Rows]) -> str:
     | a\|b |    |
     <BLANKLINE>
     """
-    return "\n".join(_markdown_table(name, rows) for name, rows in sheets.items() if any(any(row) for row in rows))
+    return "\n".join(_markdown_table(name, rows) for name, rows in sheets.items())
 
 
 def _markdown_table(name: str, rows: Rows) -> str:
-    width = max(len(row) for row in rows)
+    rows = rows or [[]]
+    width = max(1, *(len(row) for row in rows), 0)
     cells = [[to_markdown(text) for text in row] + [""] * (width - len(row)) for row in rows]
     widths = [min(max(2, *(len(row[c]) for row in cells)), 60) for c in range(width)]
     lines = ["| " + " | ".join(t.ljust(w) for t, w in zip(row, widths, strict=True)) + " |" for row in cells]
@@ -42,13 +43,17 @@ def _markdown_table(name: str, rows: Rows) -> str:
     return f"## {heading}\n\n" + "\n".join(lines) + "\n"
 
 
-def csv_text(rows: Rows) -> str:
-    r"""Rows as CSV with commas; where another delimiter could be taken for the right one, the first line names it.
+def csv_text(rows: Rows, delimiter: str = ",") -> str:
+    r"""Rows as CSV; where another delimiter than the comma could be taken for the right one, the first line names it.
+
+    With the tab as delimiter the text is for a .tsv file.
 
     >>> csv_text([["a", "1,5"], [], ["=b"]])
     'a,"1,5"\n\n\'=b\n'
     """
-    body = "".join(",".join(to_csv(text) for text in row) + "\n" for row in rows)
+    body = "".join(delimiter.join(to_csv(text, delimiter) for text in row) + "\n" for row in rows)
+    if delimiter == "\t":
+        return body
     return body if csv_delimiter(body, "") == "," else "sep=,\n" + body
 
 
@@ -67,7 +72,7 @@ def write_csv(sheets: Mapping[str, Rows], folder: Path) -> Path:
         SheetsError: when there are CSV files in the folder already, a sheet's name cannot be a file's name, or
             something cannot be written.
     """
-    if folder.is_dir() and any(p.suffix.casefold() == ".csv" for p in folder.iterdir()):
+    if folder.is_dir() and any(p.suffix.casefold() in SUFFIXES for p in folder.iterdir()):
         raise SheetsError(f"There are CSV files in “{folder.name}” already.", "Name another folder, or empty that one.")
     for name in sheets:
         if NO_FILE_NAME.search(name) or len(name.encode()) > 200:

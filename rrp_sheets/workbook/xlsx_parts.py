@@ -12,6 +12,7 @@ from rrp_sheets.workbook.raw import Kind, unreadable
 from rrp_sheets.workbook.xml_stream import Handler
 
 _ESCAPED = re.compile(r"_x([0-9A-Fa-f]{4})_")
+_LITERAL = re.compile("_(?=x[0-9A-Fa-f]{4}_)")
 _TEXT_FORMAT = 49
 _TRUE = {"1", "true", "on"}
 
@@ -35,6 +36,15 @@ def unescape(text: str) -> str:
     if "_x" in text:
         text = _ESCAPED.sub(lambda m: chr(int(m[1], 16)) if not 0xD800 <= int(m[1], 16) < 0xE000 else "", text)
     return text.replace("\r\n", "\n").replace("\r", "\n") if "\r" in text else text
+
+
+def escape_literal(text: str) -> str:
+    """A text that has the form of such an escape itself, so that it is read as it stands.
+
+    >>> escape_literal("a_x000D_b"), unescape(escape_literal("a_x000D_b"))
+    ('a_x005F_x000D_b', 'a_x000D_b')
+    """
+    return _LITERAL.sub("_x005F_", text) if "_x" in text else text
 
 
 @dataclass(frozen=True, slots=True)

@@ -90,7 +90,7 @@ CODES = (
     Code(
         "FILE017", _E, "No sheets",
         "“{name}” contains no sheets.",
-        "In a folder, save every sheet as a .csv file; in a Markdown file, write “## Name of the sheet” and below it "
+        "In a folder, save every sheet as a .csv or .tsv file; in a Markdown file, write “## Name of the sheet” and below it "
         "a table whose lines begin and end with “|”.",
     ),
     Code(
@@ -107,5 +107,10 @@ CODES = (
         "FILE020", _E, "Not a bundle",
         "“{name}” cannot be taken as a bundle: {why}.",
         "Make it again with `rrp-sheets pack WORKBOOK`, or ask whoever sent it for another copy.",
+    ),
+    Code(
+        "FILE021", _E, "Two files for one sheet",
+        "In “{name}”, “{one}” and “{other}” are both the sheet “{sheet}”.",
+        "Keep one of them. Rename the other, or move it out of the folder.",
     ),
 )  # fmt: skip

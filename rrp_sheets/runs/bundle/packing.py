@@ -23,6 +23,7 @@ from rrp_sheets.runs.bundle.versions import versions
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.atomic import refuse_open_file
 from rrp_sheets.workbook.package import BROKEN_ZIP
+from rrp_sheets.workbook.text_books import ORDER, SUFFIXES
 
 _FIXED = (1980, 1, 1, 0, 0, 0)  # the same bytes whenever it is packed; a zip knows no earlier time
 _MODE = 0o100644 << 16
@@ -120,9 +121,7 @@ def _workbook(path: Path, reading: Reading) -> dict[str, Content]:
         if reading.format == "xlsx" and hashlib.sha256(data).hexdigest() != reading.digest:
             raise SheetsError(f"“{path.name}” was changed just now.", "Pack it again.")
         return {path.name: data}
-    files = sorted(
-        p for p in path.iterdir() if p.is_file() and (p.suffix.casefold() == ".csv" or p.name == "order.txt")
-    )
+    files = sorted(p for p in path.iterdir() if p.is_file() and (p.suffix.casefold() in SUFFIXES or p.name == ORDER))
     return {f"{path.absolute().name}/{p.name}": p.read_bytes() for p in files}
 
 
