@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import keyword
+
 import pytest
 from play import check, findings, rows
+
+from rrp_sheets.model.names import argument_name, is_reserved
 
 ON = "| On | Input streams | Connector | Formula | Output stream |\n|---|---|---|---|---|\n"
 OUT = "| X | subscribe | | Print |"
@@ -35,6 +39,7 @@ WRONG = [
     ("| Red ball | map | 1 | X |\n| Red ball | subscribe | | Print |", [("GRAPH011", "D2")]),
     ("| Red ball | map | 1 | X, Y |\n| X | subscribe | | Print |", [("GRAPH013", "D2")]),
     ("| Red ball | map | 1 | ?? |\n| ?? | subscribe | | Print |", [("GRAPH013", "D2")]),
+    ("| Red ball | map | 1 | In |\n| In | map | in + 1 | X |\n" + OUT, [("GRAPH018", "D2")]),
     ("| Red ball | map | redBall.distence | X |\n" + OUT, [("FORM007", "C2")]),
     ("| Red ball | map | redBal.distance | X |\n" + OUT, [("FORM004", "C2")]),
     ("| Red ball | map | sqr(4) | X |\n" + OUT, [("FORM005", "C2")]),
@@ -56,6 +61,31 @@ WRONG = [
 @pytest.mark.parametrize(("text", "expected"), WRONG)
 def test_one_mistake_one_finding_at_its_cell(text, expected):
     assert findings(rows(text)) == expected
+
+
+@pytest.mark.parametrize(
+    "word", sorted({*keyword.kwlist, *keyword.softkwlist, "blank", "null", "xor", "value", "pi"} - {"_"})
+)
+def test_every_name_can_be_used_or_says_what_to_do(word):
+    """A name is refused where it stands, or a formula can use it as it is or as the remedy writes it."""
+    text = f"| Red ball | map | redBall.distance | {word} |\n| {word} | filter | {word} > 1 | X |\n"
+    report = check(rows(text + OUT)).report
+    if is_reserved(word):
+        assert report.flatten(["code", "cell"]) == [("GRAPH018", "D2")]
+        return
+    for finding in report.errors:
+        assert finding.address.cell == "C3" and finding.remedy == f"Write {argument_name(word)} for “{word}”."
+        again = f"| Red ball | map | redBall.distance | {word} |\n| {word} | filter | {argument_name(word)} > 1 | X |\n"
+        assert findings(rows(again + OUT)) == []
+
+
+@pytest.mark.parametrize(("sheet", "cell"), [
+    ("## Devices\n| Stream | Device |\n|---|---|\n| Not | Operator button |\n", "A2"),
+    ("## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n| Far | in | 1 |\n", "B2"),
+    ("## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n| Blank | x | x + 1 |\n", "A2"),
+])  # fmt: skip
+def test_words_of_formulas_name_no_device_and_no_helper(sheet, cell):
+    assert ("GRAPH018", cell) in findings(rows("| Red ball | map | redBall.distance | X |\n" + OUT) + "\n" + sheet)
 
 
 def test_a_row_with_too_many_cells_is_told_once():

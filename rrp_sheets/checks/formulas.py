@@ -19,7 +19,7 @@ from rrp_sheets.formulas import Formula, FormulaProblem, Scope, Table, compile_f
 from rrp_sheets.graph import Graph, Step, StreamKind
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.durations import parse_duration
-from rrp_sheets.model.names import argument_name, key
+from rrp_sheets.model.names import argument_name, is_reserved, key
 from rrp_sheets.model.values import RecordType
 from rrp_sheets.model.workbook import Workbook
 
@@ -129,7 +129,8 @@ class _Compiler:
         except FormulaProblem as problem:
             self._propose_sheet(problem, scope)
             _propose_total(problem, step)
-            if not _about_dropped(problem, self.helpers.dropped):
+            told = any(map(is_reserved, names))  # of the name, where it is given
+            if not told and not _about_dropped(problem, self.helpers.dropped):
                 tell(self.report, cell, problem)
             return None
 

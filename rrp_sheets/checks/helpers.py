@@ -15,7 +15,7 @@ from rrp_sheets.formulas.limits import DEEPEST_HELPERS
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.graph.sorting import after_needs
 from rrp_sheets.model.cells import Address, Cell
-from rrp_sheets.model.names import Proposals, argument_name, key
+from rrp_sheets.model.names import Proposals, argument_name, is_reserved, key
 from rrp_sheets.model.workbook import Workbook
 
 
@@ -52,6 +52,9 @@ def check_helpers(workbook: Workbook, tables: Mapping[str, Table], report: Repor
             report.add("FORM013", helper.name.address, name=helper.name.text, other=str(places[k]))
             continue
         places[k] = helper.name.address
+        for cell in (helper.name, *helper.inputs):
+            if is_reserved(cell.text):
+                report.add("GRAPH018", cell.address, name=cell.text)
         if not helper.formula:
             report.add("FORM015", helper.formula.address, name=helper.name.text)
             dropped.add(k)
@@ -71,7 +74,8 @@ def check_helpers(workbook: Workbook, tables: Mapping[str, Table], report: Repor
             definition.tree = compile_formula(cells[k].text, scope).tree
         except FormulaProblem as problem:
             _propose_input(problem, definition, cells[k].text)
-            tell(report, cells[k], problem)
+            if not any(is_reserved(p.shown) for p in definition.parameters):
+                tell(report, cells[k], problem)
             dropped.add(k)
     dropped |= _Calls(helpers, cells, report).refused()
     kept = {k: h for k, h in helpers.items() if k not in dropped}

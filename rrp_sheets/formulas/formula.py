@@ -121,13 +121,19 @@ def _propose_name(problem: FormulaProblem, text: str, scope: Scope) -> None:
         problem.details["remedy"] = Phrase(
             "Write the name of the row's input instead: {names}.", names=" or ".join(names[:3])
         )
-    if problem.code != "FORM001":
+    if problem.code not in ("FORM001", "FORM003"):
         return
     lower = text.casefold()
+    at = text[problem.column : problem.column + problem.length].casefold() if problem.column >= 0 else ""
     for shown in [*(i.shown for i in scope.inputs.values()), *(t.name for t in scope.tables.values())]:
+        if at and shown.casefold() == at and key(argument_name(shown)) != key(shown):  # a word of Python's: class
+            problem.details["remedy"] = Phrase("Write {name} for “{shown}”.", name=argument_name(shown), shown=shown)
+            return
+        if problem.code == "FORM003":
+            continue
         if shown and shown.casefold() in lower and key(shown) != shown.casefold():
-            problem.details["remedy"] = f"Write {argument_name(shown)} for “{shown}”."
+            problem.details["remedy"] = Phrase("Write {name} for “{shown}”.", name=argument_name(shown), shown=shown)
             return
         if shown[:1].isdigit() and key(shown) in key(text):
-            problem.details["remedy"] = f"Write {argument_name(shown)} for “{shown}”."
+            problem.details["remedy"] = Phrase("Write {name} for “{shown}”.", name=argument_name(shown), shown=shown)
             return

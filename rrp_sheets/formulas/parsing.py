@@ -13,10 +13,10 @@ from rrp_sheets.formulas import hints
 from rrp_sheets.formulas.limits import DEEPEST
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.tokens import Hole, Token
+from rrp_sheets.model.names import OPERATOR_WORDS
 
 Node = TypeVar("Node", bound=ast.AST)
 CONSTANTS = {"true": True, "false": False, "none": None, "blank": None}
-_WORDS = frozenset(("if", "else", "and", "or", "not", "in", "is", "for"))
 _AS_FUNCTION = frozenset(("if", "and", "or", "not"))
 _STARTS = frozenset("([{-+$.") | {"**", "++", "--"}
 _TREE_DEPTH = 2 * DEEPEST  # of nested rules; brackets count on their own
@@ -24,7 +24,7 @@ _TREE_DEPTH = 2 * DEEPEST  # of nested rules; brackets count on their own
 
 def operator_of(token: Token) -> str:
     """The token as an operator: a sign, or one of Python's words in small letters; else nothing."""
-    return token.text if token.kind == "sign" or (token.kind == "name" and token.text in _WORDS) else ""
+    return token.text if token.kind == "sign" or (token.kind == "name" and token.text in OPERATOR_WORDS) else ""
 
 
 class Values(ABC):
@@ -131,7 +131,7 @@ class Values(ABC):
     def _is_percent(self, node: ast.expr) -> bool:
         """Whether % is the sign behind a number (50%), and not the remainder's (x % 2)."""
         following = self.next
-        if following.kind not in ("sign", "end") and following.text not in _WORDS:
+        if following.kind not in ("sign", "end") and following.text not in OPERATOR_WORDS:
             return False
         if following.text in ("-", "+"):
             shown = self.typed[node.col_offset : self.now.start].strip()

@@ -12,7 +12,7 @@ from rrp_sheets.diagnostics.fix import Fix, Put
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.graph.settings import understand
 from rrp_sheets.model.cells import Address, Cell
-from rrp_sheets.model.names import Proposals, key, nearest
+from rrp_sheets.model.names import Proposals, is_reserved, key, nearest
 from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Device, Workbook
 
@@ -80,6 +80,8 @@ class DeviceTable:
         if not stream:
             self.report.add("DEV005", stream.address)
             return
+        if is_reserved(stream.text):
+            self.report.add("GRAPH018", stream.address, name=stream.text)
         k = key(stream.text)
         if k in self.declared:
             other = self.declared[k].address

@@ -14,7 +14,7 @@ from rrp_sheets.graph.devices import Declared, DeviceTable, describe, done_of
 from rrp_sheets.graph.model import Stream, StreamKind
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.exchange import DONE
-from rrp_sheets.model.names import argument_name, key
+from rrp_sheets.model.names import argument_name, is_reserved, key
 from rrp_sheets.model.workbook import Behaviour, Row
 
 DONE_DEVICE = Found(
@@ -183,6 +183,8 @@ class Names:
             if row.on:
                 self.report.add("GRAPH016", cell.address, name=cell.text)
             return None
+        if row.on and is_reserved(cell.text):
+            self.report.add("GRAPH018", cell.address, name=cell.text)
         declared = self.devices.find(cell.text)
         if self._of_another_sheet(cell, row):
             return None

@@ -17,6 +17,8 @@ from rrp_sheets.model.values import Value
 _HEX = re.compile(r"#[0-9a-f]{6}", re.IGNORECASE)
 _DEGREES = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)\s*°")
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
+_WEAK, _STRONG = re.compile("[,，、]"), re.compile("[;；\n]")
+_QUOTED = re.compile(r"""["“”„«][^"“”„«»]*["“”»]""")
 LONGEST_SETTING = 1_000  # characters: minutes of speech
 COLOURS = ("white", "red", "green", "blue", "yellow", "magenta", "cyan", "orange", "purple", "pink", "black")
 
@@ -57,7 +59,7 @@ def understand(setting: Setting, text: str, robot: Robot, mine: Sequence[str] = 
         wants = Phrase("a colour such as {value} or #ff8000", value=nearest(text, COLOURS) or "red")
         return key(text), "" if key(text) in COLOURS else wants
     if setting.kind == "words":
-        words = tuple(dict.fromkeys(w for part in re.split(r"[,;\n]", text) if (w := part.strip())))
+        words = tuple(dict.fromkeys(phrases(text)))
         good = bool(words) and len(text) <= LONGEST_SETTING
         return words, "" if good else "words with commas between them, for example yes, no"
     if setting.kind in ("language", "sound file"):
@@ -68,6 +70,37 @@ def understand(setting: Setting, text: str, robot: Robot, mine: Sequence[str] = 
     return text, "" if len(text) <= LONGEST_SETTING else Phrase(
         "a text of at most {most} characters", most=LONGEST_SETTING
     )
+
+
+def phrases(text: str) -> list[str]:
+    """The words and phrases of a list.
+
+    Semicolons or line breaks divide it where there are any, else commas. A phrase in quotation marks is one phrase.
+
+    >>> phrases("yes, no"), phrases('"yes, please", no'), phrases("yes, please; no")
+    (['yes', 'no'], ['yes, please', 'no'], ['yes, please', 'no'])
+    """
+    divider = _STRONG if _STRONG.search(_QUOTED.sub("", text)) else _WEAK
+    found, at = [], 0
+    marks = [m.span() for m in divider.finditer(_QUOTED.sub(lambda m: "x" * len(m[0]), text))]
+    for start, end in [*marks, (len(text), len(text))]:
+        piece = text[at:start].strip(" \t\n,，、")
+        found.append(piece[1:-1].strip() if _QUOTED.fullmatch(piece) else piece)
+        at = end
+    return [phrase for phrase in found if phrase]
+
+
+def doubtful_phrase(text: str) -> str:
+    """The first phrase of a list that keeps a comma only because semicolons or line breaks divide the list.
+
+    >>> doubtful_phrase("yes, please; no"), doubtful_phrase('"yes, please"; no'), doubtful_phrase("yes, no")
+    ('yes, please', '', '')
+    """
+    bare = _QUOTED.sub("", text)
+    if not _STRONG.search(bare) or not _WEAK.search(bare):
+        return ""
+    quoted = {m[0][1:-1].strip() for m in _QUOTED.finditer(text)}
+    return next((phrase for phrase in phrases(text) if _WEAK.search(phrase) and phrase not in quoted), "")
 
 
 def _sound_file(name: str) -> tuple[Value, str]:

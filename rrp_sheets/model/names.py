@@ -9,7 +9,8 @@ import unicodedata
 from collections.abc import Collection, Iterable
 from functools import lru_cache
 
-_CONSTANTS = ("true", "false", "none", "blank")  # what these mean in a formula
+OPERATOR_WORDS = frozenset(("if", "else", "and", "or", "not", "in", "is", "for"))
+_CONSTANTS = frozenset(("true", "false", "none", "blank"))  # what these mean in a formula
 _LIKE = 0.6  # how like what was meant must be, as difflib measures it
 _JOINERS = re.compile(r"[\s_\-\u00a0\u2010-\u2015]+")
 
@@ -45,6 +46,15 @@ def argument_name(name: str) -> str:
     if keyword.iskeyword(joined) or joined.casefold() in _CONSTANTS or not joined.isidentifier():
         joined = "s" + joined[:1].upper() + joined[1:]
     return joined
+
+
+def is_reserved(name: str) -> bool:
+    """Whether formulas read a name as an operator or a constant, so that it cannot name a stream.
+
+    >>> is_reserved("In"), is_reserved("TRUE"), is_reserved("Inside")
+    (True, True, False)
+    """
+    return key(name) in OPERATOR_WORDS | _CONSTANTS
 
 
 def nearest(name: str, candidates: Iterable[str]) -> str | None:

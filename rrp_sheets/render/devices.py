@@ -92,7 +92,7 @@ def _filled(template: str, settings: Mapping[str, object], source: str, name: st
             return name
         found = settings.get(key(match[1]))
         if isinstance(found, tuple):
-            found = texts.in_a_row([str(part) for part in found])
+            found = texts.in_a_row([f"“{part}”" if "," in str(part) else str(part) for part in found])
         shown = found if isinstance(found, str) else show(found)
         return clean(shown)
 

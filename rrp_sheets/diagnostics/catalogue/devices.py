@@ -21,6 +21,8 @@ _DEVICES: tuple[Code, ...] = (
     Code("DEV011", _W, "Word that cannot be heard", "The robot cannot hear “{word}”: it recognises English only.",
          "Leave out this word, or write an English one. Words of other languages are typed by the operator: Send a value."),
     Code("DEV012", _W, "Sound cannot be played", "The file “{name}” {problem}.", "{remedy}"),
+    Code("DEV013", _W, "Comma in a phrase", "Semicolons or line breaks divide this list, so “{phrase}” is one phrase.",
+         "If it is one phrase, put it in quotation marks. If not, write the same sign between all words."),
 )  # fmt: skip
 _SCENE: tuple[Code, ...] = (
     Code(

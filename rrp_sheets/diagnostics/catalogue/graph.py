@@ -51,6 +51,8 @@ CODES: tuple[Code, ...] = (
          "“{name}” is the name of the stream that tells the end of an actuator's commands; it comes by itself.",
          "Choose another name here."),
     Code("GRAPH017", _E, "Stream of another sheet", "“{name}” names a stream by its sheet; only tests do that.", "{remedy}"),
+    Code("GRAPH018", _E, "Word of formulas", "Formulas use the word “{name}” for something else, so it cannot be a name.",
+         "Choose another name, for example “{name} value”."),
     Code("PROT001", _E, "Unknown robot", "There is no robot “{name}”.", "{remedy}"),
     Code("PROT002", _E, "Unknown engine", "There is no engine “{name}”.", "Write frame or event loop, or leave the cell blank."),
     Code("PROT003", _E, "Frame rate", "“{text}” is not a frame rate that can be used.",
