@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import csv
 import io
+import json
+import re
 import shutil
+import sqlite3
 import xml.etree.ElementTree as ET
 import zipfile
 from pathlib import Path
@@ -30,7 +33,7 @@ from rrp_sheets.workbook.table import write_table
 
 SVG = "{http://www.w3.org/2000/svg}"
 BALL = {"x": 0.1, "distance": 1.5, "colour": "red"}
-STAMP = ["Workbook", "Workbook SHA-256", "Program", "Mode", "Seed", "Operator", "Began"]
+STAMP = ["workbook", "workbook_sha256", "program", "mode", "seed", "operator", "began", "ended", "complete"]
 
 
 def sensed(t: float, distance: float) -> dict[str, Any]:
@@ -63,16 +66,16 @@ def test_a_csv_says_in_every_row_where_it_comes_from(session: Path, tmp_path: Pa
     target = tmp_path / "run.csv"
     assert api.export([session], target) == []
     assert target.read_bytes().startswith(
-        b"\xef\xbb\xbfTime (s),Kind,Stream,Row,Value,Message,By,x (rad),distance (m),"
+        b"\xef\xbb\xbftime_s,kind,stream,row,value,message,blank,by,x_rad,distance_m,"
     )
     rows = rows_of(target)
     assert len(rows) == 46
     for row in rows:
         assert [row[n] for n in STAMP] == ["good.md", "0" * 64, "RRP Sheets 0.2.0", "simulated", "7", "Aya",
-                                           "2026-11-02 09:05:00+00:00"]  # fmt: skip
-        assert (row["Run"], row["Participant"], row["Condition"]) == ("2026-a", "P-01", "Control")
-    assert (rows[3]["Time (s)"], rows[3]["distance (m)"], rows[3]["colour"]) == ("0.3", "1.03", "red")
-    assert [(r["Kind"], r["Message"], r["By"]) for r in rows if r["Message"]] == [
+                                           "2026-11-02T09:05:00.000+00:00", "time", "TRUE"]  # fmt: skip
+        assert (row["run"], row["participant"], row["condition"]) == ("2026-a", "P-01", "Control")
+    assert (rows[3]["time_s"], rows[3]["distance_m"], rows[3]["colour"]) == ("0.300000", "1.03", "red")
+    assert [(r["kind"], r["message"], r["by"]) for r in rows if r["message"]] == [
         ("say", "Hello", ""), ("press", "Start", "Aya"), ("mark", "Kai laughs", "Aya"),
         ("error", "This divides by zero.", ""),
     ]  # fmt: skip
@@ -83,18 +86,18 @@ def test_a_study_is_one_long_table(session: Path, tmp_path: Path) -> None:
         tmp_path, "2026-b", HEADER | {"participant": "P-02", "condition": "寒い", "mode": "pilot"}, EVENT, END
     )
     notes = api.export([session, other / "trace.jsonl"], tmp_path / "study.csv")
-    assert notes == ["A pilot, whose data never counts as a session: 2026-b. See the column Mode."]
+    assert notes == ["A pilot, whose data never counts as a session: 2026-b. See the column mode."]
     rows = rows_of(tmp_path / "study.csv")
-    assert list(rows[0])[:4] == ["Run", "Participant", "Condition", "Time (s)"]
-    assert {(r["Run"], r["Participant"], r["Condition"], r["Mode"]) for r in rows} == {
+    assert list(rows[0])[:4] == ["run", "participant", "condition", "time_s"]
+    assert {(r["run"], r["participant"], r["condition"], r["mode"]) for r in rows} == {
         ("2026-a", "P-01", "Control", "simulated"), ("2026-b", "P-02", "寒い", "pilot"),
     }  # fmt: skip
-    assert rows[-1]["Value"] == "1.5" and rows[-1]["distance (m)"] == ""
+    assert rows[-1]["value"] == "1.5" and rows[-1]["distance_m"] == ""
     api.export([session, other], tmp_path / "study.xlsx")
     book = openpyxl.load_workbook(tmp_path / "study.xlsx", read_only=True)
     assert book.sheetnames == ["runs", "About these runs", "Streams"]
     about = list(book["About these runs"].iter_rows(values_only=True))
-    assert about[0][:3] == ("Run", "Workbook", "Workbook SHA-256") and [r[0] for r in about[1:]] == ["2026-a", "2026-b"]
+    assert about[0][:3] == ("run", "workbook", "workbook_sha256") and [r[0] for r in about[1:]] == ["2026-a", "2026-b"]
 
 
 def test_an_xlsx_has_numbers_and_a_sheet_about_the_run(session: Path, tmp_path: Path) -> None:
@@ -102,8 +105,9 @@ def test_an_xlsx_has_numbers_and_a_sheet_about_the_run(session: Path, tmp_path: 
     book = openpyxl.load_workbook(tmp_path / "run.xlsx")
     assert book.sheetnames == ["run", "About this run", "Streams"]
     sheet = book["run"]
-    assert sheet.cell(2, 1).value == 0 and sheet.cell(5, 9).value == 1.03 and sheet.freeze_panes == "A2"
+    assert sheet.cell(2, 1).value == 0 and sheet.cell(5, 10).value == 1.03 and sheet.freeze_panes == "A2"
     about = {a: b for a, b in book["About this run"].iter_rows(values_only=True)}  # noqa: C416
+    assert about["Seed"] == 7 and about["Ended"] == "time" and about["Began"] == "2026-11-02T09:05:00.000+00:00"
     assert about["Workbook SHA-256"] == "0" * 64 and about["Participant"] == "P-01" and about["Run"] == "2026-a"
     assert ["Red ball", "sensor", "RedBall", "x: rad, y: rad, width: rad, height: rad, distance: m"] in [
         list(r) for r in book["Streams"].iter_rows(values_only=True)
@@ -117,13 +121,141 @@ def test_texts_are_never_formulas(tmp_path: Path) -> None:
                       EVENT | {"value": bad, "stream": "+1"}, EVENT | {"value": {"=1+1": "-2", "n": -2}}, END)  # fmt: skip
     api.export([place], tmp_path / "t.csv")
     first, second = rows_of(tmp_path / "t.csv")
-    assert (first["Value"], first["Stream"], first["Participant"], first["Workbook"]) == (
+    assert (first["value"], first["stream"], first["participant"], first["workbook"]) == (
         f"'{bad}", "'+1", f"'{bad}", "'@evil.xlsx",
     )  # fmt: skip
-    assert first["Run"].startswith("'=") and second["n"] == "-2" and second["'=1+1"] == "'-2"
+    assert first["run"].startswith("'=") and second["n"] == "-2" and second["field_1_1"] == "'-2"
     api.export([place], tmp_path / "t.xlsx")
     for sheet in openpyxl.load_workbook(tmp_path / "t.xlsx"):
-        assert {cell.data_type for row in sheet.iter_rows() for cell in row} <= {"s", "n", "inlineStr"}
+        assert {cell.data_type for row in sheet.iter_rows() for cell in row} <= {"s", "n", "b", "inlineStr"}
+
+
+R_RESERVED = frozenset(
+    [
+        "if",
+        "else",
+        "repeat",
+        "while",
+        "function",
+        "for",
+        "next",
+        "break",
+        "TRUE",
+        "FALSE",
+        "NULL",
+        "Inf",
+        "NaN",
+        "NA",
+        "in",
+        "NA_integer_",
+        "NA_real_",
+        "NA_character_",
+    ]
+)
+ODD = {"Value": 1, "Zone": "Head", "zone": "Hand", "time": 2.5, "Time (s)": 3, "if": 4, "2nd": 5, "": 6, "_": 7,
+       "Run": 8, "by": 9, "距離": 10, "a b": 11, "a_b": 12, "aB": 13, "Complete": 14, "blank": 15, "SELECT": 16}  # fmt: skip
+
+
+def make_names(names: list[str]) -> list[str]:
+    """What R's make.names and make.unique make of a table's header (their documentation, R 4)."""
+    found: list[str] = []
+    for name in names:
+        plain = "".join(c if c.isalnum() or c in "._" else "." for c in name)
+        if not re.match(r"(?:[^\W\d_]|\.(?!\d))", plain):
+            plain = f"X{plain}"
+        found.append(f"{plain}." if plain in R_RESERVED else plain)
+    return [name if name not in found[:n] else f"{name}.{n}" for n, name in enumerate(found)]
+
+
+@pytest.fixture
+def odd(tmp_path: Path) -> list[Path]:
+    """Three runs: with fields of all kinds of names, broken off, and cut."""
+    lines = [EVENT | {"value": ODD}, EVENT | {"value": {"Zone": "Head", "distance": None}}, EVENT | {"value": None},
+             EVENT | {"value": [1, {"a": "é", "b": None}, True]}, EVENT | {"value": {"zone": {"x": [1, 2]}}},
+             EVENT | {"value": {}}, EVENT | {"value": False, "t": 1 / 3}, EVENT | {"value": "", "t": 12.0}]  # fmt: skip
+    one = write_run(tmp_path, "one", HEADER, *lines, END)
+    two = write_run(tmp_path, "two", HEADER, EVENT, END | {"ended": "broken", "why": "The simulator is gone."})
+    three = write_run(tmp_path, "three", HEADER | {"seed": 12}, EVENT, EVENT)
+    return [one, two, three]
+
+
+def test_column_names_are_taken_as_they_are_by_other_programs(odd: list[Path], tmp_path: Path) -> None:
+    for runs in ([odd[0]], odd):
+        api.export(runs, tmp_path / "t.csv")
+        api.export(runs, tmp_path / "t.xlsx")
+        with (tmp_path / "t.csv").open(encoding="utf-8-sig", newline="") as file:
+            header, *rows = csv.reader(file, strict=True)
+        assert len({h.casefold() for h in header}) == len(header) and {len(r) for r in rows} == {len(header)}
+        assert make_names(header) == header
+        table = sqlite3.connect(":memory:")
+        table.execute(f"CREATE TABLE events ({', '.join(f'{chr(34)}{name}{chr(34)}' for name in header)})")
+        table.executemany(f"INSERT INTO events VALUES ({', '.join('?' * len(header))})", rows)
+        found = table.execute("SELECT zone, field_value, field_time_s, time_s, field_run FROM events").fetchone()
+        assert found == ("Head", "1", "3", "0.500000", "8")
+        book = openpyxl.load_workbook(tmp_path / "t.xlsx")
+        names = [cell.value for cell in book.worksheets[0][1]]
+        assert len({n.casefold() for n in names}) == len(names) and set(names) <= set(header)
+        assert {row[0] for row in book["Streams"].iter_rows(values_only=True)} >= {"one" if runs == odd else "Red ball"}
+
+
+def test_fields_spelt_alike_share_a_column_unless_one_record_has_both(tmp_path: Path) -> None:
+    place = write_run(tmp_path, "x", HEADER, EVENT | {"value": {"Zone": 1}}, EVENT | {"value": {"zone": 2}}, END)
+    api.export([place], tmp_path / "t.csv")
+    assert [r["zone"] for r in rows_of(tmp_path / "t.csv")] == ["1", "2"]
+    place = write_run(tmp_path, "y", HEADER, EVENT | {"value": {"Zone": 1, "zone": 2}}, END)
+    api.export([place], tmp_path / "t.csv")
+    assert [(r["zone"], r["zone_2"]) for r in rows_of(tmp_path / "t.csv")] == [("1", "2")]
+
+
+def test_a_blank_is_not_the_same_as_nothing_and_lists_are_json(odd: list[Path], tmp_path: Path) -> None:
+    api.export([odd[0]], tmp_path / "t.csv")
+    rows = rows_of(tmp_path / "t.csv")
+    assert [(r["value"], r["blank"], r["distance"]) for r in rows[1:3]] == [("", "distance", ""), ("", "value", "")]
+    assert json.loads(rows[3]["value"]) == [1, {"a": "é", "b": None}, True]
+    assert json.loads(rows[4]["zone_2"]) == {"x": [1, 2]} and json.loads(rows[5]["value"]) == {}
+    assert [(r["value"], r["blank"], r["time_s"]) for r in rows[6:]] == [
+        ("FALSE", "", "0.333333"), ("", "", "12.000000"),
+    ]  # fmt: skip
+    api.export([odd[0]], tmp_path / "t.xlsx")
+    header, *lines = openpyxl.load_workbook(tmp_path / "t.xlsx")["run"].iter_rows(values_only=True)
+    table = [dict(zip(header, line, strict=True)) for line in lines]
+    assert table[6]["time_s"] == 1 / 3 and table[6]["value"] is False and table[2]["blank"] == "value"
+
+
+def test_every_table_says_how_its_runs_ended(odd: list[Path], tmp_path: Path) -> None:
+    api.export(odd, tmp_path / "t.csv")
+    ended = {r["run"]: (r["ended"], r["complete"], r["seed"]) for r in rows_of(tmp_path / "t.csv")}
+    assert ended == {"one": ("time", "TRUE", "7"), "two": ("broken", "FALSE", "7"), "three": ("cut", "FALSE", "12")}
+    api.export(odd, tmp_path / "t.xlsx")
+    book = openpyxl.load_workbook(tmp_path / "t.xlsx")
+    for name in ("runs", "About these runs"):
+        header, *lines = book[name].iter_rows(values_only=True)
+        told = {
+            row["run"]: (row["ended"], row["complete"]) for row in (dict(zip(header, r, strict=True)) for r in lines)
+        }
+        assert told == {"one": ("time", True), "two": ("broken", False), "three": ("cut", False)}
+        assert name == "runs" or lines[2][header.index("seed")] == 12
+    api.export([odd[1]], tmp_path / "one.xlsx")
+    header, line = openpyxl.load_workbook(tmp_path / "one.xlsx")["run"].iter_rows(values_only=True)
+    assert line[header.index("ended")] == "broken" and line[header.index("complete")] is False
+
+
+def test_what_is_printed_stands_there_once(tmp_path: Path) -> None:
+    streams = [*HEADER["streams"], {"stream": "Print", "kind": "actuator", "device": "Print"}]
+    place = write_run(
+        tmp_path, "x", HEADER | {"streams": streams}, {"t": 1.0, "stream": "Print", "row": "T!2", "value": 4},
+        {"t": 1.03, "happening": "note", "stream": "Print", "row": "T!2", "text": "4"},
+        {"t": 2.0, "happening": "note", "text": "A note of the room."}, END,
+    )  # fmt: skip
+    api.export([place], tmp_path / "t.csv")
+    assert [(r["kind"], r["value"], r["message"]) for r in rows_of(tmp_path / "t.csv")] == [
+        ("actuator", "4", ""), ("note", "", "A note of the room."),
+    ]  # fmt: skip
+
+
+def test_a_table_of_an_earlier_version_may_be_replaced(session: Path, tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text("Time (s),Kind,Run,Workbook,Workbook SHA-256\n0.1,stream,a,b,c\n")
+    assert api.export([session], tmp_path / "t.csv") == []
 
 
 # ---- pictures ----

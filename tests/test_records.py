@@ -235,7 +235,7 @@ def test_the_events_as_csv_and_everything_as_zip(client: FlaskClient, run: str) 
     answer = get(client, f"/runs/{run}/trace.csv")
     assert answer.mimetype == "text/csv"
     rows = list(csv.reader(io.StringIO(answer.data.decode("utf-8-sig"))))
-    assert rows[0][:6] == ["Time (s)", "Kind", "Stream", "Row", "Value", "Message"]
+    assert rows[0][:6] == ["time_s", "kind", "stream", "row", "value", "message"]
     assert ["話す", "色を言う!5", "", "赤いボールです"] in [r[2:6] for r in rows] and len(rows) > 50
     with zipfile.ZipFile(io.BytesIO(get(client, f"/runs/{run}/everything.zip").data)) as packed:
         names = {n.removeprefix(f"{run}/") for n in packed.namelist()}

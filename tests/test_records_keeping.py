@@ -64,7 +64,7 @@ def test_pictures_and_tables_are_made_when_they_are_asked_for(client: FlaskClien
         assert b"1" * 64 in answer.data or name == "plots.pdf"
     answer = get(client, "/runs/table.csv?run=1-a&run=2-b&run=1-a")
     rows = list(csv.DictReader(io.StringIO(answer.data.decode("utf-8-sig"))))
-    assert len(rows) == 71 and {r["Run"] for r in rows} == {"1-a", "2-b"}
+    assert len(rows) == 71 and {r["run"] for r in rows} == {"1-a", "2-b"}
     assert get(client, "/runs/table.xlsx?run=1-a").data.startswith(b"PK")
     assert "No run is chosen" in get(client, "/runs/table.xlsx").text
     for address in ("/runs/none/plots.svg", "/runs/2-b/plots.doc"):

@@ -307,7 +307,7 @@ def test_the_table_and_the_marbles_of_a_run_tell_what_people_did(tmp_path):
     made = Run(tmp_path, BOOK, script, EVENTS)
     header, lines, _ = tidy(made.result.folder / "trace.jsonl")
     table = [dict(zip(header, line, strict=True)) for line in lines]
-    assert [(line["Kind"], line["Message"], line["By"]) for line in table if line["By"]] == [
+    assert [(line["kind"], line["message"], line["by"]) for line in table if line["by"]] == [
         ("mark", "he laughs", "Anna"), ("sent by hand", None, "Bo"), ("scene", "Red ball is put to 0.20, 0.00, 0.40 m.", "Anna")
     ]  # fmt: skip
     assert "run.xlsx" in made.result.files and not made.result.problems
@@ -320,7 +320,7 @@ def test_the_table_and_the_marbles_of_a_run_tell_what_people_did(tmp_path):
 
 
 def test_a_run_that_nobody_touched_has_no_column_for_people(untouched):
-    assert "By" not in tidy(untouched.result.folder / "trace.jsonl")[0]
+    assert "by" not in tidy(untouched.result.folder / "trace.jsonl")[0]
     assert not any("wall" in line or "stimulated" in line for line in untouched.lines)
 
 

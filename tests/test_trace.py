@@ -71,8 +71,8 @@ def test_the_table_has_a_row_per_event(trace):
     header, lines, _ = tidy(trace)
     table = [dict(zip(header, line, strict=True)) for line in lines]
     assert len(table) == 7
-    assert [row["Kind"] for row in table] == ["sensor", "stream", "anonymous", "actuator", "sensor", "error", "say"]
-    assert table[5]["Message"] == "This divides by zero." and table[6]["Message"] == "Hello"
+    assert [row["kind"] for row in table] == ["sensor", "stream", "anonymous", "actuator", "sensor", "error", "say"]
+    assert table[5]["message"] == "This divides by zero." and table[6]["message"] == "Hello"
 
 
 def test_what_is_no_trace_is_refused(tmp_path):

@@ -229,11 +229,11 @@ def test_the_table_of_the_run_is_tidy(ran):
     run = ran("simple-tracking")
     sheet = openpyxl.load_workbook(run.folder / "run.xlsx", read_only=True).active
     header, *lines = list(sheet.iter_rows(values_only=True))
-    assert header[:6] == ("Time (s)", "Kind", "Stream", "Row", "Value", "Message")
+    assert header[:6] == ("time_s", "kind", "stream", "row", "value", "message")
     assert len(lines) == len(run.lines) - 2
     distances = [dict(zip(header, line, strict=False)) for line in lines]
-    first = next(d for d in distances if d["Stream"] == "Tracking!Distance")
-    assert first["Row"] == "Tracking!2" and 1 < first["Value"] < 2 and first["Kind"] == "stream"
+    first = next(d for d in distances if d["stream"] == "Tracking!Distance")
+    assert first["row"] == "Tracking!2" and 1 < first["value"] < 2 and first["kind"] == "stream"
 
 
 def test_film_and_strip_show_something(ran):

@@ -9,7 +9,13 @@ SHORT = 12  # hexadecimal digits of a hash that is read by people
 _NAMES = {
     "run": "Run", "workbook": "Workbook", "digest": "Workbook SHA-256", "program": "Program", "mode": "Mode",
     "seed": "Seed", "participant": "Participant", "condition": "Condition", "operator": "Operator", "began": "Began",
+    "ended": "Ended",
 }  # fmt: skip
+_WHOLE = ("time", "stopped", "end run")
+"""How a run ends that is no broken-off one."""
+
+
+_COLUMNS = {"digest": "workbook_sha256"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +29,8 @@ class Stamp:
         program: the program's version, `0.2.0`.
         mode: `simulated`, `pilot`, `real`.
         language: of the words of a picture; it is no part of the stamp.
-        began: the wall clock at time 0, `2026-11-21 20:54:55+00:00`.
+        began: the wall clock at time 0 by ISO 8601, `2026-11-21T20:54:55.120+00:00`.
+        ended: how the run ended, as its record says: `time`, `stopped`, `end run`, `broken`, `cut`, `going`.
     """
 
     workbook: str = ""
@@ -35,6 +42,7 @@ class Stamp:
     condition: str = ""
     operator: str = ""
     began: str = ""
+    ended: str = ""
     run: str = ""
     language: str = "en"
 
@@ -48,6 +56,24 @@ class Stamp:
         told = {f.name: str(getattr(self, f.name)) for f in fields(self)}
         told["program"] = told["program"] and f"{PROGRAM} {told['program']}"
         return [told[name] for name in _NAMES]
+
+    @staticmethod
+    def columns() -> list[str]:
+        """The columns of a table that say where its rows come from, in the order of `row`."""
+        return [*(_COLUMNS.get(name, name) for name in _NAMES), "complete"]
+
+    def row(self) -> dict[str, str | int | bool | None]:
+        """The cells of those columns; what is not known is None.
+
+        >>> told = Stamp("greeter.xlsx", seed="7", ended="broken").row()
+        >>> told["seed"], told["ended"], told["complete"], told["operator"]
+        (7, 'broken', False, None)
+        """
+        texts = dict(zip(self.columns(), self.values(), strict=False))
+        found: dict[str, str | int | bool | None] = {name: text or None for name, text in texts.items()}
+        if self.seed.isascii() and self.seed.isdigit():
+            found["seed"] = int(self.seed)
+        return found | {"complete": self.ended in _WHOLE if self.ended else None}
 
     def pairs(self) -> list[tuple[str, str]]:
         """Names and texts of what is known: for properties of a file, and for a page about the run.

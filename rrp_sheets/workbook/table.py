@@ -144,7 +144,8 @@ def _content(value: Any) -> str:
     if isinstance(value, bool):
         return f' t="b"><v>{value:d}</v>'
     if isinstance(value, (int, float)) and math.isfinite(value):
-        return f"><v>{value!r}</v>"
+        number = float.__repr__(value) if isinstance(value, float) else repr(value)
+        return f"><v>{number}</v>"
     text = str(value)
     if len(text) <= _LONGEST and not _WORK.search(text):
         return f' t="inlineStr"><is><t>{text}</t></is>'

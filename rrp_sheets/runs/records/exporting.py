@@ -107,5 +107,5 @@ def _pilots(traces: Sequence[Path]) -> list[str]:
     if not pilots:
         return []
     named = ", ".join(pilots[:5]) + (f" and {len(pilots) - 5} more" if len(pilots) > 5 else "")
-    return [f"A pilot, whose data never counts as a session: {named}. See the column Mode." if len(traces) > 1
+    return [f"A pilot, whose data never counts as a session: {named}. See the column mode." if len(traces) > 1
             else "This was a pilot: its data never counts as a session."]  # fmt: skip

@@ -88,7 +88,7 @@ def draw_run_contact(place: Path, count: int = MOMENTS) -> tuple[str, float, flo
 def title_of(stamp: Stamp) -> str:
     """What stands above a picture of a run."""
     who = ", ".join(filter(None, (stamp.participant, stamp.condition)))
-    return f"{stamp.workbook or stamp.run}{f', {who}' if who else ''}, {stamp.began[:16]}"
+    return f"{stamp.workbook or stamp.run}{f', {who}' if who else ''}, {stamp.began[:16].replace('T', ' ')}"
 
 
 def _moments(film: Path, told: Sequence[Mapping[str, Any]], count: int, say: Texts) -> list[Moment]:

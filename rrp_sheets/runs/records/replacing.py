@@ -11,7 +11,7 @@ from rrp_sheets.workbook.atomic import refuse_open_file
 from rrp_sheets.workbook.package import BROKEN_ZIP
 
 _ABOUT = (b"About this run", b"About these runs")  # the sheet that every table of ours has
-_STAMPED = Stamp.names()[2]  # the column that every CSV of ours has
+_STAMPED = (Stamp.columns()[2], Stamp.names()[2])  # the column that every CSV of ours has; before version 0.3
 _SHEETS = "xl/workbook.xml"
 _MOST = 1_000_000  # bytes; more is no list of sheets of ours, nor a header
 
@@ -43,4 +43,5 @@ def _ours_xlsx(path: Path) -> bool:
 
 def _ours_csv(path: Path) -> bool:
     with path.open(encoding="utf-8-sig", errors="replace") as file:
-        return _STAMPED in file.readline(_MOST)
+        header = file.readline(_MOST)
+        return any(name in header for name in _STAMPED)

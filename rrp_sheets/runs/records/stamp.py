@@ -20,6 +20,6 @@ def stamp_of_facts(facts: Facts) -> Stamp:
     return Stamp(
         workbook=facts.workbook, digest=facts.digest, program=facts.program, mode=facts.mode, seed=facts.seed,
         participant=facts.participant, condition=facts.condition, operator=facts.operator,
-        began=facts.began.isoformat(sep=" ", timespec="seconds") if facts.began else "", run=facts.run,
-        language=facts.language,
+        began=facts.began.isoformat(timespec="milliseconds") if facts.began else "",
+        ended=facts.ended if facts.readable else "", run=facts.run, language=facts.language,
     )  # fmt: skip

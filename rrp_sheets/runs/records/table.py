@@ -17,7 +17,7 @@ from rrp_sheets.runs.records.tidy import Tidy, tidy_table, unreadable
 from rrp_sheets.workbook.table import MoreSheet, write_table
 
 _FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
-_RUN_WIDTHS = (28, 24, 68, 18, 11, 8, 14, 14, 14, 26)
+_RUN_WIDTHS = (28, 24, 68, 18, 11, 8, 14, 14, 14, 30, 10, 10)
 
 
 def write_csv(traces: Sequence[Path], target: Path) -> None:
@@ -61,17 +61,20 @@ def write_xlsx(traces: Sequence[Path], target: Path) -> None:
 def about_runs(stamps: Sequence[Stamp]) -> MoreSheet:
     """A sheet that says which runs a table is of."""
     if len(stamps) == 1:
-        return MoreSheet("About this run", ("What", "Value"), [list(p) for p in stamps[0].pairs()], (20, 72))
-    return MoreSheet("About these runs", Stamp.names(), [s.values() for s in stamps], _RUN_WIDTHS)
+        told: dict[str, Any] = dict(stamps[0].pairs())
+        if "Seed" in told:
+            told["Seed"] = stamps[0].row()["seed"]
+        return MoreSheet("About this run", ("What", "Value"), [list(p) for p in told.items()], (20, 72))
+    return MoreSheet("About these runs", Stamp.columns(), [list(s.row().values()) for s in stamps], _RUN_WIDTHS)
 
 
 def _streams(table: Tidy, one: bool) -> MoreSheet:
     """What the streams are and which units their fields have: the key to the columns."""
-    header, widths = ["Stream", "Kind", "Device", "Units"], [28.0, 12.0, 20.0, 60.0]
+    header, widths = ["stream", "kind", "device", "units"], [28.0, 12.0, 20.0, 60.0]
     rows: list[list[Any]] = []
     for stamp, streams in zip(table.stamps, table.streams, strict=True):
         rows += [[*([] if one else [stamp.run]), s.name, s.kind, s.device, s.units] for s in streams]
-    return MoreSheet("Streams", header if one else ["Run", *header], rows, widths if one else [28.0, *widths])
+    return MoreSheet("Streams", header if one else ["run", *header], rows, widths if one else [28.0, *widths])
 
 
 def properties_of(stamps: Sequence[Stamp]) -> dict[str, str]:

@@ -1,11 +1,15 @@
 """The records of runs as a tidy table: one row per event, one column per thing that is told of it.
 
 One run is what its run.xlsx has. Of several runs, what tells them apart stands in the first columns, so that a study
-is one table, in the long form that statistics programs want.
+is one table, in the long form that statistics programs want. Column names are snake_case and differ also when case is
+ignored, so that R, SQL and spreadsheets take them as they are.
 """
 
 from __future__ import annotations
 
+import json
+import re
+import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,12 +23,27 @@ from rrp_sheets.runs.records.facts import text_of
 from rrp_sheets.runs.records.stamp import stamp_of
 from rrp_sheets.runtime.trace import read_trace
 
+
+class Seconds(float):
+    """A time, which a CSV shows to the microsecond.
+
+    >>> str(Seconds(0.5)), Seconds(0.5) == 0.5
+    ('0.500000', True)
+    """
+
+    def __str__(self) -> str:
+        return f"{float(self):.6f}"
+
+
 SENT = "sent by hand"  # the kind of a value that somebody sent into a sensor stream
 TRACE = "trace.jsonl"
-TELL_APART = ("Run", "Participant", "Condition")
+TELL_APART = ("run", "participant", "condition")
 _MOST_FIELDS = 500  # columns of a table: more is no record of ours
-_FIRST = ("Time (s)", "Kind", "Stream", "Row", "Value", "Message")
-_WIDTHS = (10.0, 11.0, 24.0, 16.0, 18.0, 40.0)
+_FIRST = ("time_s", "kind", "stream", "row", "value", "message", "blank")
+_WIDTHS = (10.0, 11.0, 24.0, 16.0, 18.0, 40.0, 14.0)
+_BY = "by"
+_R_WORDS = frozenset(("if", "else", "repeat", "while", "function", "for", "next", "break", "in"))
+"""Words that R does not take as a column's name (`?Reserved`), as far as they are written small."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +62,8 @@ class _Look:
 
     kinds: dict[str, str] = field(default_factory=dict)
     fields: dict[str, set[str]] = field(default_factory=dict)  # with the units that they have
+    together: set[frozenset[str]] = field(default_factory=set)  # fields of one record that are spelt nearly alike
+    printing: set[str] = field(default_factory=set)  # streams whose commands the trace has twice: as event and as note
     people: bool = False
     count: int = 0
     streams: list[StreamLine] = field(default_factory=list)
@@ -78,7 +99,9 @@ def tidy_table(traces: Sequence[Path], *, stamped: bool = False) -> Tidy:
     """The events of some runs as one table.
 
     A record's fields stand in columns of their own (with their unit, where all devices that have it agree), so that a
-    plain value is always in the column Value. Runs in which people did something have a column more, which says who.
+    plain value is always in the column `value`; lists and records within records are JSON. The column `blank` names the
+    columns in which a blank came; a cell without anything means that nothing came. Runs in which people did something
+    have a column more, which says who.
 
     Args:
         traces: each a trace.jsonl.
@@ -88,23 +111,20 @@ def tidy_table(traces: Sequence[Path], *, stamped: bool = False) -> Tidy:
         UnreadableFile: when one of them is no trace.
     """
     looks = [_look(trace) for trace in traces]
-    fields: dict[str, set[str]] = {}
-    for look in looks:
-        for name, units in look.fields.items():
-            fields.setdefault(name, set()).update(units)
     people = any(look.people for look in looks)
     stamps = [stamp_of(trace.parent) for trace in traces]
     apart = list(TELL_APART) if len(traces) > 1 else []
-    behind = [name for name in Stamp.names() if name not in apart] if stamped else []
-    names = list(fields)
-    header = [*apart, *_FIRST, *(["By"] if people else []), *(_headed(n, fields[n]) for n in names), *behind]
-    widths = [*[18.0] * len(apart), *_WIDTHS, *[12.0] * (people + len(names) + len(behind))]
+    behind = [name for name in Stamp.columns() if name not in apart and (stamped or name in ("ended", "complete"))]
+    fixed = [*apart, *_FIRST, *([_BY] if people else [])]
+    columns, headers = _columns(looks, [*fixed, *Stamp.columns(), _BY])
+    header = [*fixed, *headers, *behind]
+    widths = [*[18.0] * len(apart), *_WIDTHS, *[12.0] * (people + len(headers) + len(behind))]
 
     def rows() -> Iterator[list[Any]]:
         for trace, look, stamp in zip(traces, looks, stamps, strict=True):
-            told = dict(zip(Stamp.names(), stamp.values(), strict=True))
-            before, after = [told[n] or None for n in apart], [told[n] or None for n in behind]
-            for row in _rows(trace, look.kinds, names, people):
+            told = stamp.row()
+            before, after = [told[n] for n in apart], [told[n] for n in behind]
+            for row in _rows(trace, look, columns, headers, people):
                 yield [*before, *row, *after]
 
     return Tidy(
@@ -112,10 +132,54 @@ def tidy_table(traces: Sequence[Path], *, stamped: bool = False) -> Tidy:
     )
 
 
-def _headed(name: str, units: set[str]) -> str:
-    known = units - {""}  # what rows make has no unit of its own
-    unit = next(iter(known)) if len(known) == 1 else ""
-    return f"{name} ({unit})" if unit else name
+def _columns(looks: Sequence[_Look], taken: Sequence[str]) -> tuple[dict[str, int], list[str]]:
+    """The column of each field, and the columns' names.
+
+    Fields that differ only in their spelling (`Zone`, `zone`) share a column, unless one record has both.
+    """
+    fields: dict[str, set[str]] = {}
+    for look in looks:
+        for name, units in look.fields.items():
+            fields.setdefault(name, set()).update(units)
+    apart = {name for look in looks for names in look.together for name in names}
+    columns: dict[str, int] = {}
+    places: dict[str, int] = {}
+    units_of_column: list[set[str]] = []
+    stems: list[str] = []
+    for name, units in fields.items():
+        stem = snake_case(name)
+        place = len(stems) if name in apart else places.setdefault(stem, len(stems))
+        if place == len(stems):
+            stems.append(stem)
+            units_of_column.append(set())
+        units_of_column[place] |= units
+        columns[name] = place
+    fixed = {name.casefold() for name in taken}
+    used = set(fixed)
+    headers = []
+    for stem, units in zip(stems, units_of_column, strict=True):
+        known = units - {""}  # what rows make has no unit of its own
+        name = snake_case(f"{stem} {next(iter(known))}") if len(known) == 1 else stem
+        if name in fixed:
+            name = f"field_{name}"
+        number, first = 2, name
+        while name in used:
+            name, number = f"{first}_{number}", number + 1
+        used.add(name)
+        headers.append(name)
+    return columns, headers
+
+
+def snake_case(name: str) -> str:
+    """A name as a column's name that R, SQL and spreadsheets take as it is.
+
+    >>> snake_case("Zone"), snake_case("distance (m)"), snake_case("2nd try"), snake_case("speed m/s"), snake_case("if")
+    ('zone', 'distance_m', 'field_2nd_try', 'speed_m_s', 'field_if')
+    """
+    plain = unicodedata.normalize("NFKC", name).replace("°", " deg ").replace("%", " percent ")
+    words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", plain)  # redBall
+    found = "_".join(re.findall(r"[^\W_]+", words)).casefold()
+    return found if found[:1].isalpha() and found not in _R_WORDS else f"field_{found}".rstrip("_")
 
 
 def _look(trace: Path) -> _Look:
@@ -127,9 +191,14 @@ def _look(trace: Path) -> _Look:
                 found.kinds = {s["stream"]: s["kind"] for s in line["streams"]}
                 units = units_of(line)
                 found.streams = [_stream_line(s, units) for s in line["streams"]]
-            found.count += "type" not in line
+                found.printing = {s["stream"] for s in line["streams"] if s.get("device") == "Print"}
+            found.count += "type" not in line and not _is_twice(line, found)
             value = line.get("value")
             if isinstance(value, dict):
+                stems = [snake_case(name) for name in value] if len(value) <= _MOST_FIELDS else []
+                if len(set(stems)) < len(stems):
+                    alike = (n for n, stem in zip(value, stems, strict=True) if stems.count(stem) > 1)
+                    found.together.add(frozenset(alike))
                 known = units.get(text_of(line.get("stream")), {})
                 for name in value:
                     if len(found.fields) < _MOST_FIELDS or name in found.fields:
@@ -170,20 +239,34 @@ def units_of(header: Mapping[str, Any]) -> dict[str, dict[str, str]]:
     return found
 
 
-def _rows(trace: Path, kinds: dict[str, str], fields: list[str], people: bool) -> Iterator[list[Any]]:
+def _is_twice(line: Mapping[str, Any], look: _Look) -> bool:
+    """Whether a line is the note with which the world repeats what an event has sent to Print."""
+    return line.get("happening") == "note" and line.get("stream") in look.printing
+
+
+def _rows(
+    trace: Path, look: _Look, columns: Mapping[str, int], headers: Sequence[str], people: bool
+) -> Iterator[list[Any]]:
     for line in read_trace(trace):
-        if "type" in line:
+        if "type" in line or _is_twice(line, look):
             continue
         value = line.get("value")
         record = value if isinstance(value, dict) else {}
         message = line.get("error") or line.get("text")
         plain = None if record else _plain(value)
-        row = [line["t"], _kind(line, kinds), line.get("stream"), line.get("row") or None, plain, message]
+        cells: list[Any] = [None] * len(headers)
+        blank = ["value"] if "value" in line and value is None else []
+        for name, part in record.items():
+            place = columns.get(name)
+            if place is not None:
+                cells[place] = _plain(part)
+                blank += [headers[place]] if part is None else []
         by = [line.get("by") or None] if people else []
-        yield [*row, *by, *(_plain(record.get(f)) for f in fields)]
+        first = [Seconds(line["t"]), _kind(line, look.kinds), line.get("stream"), line.get("row") or None]
+        yield [*first, plain, message, ", ".join(blank) or None, *by, *cells]
 
 
-def _kind(line: dict[str, Any], kinds: dict[str, str]) -> str:
+def _kind(line: Mapping[str, Any], kinds: Mapping[str, str]) -> str:
     if line.get("stimulated"):
         return SENT
     return "error" if "error" in line else line.get("happening") or kinds.get(line.get("stream", ""), "stream")
@@ -193,5 +276,5 @@ def _plain(value: Any) -> Any:
     if isinstance(value, bool):
         return value
     if isinstance(value, (list, dict)):
-        return str(value)
+        return json.dumps(value, ensure_ascii=False)
     return value

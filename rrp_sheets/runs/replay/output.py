@@ -12,13 +12,14 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.runs.records.replacing import refuse_other_table
 from rrp_sheets.runs.records.table import about_runs, properties_of
+from rrp_sheets.runs.records.tidy import Seconds
 from rrp_sheets.runs.replay.marbles import difference_scores
 from rrp_sheets.runs.replay.record import same_json
 from rrp_sheets.runs.replay.result import Replayed
 from rrp_sheets.workbook.atomic import write_atomically
 
 SUFFIXES = (".xlsx", ".csv", ".svg", ".pdf", ".png")
-_HEADER = ("Time (s)", "Kind", "Stream", "Row", "Row now", "Recorded", "Came", "Came at (s)", "What")
+_HEADER = ("time_s", "kind", "stream", "row", "row_now", "recorded", "came", "came_at_s", "what")
 _WIDTHS = (10, 10, 24, 16, 16, 30, 30, 12, 10)
 _FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 
@@ -56,8 +57,8 @@ def write(found: Replayed, target: Path) -> list[str]:
 def _rows(found: Replayed) -> Iterator[list[Any]]:
     for d in found.differences:
         recorded, came = (_cell(v) for v in (d.recorded, d.came))
-        yield [d.us / 1e6, d.kind, d.stream or None, d.row or None, d.came_row or None, recorded, came,
-               d.came_us / 1e6, d.what]  # fmt: skip
+        yield [Seconds(d.us / 1e6), d.kind, d.stream or None, d.row or None, d.came_row or None, recorded, came,
+               Seconds(d.came_us / 1e6), d.what]  # fmt: skip
 
 
 def _cell(value: Any) -> Any:
@@ -67,8 +68,8 @@ def _cell(value: Any) -> Any:
 def _csv(found: Replayed) -> str:
     out = io.StringIO(newline="")
     writer = csv.writer(out)
-    stamp = found.stamp.values()  # in every row, as in the table of a run: a file beside it gets lost
-    writer.writerow([*_HEADER, *Stamp.names()])
+    stamp = found.stamp.row().values()  # in every row, as in the table of a run: a file beside it gets lost
+    writer.writerow([*_HEADER, *Stamp.columns()])
     writer.writerows([_text(v) for v in (*row, *stamp)] for row in _rows(found))
     return out.getvalue()
 
