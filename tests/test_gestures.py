@@ -196,6 +196,18 @@ def test_the_same_again_lets_it_go_on(waved):
     assert lifted == sorted(lifted, reverse=True)
 
 
+def test_the_same_again_while_the_arm_goes_back_is_made_again():
+    """It began as the arm returned: a wave of its own, at whose end it is completed, and back where it was at first."""
+    alone = Watched((WAVE,), {0: [("wave", 1)]}, 150)
+    end = max(
+        n for n, joints in enumerate(alone.joints) if abs(joints["RShoulderPitch"] - HOME["RShoulderPitch"]) > 0.2
+    )
+    again = Watched((WAVE,), {0: [("wave", 1)], end: [("wave", 2)]}, 300)
+    assert again.short == [("wave", 1, False), ("wave", 2, True)]
+    assert min(joints["RShoulderPitch"] for joints in again.joints[end + 15 :]) < -0.9
+    assert again.joints[-1] == pytest.approx(HOME, abs=0.02)
+
+
 def test_a_gesture_gives_way_to_a_larger_priority_and_is_refused_below_it():
     turn = DeviceUse("turn", "Turn", "SetJointPosition", {"joint": "HeadYaw", "speed": 0.3})
     p = Watched((NOD, turn), {0: [("nod", 1)], 6: [("turn", 0.5, 1.0)], 8: [("nod", 2)]}, 60)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import click
 
 from rrp_sheets.cli.check import print_findings
@@ -28,6 +30,8 @@ class Watch(RunView):
         self.interrupted = False
         self._names: dict[str, str] = {}
         self._commands = Commands()
+        self._given: dict[str, Value] = {}  # what each actuator stream was sent last
+        self._began = time.monotonic()
         self._failures: dict[str, int] = {}
         self._until = 0
         self._told = 0
@@ -60,7 +64,9 @@ class Watch(RunView):
         name = self._names.get(stream)
         if name is None:
             return
-        if self._commands.tell(us, row, value):
+        idle = value is None and self._given.get(stream) is None  # a blank for what does nothing stops nothing
+        self._given[stream] = value
+        if self._commands.tell(us, row, value) and not idle:
             what = "stops" if value is None else f"← {_short(value)}"
             self._line(us, f"{name} {what}  ({row})")
         else:
@@ -103,8 +109,10 @@ class Watch(RunView):
         speed = summary.simulated / summary.wall if summary.wall else 0
         commands, errors = sum(summary.commands.values()), sum(summary.errors.values())
         repeats = " (repeats are not shown)" if self._hidden else ""
+        whole = time.monotonic() - self._began
         self._echo(f"{round(summary.simulated, 1):g} s in {summary.wall:.1f} s ({speed:.1f} times real time), "
                    f"{_counted(commands, 'command')}{repeats}, {_counted(errors, 'error')}.")  # fmt: skip
+        self._echo(f"With start, rest and files it took {whole:.1f} s.")
         self._echo(f"In {result.folder}:")
         width = max((len(n) for n in result.files), default=0)
         for name, what in result.files.items():

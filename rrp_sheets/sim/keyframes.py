@@ -76,6 +76,11 @@ class Motion:
         """How many keyframes it has passed."""
         return sum(self._time >= time for time in self._plan.times) if self._plan is not None else 0
 
+    @property
+    def returning(self) -> bool:
+        """Whether all keyframes are over and the joints only go back to where they were."""
+        return self._returns and self._plan is not None and self.passed == len(self._plan.times)
+
     def halt(self, *, home: bool = False) -> None:
         """Stop: the joints come to rest, or go back to where they were."""
         if not self.going:

@@ -29,11 +29,15 @@ class Taker:
         kinds: of values; blank always is (it stops).
         wrong: what is wrong with a value of these kinds, in words, or an empty text.
         remedy: what to send instead.
+        needs: the fields that a record must have.
+        lacks: what a record without them is, in words.
     """
 
     kinds: frozenset[str]
     remedy: str
     wrong: Callable[[Value, Stream, Material], str] = lambda value, stream, material: ""
+    needs: frozenset[str] = frozenset()
+    lacks: str = ""
 
 
 def lint_taking(material: Material) -> None:
@@ -83,6 +87,8 @@ def _what_is_wrong(fact: Fact, stream: Stream, taker: Taker, material: Material)
         return next((f for f in found if f[0]), ("", None))
     if known.kind not in (ANY, *taker.kinds):
         return _WORDS.get(known.kind, "something else"), None
+    if known.kind == RECORD and known.record is not None and not taker.needs <= set(known.record.keys):
+        return taker.lacks, None
     sure = known.kind == ANY and fact.has_example and fact.sure and not fact.holes
     if sure or (known.kind == LIST and fact.has_example):
         return _wrong(fact.example, stream, taker, material), fact.example
@@ -140,6 +146,8 @@ def _posture(value: Value, stream: Stream, material: Material) -> str:
 
 
 def _gesture(value: Value, stream: Stream, material: Material) -> str:
+    if isinstance(value, Record):
+        return "" if {"x", "y"} <= set(value.values) else "a record without a place to point at"
     if not isinstance(value, str):
         return ""
     names = [*material.robot.gestures, *(g.name.text for g in material.workbook.gestures)]
@@ -184,7 +192,8 @@ _ANGLE = "Send an angle in rad, or a list with one for each joint."
 _TAKERS: Mapping[str, Taker] = {
     "SayInput": Taker(frozenset({TEXT, NUMBER}), 'Make a text of it in a map row, for example "I see "&colour.'),
     "EyeLedColor": Taker(
-        frozenset({TEXT, LIST, RECORD}), 'Send "red", "#ff8000" or three numbers such as (1, 0.5, 0).', _colour
+        frozenset({TEXT, LIST, RECORD}), 'Send "red", "#ff8000" or three numbers such as (1, 0.5, 0).', _colour,
+        needs=frozenset({"colour"}), lacks="a record without a colour",
     ),
     "EyeBrightness": Taker(frozenset({NUMBER}), "Send a number from 0 (dark) to 1."),
     "SetJointPosition": Taker(frozenset({NUMBER, LIST}), _ANGLE, _angles),
@@ -192,7 +201,8 @@ _TAKERS: Mapping[str, Taker] = {
         frozenset({TEXT}), "Send the name of a posture, such as StandInit, or fill the setting Name in.", _posture
     ),
     "Gesture": Taker(
-        frozenset({TEXT, RECORD}), "Send the name of a gesture, such as Wave, or fill the setting Name in.", _gesture
+        frozenset({TEXT, RECORD}), "Send the name of a gesture, such as Wave, or fill the setting Name in.", _gesture,
+        needs=frozenset({"x", "y"}), lacks="a record without a place to point at",
     ),
     "Wait": Taker(frozenset({TEXT, NUMBER}), "Send a time such as 8 s, or fill the setting Time in.", _duration),
 }  # fmt: skip

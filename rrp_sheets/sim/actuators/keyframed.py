@@ -16,7 +16,8 @@ class Keyframed(Base):
     """An actuator that makes one motion after the other.
 
     A command for what it is doing already lets that go on, so that a stream that repeats itself does not keep it at its
-    beginning; the earlier command has then ended, not completed.
+    beginning; the earlier command has then ended, not completed. Once the joints only go back to where they were, a
+    command begins a motion of its own.
     """
 
     def __init__(self, spec: DeviceUse, parts: Parts) -> None:
@@ -77,7 +78,8 @@ class Keyframed(Base):
         self._next = ""
 
     def _goes_on(self, what: str) -> bool:
-        return self._motion is not None and self._motion.going and self._doing == what
+        motion = self._motion
+        return motion is not None and motion.going and not motion.returning and self._doing == what
 
     def _hold(self, motion: Motion) -> None:
         """The robot has no balance of its own: its torso is held while arms or legs move."""
