@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from play import check, findings, rows
+from play import check, example, findings, play, rows
 
 from rrp_sheets import api
 from rrp_sheets.resources import bundled
@@ -197,6 +197,27 @@ TAKING = [
     ("| Start | subscribe | BLANK | Say | |", []),
 ]  # fmt: skip
 
+FREE = '| Touch, Ask done | filter | askDone.completed | Free | |\n| Free | subscribe | "Hi" | Ask | |'
+WAITING = [
+    (FREE, [("LINT017", "A2")]),
+    ('| Start | subscribe | "Hello" | Ask | |\n' + FREE, []),
+    ("| Touch, Ask done | merge | | Any | |\n| Any | throttle | 3 s | T | |\n| T | subscribe | \"Hi\" | Ask | |", []),
+    ('| Touch, Ask done | once | | T | |\n| T | subscribe | "Hi" | Ask | |', []),
+    ('| Ask done | subscribe | "Hi" | Ask | |', [("LINT017", "A2")]),
+    ('| Touch, Ask done | subscribe | "Hi" | Ask | |', [("LINT017", "A2")]),
+    ("| Touch, Ask done | combineLatest | | B | |\n| B | map | \"Hi\" | T | |\n| T | subscribe | | Ask | |",
+     [("LINT017", "A2")]),
+    # two that wait for each other are one mistake
+    ('| Wave done | subscribe | "Hi" | Ask | |\n| Ask done | subscribe | | Wave | |', [("LINT017", "A2")]),
+    ('| Wave done | subscribe | "Hi" | Ask | |\n| Ask done | subscribe | | Wave | |\n| Start | subscribe | | Wave | |', []),
+    # what follows from such a row is not told again; an end that no row causes may come from elsewhere
+    (FREE + "\n| Free, Touch | merge | | M | |\n| M | subscribe | | Print | |\n| Free | subscribe | | Print | |",
+     [("LINT017", "A2")]),
+    ("| Touch, Ask done | filter | askDone.completed | F | |\n| F | subscribe | | Print | |", []),
+    ("| Touch, Ask done | filter | askDone.completed | F | |\n| F, Start | merge | | M | |\n"
+     '| M | throttle | 3 s | T | |\n| T | subscribe | "Hi" | Ask | |', []),
+]  # fmt: skip
+
 FORMULAS = [
     ('| Red ball | map | redBall.x + "a" | X | |\n| X | subscribe | | Neck | |', [("LINT010", "C2")]),
     ("| Red ball | map | 1 / (redBall.x - 0.1) | X | |\n| X | subscribe | | Print | |", [("LINT010", "C2")]),
@@ -258,6 +279,19 @@ def test_what_never_happens(text, expected):
 @pytest.mark.parametrize(("text", "expected"), MIXED)
 def test_different_kinds_of_values_joined(text, expected):
     assert lints(text) == expected
+
+
+@pytest.mark.parametrize(("text", "expected"), WAITING)
+def test_rows_that_wait_for_themselves(text, expected):
+    assert [f for f in lints(text) if f[0] == "LINT017"] == expected
+
+
+@pytest.mark.parametrize(("text", "expected"), [case for case in WAITING if "| Ask |" in case[0]])
+def test_the_engine_agrees_on_which_rows_wait_for_themselves(text, expected):
+    touches = [(1000.0 * n, "Touch", example("Touch")) for n in range(5)]
+    presses = [(1000.0 * n + 500, "Start", example("Operator button")) for n in range(5)]
+    played = play(rows(text, DEVICES, header=HEADER), sorted(touches + presses, key=lambda event: event[0]))
+    assert bool(played["Ask"] or played["Wave"]) is not bool(expected)
 
 
 @pytest.mark.parametrize(("text", "expected"), TAKING)

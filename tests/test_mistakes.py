@@ -86,6 +86,7 @@ DOES = {
     "closing bracket": lambda typed, mended: mended[0].count(")") == typed[0].count(")") + 1,
     "quote": lambda typed, mended: mended[0] == typed[0] + '"',
     "what belongs there": lambda typed, mended: mended[0].startswith(typed[0]),
+    "take “print done” out": lambda typed, mended: "done" not in mended[0],
     "quotation marks": lambda typed, mended: mended[0].count('"') == 2,
     "leave out": lambda typed, mended: typed[-1].startswith(mended[0]),
     "leave the unit out": lambda typed, mended: typed[0].startswith(mended[0]),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from rrp_sheets.checks.formulas import Compiled
 from rrp_sheets.checks.lints.conflicts import lint_conflicts
+from rrp_sheets.checks.lints.deadlock import lint_deadlock
 from rrp_sheets.checks.lints.flooded import lint_flooded
 from rrp_sheets.checks.lints.formulas import lint_formulas
 from rrp_sheets.checks.lints.helpers import lint_helpers
@@ -32,6 +33,6 @@ def lint(
     material = Material(workbook, robot, graph, compiled, running, routes, report)
     for each in (
         lint_stale, lint_flooded, lint_conflicts, lint_never, lint_formulas, lint_taking, lint_helpers,
-        lint_unmatched,
+        lint_unmatched, lint_deadlock,
     ):  # fmt: skip
         each(material)

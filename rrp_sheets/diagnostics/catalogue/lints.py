@@ -45,4 +45,6 @@ CODES: tuple[Code, ...] = (
          "What stands in the column {column} of the sheet {sheet} never comes: {texts}. It is compared here with what can "
          "only be {can}.",
          "{remedy}"),
+    Code("LINT017", _W, "Waits for itself", "“{done}” comes only after this row has acted, so this row never acts.",
+         "Let another row start “{actuator}” first, or take “{done}” out of this row."),
 )  # fmt: skip
