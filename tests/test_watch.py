@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -30,6 +31,16 @@ def watched(capsys, commands, summary):
 def test_the_end_of_a_command_is_told_in_words(capsys, completed, seconds, shown):
     end = DONE.make(value="Hello", completed=completed, seconds=seconds)
     assert f"   1.00 s  Say ← {shown}  (T!2)" in watched(capsys, [(1_000_000, end)], Summary())
+
+
+def test_a_blank_for_what_does_nothing_stops_nothing(capsys):
+    lines = watched(capsys, [(0, None), (2_000_000, "Hello"), (9_000_000, None), (18_000_000, None)], Summary())
+    assert [line.partition(" s  ")[2] for line in lines if "Say" in line] == ["Say ← “Hello”  (T!2)", "Say stops  (T!2)"]
+
+
+def test_the_whole_time_is_told(capsys):
+    lines = watched(capsys, [(0, "Hello")], Summary(simulated=2.0, wall=1.0))
+    assert any(re.fullmatch(r"With start, rest and files it took \d+\.\d s\.", line) for line in lines)
 
 
 def test_one_is_one_and_seconds_are_rounded(capsys):

@@ -30,7 +30,6 @@ class Watch(RunView):
         self.interrupted = False
         self._names: dict[str, str] = {}
         self._commands = Commands()
-        self._given: dict[str, Value] = {}  # what each actuator stream was sent last
         self._began = time.monotonic()
         self._failures: dict[str, int] = {}
         self._until = 0
@@ -64,9 +63,7 @@ class Watch(RunView):
         name = self._names.get(stream)
         if name is None:
             return
-        idle = value is None and self._given.get(stream) is None  # a blank for what does nothing stops nothing
-        self._given[stream] = value
-        if self._commands.tell(us, row, value) and not idle:
+        if self._commands.tell(us, row, value, stream):
             what = "stops" if value is None else f"← {_short(value)}"
             self._line(us, f"{name} {what}  ({row})")
         else:

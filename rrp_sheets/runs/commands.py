@@ -14,15 +14,20 @@ class Commands:
     def __init__(self) -> None:
         self._last: dict[str, int] = {}
         self._told: dict[str, tuple[int, Value]] = {}
+        self._given: dict[str, Value] = {}  # what each actuator stream was sent last
 
-    def tell(self, us: int, row: str, value: Value) -> bool:
-        """Whether a command is worth telling.
+    def tell(self, us: int, row: str, value: Value, stream: str = "") -> bool:
+        """Whether a command is worth telling: no mere repetition, and no blank for a stream that does nothing.
 
         >>> commands = Commands()
         >>> sent = ((0.0, 1.0), (0.1, 5.0), (1.1, 5.0), (1.2, 1.0), (4.0, 1.0))
         >>> [commands.tell(round(seconds * 1e6), "T!2", value) for seconds, value in sent]
         [True, False, True, False, True]
         """
+        idle = value is None and self._given.get(stream) is None
+        self._given[stream] = value
+        if idle:
+            return False
         last = self._last.get(row)
         self._last[row] = us
         told, shown = self._told.get(row, (0, None))

@@ -54,7 +54,7 @@ class Log:
 
     def command(self, us: int, row: str, stream: str, value: Value, text: str) -> None:
         """A command for an actuator, when it is not the same stream of commands going on."""
-        if self._commands.tell(us, row, value):
+        if self._commands.tell(us, row, value, stream):
             self.add(us, "command", "stops" if value is None else text, row=row, stream=stream)
 
     def trouble(self, us: int, kind: str, text: str, row: str, stream: str = "") -> None:
