@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from play import rows
 
 from rrp_sheets import api
 from rrp_sheets.model.values import Field, RecordType
@@ -163,3 +164,16 @@ def test_an_operators_button_and_what_it_lets_say_are_told_once(tmp_path):
         tmp_path, "| Praise | subscribe | | Print | |\n", button.replace("| Praise |\n", "| Well done |\n")
     )
     assert other.paragraph.startswith("Whenever the operator presses “Well done” (“Praise”)")
+
+
+def test_headings_of_the_sheet_stand_above_their_rows(tmp_path):
+    """Comments are kept as in print: joined, also over a blank row; a lone # and a row switched off by one are none."""
+    text = rows(
+        "| # near things |  |  |  |\n| # and far ones |  |  |  |\n| Red ball | map | redBall.distance | D |\n"
+        "| # | Red ball | map | x |\n| D | subscribe | | Print |\n| # last |  |  |  |\n"
+    )
+    (tmp_path / "x.md").write_text(text, encoding="utf-8")
+    said = api.explain(tmp_path / "x.md")[0].splitlines()
+    first = next(n for n, line in enumerate(said) if line.startswith("  4  "))
+    assert said[first - 1] == "  Near things and far ones" and said[first - 2] == ""
+    assert sum("ear things" in line for line in said) == 1 and not any("last" in line for line in said)

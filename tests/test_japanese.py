@@ -144,6 +144,8 @@ def test_nothing_english_is_left_in_the_explanations(name: str) -> None:
     names += [*checked.robot.postures, *checked.robot.gestures, *(j.name for j in checked.robot.joints.values())]
     for stream in graph.streams.values():
         names += [str(word) for v in stream.settings.values() for word in (v if isinstance(v, tuple) else (v,)) if word]
+    headings = {h for b in checked.workbook.behaviours for h in b.headings.values()}  # as the user typed them
+    said = "\n".join(line for line in said.splitlines() if line.strip() not in headings)
     rest = re.sub(r"`[^`]*`|「[^」]*」|『[^』]*』", "＊", said)
     for text in sorted({n for n in names if n}, key=len)[::-1]:
         rest = rest.replace(text, "＊")

@@ -35,7 +35,10 @@ def test_the_end_of_a_command_is_told_in_words(capsys, completed, seconds, shown
 
 def test_a_blank_for_what_does_nothing_stops_nothing(capsys):
     lines = watched(capsys, [(0, None), (2_000_000, "Hello"), (9_000_000, None), (18_000_000, None)], Summary())
-    assert [line.partition(" s  ")[2] for line in lines if "Say" in line] == ["Say ← “Hello”  (T!2)", "Say stops  (T!2)"]
+    assert [line.partition(" s  ")[2] for line in lines if "Say" in line] == [
+        "Say ← “Hello”  (T!2)",
+        "Say stops  (T!2)",
+    ]
 
 
 def test_the_whole_time_is_told(capsys):

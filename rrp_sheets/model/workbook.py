@@ -35,11 +35,15 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Behaviour:
-    """One sheet of rows. Comment rows and fully blank rows are not among them."""
+    """One sheet of rows. Comment rows and fully blank rows are not among them.
+
+    `headings` are the texts of the comment rows above a row, by the row's number; they do not change what rows do.
+    """
 
     name: str
     rows: tuple[Row, ...]
     address: Address  # the header row; its column is that of the Input streams header
+    headings: Mapping[int, str] = field(default_factory=dict, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -20,11 +20,15 @@ _JOINED = ("map", "filter")  # their result may be called "it" in the sentence t
 
 @dataclass(frozen=True)
 class RowText:
-    """A row in words; `active` is False when it is switched off or nothing feeds it."""
+    """A row in words.
+
+    `active` is False when it is switched off or nothing feeds it; `heading` is the comment above it.
+    """
 
     number: int
     text: str
     active: bool
+    heading: str = ""
 
 
 @dataclass(frozen=True)
@@ -50,7 +54,8 @@ def explain(
     words = texts(language)
     rows = Rows(graph, workbook, words)
     chosen = graph.behaviours if behaviours is None else behaviours
-    return [_behaviour(behaviour, rows, words) for behaviour in chosen]
+    headings = {key(b.name): b.headings for b in workbook.behaviours}
+    return [_behaviour(behaviour, rows, words, headings.get(behaviour.key, {})) for behaviour in chosen]
 
 
 def explain_text(
@@ -70,12 +75,16 @@ def explain_text(
             for kind, names in (("sensors", said.sensors), ("actuators", said.actuators))
         ]
         wide = max((len(str(row.number)) for row in said.rows), default=1)
-        rows = [f"  {row.number:>{wide}}  {row.text}" for row in said.rows]
+        rows = []
+        for row in said.rows:
+            rows += ["", f"  {row.heading}"] if row.heading else []
+            rows.append(f"  {row.number:>{wide}}  {row.text}")
+        rows = rows[1:] if rows and not rows[0] else rows
         blocks.append("\n".join([said.name, "=" * columns(said.name), said.paragraph, "", *lists, "", *rows]))
     return "\n\n".join(blocks) + "\n"
 
 
-def _behaviour(behaviour: BehaviourGraph, rows: Rows, words: Texts) -> BehaviourText:
+def _behaviour(behaviour: BehaviourGraph, rows: Rows, words: Texts, headings: Mapping[int, str]) -> BehaviourText:
     active = [step for step in behaviour.steps if step.row.on and step.active]
     streams = rows.graph.streams
     used = dict.fromkeys(i for step in active for i in step.inputs if rows.is_sensor(i))
@@ -83,10 +92,18 @@ def _behaviour(behaviour: BehaviourGraph, rows: Rows, words: Texts) -> Behaviour
     return BehaviourText(
         clean(behaviour.name),
         one_stop(_paragraph(behaviour, active, rows, words)),
-        tuple(RowText(s.number, rows.sentence(s), s.row.on and s.active) for s in behaviour.steps),
+        tuple(
+            RowText(s.number, rows.sentence(s), s.row.on and s.active, _heading(headings.get(s.number, "")))
+            for s in behaviour.steps
+        ),
         tuple(_sensor(streams[i], words) for i in used),
         tuple(_actuator(streams[i], words) for i in driven),
     )
+
+
+def _heading(text: str) -> str:
+    text = clean(text)
+    return text[:1].upper() + text[1:]
 
 
 def _sensor(stream: Stream, words: Texts) -> str:

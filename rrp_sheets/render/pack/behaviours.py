@@ -14,8 +14,6 @@ from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack.model import BehaviourPart, Changes, Figure, Sentence, TableRow
 from rrp_sheets.render.pack.source import Source, capital
 from rrp_sheets.render.sentences import BehaviourText, explain
-from rrp_sheets.workbook.headers import recognise
-from rrp_sheets.workbook.raw import Kind, RawSheet
 
 MOST_DRAWN = 2_000  # rows; a hundred pages
 MOST_TOLD = 8  # rows that a paragraph tells; of more the sentences are enough
@@ -32,13 +30,12 @@ def behaviour_parts(
     """All behaviours in the order of the sheets, and their diagrams."""
     pictures: Pictures = {}
     draw: Draw = partial(_figures, pictures=pictures) if drawn else lambda *_: ((), [])
-    sheets = {s.name: s for s in source.reading.sheets}
     written = {key(b.name): b for b in source.checked.workbook.behaviours}
     marks = changes.marks if changes else {}
     parts = []
     for graph in source.checked.graph.behaviours:
         behaviour = written[graph.key]
-        groups = _groups(sheets.get(behaviour.name), behaviour)
+        groups = {n: capital(clean(text)) for n, text in behaviour.headings.items()}
         parts.append(_part(source, graph, behaviour, groups, marks.get(graph.key, {}), draw))
     return tuple(parts), pictures
 
@@ -81,27 +78,6 @@ def _lists(source: Source, said: BehaviourText) -> tuple[str, str]:
         for kind, names in (("sensors", said.sensors), ("actuators", said.actuators))
     )
     return takes_in, acts_on
-
-
-def _groups(sheet: RawSheet | None, behaviour: Behaviour) -> dict[int, str]:
-    """The comment above a row, where the sheet has one: the first row after it bears it."""
-    if sheet is None:
-        return {}
-    header = recognise(sheet).row
-    numbers, found, comment = {r.number for r in behaviour.rows}, dict[int, str](), ""
-    for number, cells in sheet.rows().items():
-        if number <= header:
-            continue
-        if number in numbers:
-            if comment:
-                found[number] = comment
-            comment = ""
-            continue
-        first = next((c for c in cells.values() if c.text.strip()), None)
-        if first is not None and first.kind is Kind.TEXT and first.text.strip().startswith("#"):
-            text = capital(clean(first.text.strip().lstrip("#")))
-            comment = f"{comment} {text}".strip()
-    return found
 
 
 def _figures(

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from rrp_sheets.diagnostics.fix import Fix, Insert, Put
 from rrp_sheets.model.truths import truth_of
 from rrp_sheets.model.workbook import Behaviour, Row
 from rrp_sheets.workbook.columns import Line, Table
+from rrp_sheets.workbook.raw import Kind
 
 
 def read_behaviour(table: Table) -> Behaviour:
@@ -17,7 +19,29 @@ def read_behaviour(table: Table) -> Behaviour:
         _report_buried(table, line)
     table.report_hidden({row.number: row for row in rows if row.on})
     header = table.address(table.header_row, table.columns["Input streams"])
-    return Behaviour(table.sheet.name, tuple(rows), header)
+    return Behaviour(table.sheet.name, tuple(rows), header, _headings(table, rows))
+
+
+def _headings(table: Table, rows: Sequence[Row]) -> dict[int, str]:
+    """The comments above rows, by the number of the row that follows them."""
+    comments = {line.number: _comment(line) for line in table.comments()}
+    numbers = {row.number for row in rows}
+    found: dict[int, str] = {}
+    waiting: list[str] = []
+    for number in sorted(numbers | comments.keys()):
+        if number in numbers:
+            if waiting:
+                found[number] = " ".join(waiting)
+            waiting = []
+        elif comments[number]:
+            waiting.append(comments[number])
+    return found
+
+
+def _comment(line: Line) -> str:
+    """A comment's text without its sign."""
+    first = next((cell for cell in line.cells.values() if cell.text.strip().startswith("#")), None)
+    return "" if first is None or first.kind is not Kind.TEXT else first.text.strip().lstrip("#").strip()
 
 
 def _report_buried(table: Table, line: Line) -> None:
