@@ -11,6 +11,7 @@ import pytest
 pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
 import numpy as np
+from play import check, rows
 
 from rrp_sheets.devices import load_robot
 from rrp_sheets.model.scene import SceneAction
@@ -49,6 +50,17 @@ def test_a_ball_is_found_where_it_is(world: SimWorld, colour: str) -> None:
         distance = math.hypot(ahead, left, up)
         assert found.distance == pytest.approx(distance, rel=0.02 if distance < 2 else 0.08), place
         assert found.width == pytest.approx(2 * math.asin(0.03 / distance), rel=0.08), place
+
+
+@pytest.mark.parametrize("thing", ["Red ball", "Red cup", "Red box"])
+@pytest.mark.parametrize("value", ["", *(f"at {x}, {y}, 0.4" for x, y in ((0.6, 0.0), (1.0, -0.3), (2.5, 0.0)))])
+def test_things_are_seen_by_their_colour_where_balls_are(world: SimWorld, thing: str, value: str) -> None:
+    """Also where they stand when the scene does not say where."""
+    book = "| Red ball | subscribe | | Print |"
+    scene = f"\n## Scene\n| Time (s) | Thing | Does | Value |\n|---|---|---|---|\n| 0 | {thing} | appears | {value} |\n"
+    world.stage.plan(check(rows(book) + scene).scene or ())
+    world.stage.go_on(1)
+    assert world.sight.detector().spot((1.0, 0.0, 0.0), 20) is not None
 
 
 def test_other_colours_and_persons_are_no_balls(world: SimWorld) -> None:

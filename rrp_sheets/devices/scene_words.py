@@ -61,16 +61,18 @@ _CUP = Kind(
     "cup", "A cup", ("Red cup", "Blue cup", "Yellow cup"),
     (
         Verb("appears", "appear",
-             (_at(2, 3, (0.4, 0.0), "where it stands"), _ON,
+             (_at(2, 3, (1.2, 0.0), "where it stands"), _ON,
               Part("size", "size", "length", 0.02, 0.5, default=0.09, help="its height")),
-             (("at 0.4, 0.1 on table", "it stands on the table"),
-              ("at 0.4, 0.1", "on the floor; a third number is how high it stands"),
-              ("at 0.4, 0.1 size 12 cm", "without a size it is 9 cm high"))),
-        Verb("moves", "move", (_to(2), _ON, _IN), (("to 0.4, -0.1 in 2 s", "it stays as high as it is"),
-                                                    ("to 0.4, -0.1 on table in 2 s", "onto the table"))),
+             (("at 0.5, 0.1 on table", "it stands on the table"),
+              ("at 1.2, 0.1", "on the floor, where a standing robot sees it; a third number is how high it stands"),
+              ("at 1.2, 0.1 size 12 cm", "without a size it is 9 cm high"))),
+        Verb("moves", "move", (_to(2), _ON, _IN), (("to 1.2, -0.1 in 2 s", "it stays as high as it is"),
+                                                    ("to 0.5, -0.1 on table in 2 s", "onto the table"))),
         _LEAVES,
     ),
-    coloured=True, help="Any colour; without one it is white. A ball sensor may take a cup of its colour for a ball.",
+    coloured=True,
+    help="Any colour; without one it is white. The sensor Blob sees it by its colour; a ball sensor sometimes takes it "
+    "for a ball.",
 )  # fmt: skip
 _BOX = Kind(
     "box", "A box", ("Box", "Green box"),
