@@ -20,9 +20,11 @@ def command(runs: tuple[Path, ...], output: Path, what: str | None, streams: str
     """Write what was recorded as a table, as plots of its numbers, or as a sheet of pictures of its moments.
 
     TRACE is a run's folder or its trace.jsonl. Several runs become one table, with run, participant and condition in
-    its first columns: `rrp-sheets export runs/* -o study.csv`. Times are seconds since the run began. Every export says
-    which workbook ran (its SHA-256), program, mode, seed, participant, condition and operator: a CSV in its columns, an
-    .xlsx on the sheet “About this run”, a picture at its foot and in its metadata.
+    its first columns: `rrp-sheets export runs/* -o study.csv`. Times are seconds since the run began. The column
+    `blank` names the columns in which a blank came; `ended` and `complete` say how the run ended.
+
+    Every export says which workbook ran (its SHA-256), program, mode, seed, participant, condition and operator: a CSV
+    in its columns, an .xlsx on the sheet “About this run”, a picture at its foot and in its metadata.
 
     Exit code: 0, or 2 when a run cannot be read or the file not be written.
     """
