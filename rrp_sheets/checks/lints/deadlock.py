@@ -6,7 +6,7 @@ actuator can act. Whatever is not reached in this way from the sensors never act
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 
 from rrp_sheets.checks.lints.material import Material
 from rrp_sheets.graph import Step, Stream, StreamKind
@@ -15,30 +15,34 @@ _ALL = frozenset({"map", "filter", "combineLatest"})
 """Connectors that give nothing before each input has had a value; `subscribe` with a formula is another."""
 _FIRST = frozenset({"timestamp", "sample", "forgetAfter", "once", "changes", "timeout", "delay", "throttle"})
 """Connectors that give nothing before the first input has had a value; the others may take any input."""
+_MOST_ACTUATORS = 100  # that are looked behind: the check of a long sheet must stay quick
 
 
 def lint_deadlock(material: Material) -> None:
     """Report rows that need a done stream of an actuator which only they can start."""
+    streams = material.graph.streams
     steps = [s for b in material.graph.behaviours for s in b.steps if s.active and s.inputs]
     makers: dict[str, list[Step]] = {}
     for step in steps:
         makers.setdefault(step.output, []).append(step)
-    dead = _never_acting(steps, makers, material.graph.streams)
-    told: list[Step] = []
-    reported = {step.ref for step in material.steps()}
-    for step in steps:
-        if step.ref not in dead or step.ref not in reported:
-            continue
-        for stream in (material.graph.streams[i] for i in _needs(step)):
-            behind = _behind(makers.get(stream.done_of, ()), dead, makers, material.graph.streams)
-            if stream.kind is not StreamKind.DONE or step.ref not in behind:
+    dead = _never_acting(steps, makers, streams)
+    behind: dict[str, set[str]] = {}
+    told: list[str] = []
+    for step in material.steps():
+        for stream in (streams[i] for i in _needs(step)) if step.ref in dead else ():
+            actuator = stream.done_of
+            if stream.kind is not StreamKind.DONE or actuator not in makers:
                 continue
-            if not any(other.ref in behind for other in told):
-                told.append(step)
-                name = makers[stream.done_of][0].output
-                actuator = material.graph.streams[name].name
-                material.report.add("LINT017", step.row.inputs_cell.address, done=stream.name, actuator=actuator)
-            break
+            if actuator not in behind:
+                if len(behind) == _MOST_ACTUATORS:
+                    return
+                behind[actuator] = _behind(actuator, dead, makers, streams)
+            if step.ref in behind[actuator]:
+                if not any(ref in behind[actuator] for ref in told):
+                    told.append(step.ref)
+                    name = streams[makers[actuator][0].output].name
+                    material.report.add("LINT017", step.row.inputs_cell.address, done=stream.name, actuator=name)
+                break
 
 
 def _needs(step: Step) -> tuple[str, ...]:
@@ -51,42 +55,51 @@ def _needs_all(step: Step) -> bool:
     return step.connector.name in _ALL or step.connector.name in _FIRST or formula
 
 
+def _source(stream: Stream) -> str:
+    """The id of the stream whose rows decide whether a stream has values: of a done stream, its actuator's."""
+    return stream.done_of if stream.kind is StreamKind.DONE else stream.id
+
+
 def _never_acting(
-    steps: Iterable[Step], makers: Mapping[str, list[Step]], streams: Mapping[str, Stream]
+    steps: Sequence[Step], makers: Mapping[str, list[Step]], streams: Mapping[str, Stream]
 ) -> dict[str, Step]:
     """The rows that can never act, by ref."""
     left = {step.ref: step for step in steps}
-    acting: set[str] = set()
+    readers: dict[str, list[Step]] = {}
+    for step in steps:
+        for stream in _needs(step):
+            readers.setdefault(_source(streams[stream]), []).append(step)
+    given: set[str] = set()  # outputs of rows that can act
 
     def comes(stream: Stream) -> bool:
-        source = stream.done_of if stream.kind is StreamKind.DONE else stream.id
-        rows = makers.get(source)
-        return not rows or any(row.ref in acting for row in rows)  # a sensor, or an end that nothing here causes
+        source = _source(stream)
+        return source not in makers or source in given  # a sensor, or an end that nothing here causes
 
-    grown = True
-    while grown:
-        grown = False
-        for step in list(left.values()):
-            ready = [comes(streams[i]) for i in _needs(step)]
-            if all(ready) if _needs_all(step) else any(ready):
-                acting.add(step.ref)
-                del left[step.ref]
-                grown = True
+    waiting = list(steps)
+    while waiting:
+        step = waiting.pop()
+        ready = [comes(streams[i]) for i in _needs(step)]
+        if step.ref in left and (all(ready) if _needs_all(step) else any(ready)):
+            del left[step.ref]
+            if step.output not in given:
+                given.add(step.output)
+                waiting += readers.get(step.output, ())
     return left
 
 
 def _behind(
-    rows: Iterable[Step], dead: Mapping[str, Step], makers: Mapping[str, list[Step]], streams: Mapping[str, Stream]
+    actuator: str, dead: Mapping[str, Step], makers: Mapping[str, list[Step]], streams: Mapping[str, Stream]
 ) -> set[str]:
-    """The rows that never act and on which these rows wait, themselves included."""
+    """The rows that never act and for which an actuator waits."""
     found: set[str] = set()
-    waiting = [row for row in rows if row.ref in dead]
+    seen = {actuator}
+    waiting = [actuator]
     while waiting:
-        row = waiting.pop()
-        if row.ref in found:
-            continue
-        found.add(row.ref)
-        for stream in (streams[i] for i in _needs(row)):
-            source = stream.done_of if stream.kind is StreamKind.DONE else stream.id
-            waiting += [maker for maker in makers.get(source, ()) if maker.ref in dead]
+        for row in makers.get(waiting.pop(), ()):
+            if row.ref not in dead:
+                continue
+            found.add(row.ref)
+            fresh = {_source(streams[i]) for i in _needs(row)} - seen
+            seen |= fresh
+            waiting += fresh
     return found
