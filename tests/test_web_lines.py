@@ -14,7 +14,7 @@ import pytest
 from browser import TOKEN
 from chromium import GridPage, let_in, listening, serving
 
-from rrp_sheets.web.desk import MOST_LISTENERS, MOST_OF_ONE
+from rrp_sheets.web.desk import MOST_HERE, MOST_LISTENERS, MOST_OF_ONE
 from rrp_sheets.web.guard import Lan
 from rrp_sheets.web.password import Password
 from rrp_sheets.workbook.maker import make_workbook
@@ -92,6 +92,12 @@ def test_one_who_logged_in_has_only_so_many_pages_and_the_others_theirs(url: str
         other = Line(url, bob)
         assert other.answer.status == 200
         other.close()
+        others = [(person(url, f"Person {n}"), n) for n in range(MOST_LISTENERS // MOST_OF_ONE)]
+        lines += [Line(url, cookie, client=f"o{n}{m}") for cookie, n in others for m in range(MOST_OF_ONE - 1)]
+        full = [Line(url, cookie, client=f"f{n}") for cookie, n in others]
+        lines += full
+        told = [line.answer.read().decode() for line in full if line.answer.status == 503]
+        assert told and all(re.search(r"pages are open on this server, \d of them yours", words) for words in told)
     finally:
         for line in lines:
             line.close()
@@ -175,13 +181,12 @@ def test_pages_in_the_background_and_one_page_too_many(browser: Any, url: str) -
     assert page.page.evaluate("window.kept"), "it was loaded again, and what one was typing would be lost"
     page.close()
 
-    lines = [Line(url, cookie, client=f"l{n}") for n in range(MOST_LISTENERS)]
+    lines = [Line(url, cookie, client=f"l{n}") for n in range(MOST_HERE)]
     context = browser.new_context()
     let_in(context, url)
     another = context.new_page()
     another.goto(f"{url}/book/b.xlsx")
-    another.wait_for_selector("#line-lost:has-text('When one is closed, this page goes on by itself')")
-    assert f"{MOST_LISTENERS} pages are open on this server" in another.inner_text("#line-lost")
+    another.wait_for_selector(f"#line-lost:has-text('You have {MOST_HERE} pages open here. Close one')")
     assert another.get_attribute("#line-lost", "role") == "status"
     for line in lines:
         line.close()

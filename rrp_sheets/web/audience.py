@@ -45,13 +45,22 @@ class Audience:
         for listener in listeners:
             self.leave(listener)
 
+    def end_streams(self, client: str) -> None:
+        """A page opens another stream: its older ones end, and the cells that it has taken stay its own."""
+        with self._lock:
+            older = [li for li in self.listeners if client and li.client == client]
+            self.listeners = [li for li in self.listeners if li not in older]
+        for listener in older:
+            listener.leave()
+
     def leave(self, listener: Listener) -> None:
         """The page was closed."""
         listener.leave()
         with self._lock:
             if listener in self.listeners:
                 self.listeners.remove(listener)
-            self.seats.leave(listener.client)
+            if all(one.client != listener.client for one in self.listeners):  # else the page has another stream
+                self.seats.leave(listener.client)
         self.tell_people()
 
     def stand(self, client: str, name: str, place: tuple[str, str, int]) -> None:

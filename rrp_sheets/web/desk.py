@@ -13,12 +13,14 @@ from rrp_sheets.documents import Document
 from rrp_sheets.documents.journal import Journal
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.worker import CheckWorker
+from rrp_sheets.web.listeners import Listener
 from rrp_sheets.web.room import Room
 from rrp_sheets.web.testing.tester import Tester
 
-MOST_LISTENERS = 24  # event streams at once, for all workbooks
-POLL_EVERY = 1.0  # seconds
+MOST_LISTENERS = 32  # event streams at once, for all workbooks
+MOST_HERE = 24  # of them, of those who have the address of this computer
 MOST_OF_ONE = 8  # of them, of one who has logged in
+POLL_EVERY = 1.0  # seconds
 
 
 class Desk:
@@ -39,6 +41,7 @@ class Desk:
         self._rooms: dict[str, Room] = {}
         self._journal: Journal | None = None
         self._lock = threading.RLock()
+        self._joining = threading.Lock()
         self._closed = threading.Event()
         self.opened = self.leaving = lambda room: None
         threading.Thread(target=_watch, args=(weakref.ref(self), self._closed), daemon=True).start()
@@ -112,22 +115,32 @@ class Desk:
         with self._lock:
             return list(self._rooms.values())
 
-    def crowded(self, person: str) -> str:
-        """Why no further page can be told what happens, in words; empty when it can.
+    def listen(self, room: Room, client: str, person: str, join: Callable[[], Listener]) -> Listener | str:
+        """Have a page told what happens in a room; else why it cannot be, in words.
+
+        Pages that ask at the same moment are looked at one after the other. A page has one event stream: an older one
+        of the same page ends.
 
         Args:
+            room: of the page's workbook.
+            client: tells the page from all others.
             person: the key of their session, as nobody may take all places; empty for who has this computer's address.
+            join: makes the listener.
         """
+        with self._joining:
+            room.end_streams(client)
+            return self._crowded(person) or join()
+
+    def _crowded(self, person: str) -> str:
         with self._lock:
             listeners = [one for room in self._rooms.values() for one in room.listeners]
         mine = sum(one.person == person for one in listeners)
-        if person and mine >= MOST_OF_ONE:
+        if mine >= (MOST_OF_ONE if person else MOST_HERE):
             return f"You have {mine} pages open here. Close one; this page then goes on by itself."
         if len(listeners) >= MOST_LISTENERS:
-            yours = f", {mine} of them yours" if mine else ""
             return (
-                f"{len(listeners)} pages are open on this server{yours}, and it cannot tell more of them what happens. "
-                "When one is closed, this page goes on by itself."
+                f"{len(listeners)} pages are open on this server, {mine} of them yours, and it cannot tell more of "
+                "them what happens. When one is closed, this page goes on by itself."
             )
         return ""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from flask import Blueprint, Response, abort, jsonify, redirect, request, stream_with_context, url_for
@@ -84,17 +85,18 @@ def _add_events(pages: Blueprint, room_of: RoomOf, desk: Desk) -> None:
         client = request.args.get("client", "")[:40]
         if request.method == "HEAD" or not room.is_of(client, person.key):  # HEAD: nobody would listen, nor leave
             abort(405 if request.method == "HEAD" else 403)
-        crowded = desk.crowded(person.key)
-        if crowded:
-            return Response(crowded, 503, {"Retry-After": "5"}, mimetype="text/plain")
         back = request.headers.get("Last-Event-ID", "")  # it had a stream already
-        listener = room.join(
+        join = partial(
+            room.join,
             client,
             person.name or clean_name(request.args.get("name", "")) or "Somebody",
             knows=bool(back) or request.args.get("knows") != "no",
             had=back or request.args.get("had", ""),
             person=person.key,
         )
+        listener = desk.listen(room, client, person.key, join)
+        if isinstance(listener, str):
+            return Response(listener, 503, {"Retry-After": "5"}, mimetype="text/plain")
         answer = Response(
             stream_with_context(stream(listener, room.about_run, room.leave)), mimetype="text/event-stream"
         )

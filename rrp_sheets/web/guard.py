@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from flask import Flask, Response, abort, g, redirect, request, url_for
 from werkzeug.wrappers import Response as AnyResponse
 
+from rrp_sheets.web import connections
 from rrp_sheets.web.headers import HEADERS
 from rrp_sheets.web.password import Password
 from rrp_sheets.web.sessions import Person, Sessions
@@ -78,6 +79,8 @@ def protect(app: Flask, token: str, lan: Lan | None, sessions: Sessions, once: s
         g.person = Person() if here and _same(secret, token) else sessions.find(secret)
         if g.person is None and not (lan and _is_for_everyone()):
             return _sent_away(lan)
+        if g.person is not None:
+            connections.let_in(request.environ)
         return None
 
     @app.after_request

@@ -1,4 +1,4 @@
-"""The server itself: its sockets, its threads, and the limits of what a connection may take."""
+"""The server itself: its sockets, its threads, and the limits of a request."""
 
 from __future__ import annotations
 
@@ -9,34 +9,31 @@ from collections.abc import Sequence
 from typing import Any
 
 from flask import Flask
-from waitress.channel import HTTPChannel
 from waitress.server import create_server
-from waitress.task import ErrorTask
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.records.clerk import MOST_OF_ALL
+from rrp_sheets.web.connections import MOST_CONNECTIONS, Channel, Dispatcher
 from rrp_sheets.web.desk import MOST_LISTENERS
-from rrp_sheets.web.headers import HEADERS
 
 THREADS = MOST_LISTENERS + MOST_OF_ALL + 8  # each page that listens keeps one, and the others are for requests
 LARGEST_BODY = 8_500_000  # bytes; what is larger is refused while it comes, so that it fills no disk
-MOST_CONNECTIONS = 240  # at once; macOS gives a program 256 files
-MOST_OF_ONE = 80  # connections of one address, so that nobody takes them all
-_SECONDS = 60  # that a request may take to arrive, and that a connection may be silent
+_SECONDS = 60  # that a request may take to arrive, and that a connection may be silent between two requests
 
 
 def make_server(app: Flask, sockets: Sequence[socket.socket]) -> Any:
     """A server that answers on sockets which are bound already; `.run()` serves until Ctrl-C."""
     everything: dict[int, Any] = {}
     server = create_server(
-        app, map=everything, sockets=list(sockets), threads=THREADS, ident="", connection_limit=MOST_CONNECTIONS,
+        app, map=everything, sockets=list(sockets), _dispatcher=Dispatcher(THREADS), ident="",
+        connection_limit=MOST_CONNECTIONS,
         channel_timeout=_SECONDS, max_request_body_size=LARGEST_BODY, max_request_header_size=32_768,
         channel_request_lookahead=1,  # looks at lines that are busy too, and so sees that a page was closed
         asyncore_use_poll=hasattr(select, "poll"),
     )  # fmt: skip
     for one in everything.values():
         if hasattr(one, "channel_class"):
-            one.channel_class = _Channel
+            one.channel_class = Channel
     return server
 
 
@@ -78,33 +75,3 @@ def _bound(host: str, port: int) -> socket.socket:
         made.close()
         raise
     return made
-
-
-class _Refusal(ErrorTask):  # type: ignore[misc]
-    """What the server answers before the application is asked, with the same headers as every other answer."""
-
-    def execute(self) -> None:
-        self.response_headers += [*HEADERS.items(), ("Cache-Control", "no-store")]
-        super().execute()
-
-
-class _Channel(HTTPChannel):  # type: ignore[misc]
-    """A connection. One address gets only so many, and a request must arrive in time, however lively it trickles."""
-
-    error_task_class = _Refusal
-    last_activity: float
-    _begun = 0.0
-
-    def __init__(self, server: Any, sock: socket.socket, addr: Any, adj: Any, map: Any = None) -> None:
-        super().__init__(server, sock, addr, adj, map=map)
-        mine = sum(1 for channel in list(server.active_channels.values()) if channel.addr[0] == addr[0])
-        if mine > MOST_OF_ONE:
-            self.handle_close()
-
-    def handle_read(self) -> None:
-        waited = self.request is not None  # for the rest of a request
-        super().handle_read()
-        if not waited:
-            self._begun = self.last_activity
-        elif self.request is not None:
-            self.last_activity = self._begun  # the clean-up counts from the request's beginning
