@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from browser import HOME, TOKEN
+from browser import HOME, let_in
 from flask import Flask
 from werkzeug.routing import Rule
 
@@ -170,7 +170,5 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def enter(app: Flask) -> Any:
-    """A browser that was given the address with its token."""
-    client = app.test_client()
-    assert client.get(f"/?token={TOKEN}", base_url=HOME).status_code == 302
-    return client
+    """A browser that was let in by a link."""
+    return let_in(app)

@@ -7,21 +7,31 @@ import time
 from pathlib import Path
 from urllib.parse import quote
 
+from flask import Flask
 from flask.testing import FlaskClient
 from werkzeug.test import TestResponse
 
 from rrp_sheets.web.app import create_app
+from rrp_sheets.web.identity import cookie_name
 
 TOKEN = "a-token-of-the-tests"
+COOKIE = f"{cookie_name(TOKEN)}={TOKEN}"
+"""What a browser on this computer has that was let in."""
 HOME = "http://127.0.0.1:8000"
 HEADER = "| Input streams | Connector | Formula | Output stream | On | Notes |\n|---|---|---|---|---|---|\n"
 GOOD = "## Tracking\n" + HEADER + "| Red ball | subscribe | | Head tracker | | |\n"
 
 
 def visit(folder: Path) -> FlaskClient:
-    """A browser that was given the address with its token."""
-    client = create_app(folder, TOKEN).test_client()
-    assert client.get(f"/?token={TOKEN}", base_url=HOME).status_code == 302
+    """A browser that was let in by a link."""
+    return let_in(create_app(folder, TOKEN))
+
+
+def let_in(app: Flask) -> FlaskClient:
+    """A browser that was let in by a link of an application that was made with `TOKEN`."""
+    client = app.test_client()
+    for host in ("127.0.0.1", "localhost"):
+        client.set_cookie(*COOKIE.split("="), domain=host)
     return client
 
 

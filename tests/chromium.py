@@ -13,11 +13,12 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from browser import COOKIE, TOKEN
+
 from rrp_sheets.web.app import create_app
 from rrp_sheets.web.guard import Lan
 from rrp_sheets.web.serving import bind, make_server
 
-TOKEN = "a-token-of-the-tests"
 CHROMIUM = next(
     (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), ""
 )
@@ -90,9 +91,9 @@ def browsing() -> Iterator[Any]:
 
 
 def let_in(context: Any, url: str, name: str = "") -> None:
-    """Give a browser the cookie that it would get with the printed address, and a name to the one who sits there."""
-    answer = context.request.get(f"{url}/?token={TOKEN}", max_redirects=0)
-    assert answer.status == 302, answer.status
+    """Give a browser the cookie that it would get with a link, and a name to the one who sits there."""
+    cookie, value = COOKIE.split("=")
+    context.add_cookies([{"name": cookie, "value": value, "url": url, "httpOnly": True, "sameSite": "Strict"}])
     if name:
         script = "if (location.protocol === 'http:') localStorage.getItem('name') ?? localStorage.setItem('name', %s)"
         context.add_init_script(script % json.dumps(name))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import os
 import shutil
 import signal
 import sys
+import tempfile
 from pathlib import Path
 
 import hypothesis
@@ -27,6 +29,10 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 MEMORY, ENOUGH = Path("/dev/shm"), 4_000_000_000  # bytes
 _OURS = "rrp-sheets-tests-"
+
+
+os.environ["XDG_STATE_HOME"] = tempfile.mkdtemp(prefix="rrp-sheets-tests-state-")  # servers keep their secrets there
+atexit.register(shutil.rmtree, os.environ["XDG_STATE_HOME"], ignore_errors=True)
 
 
 def _files_in_memory() -> None:

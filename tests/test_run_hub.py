@@ -9,6 +9,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from browser import TOKEN, let_in
 
 from rrp_sheets.documents import CellText
 from rrp_sheets.model.exchange import Act, Happening, State
@@ -164,9 +165,7 @@ def client(tmp_path_factory):
     folder = tmp_path_factory.mktemp("books")
     make_workbook({"T": [HEADER, ["", "Red ball", "map", "redBall.distence", "Distance", ""]]}, folder / "bad.xlsx")
     make_workbook({"T": [HEADER, ["", "Red ball", "subscribe", "", "Head tracker", ""]]}, folder / "b.xlsx")
-    client = create_app(folder, "token").test_client()
-    client.get("/?token=token")
-    return client
+    return let_in(create_app(folder, TOKEN))
 
 
 def post(client, where: str, **sent):

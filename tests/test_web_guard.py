@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
+import html
 import os
 import re
+import select
 import signal
 import subprocess
 import sys
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 from browser import GOOD, HOME, TOKEN, book, get, visit
 from click.testing import CliRunner
+from flask import Flask
 
 from rrp_sheets.cli.main import group
 from rrp_sheets.runs.worker import CheckWorker
 from rrp_sheets.web.app import create_app
+from rrp_sheets.web.identity import Links, cookie_name, folder_secret
 from rrp_sheets.web.library import Library
 
 
@@ -31,49 +36,127 @@ def folder(tmp_path: Path) -> Path:
 # ---- who may look ----
 
 
-def test_the_token_becomes_a_cookie_and_leaves_the_address(folder: Path) -> None:
-    client = create_app(folder, TOKEN).test_client()
-    answer = client.get(f"{book('good.md')}?token={TOKEN}", base_url=HOME)
-    assert (answer.status_code, answer.headers["Location"]) == (302, book("good.md"))
-    cookie = answer.headers["Set-Cookie"]
-    assert "HttpOnly" in cookie and "SameSite=Strict" in cookie
-    assert get(client, "/").status_code == 200
+def opened(folder: Path) -> tuple[Flask, str]:
+    """The application, and the token of a link."""
+    links = Links()
+    return create_app(folder, TOKEN, links=links), links.new()
+
+
+def test_a_link_lets_one_browser_in_which_may_open_it_again(folder: Path) -> None:
+    app, token = opened(folder)
+    first, second = app.test_client(), app.test_client()
+    for _ in range(3):  # reloaded, or clicked again
+        answer = first.get(f"{book('good.md')}?token={token}", base_url=HOME)
+        assert (answer.status_code, answer.headers["Location"]) == (302, book("good.md"))
+    assert get(first, "/").status_code == 200
+    answer = get(second, f"/?token={token}")
+    assert answer.status_code == 403 and "already used" in answer.text and "press Enter" in answer.text
+    assert "Set-Cookie" not in answer.headers and get(second, "/").status_code == 403
+
+
+def test_the_cookie_of_a_link_is_hidden_from_scripts_and_other_sites(folder: Path) -> None:
+    app, token = opened(folder)
+    cookie = get(app.test_client(), f"/?token={token}").headers["Set-Cookie"]
+    assert "HttpOnly" in cookie and "SameSite=Strict" in cookie and token not in cookie
+
+
+def test_who_only_looks_ahead_does_not_use_a_link_up(folder: Path) -> None:
+    app, token = opened(folder)
+    address = f"/?token={token}"
+    for headers in ({"Sec_Purpose": "prefetch;prerender"}, {"Purpose": "prefetch"}, {"X_Moz": "prefetch"}):
+        answer = get(app.test_client(), address, **headers)
+        assert answer.status_code == 503 and "Set-Cookie" not in answer.headers
+    assert app.test_client().head(address, base_url=HOME).status_code == 403
+    assert get(app.test_client(), address, Host="evil.example").status_code == 400
+    assert get(app.test_client(), address).status_code == 302
+
+
+def test_a_link_clicked_on_another_sites_page_is_followed_by_our_own(folder: Path) -> None:
+    app, token = opened(folder)
+    foreign = {"Sec_Fetch_Site": "cross-site", "Sec_Fetch_Mode": "navigate"}
+    client = app.test_client()
+    answer = get(client, f"{book('good.md')}?token={token}&a=%22%3E", **foreign)
+    assert answer.status_code == 200 and "Set-Cookie" not in answer.headers
+    follow = html.unescape(re.search(r'url=([^"]*)"', answer.text)[1])  # type: ignore[index]
+    assert follow.startswith(f"{book('good.md')}?token={token}&a=%22")
+    assert get(client, follow, Sec_Fetch_Site="same-origin", Sec_Fetch_Mode="navigate").status_code == 302
 
 
 @pytest.mark.parametrize("address", ["/", "/book/good.md", "/book/good.md/diagram/1.svg", "/static/style.css", "/none"])
-def test_nothing_is_shown_without_the_token(folder: Path, address: str) -> None:
-    client = create_app(folder, TOKEN).test_client()
-    for asked in (address, f"{address}?token=wrong", f"{address}?token=", f"{address}?token=%ED%B2%80"):
+def test_nothing_is_shown_without_a_link(folder: Path, address: str) -> None:
+    app, token = opened(folder)
+    client = app.test_client()
+    for asked in (address, *(f"{address}?token={wrong}" for wrong in ("wrong", "", "%ED%B2%80", TOKEN, token[:-1]))):
         answer = get(client, asked)
         assert answer.status_code == 403
-        assert "Copy the address" in answer.text and "good" not in answer.text
+        assert "press Enter" in answer.text and "good" not in answer.text
     assert "Set-Cookie" not in answer.headers
 
 
-def test_the_token_of_the_browser_that_is_opened_is_good_once(folder: Path) -> None:
-    app = create_app(folder, TOKEN, once="for-once")
-    first, second = app.test_client(), app.test_client()
-    assert first.get("/?token=for-once", base_url=HOME).status_code == 302 and get(first, "/").status_code == 200
-    assert second.get("/?token=for-once", base_url=HOME).status_code == 403
-    assert second.get("/?token=", base_url=HOME).status_code == 403
-
-
-def test_a_cookie_of_another_start_is_not_enough(folder: Path) -> None:
-    old = create_app(folder, "an-old-token").test_client().get("/?token=an-old-token", base_url=HOME)
+def test_a_cookie_of_another_folder_is_not_enough(folder: Path) -> None:
     client = create_app(folder, TOKEN).test_client()
-    assert get(client, "/", Cookie=old.headers["Set-Cookie"].split(";")[0]).status_code == 403
+    assert get(client, "/", Cookie=f"{cookie_name('another')}=another").status_code == 403
+    assert get(client, "/", Cookie=f"{cookie_name(TOKEN)}=another").status_code == 403
+
+
+def test_links_are_used_once_also_at_the_same_moment() -> None:
+    links = Links()
+    token = links.new()
+    with ThreadPoolExecutor(8) as pool:
+        assert sum(pool.map(links.use, [token] * 200)) == 1
+    old = links.new()
+    for _ in range(100):
+        links.new()
+    assert not links.use(old)  # nobody has used it for long
+
+
+# ---- the secret that outlives a restart ----
+
+
+def test_the_secret_of_a_folder_is_kept_for_its_user_alone(folder: Path, tmp_path_factory: pytest.TempPathFactory,
+                                                           monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
+    state = tmp_path_factory.mktemp("state")
+    for name in ("XDG_STATE_HOME", "LOCALAPPDATA", "HOME"):
+        monkeypatch.setenv(name, str(state))
+    secret, why_not = folder_secret(folder)
+    assert why_not == "" and folder_secret(folder / ".." / folder.name)[0] == secret
+    (kept,) = [path for path in state.rglob("*") if path.is_file()]
+    assert not list(folder.rglob("*secret*"))  # nothing beside the workbooks
+    if os.name == "posix":
+        assert (kept.stat().st_mode & 0o777, kept.parent.stat().st_mode & 0o777) == (0o600, 0o700)
+    (folder / "other").mkdir()
+    assert folder_secret(folder / "other")[0] != secret
+    renewed, _ = folder_secret(folder, renew=True)
+    assert renewed != secret and folder_secret(folder)[0] == renewed
+    for damaged in (b"", b"short", b"\xff" * 43, b"x" * 5_000):
+        kept.write_bytes(damaged)
+        fresh, _ = folder_secret(folder)
+        assert len(fresh) == 43 and folder_secret(folder)[0] == fresh
+    if os.name == "posix":
+        kept.chmod(0o644)  # others may have read it
+        assert folder_secret(folder)[0] != fresh
+
+
+def test_a_secret_that_cannot_be_kept_is_told_and_the_server_works(folder: Path, tmp_path: Path,
+                                                                   monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
+    (tmp_path / "file").write_text("in the way, also of root", encoding="utf-8")
+    for name in ("XDG_STATE_HOME", "LOCALAPPDATA", "HOME"):
+        monkeypatch.setenv(name, str(tmp_path / "file"))
+    secret, why_not = folder_secret(folder)
+    assert len(secret) == 43 and "cannot be written" in why_not
 
 
 @pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example", "localhost.", "192.168.0.7:8000", ""])
 def test_other_hosts_are_refused_and_get_no_cookie(folder: Path, host: str) -> None:
-    answer = visit(folder).get(f"/?token={TOKEN}", headers={"Host": host})
-    assert answer.status_code == 400
+    app, token = opened(folder)
+    answer = app.test_client().get(f"/?token={token}", headers={"Host": host})
+    assert answer.status_code == 400 and visit(folder).get("/", headers={"Host": host}).status_code == 400
     assert "Set-Cookie" not in answer.headers
 
 
 def test_localhost_is_this_computer_too(folder: Path) -> None:
-    client = create_app(folder, TOKEN).test_client()
-    assert client.get(f"/?token={TOKEN}", base_url="http://localhost:8000").status_code == 302
+    app, token = opened(folder)
+    assert app.test_client().get(f"/?token={token}", base_url="http://localhost:8000").status_code == 302
 
 
 @pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE"])
@@ -230,7 +313,7 @@ def server(folder: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
 
 def fetch(url: str, opener: urllib.request.OpenerDirector, **headers: str) -> tuple[int, str]:
     try:
-        with opener.open(urllib.request.Request(url, headers=headers), timeout=10) as answer:
+        with opener.open(urllib.request.Request(url, headers=headers), timeout=60) as answer:
             return answer.status, answer.read().decode()
     except urllib.error.HTTPError as error:
         with error:
@@ -248,15 +331,48 @@ def test_the_command_serves_this_computer_only(server: tuple[subprocess.Popen[st
     browser = urllib.request.build_opener(direct, urllib.request.HTTPCookieProcessor())
     status, text = fetch(url, browser)
     assert status == 200 and "good.md" in text
+    assert fetch(url, stranger)[0] == 403 and fetch(url, browser)[0] == 200
     assert fetch(f"{home}book/good.md", browser)[0] == 200
     assert fetch(f"{home}static/style.css", browser)[0] == 200
     assert fetch(f"{home}book/..%2f..%2fetc%2fpasswd", browser)[0] == 404
     if sys.platform != "win32":
         process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=20)
+        _, said = process.communicate(timeout=60)
         assert (process.returncode, said) == (0, "")
 
 
 def test_a_missing_folder_is_told(tmp_path: Path) -> None:
     result = CliRunner().invoke(group, ["serve", str(tmp_path / "none")])
     assert result.exit_code == 1 and "There is no folder" in str(result.exception)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a terminal of Unix")
+def test_enter_prints_another_link(folder: Path) -> None:
+    import pty
+
+    ours, theirs = pty.openpty()
+    program = [sys.executable, "-c", "from rrp_sheets.cli.main import main; main()"]
+    command = [*program, "serve", str(folder), "--no-browser"]
+    process = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True)
+    direct = urllib.request.ProxyHandler({})
+
+    def next_link() -> str:
+        shown = ""
+        while not (found := re.search(r"http://\S+(?=\s)", shown)):
+            assert select.select([ours], [], [], 60)[0], shown
+            shown += os.read(ours, 1000).decode()
+        return found[0]
+
+    try:
+        for _ in range(3):
+            browser = urllib.request.build_opener(direct, urllib.request.HTTPCookieProcessor())
+            assert fetch(next_link(), browser)[0] == 200
+            os.write(ours, b"\n")
+        next_link()
+        process.send_signal(signal.SIGINT)
+        assert process.wait(60) == 0
+    finally:
+        process.kill()
+        process.wait()
+        os.close(ours)
+        os.close(theirs)

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from browser import TOKEN
+from browser import COOKIE
 from chromium import GridPage, let_in, listening, serving
 
 from rrp_sheets.web.desk import MOST_HERE, MOST_LISTENERS, MOST_OF_ONE
@@ -66,7 +66,7 @@ def ask(url: str, method: str, address: str, cookie: str = "", data: str = "", *
 
 
 def owner(url: str) -> str:
-    return str(ask(url, "GET", f"/?token={TOKEN}").headers["Set-Cookie"]).split(";")[0]
+    return COOKIE
 
 
 def person(url: str, name: str) -> str:

@@ -16,6 +16,7 @@ from werkzeug.test import TestResponse
 
 from rrp_sheets.web.app import create_app
 from rrp_sheets.web.guard import Lan
+from rrp_sheets.web.identity import Links
 from rrp_sheets.web.password import Password
 from rrp_sheets.web.serving import bind, make_server
 
@@ -130,12 +131,14 @@ def test_it_answers_only_to_the_names_that_were_printed(client: FlaskClient, hos
     assert client.get("/", headers={"Host": host, **PAGE}).status_code == code
 
 
-def test_the_token_opens_only_on_this_computer(client: FlaskClient) -> None:
+def test_a_link_opens_only_on_this_computer(folder: Path) -> None:
     near, far = "http://127.0.0.1:8000", {"REMOTE_ADDR": "192.168.0.20"}
+    links = Links()
+    client, token = create_app(folder, TOKEN, LAN, links=links).test_client(), links.new()
     asked = {"base_url": near, "headers": {"Accept": "*/*"}}
-    assert client.get(f"/?token={TOKEN}", environ_overrides=far, **asked).status_code == 403
-    assert client.get(f"/?token={TOKEN}", base_url=HOME, headers={"Accept": "*/*"}).status_code == 403
-    owner = client.get(f"/?token={TOKEN}", **asked)
+    assert client.get(f"/?token={token}", environ_overrides=far, **asked).status_code == 403
+    assert client.get(f"/?token={token}", base_url=HOME, headers={"Accept": "*/*"}).status_code == 403
+    owner = client.get(f"/?token={token}", **asked)  # those have not used it up
     assert owner.status_code == 302
     cookie = {"Cookie": owner.headers["Set-Cookie"].split(";")[0], "Accept": "*/*"}
     assert client.get("/", **asked).status_code == 200

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import logging
 import os
-import secrets
 import signal
 import sys
 import threading
+import time
 import webbrowser
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 _HOST = "127.0.0.1"
 _EVERYWHERE = ("0.0.0.0", "::")
+_BACKGROUND_S = 1.0  # until it is looked again whether the keyboard can be read
 _PASSWORD_FILE = "RRP_SHEETS_PASSWORD_FILE"
 
 
@@ -30,45 +32,55 @@ _PASSWORD_FILE = "RRP_SHEETS_PASSWORD_FILE"
 @click.argument("folder", type=click.Path(path_type=Path), default=".")
 @click.option("--port", type=click.IntRange(1, 65535), help="the port; without it a free one is taken")
 @click.option("--lan", is_flag=True, help="let others of this network in, with a password")
-@click.option("--no-browser", is_flag=True, help="only print the address, do not open a browser")
-def command(folder: Path, port: int | None, lan: bool, no_browser: bool) -> None:
+@click.option("--no-browser", is_flag=True, help="only print the link, do not open a browser")
+@click.option("--sign-out", is_flag=True, help="sign out every browser that has opened this folder before")
+def command(folder: Path, port: int | None, lan: bool, no_browser: bool, sign_out: bool) -> None:
     """Edit the workbooks of FOLDER (by default this one) in the browser: a grid, its problems, the diagram, the words.
 
     Every edit is stored in the workbook's own file at once; Excel or LibreOffice may change it meanwhile. Several
     browser windows may be open on one workbook. FOLDER may also be a workbook, which is then opened at once.
 
-    The address works only on this computer and only with the token in it; every start makes a new one.
-    Ctrl-C ends the server.
+    The link that is printed works only on this computer, and opens one browser. Press Enter for another link. A browser
+    that was opened stays signed in when the server is restarted, until it is closed or --sign-out is given. Ctrl-C ends
+    the server.
 
     With --lan, others of the same network may work along: each gives a name and the password, which is asked for here
     (or made, when you type none), or is the first line of the file that RRP_SHEETS_PASSWORD_FILE names.
     """
     from rrp_sheets.web.app import create_app
+    from rrp_sheets.web.identity import Links, folder_secret
     from rrp_sheets.web.scratch import scratch
     from rrp_sheets.web.serving import bind, make_server
 
     folder, page = _place(folder)
     door = _ask_password() if lan else None
-    token, once = secrets.token_urlsafe(32), secrets.token_urlsafe(32)
+    links = Links()
+    secret, why_not = folder_secret(folder, renew=sign_out)
+    if why_not:
+        _tell(f"After a restart of the server, open a new link: {why_not}.")
     logging.getLogger("waitress.queue").setLevel(logging.ERROR)  # a short wait is no news
     _end_politely()
     with scratch():
         sockets = bind(_EVERYWHERE if door else (_HOST,), port)
         used = int(sockets[0].getsockname()[1])
-        url = f"http://{_HOST}:{used}{page}?token={token}"
+
+        def link() -> str:
+            return f"http://{_HOST}:{used}{page}?token={links.new()}"
+
         if door is None:
-            server = make_server(create_app(folder, token, once=once), sockets)
-            click.echo(f"The workbooks of {folder.resolve()} are shown at\n\n  {url}\n\nCtrl-C ends it.")
+            server = make_server(create_app(folder, secret, links=links), sockets)
+            click.echo(f"The workbooks of {folder.resolve()} are shown at\n\n  {link()}\n")
         else:
             password, made = door
             reached = _reached(password, both=len(sockets) > 1)
-            server = make_server(create_app(folder, token, reached, once=once, tell=_tell), sockets)
-            _print_lan(folder, url, used, page, reached, made)
+            server = make_server(create_app(folder, secret, reached, links=links, tell=_tell), sockets)
+            _print_lan(folder, link(), used, page, reached, made)
+        enter = " Press Enter for another link." if _offer_links(link) else ""
+        click.echo(f"The link opens one browser on this computer.{enter} Ctrl-C ends it.")
         sys.stdout.flush()
         if not no_browser and _has_screen():
-            # with a token that opens once: others on this computer can see which address a program was started with
-            first = f"http://{_HOST}:{used}{page}?token={once}"
-            threading.Thread(target=webbrowser.open, args=(first,), daemon=True).start()
+            # a link of its own: others on this computer can see which address a program was started with
+            threading.Thread(target=webbrowser.open, args=(link(),), daemon=True).start()
         server.run()  # until Ctrl-C, which it takes quietly
     click.echo()
 
@@ -80,6 +92,31 @@ def _end_politely() -> None:
     for name in ("SIGTERM", "SIGHUP"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.default_int_handler)
+
+
+def _offer_links(link: Callable[[], str]) -> bool:
+    """Print a new link whenever Enter is pressed; False where there is no terminal."""
+    try:
+        keyboard = sys.stdin.fileno()
+        if not os.isatty(keyboard):
+            return False
+    except (AttributeError, OSError, ValueError):  # closed, or not there at all
+        return False
+    if hasattr(signal, "SIGTTIN") and threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTTIN, signal.SIG_IGN)  # else the server would stand still in the background of a shell
+
+    def listen() -> None:
+        while True:
+            try:
+                if not os.read(keyboard, 1_000):  # not through sys.stdin, whose lock an exit of the program wants
+                    return
+            except OSError:  # in the background
+                time.sleep(_BACKGROUND_S)
+                continue
+            click.echo(f"  {link()}\n")
+
+    threading.Thread(target=listen, daemon=True).start()
+    return True
 
 
 def _place(folder: Path) -> tuple[Path, str]:
@@ -154,8 +191,8 @@ def _print_lan(folder: Path, url: str, port: int, page: str, lan: Lan, made: str
     click.echo(f"{said} Each gives a name with it, which the others see.")
     click.echo(
         "The connection is not encrypted: whoever can listen in this network can read along and take over. Use only a "
-        "network whose people you trust, never an open one such as a guest or café network.\n\n"
-        "Ctrl-C ends it, and with it everyone's session."
+        "network whose people you trust, never an open one such as a guest or café network. When the server ends, "
+        "everyone has to log in again.\n"
     )
 
 

@@ -15,8 +15,9 @@ from rrp_sheets.resources import bundled
 from rrp_sheets.runs.worker import CheckWorker
 from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.editing import make_editing
-from rrp_sheets.web.guard import Lan, cookie_name, protect
+from rrp_sheets.web.guard import Lan, UsedLink, protect
 from rrp_sheets.web.helping import make_helping
+from rrp_sheets.web.identity import Links, cookie_name
 from rrp_sheets.web.library import Library, printable
 from rrp_sheets.web.live.floor import Floor
 from rrp_sheets.web.live.routes import make_live
@@ -35,11 +36,14 @@ from rrp_sheets.web.statics import serve_statics
 _REFUSALS = {
     400: ("This address does not lead here", "The page was asked for under a name that is not this computer’s own.",
           "Use the address that rrp-sheets serve has printed."),
-    403: ("Not with this address", "Only someone who has the whole address can see these workbooks.",
-          "Copy the address that rrp-sheets serve has printed, with everything after the question mark, or click it. "
-          "Each start of the server makes a new one."),
+    403: ("This browser needs a link first", "Only a browser that was opened with a link can see these workbooks.",
+          "Go to the window where rrp-sheets serve runs and press Enter. Open the new link that it prints."),
     405: ("This cannot be done here", "This address does not take what was sent to it.", "Go back."),
 }  # fmt: skip
+_USED = (
+    "This link was already used", "A link opens one browser, and it ends with a restart of the server.",
+    "Go to the window where rrp-sheets serve runs and press Enter. Open the new link that it prints.",
+)  # fmt: skip
 _MESSAGES = {
     404: ("There is nothing here", "What was here was renamed, moved or deleted, or the address is mistyped.",
           "Go to the shelf and open it from there."),
@@ -51,15 +55,20 @@ _MESSAGES = {
 
 
 def create_app(
-    folder: Path, token: str, lan: Lan | None = None, *, once: str = "", tell: Callable[[str], None] = lambda _: None
+    folder: Path,
+    secret: str,
+    lan: Lan | None = None,
+    *,
+    links: Links | None = None,
+    tell: Callable[[str], None] = lambda _: None,
 ) -> Flask:
     """Make the application that shows the workbooks of a folder.
 
     Args:
         folder: whose workbooks are shown.
-        token: whoever has it may look.
+        secret: what the cookie of a browser on this computer holds.
         lan: lets others in too, with a password.
-        once: a token for the browser that is opened, good for one time.
+        links: each lets one browser on this computer in.
         tell: is told, in a line, who comes with the password.
     """
     templates = bundled("templates", "web")
@@ -75,9 +84,9 @@ def create_app(
     desk = Desk(folder, worker)
     library = Library(folder, worker)
     sessions = Sessions()
-    protect(app, token, lan, sessions, once)
+    protect(app, secret, lan, sessions, links or Links())
     if lan is not None:
-        app.register_blueprint(make_login(lan, sessions, cookie_name(token), tell))
+        app.register_blueprint(make_login(lan, sessions, cookie_name(secret), tell))
     _answer_errors(app, folder)
     floor = Floor(desk)
     app.extensions.update(going=floor.going, writing=floor.writing, forget=floor.forget, close=desk.close)
@@ -129,6 +138,8 @@ def _answer_errors(app: Flask, folder: Path) -> None:
     @app.errorhandler(HTTPException)
     def explain(error: HTTPException) -> tuple[str, int]:
         code = error.code or 500
+        if isinstance(error, UsedLink):
+            return show(RefusedPage(*_USED)), code
         if code in _REFUSALS:
             return show(RefusedPage(*_REFUSALS[code])), code
         return show(MessagePage(*_MESSAGES.get(code, _MESSAGES[404 if code < 500 else 500]))), code

@@ -1,20 +1,20 @@
-"""Who may see the pages: whoever was given the address with its token, and with `--lan` whoever has the password."""
+"""Who may see the pages: a browser that was let in by a link, and with `--lan` whoever has the password."""
 
 from __future__ import annotations
 
-import hashlib
 import ipaddress
 import re
-import secrets
-import threading
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from flask import Flask, Response, abort, g, redirect, request, url_for
+from markupsafe import escape
+from werkzeug.exceptions import Forbidden
 from werkzeug.wrappers import Response as AnyResponse
 
 from rrp_sheets.web import connections
 from rrp_sheets.web.headers import HEADERS
+from rrp_sheets.web.identity import Links, cookie_name, is_same
 from rrp_sheets.web.password import Password
 from rrp_sheets.web.sessions import Person, Sessions
 from rrp_sheets.web.statics import KEPT, plain_name
@@ -31,7 +31,7 @@ class Lan:
     """What makes a server one for others too.
 
     Attributes:
-        password: that everyone has to give, but who has the token on this computer.
+        password: that everyone has to give but who was given a link on this computer.
         hosts: names and addresses of this computer that were printed; it answers to no other, as another site's name
             may lead here as well.
     """
@@ -40,26 +40,21 @@ class Lan:
     hosts: tuple[str, ...]
 
 
-class Opening:
-    """A token that opens once: the browser's, which others on this computer may see among the programs that run."""
-
-    def __init__(self, token: str) -> None:
-        self._lock = threading.Lock()
-        self._token = token
-
-    def fits(self, given: str) -> bool:
-        """Whether it is this one, the first time."""
-        with self._lock:
-            if not self._token or not _same(given, self._token):
-                return False
-            self._token = ""
-            return True
+class UsedLink(Forbidden):
+    """A link that lets nobody in: another browser has used it, or the server was restarted since."""
 
 
-def protect(app: Flask, token: str, lan: Lan | None, sessions: Sessions, once: str = "") -> None:
-    """Let the app answer only whom it should, and never with more than it must; `once`: a token that opens once."""
-    opening = Opening(once)
-    cookie = cookie_name(token)
+def protect(app: Flask, secret: str, lan: Lan | None, sessions: Sessions, links: Links) -> None:
+    """Let the app answer only whom it should, and never with more than it must.
+
+    Args:
+        app: the application.
+        secret: what the cookie of a browser on this computer holds.
+        lan: lets others in too.
+        sessions: of those who gave the password.
+        links: each lets one browser on this computer in, which gets the cookie then.
+    """
+    cookie = cookie_name(secret)
     hosts = frozenset(host.casefold() for host in (*HOSTS, *(lan.hosts if lan else ())))
 
     @app.before_request
@@ -69,14 +64,11 @@ def protect(app: Flask, token: str, lan: Lan | None, sessions: Sessions, once: s
         if _is_foreign() or (request.method not in ("GET", "HEAD") and not _is_ours()):
             abort(403)
         here = lan is None or (_host() in HOSTS and _is_near(request.remote_addr))
-        given = request.args.get("token")
-        if here and given is not None and (_same(given, token) or opening.fits(given)):
-            place = url_for(request.endpoint, **(request.view_args or {})) if request.endpoint else url_for("shelf")
-            response = redirect(place)
-            response.set_cookie(cookie, token, httponly=True, samesite="Strict")
-            return response
-        secret = request.cookies.get(cookie, "")
-        g.person = Person() if here and _same(secret, token) else sessions.find(secret)
+        given = request.cookies.get(cookie, "")
+        is_owner = here and is_same(given, secret)
+        if here and request.method == "GET" and "token" in request.args:
+            return _opened(request.args["token"], links, cookie, secret, is_owner=is_owner)
+        g.person = Person() if is_owner else sessions.find(given)
         if g.person is None and not (lan and _is_for_everyone()):
             return _sent_away(lan)
         if g.person is not None:
@@ -101,9 +93,26 @@ def visitor() -> Person:
     return g.get("person") or Person()
 
 
-def cookie_name(token: str) -> str:
-    """A name of its own for every server: browsers share cookies between the ports of a host."""
-    return f"rrp-sheets-{hashlib.sha256(token.encode()).hexdigest()[:8]}"
+def _opened(token: str, links: Links, cookie: str, secret: str, *, is_owner: bool) -> AnyResponse:
+    """The answer to a link: the same page without the token, and the cookie for a browser that has none.
+
+    Raises:
+        UsedLink: it lets nobody in, and the browser has no cookie.
+    """
+    headers = request.headers
+    if "prefetch" in headers.get("Sec-Purpose", "") + headers.get("Purpose", "") + headers.get("X-Moz", ""):
+        return Response(status=503)  # nobody has opened it yet
+    if not is_owner and headers.get("Sec-Fetch-Site") == "cross-site":
+        # clicked in another site's page: the browser sends the cookie only with what our own page asks for
+        page = f'<!doctype html><meta http-equiv="refresh" content="0; url={escape(request.full_path)}">'
+        return Response(page, mimetype="text/html")
+    if not links.use(token) and not is_owner:
+        raise UsedLink
+    place = url_for(request.endpoint, **(request.view_args or {})) if request.endpoint else url_for("shelf")
+    response = redirect(place)
+    if not is_owner:
+        response.set_cookie(cookie, secret, httponly=True, samesite="Strict")
+    return response
 
 
 def _sent_away(lan: Lan | None) -> AnyResponse:
@@ -143,10 +152,6 @@ def _is_near(address: str | None) -> bool:
         return ipaddress.ip_address(address or "").is_loopback
     except ValueError:
         return False
-
-
-def _same(given: str, token: str) -> bool:
-    return secrets.compare_digest(given.encode("utf-8", "replace"), token.encode())
 
 
 def _is_ours() -> bool:

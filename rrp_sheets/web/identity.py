@@ -1,0 +1,101 @@
+"""How the server of a folder knows a browser: a secret that outlives a restart, and links that let one in each."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import secrets
+import sys
+import tempfile
+import threading
+from collections import deque
+from pathlib import Path
+
+_MOST_LINKS = 50  # that nobody has used yet; the oldest is no longer good then
+_SECRET = re.compile(r"[\w-]{43}")
+
+
+class Links:
+    """The tokens of links that let one browser in each. Safe to use from several threads."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._unused: deque[str] = deque(maxlen=_MOST_LINKS)
+
+    def new(self) -> str:
+        """A token for another link."""
+        token = secrets.token_urlsafe(32)
+        with self._lock:
+            self._unused.append(token)
+        return token
+
+    def use(self, given: str) -> bool:
+        """Whether it is the token of a link that nobody has used; it is used then."""
+        with self._lock:
+            found = [token for token in self._unused if is_same(given, token)]
+            for token in found:
+                self._unused.remove(token)
+        return bool(found)
+
+
+def is_same(given: str, secret: str) -> bool:
+    """Whether two texts are the same; the time that this takes tells nothing about the secret."""
+    return secrets.compare_digest(given.encode("utf-8", "replace"), secret.encode())
+
+
+def cookie_name(secret: str) -> str:
+    """A name of its own for the server of every folder: browsers share cookies between the ports of a host."""
+    return f"rrp-sheets-{hashlib.sha256(secret.encode()).hexdigest()[:8]}"
+
+
+def folder_secret(folder: Path, *, renew: bool = False) -> tuple[str, str]:
+    """The secret by which the browsers of a folder are known, kept in a file that only this user can read.
+
+    It stands in the user's own folder for such data and not beside the workbooks, which others may share or copy.
+
+    Args:
+        folder: whose workbooks are served.
+        renew: make another one, so that every browser needs a new link.
+
+    Returns:
+        The secret, and why it could not be kept; that is empty when it was.
+    """
+    name = hashlib.sha256(os.fsencode(folder.resolve())).hexdigest()[:32]
+    path = _state_folder() / "rrp-sheets" / "servers" / name
+    if not renew and (kept := _read(path)):
+        return kept, ""
+    secret = secrets.token_urlsafe(32)
+    try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        handle, half = tempfile.mkstemp(dir=path.parent)  # with mode 0600
+        with os.fdopen(handle, "w", encoding="ascii") as file:
+            file.write(secret)
+        os.replace(half, path)
+    except OSError as error:
+        return secret, f"{path.parent} cannot be written ({error.strerror})"
+    return secret, ""
+
+
+def _read(path: Path) -> str:
+    """The secret in a file; empty when there is none, or when others may have read or written it."""
+    try:
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0))
+        with os.fdopen(handle, encoding="ascii") as file:
+            about = os.fstat(handle)
+            if os.name == "posix" and (about.st_mode & 0o077 or about.st_uid != os.getuid()):
+                return ""
+            text = file.read(100)
+    except (OSError, UnicodeDecodeError):
+        return ""
+    return text if _SECRET.fullmatch(text) else ""
+
+
+def _state_folder() -> Path:
+    """Where a program keeps such data of a user: the XDG Base Directory Specification, and its equals elsewhere."""
+    home = Path(os.path.expanduser("~"))
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local")
+    if sys.platform == "darwin":
+        return home / "Library" / "Application Support"
+    return Path(os.environ.get("XDG_STATE_HOME") or home / ".local" / "state")
