@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from rrp_sheets import api
 from rrp_sheets.documents import CellText, Document, Refused
 from rrp_sheets.documents.journal import Journal
+from rrp_sheets.documents.requests import made_for
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.editing import edit
 from rrp_sheets.workbook.edits import InsertRows, SetCell
@@ -194,3 +195,80 @@ def test_the_file_always_says_what_the_grid_says_and_undo_leads_back(
     for _ in range(done):
         document.undo("Aya")
     assert [grid.texts[r] for r in grid.rows if grid.texts[r]] == start
+
+
+# ---- after a restart of the server ----
+
+
+def again(document: Document) -> Document:
+    """The workbook as another start of the server opens it; the one before was killed."""
+    return opened(document.path.parent)
+
+
+def rows_of(document: Document) -> list[tuple[str, dict[int, str]]]:
+    grid = document.grids[SHEET]
+    return [(row, grid.texts[row]) for row in grid.rows]
+
+
+def test_rows_are_the_same_after_a_restart(document: Document) -> None:
+    rows = document.grids[SHEET].rows
+    document.insert("Aya", SHEET, rows[1], 2)
+    put(document, document.grids[SHEET].rows[2], "new")
+    document.move("Aya", SHEET, [rows[0]], rows[3])
+    document.delete("Aya", SHEET, [rows[1]])
+    put(document, document.grids[SHEET].rows[-5], "far below")
+    document.insert("Aya", SHEET, None, 3)
+    document.undo("Aya")
+    before = rows_of(document)
+    restarted = again(document)
+    after = rows_of(restarted)
+    assert after[: len(before)] == before and not any(texts for _, texts in after[len(before) :])
+    fresh = restarted.insert("Aya", SHEET, before[0][0], 50).inserted
+    assert not {row for row, _ in fresh} & {row for row, _ in before}
+
+
+@pytest.mark.parametrize("moment", ["before the file", "before its ids"])
+def test_rows_are_the_same_when_the_server_is_killed_while_they_are_moved(
+    document: Document, moment: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rows = list(document.grids[SHEET].rows)
+
+    def killed(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    where = {
+        "before the file": "rrp_sheets.documents.workfile.edit",
+        "before its ids": "rrp_sheets.documents.document.Document._keep_rows",
+    }
+    for change in (
+        lambda d: d.insert("Aya", SHEET, rows[1], 2),
+        lambda d: d.move("Aya", SHEET, [rows[0]], rows[3]),
+        lambda d: d.delete("Aya", SHEET, [rows[1]]),
+    ):
+        before = {row: texts for row, texts in rows_of(document) if texts}
+        with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+            patch.setattr(where[moment], killed)
+            change(document)
+        document = again(document)
+        after = {row: texts for row, texts in rows_of(document) if texts}
+        assert after.items() <= before.items()
+    assert rows[1] in before and after == {row: texts for row, texts in before.items() if row != rows[1]}
+
+
+def test_rows_are_others_when_another_program_has_changed_the_file_while_no_server_ran(document: Document) -> None:
+    before = document.grids[SHEET].rows
+    edit(document.path, [SetCell(SHEET, 3, FORMULA, "by another program")])
+    assert not set(again(document).grids[SHEET].rows) & set(before)
+
+
+def test_an_edit_that_is_asked_for_again_is_known_after_a_restart(document: Document) -> None:
+    row = document.grids[SHEET].rows[0]
+    with made_for("page-1", ""):
+        put(document, row, "first")
+    with made_for("page-2"), pytest.raises(Refused):
+        put(document, row, "refused", was="something else")
+    with made_for("page-3"):
+        document.insert("Aya", SHEET, row, 1)
+    found = again(document)
+    assert [found.made(f"page-{n}") for n in (1, 2, 3, 4)] == [True, False, True, False]
+    assert not found.made("")

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from rrp_sheets.documents.journal import Journal, Version
 from rrp_sheets.documents.opening import take_over
 from rrp_sheets.documents.queue import Queue, Wish
 from rrp_sheets.documents.refusals import must_have
+from rrp_sheets.documents.requests import made_for
 from rrp_sheets.documents.rowsteps import bring, remove, shift
 from rrp_sheets.documents.sheet_edits import SheetEdits
 from rrp_sheets.documents.sheetsteps import Sheets, make_sheet_step
@@ -56,7 +58,13 @@ class Document:
         self._added = self._file.added()
         self.sheets = SheetEdits(self._lock, self._new, self._sheets, path)
         self._queue = Queue(self._lock, self._fulfil)
+        self._kept_rows: dict[str, list[str]] = {}
         self._open()
+        rows, since = self._file.kept_rows()
+        for name, grid in self.grids.items():
+            if name in rows:
+                grid.adopt(rows[name], since)
+        self._keep_rows()
 
     @property
     def reading(self) -> Reading:
@@ -85,7 +93,7 @@ class Document:
 
     def insert(self, author: str, sheet: str, before: str | None, count: int) -> Changed:
         """Insert blank rows before a row; None: at the end."""
-        with self._lock:
+        with self._changing():
             grid = self._grid(sheet)
             if before is None:
                 added = grid.add_blank(count)
@@ -110,7 +118,7 @@ class Document:
 
     def undo(self, author: str, *, again: bool = False) -> Changed | None:
         """Take back one's own newest edit (or make it again); None when there is nothing to take back."""
-        with self._lock:
+        with self._changing():
             step = self._steps.last(author, again=again)
             if step is None:
                 return None
@@ -126,7 +134,7 @@ class Document:
 
     def poll(self) -> list[Changed]:
         """Take over what another program has written into the file meanwhile; what changed by that."""
-        with self._lock:
+        with self._changing():
             return self._synchronise()
 
     def keep_version(self, author: str, name: str) -> None:
@@ -149,13 +157,33 @@ class Document:
         Raises:
             Refused: when there is no such version, or the file does not allow it.
         """
-        with self._lock:
+        with self._changing():
             self._synchronise()
             self._file.restore(author, version)
             return self._synchronise()
 
-    def _new(self, author: str, step: Step) -> Changed:
+    @contextmanager
+    def _changing(self) -> Iterator[None]:
+        """Within, nobody else changes the workbook; after that its rows' ids are kept."""
         with self._lock:
+            try:
+                yield
+            finally:
+                self._keep_rows()
+
+    def _keep_rows(self) -> None:
+        """Keep the rows' ids, if there are others, so that pages mean the same rows after a restart of the server."""
+        rows = {name: list(grid.rows) for name, grid in self.grids.items()}
+        if rows != self._kept_rows:
+            self._file.keep_rows(rows)
+            self._kept_rows = rows
+
+    def made(self, request: str) -> bool:
+        """Whether the edit of a page's request was made already, also before a restart of the server."""
+        return self._file.made(request)
+
+    def _new(self, author: str, step: Step) -> Changed:
+        with self._changing():
             changed, inverse = self._make(author, step)
             self._steps.did(author, inverse)
             return changed
@@ -235,7 +263,9 @@ class Document:
         if not fine:
             return
         try:
-            self._store(", ".join(dict.fromkeys(w.author for w, _ in fine)), [e for _, edits in fine for e in edits])
+            with made_for(*(request for wish, _ in fine for request in wish.requests)):
+                authors = ", ".join(dict.fromkeys(w.author for w, _ in fine))
+                self._store(authors, [e for _, edits in fine for e in edits])
         except SheetsError as refused:
             if len(fine) == 1:
                 fine[0][0].error = refused
@@ -246,6 +276,7 @@ class Document:
         for wish, _ in fine:
             wish.changed, inverse = put_texts(wish.author, self._grid(wish.sheet), wish.cells)
             self._steps.did(wish.author, inverse)
+        self._keep_rows()
 
     def _store(self, author: str, edits: Sequence[Edit]) -> tuple[str, ...]:
         kept = self._file.store(author, edits)

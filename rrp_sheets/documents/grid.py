@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import difflib
 import secrets
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from rrp_sheets.workbook.edits import DeleteRows, InsertRows, MoveRows
+from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows
 from rrp_sheets.workbook.headers import Recognised
 from rrp_sheets.workbook.raw import RawSheet
 
@@ -104,6 +104,25 @@ class Grid:
         to -= edit.count if to > place else 0
         self.rows = others[:to] + block + others[to:]
         return block
+
+    def adopt(self, ids: Sequence[str], edits: Iterable[Edit]) -> None:
+        """Give the rows the ids that they had before a restart of the server.
+
+        Args:
+            ids: of all rows, as they were kept.
+            edits: what was edited after that.
+        """
+        kept = Grid(self.name, self.kind, self.first, self.columns, list(ids), {row: {} for row in ids})
+        for edit in edits:
+            if isinstance(edit, InsertRows | DeleteRows | MoveRows) and edit.sheet == self.name:
+                kept.carry_out(edit)
+        filled = max((place for place, row in enumerate(self.rows, 1) if self.texts[row]), default=0)
+        if len(kept.rows) < filled:  # they are of another file
+            return
+        more = self.rows[len(kept.rows) :]
+        lines = [self.texts[row] for row in self.rows] + [{} for _ in range(len(kept.rows) - len(self.rows))]
+        self.rows = kept.rows + more
+        self.texts = dict(zip(self.rows, lines, strict=True))
 
     def load(self, sheet: RawSheet) -> bool:
         """Take over what the file says now; rows that are the same keep their ids. True when anything is new."""

@@ -30,6 +30,9 @@ create index if not exists waiting on edits (book) where not stored;
 create table if not exists versions (
   id integer primary key, book text not null, name text not null, author text not null, at text not null,
   digest text not null, content blob not null);
+create table if not exists requests (id text primary key, seq integer not null);
+create table if not exists identities (
+  book text primary key, seq integer not null, digest text not null, rows text not null);
 """
 
 
@@ -40,6 +43,15 @@ class Entry:
     seq: int
     edits: tuple[Edit, ...]
     before: str
+
+
+@dataclass(frozen=True, slots=True)
+class Identities:
+    """The ids of a workbook's rows, by sheet; the newest edit and the digest of the file when they were so."""
+
+    seq: int
+    digest: str
+    rows: dict[str, list[str]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,8 +101,8 @@ class Journal:
             self._marks.close()
             self._db.close()
 
-    def add(self, book: str, author: str, edits: Sequence[Edit], before: str) -> int:
-        """Put an edit on disk; its number.
+    def add(self, book: str, author: str, edits: Sequence[Edit], before: str, requests: Sequence[str] = ()) -> int:
+        """Put an edit on disk, together with the ids of the requests for which it is made; its number.
 
         Raises:
             SheetsError: there is no room for it; nothing was changed.
@@ -100,14 +112,44 @@ class Journal:
         cursor = self._do(
             "insert into edits (book, author, at, edits, before) values (?, ?, ?, ?, ?)",
             (book, author, _now(), text, before),
+            *(("insert or ignore into requests values (?, (select max(seq) from edits))", (one,)) for one in requests),
         )
         assert cursor.lastrowid is not None
         return cursor.lastrowid
 
-    def stored(self, seq: int) -> None:
-        """The edit is in the workbook's file."""
+    def made(self, request: str) -> bool:
+        """Whether the edit of a request was accepted."""
+        return bool(self._all("select 1 from requests where id = ?", request))
+
+    def stored(self, seq: int, book: str = "", digest: str = "") -> None:
+        """The edit is in the workbook's file, which has another digest now."""
         with self._lock, contextlib.suppress(sqlite3.Error):  # no room: it shows in the file's digest
-            self._marks.execute("update edits set stored = 1 where seq = ?", (seq,))
+            self._marks.execute("begin immediate")
+            try:
+                self._marks.execute("update edits set stored = 1 where seq = ?", (seq,))
+                self._marks.execute("update identities set digest = ? where book = ?", (digest, book))
+            finally:
+                self._marks.execute("commit")
+
+    def keep_rows(self, book: str, kept: Identities) -> None:
+        """Keep the ids of a workbook's rows, so that pages still mean the same rows after a restart of the server."""
+        row = (book, kept.seq, kept.digest, json.dumps(kept.rows, ensure_ascii=False))
+        with self._lock, contextlib.suppress(sqlite3.Error):  # no room: the rows get other ids after a restart
+            self._marks.execute("insert or replace into identities (book, seq, digest, rows) values (?, ?, ?, ?)", row)
+
+    def kept_rows(self, book: str) -> Identities | None:
+        """The ids of a workbook's rows as they were kept last."""
+        found = self._all("select seq, digest, rows from identities where book = ?", book)
+        return Identities(found[0][0], found[0][1], json.loads(found[0][2])) if found else None
+
+    def since(self, book: str, seq: int) -> list[Edit]:
+        """What was edited after an entry."""
+        rows = self._all("select edits from edits where book = ? and seq > ? order by seq", book, seq)
+        return [edit for (text,) in rows for edit in _edits(text)]
+
+    def newest(self, book: str) -> int:
+        """The number of the newest entry of a workbook; 0 when there is none."""
+        return int(self._all("select coalesce(max(seq), 0) from edits where book = ?", book)[0][0])
 
     def drop(self, seq: int) -> None:
         """The edit could not be stored, and its author was told; when there is no room for that, it is done later."""
@@ -117,7 +159,8 @@ class Journal:
     def _drop_all(self) -> None:
         with contextlib.suppress(SheetsError):
             while self._dropped:
-                self._do("delete from edits where seq = ?", (self._dropped[-1],))
+                seq = (self._dropped[-1],)
+                self._do("delete from edits where seq = ?", seq, ("delete from requests where seq = ?", seq))
                 self._dropped.pop()
 
     def waiting(self, book: str) -> list[Entry]:
@@ -147,6 +190,7 @@ class Journal:
     def rename(self, book: str, name: str) -> None:
         """The workbook's file has another name now; its versions go with it."""
         self._do("update versions set book = ? where book = ?", (name, book))
+        self._do("delete from identities where book in (?, ?)", (name, book))
 
     def versions(self, book: str) -> list[Version]:
         """The named versions of a workbook, the newest first."""
@@ -158,19 +202,32 @@ class Journal:
         found = self._all("select content from versions where book = ? and id = ?", book, version)
         return bytes(found[0][0]) if found else None
 
-    def _do(self, statement: str, values: tuple[Any, ...]) -> sqlite3.Cursor:
+    def _do(self, statement: str, values: tuple[Any, ...], *more: tuple[str, tuple[Any, ...]]) -> sqlite3.Cursor:
+        """Execute statements, together or not at all; the cursor of the first."""
         try:
             with self._lock:
                 try:
-                    return self._db.execute(statement, values)
+                    return self._at_once(statement, values, more)
                 except sqlite3.OperationalError:  # perhaps no room; what was written ahead can be written over
                     self._db.execute("pragma wal_checkpoint(restart)").close()
-                    return self._db.execute(statement, values)
+                    return self._at_once(statement, values, more)
         except sqlite3.Error as error:
             raise SheetsError(
                 f"This was not stored: nothing can be kept beside the workbook now ({error}).",
                 "Free some space on the disk, and make the change again.",
             ) from error
+
+    def _at_once(
+        self, statement: str, values: tuple[Any, ...], more: Sequence[tuple[str, tuple[Any, ...]]]
+    ) -> sqlite3.Cursor:
+        if not more:
+            return self._db.execute(statement, values)
+        self._db.execute("begin immediate")
+        with self._db:  # commits, or rolls back
+            cursor = self._db.execute(statement, values)
+            for one, its in more:
+                self._db.execute(one, its)
+        return cursor
 
     def _all(self, statement: str, *values: Any) -> list[Any]:
         with self._lock, closing(self._db.execute(statement, values)) as cursor:

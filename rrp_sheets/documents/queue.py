@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from rrp_sheets.documents.changes import CellText, Changed
+from rrp_sheets.documents.requests import requests_now
 from rrp_sheets.errors import SheetsError
 
 MOST = 500  # edits that are stored at once
@@ -20,6 +21,7 @@ class Wish:
     author: str
     sheet: str
     cells: tuple[CellText, ...]
+    requests: tuple[str, ...] = field(default_factory=requests_now)
     done: threading.Event = field(default_factory=threading.Event)
     changed: Changed | None = None
     error: SheetsError | None = None

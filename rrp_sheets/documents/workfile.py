@@ -6,8 +6,9 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from rrp_sheets.documents.changes import Refused
-from rrp_sheets.documents.journal import Journal, Version
+from rrp_sheets.documents.journal import Identities, Journal, Version
 from rrp_sheets.documents.opening import raw_sheets, stamp_of
+from rrp_sheets.documents.requests import requests_now
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.workbook import Reading, read
@@ -34,6 +35,7 @@ class WorkFile:
         self._kept = journal
         self._stamp = (0, 0)
         self._digest = ""
+        self._recovered = ""  # the digest before what a killed server had accepted
         self._reading: Reading | None = None
         if journal is not None:
             self._recover(journal)
@@ -90,15 +92,35 @@ class WorkFile:
         Raises:
             Refused: the file does not take it, and why.
         """
-        seq = self.journal.add(self.path.name, author, edits, self._digest)
+        seq = self.journal.add(self.path.name, author, edits, self._digest, requests_now())
         try:
             edited = edit(self.path, edits, expected_digest=self._digest)
         except SheetsError as error:
             self.journal.drop(seq)
             raise Refused(error.message, error.remedy) from error
-        self.journal.stored(seq)
+        self.journal.stored(seq, self.path.name, edited.digest)
         self._digest, self._stamp, self._reading = edited.digest, stamp_of(self.path), None
         return edited.kept
+
+    def made(self, request: str) -> bool:
+        """Whether the edit of a page's request was made, also before a restart."""
+        return self._kept is not None and self._kept.made(request)
+
+    def keep_rows(self, rows: dict[str, list[str]]) -> None:
+        """Keep the ids of the rows, by sheet, for after a restart."""
+        if self._kept is not None:
+            seq = self._kept.newest(self.path.name)
+            self._kept.keep_rows(self.path.name, Identities(seq, self._digest, rows))
+
+    def kept_rows(self) -> tuple[dict[str, list[str]], list[Edit]]:
+        """The ids of the rows as they were kept, by sheet, and the edits made since; none when they do not fit.
+
+        They do not when another program has changed it while no server was running.
+        """
+        kept = self._kept.kept_rows(self.path.name) if self._kept else None
+        if self._kept is None or kept is None or kept.digest not in (self._digest, self._recovered):
+            return {}, []
+        return kept.rows, self._kept.since(self.path.name, kept.seq)
 
     def added(self) -> set[str]:
         """The keys of the sheets that were added here."""
@@ -144,7 +166,9 @@ class WorkFile:
     def _recover(self, journal: Journal) -> None:
         """Store what a killed server had accepted and not stored."""
         clean_up(self.path)
-        for entry in journal.waiting(self.path.name):
+        waiting = journal.waiting(self.path.name)
+        self._recovered = waiting[0].before if waiting else ""
+        for entry in waiting:
             if read(self.path).digest == entry.before:
                 edit(self.path, entry.edits, expected_digest=entry.before)
             journal.stored(entry.seq)

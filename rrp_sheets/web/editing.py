@@ -108,7 +108,7 @@ def _add_edits(pages: Blueprint, room_of: RoomOf) -> None:
     @pages.post(f"/book/<name>/<any({', '.join(_ACTIONS)}):action>")
     def change(name: str, action: str) -> Response:
         room, given = room_of(name), asked()
-        client, tag = text_of(given, "client"), text_of(given, "tag")
+        client, tag, request_id = (text_of(given, name) for name in ("client", "tag", "request"))
         author = visitor().name or clean_name(text_of(given, "name")) or client
         if not room.is_of(client, visitor().key):  # nobody moves another's cursor, nor opens what another is editing
             abort(403)
@@ -123,11 +123,15 @@ def _add_edits(pages: Blueprint, room_of: RoomOf) -> None:
             return jsonify({})
         if action == "fix":
             return jsonify(
-                room.change(client, author, tag, lambda document: make_fix(document, room.look(), author, given))
+                room.change(
+                    client, author, tag, lambda document: make_fix(document, room.look(), author, given), request_id
+                )
             )
         if action in ("lock", "unlock"):
             return jsonify(_seat(room, client, author, given, take=action == "lock"))
-        return jsonify(room.change(client, author, tag, lambda document: _make(document, author, action, given)))
+        return jsonify(
+            room.change(client, author, tag, lambda document: _make(document, author, action, given), request_id)
+        )
 
 
 def _no_sheet(book: str, sheet: str) -> MessagePage:

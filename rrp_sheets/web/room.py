@@ -10,6 +10,7 @@ from typing import Any
 from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.changes import SheetChange
 from rrp_sheets.documents.hindrance import hindrance
+from rrp_sheets.documents.requests import Answers, made_for
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.worker import CheckWorker
 from rrp_sheets.web.audience import Audience
@@ -32,6 +33,7 @@ class Room(Audience):
         self._look = no_look()
         self._makers: dict[str, RowMaker] = {}
         self._checker: threading.Thread | None = None
+        self._answers: Answers[dict[str, Any]] = Answers()
         self._trouble = ""
         self._hindered = ""
         self.author = ""  # of the newest edit
@@ -63,10 +65,28 @@ class Room(Audience):
 
     # ---- editing
 
-    def change(self, client: str, author: str, tag: str, make: Callable[[Document], Changed | None]) -> dict[str, Any]:
-        """Make an edit, tell everyone, and answer its author."""
+    def change(
+        self, client: str, author: str, tag: str, make: Callable[[Document], Changed | None], request: str = ""
+    ) -> dict[str, Any]:
+        """Make an edit, tell everyone, and answer its author.
+
+        Args:
+            client: the author's page, which gets the answer and is not told.
+            author: who it is.
+            tag: what is told with the rows.
+            make: makes the edit.
+            request: its id: an edit that is asked for again is made once; empty for one that never is.
+        """
+        return self._answers.once(request, lambda: self._change(client, author, tag, make, request))
+
+    def _change(
+        self, client: str, author: str, tag: str, make: Callable[[Document], Changed | None], request: str
+    ) -> dict[str, Any]:
+        if request and self.document.made(request):  # before the server was started again: the page loads again, too
+            return {"rows": []}
         try:
-            changed = make(self.document)
+            with made_for(request):
+                changed = make(self.document)
         except Refused as refused:
             clashes = [asdict(c) for c in refused.clashes]
             fresh = self._fresh({c.row for c in refused.clashes}) if clashes else []
