@@ -73,9 +73,7 @@ def test_with_a_full_disk_nothing_is_lost_and_everyone_is_told(folder: Path) -> 
 
 def test_the_page_tells_that_an_edit_was_not_stored_and_stays_usable(browser: Any, folder: Path) -> None:
     with Served(folder, FULL) as server:
-        page = browser.new_page()
-        page.goto(server.address)
-        page.goto(f"{server.home}/book/b.xlsx")
+        page = server.page(browser, "book/b.xlsx")
         listening(page)
         cell = page.locator("tbody tr:nth-child(3) td").last
         was = cell.get_attribute("data-v")

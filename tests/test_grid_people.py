@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 from grid_books import Books, Shared
+from playwright.sync_api import expect
 
 from rrp_sheets.workbook.editing import read_sheets
 
@@ -56,7 +57,7 @@ def quicker(aya: Shared, mika: Shared, cell: str, mine: str, theirs: str) -> Any
     aya.page.route("**/cells", lambda route: route.abort())
     aya.go(cell)
     aya.type(mine)
-    aya.status("kept here")
+    expect(aya.page.locator(".unsent")).to_contain_text("kept here")
     mika.go(cell)
     mika.type(theirs)
     mika.saved()

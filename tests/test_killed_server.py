@@ -13,7 +13,7 @@ import threading
 import time
 import urllib.error
 import urllib.request
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -33,8 +33,10 @@ NOTES = 6
 class Served:
     """A server in a process of its own, and a client of it."""
 
-    def __init__(self, folder: Path, program: str = "from rrp_sheets.cli.main import main; main()") -> None:
-        command = [sys.executable, "-c", program, "serve", str(folder), "--no-browser"]
+    def __init__(
+        self, folder: Path, program: str = "from rrp_sheets.cli.main import main; main()", options: Sequence[str] = ()
+    ) -> None:
+        command = [sys.executable, "-c", program, "serve", str(folder), "--no-browser", *options]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         assert self.process.stdout
         line = next(line for line in self.process.stdout if "http://" in line).strip()
@@ -44,6 +46,14 @@ class Served:
         self._opener = urllib.request.build_opener(jar)
         page = self.get(f"book/b.xlsx?{line.partition('?')[2]}")  # with the token, as any page may be opened
         self.rows = re.findall(r'<tr role="row" id="([^"]+)"', page)
+
+    def page(self, browser: Any, address: str = "") -> Any:
+        """A page in a browser that is let in."""
+        context = browser.new_context(viewport={"width": 1280, "height": 800})
+        context.add_cookies([{"name": c.name, "value": c.value, "url": self.home} for c in self.jar])
+        page = context.new_page()
+        page.goto(f"{self.home}/{address}")
+        return page
 
     def put(self, row: int, text: str) -> bool:
         """Change a note; whether the server has acknowledged it."""
@@ -221,9 +231,7 @@ def test_a_server_killed_during_a_run_leaves_a_record_that_can_be_read(tmp_path:
         asked = {"client": "c", "name": "n", "mode": "simulated", "until": "stop", "speed": 1}
         wait_for(lambda: "where" in server.post_or_refused("book/b.xlsx/run/start", asked))
         wait_for(lambda: list(tmp_path.glob("runs/*/trace.jsonl")) and trace_of(tmp_path).count("\n") > 30)
-        page = browser.new_page()
-        page.goto(server.address)
-        page.goto(f"{server.home}/book/b.xlsx/run")
+        page = server.page(browser, "book/b.xlsx/run")
         page.wait_for_selector("body[data-run=running]")
         expect(page.locator("#run-phase")).to_have_text("Running")
         server.process.kill()

@@ -109,7 +109,9 @@ class Told:
         opened, _, number = had.partition(".")
         last = int(number) if number.isascii() and number.isdigit() and len(number) < 12 else -1
         oldest = self._kept[0][0] if self._kept else self._count + 1
-        if opened != self._opened or not oldest - 1 <= last <= self._count:
+        if opened != self._opened:
+            return [message("reload", {"why": "The server was restarted."})]
+        if not oldest - 1 <= last <= self._count:
             return [message("reload", {})]
         return [text for count, but, text in self._kept if count > last and but != client]
 

@@ -33,9 +33,6 @@ export class Grid {
         this.look();
       },
       refused: (answer, action, body) => this.refused(answer, action, body),
-      away: () => this.say("The server cannot be reached. Your changes are kept here and sent when it is back.", true),
-      back: () => this.say("The server is back; your changes are saved."),
-      saving: (busy) => document.body.toggleAttribute("data-saving", busy),
     });
     this.editor = new Editor(this.table, scroll, {
       vocabulary: () => this.words,

@@ -75,7 +75,7 @@ async function fetchWords() {
 // who closes the page is gone for the others at once; a page that comes back from the browser's memory begins anew
 window.addEventListener("pagehide", () => grid?.server.part());
 window.addEventListener("pageshow", (event) => event.persisted && location.reload());
-listen.addEventListener("reload", () => location.reload());
+if (!grid) listen.addEventListener("reload", () => location.reload());
 listen.addEventListener("notice", (event) => {
   const line = document.getElementById("notice");
   if (line) line.textContent = JSON.parse(event.detail.data).text;

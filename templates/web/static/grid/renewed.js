@@ -1,19 +1,32 @@
-// The server was started anew with another version of the program: the page loads again, when nothing is being typed.
+// The page loads again when the server was started again, or asks for it for another reason; but not while something is being
+// typed or is not saved yet. The cursor comes back to its cell.
 
 const AGAIN = 500; // milliseconds until it is looked again whether somebody types
 
 export function renewed(grid, listen) {
+  let waits = false;
   listen.addEventListener("program", ({ detail }) => {
     const { program } = listen.dataset;
-    if (program && JSON.parse(detail.data).version !== program) wait();
+    if (program && JSON.parse(detail.data).version !== program) wait("The program was renewed.");
   });
+  listen.addEventListener("reload", ({ detail }) => wait(JSON.parse(detail.data).why ?? "This page is not up to date."));
 
-  function wait(told = false) {
-    const typing = grid.editor.isOpen || document.body.hasAttribute("data-saving") || document.querySelector("dialog[open]")
+  function wait(why) {
+    if (waits) return;
+    waits = true;
+    if (!load()) grid.say(`${why} This page loads again when you have finished typing.`);
+  }
+
+  function load() {
+    const typing = grid.editor.isOpen || grid.server.unsent.entries.length || document.querySelector("dialog[open]")
       || document.activeElement?.matches("input:not([type=checkbox]), textarea");
-    if (!typing) return location.reload();
-    if (!told) grid.say("The program was renewed. This page loads again when you have finished typing.");
-    setTimeout(() => wait(true), AGAIN);
-    return undefined;
+    if (typing) {
+      setTimeout(load, AGAIN);
+      return false;
+    }
+    const { row, cell } = grid.selection;
+    if (cell) history.replaceState(history.state, "", `#${row.id}~${grid.table.address(cell)}`);
+    location.reload();
+    return true;
   }
 }

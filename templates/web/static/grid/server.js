@@ -2,6 +2,9 @@
 // change comes as events with rows ready to be shown.
 
 import { ownName } from "../run/ask.js";
+import { Unsent } from "./unsent.js";
+
+const EDITS = new Set(["cells", "insert", "delete", "move", "undo", "redo", "fix"]);
 
 export class Server {
   constructor(grid, table, hooks) {
@@ -9,12 +12,18 @@ export class Server {
     this.sheet = grid.dataset.sheet;
     this.table = table;
     this.hooks = hooks;
-    this.client = [...crypto.getRandomValues(new Uint8Array(6))].map((b) => b.toString(16).padStart(2, "0")).join("");
+    this.client = random(6);
+    this.secret = random(12); // begins the ids of our requests, which nobody else can guess
     this.count = 0;
     this.waiting = new Map(); // row id → tag of our newest edit in it that the server has not confirmed
     this.made = new Map(); // row id → number of its newest look that came; of two looks that cross, the later made one stays
     this.held = new Map(); // row id → what came for it while an edit of ours was on its way
     this.chain = Promise.resolve();
+    this.unsent = new Unsent(this.url, (cell) => this.address(cell));
+    for (const { id, action, text } of this.unsent.entries) { // of this tab before it was loaded again
+      const body = { ...JSON.parse(text), client: this.client, tag: `${this.client}-${++this.count}` };
+      this.chain = this.chain.then(() => this.post(action, body, id)).catch(() => {});
+    }
   }
 
   get name() {
@@ -49,38 +58,35 @@ export class Server {
   send(action, body, rows = []) {
     const tag = `${this.client}-${++this.count}`;
     for (const row of rows) this.waiting.set(row, tag);
-    this.hooks.saving(true);
-    const job = this.chain.then(() => this.post(action, { ...body, tag, sheet: this.sheet, client: this.client, name: this.name }));
+    const id = EDITS.has(action) ? `${this.secret}-${this.count}` : "";
+    const whole = { ...body, tag, request: id, sheet: this.sheet, client: this.client, name: this.name };
+    if (id) this.unsent.add(id, action, JSON.stringify(whole));
+    const job = this.chain.then(() => this.post(action, whole, id));
     this.chain = job.catch(() => {});
     return job;
   }
 
-  async post(action, body) {
-    const answer = await this.ask(action, JSON.stringify(body));
+  async post(action, body, id) {
+    const answer = await (id ? this.unsent.deliver(action, JSON.stringify(body)) : this.ask(action, JSON.stringify(body)));
     this.confirm(body.tag);
     for (const change of answer.rows?.length ? answer.rows : [{}]) this.receive({ ...change, tag: body.tag });
     if (answer.message) this.hooks.refused(answer, action, body);
-    this.hooks.saving(this.waiting.size > 0);
+    this.unsent.done(id);
     return answer;
   }
 
-  /** Ask until there is an answer. A text may be sent twice, as nothing is changed by that; a new row may not. */
-  async ask(action, body) {
-    for (let tries = 0; ; tries++) {
-      try {
-        const response = await fetch(`${this.url}/${action}`, {
-          method: "POST", headers: { "Content-Type": "application/json", "X-RRP": "grid" }, body,
-        });
-        if (tries) this.hooks.back();
-        return response.headers.get("Content-Type")?.startsWith("application/json")
-          ? await response.json() : { message: refusals[response.status] ?? `The server refused this (${response.status}). Reload the page.`, refused: true };
-      } catch {
-        if (action === "lock" || action === "unlock" || action === "stand") return {};
-        if (action !== "cells") return { message: "The server cannot be reached. Nothing was changed; try again when it is back." };
-        this.hooks.away();
-        await new Promise((resume) => setTimeout(resume, 1000));
-      }
-    }
+  /** Ask for what is no edit: it is not sent again. */
+  async ask(action, text) {
+    const { answer } = await this.unsent.ask(action, text);
+    if (answer) return answer;
+    return ["lock", "unlock", "stand"].includes(action) ? {} : { message: "The server cannot be reached. Nothing was changed; try again when it is back." };
+  }
+
+  /** What people call a cell `{row, column}`. */
+  address({ row, column }) {
+    const k = this.table.headers.findIndex((header) => Number(header.dataset.c) === column);
+    const found = this.table.row(row);
+    return found && k >= 0 ? this.table.address(this.table.cell(found, k)) : this.sheet;
   }
 
   confirm(tag) {
@@ -123,11 +129,7 @@ export class Server {
   }
 }
 
-const refusals = {
-  403: "The server was started anew, so this page may not change anything. Open the address that it has printed.",
-  404: "The workbook was renamed or moved. Go to the shelf.",
-  413: "That is too much at once. Paste it in smaller pieces.",
-};
+const random = (bytes) => [...crypto.getRandomValues(new Uint8Array(bytes))].map((b) => b.toString(16).padStart(2, "0")).join("");
 
 function parse(html) {
   const holder = document.createElement("template");
