@@ -18,6 +18,7 @@ from typing import Any, get_args
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
+from rrp_sheets.private import close_to_others, opener, private_folder
 from rrp_sheets.workbook.edits import AddSheet, Edit, RenameSheet
 
 FOLDER = ".rrp-sheets"
@@ -80,7 +81,11 @@ class Journal:
         self._dropped: list[int] = []
         place = folder / FOLDER
         try:
-            place.mkdir(exist_ok=True)
+            private_folder(place)
+            with open(place / "journal.sqlite", "ab", opener=opener):  # what the database makes beside it is as private
+                pass
+            for path in (place, *place.glob("journal.sqlite*")):
+                close_to_others(path)
             self._db = sqlite3.connect(place / "journal.sqlite", check_same_thread=False, isolation_level=None)
             self._db.execute("pragma journal_mode = wal")
             self._db.execute("pragma synchronous = full")

@@ -12,6 +12,7 @@ from rrp_sheets.model.exchange import DONE, Command, DeviceUse, Shown
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import RecordType, Value
+from rrp_sheets.private import private_folder
 from rrp_sheets.runtime.ports import Arrivals, World
 from rrp_sheets.sim.messages import Outcome, Spec, State
 from rrp_sheets.sim.process import SimProcess
@@ -63,7 +64,7 @@ class SimulatedWorld(World):
     ) -> None:
         if out is not None:
             try:
-                out.mkdir(parents=True, exist_ok=True)
+                private_folder(out)
             except OSError as error:
                 message = f"The folder “{out}” cannot be made ({error.strerror})."
                 raise SheetsError(message, "Name another folder with --out.") from None

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.values import show
+from rrp_sheets.private import only_for_this_user
 from rrp_sheets.runs.answering import begin
 from rrp_sheets.runs.limits import SharedCell, lift_limit
 from rrp_sheets.runs.telling import Reporter, pack_result, unpack_settings
@@ -138,6 +139,7 @@ def _examples(checked: Checked) -> dict[str, str]:
 
 def main() -> None:
     """Serve until the connection closes."""
+    only_for_this_user()
     _Process(begin(), SharedCell(int(sys.argv[2]))).serve()
 
 

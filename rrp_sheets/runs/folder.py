@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from rrp_sheets.checks import Checked
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.private import private_folder
 from rrp_sheets.runs.beside import material, own_catalogue
 from rrp_sheets.runs.records.stamping import stamp_pictures
 from rrp_sheets.runtime.holding import held, hold_folder, let_go
@@ -59,7 +60,7 @@ class RunFolder:
     def make(self) -> None:
         """Make the folder; raises SheetsError when that cannot be done."""
         try:
-            self.path.mkdir(parents=True, exist_ok=True)
+            private_folder(self.path)
             self._held = hold_folder(self.path)
         except OSError as error:
             message = f"The folder “{self.path}” cannot be made ({error.strerror})."

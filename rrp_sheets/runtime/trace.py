@@ -17,6 +17,7 @@ from rrp_sheets.errors import RunBroken, UnreadableFile
 from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.model.exchange import Act, Happening
 from rrp_sheets.model.values import Failure, Value, to_json
+from rrp_sheets.private import private_text
 from rrp_sheets.runtime.holding import hold
 from rrp_sheets.runtime.plan import Plan
 
@@ -47,7 +48,7 @@ class TraceWriter:
     def __init__(self, path: Path, plan: Plan, header: Mapping[str, Any]) -> None:
         # a name that is no proper text (a file name in another encoding) is written as an escape, which JSON can read
         try:
-            self._file: TextIO = path.open("w", encoding="utf-8", errors="backslashreplace", newline="\n")
+            self._file: TextIO = private_text(path)
         except OSError as error:
             raise _unwritten(error) from None
         hold(self._file)

@@ -15,11 +15,13 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from rrp_sheets.errors import MissingPart, SheetsError
+from rrp_sheets.private import only_for_this_user
 from rrp_sheets.sim.messages import Refused
 
 
 def main() -> None:
     """Serve until the connection closes: the program that started us has ended, or wants us to."""
+    only_for_this_user()
     # Ctrl-C ends the run in the program, which then stops the robot properly through us.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # One thread: what is computed must not depend on the machine's load or its number of cores.

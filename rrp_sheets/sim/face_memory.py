@@ -13,6 +13,7 @@ import numpy as np
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
+from rrp_sheets.private import folder_above, opener
 
 if TYPE_CHECKING:
     from rrp_sheets.sim.face_models import Features
@@ -114,10 +115,11 @@ def write_memory(path: Path, memory: FaceMemory) -> None:
         if not persons:
             path.unlink(missing_ok=True)
             return
-        path.parent.mkdir(parents=True, exist_ok=True)
+        folder_above(path)
         half = path.with_suffix(".new")
-        half.write_text(json.dumps({"persons": persons}, ensure_ascii=False), encoding="utf-8")
-        half.chmod(0o600)  # faces are personal data
+        half.unlink(missing_ok=True)
+        with open(half, "x", encoding="utf-8", opener=opener) as file:  # faces are personal data
+            json.dump({"persons": persons}, file, ensure_ascii=False)
         half.replace(path)
     except OSError as error:
         raise SheetsError(

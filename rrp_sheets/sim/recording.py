@@ -13,6 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
+from rrp_sheets.private import private_text
 from rrp_sheets.sim.camera import jpeg
 
 if TYPE_CHECKING:
@@ -131,7 +132,7 @@ class Poses:
     def _write(self) -> None:
         try:
             if self._file is None:
-                self._file = self._path.open("w", encoding="utf-8", errors="backslashreplace", newline="\n")
+                self._file = private_text(self._path)
             self._file.write("".join(self._waiting))
             self._file.flush()
         except OSError as error:  # a full disk: the run goes on, and is looked back at as far as this was written

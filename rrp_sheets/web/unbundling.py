@@ -10,6 +10,7 @@ from rrp_sheets import api
 from rrp_sheets.devices.scene_pictures import SUFFIXES as PICTURES
 from rrp_sheets.devices.sound_files import SUFFIX as SOUND
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.private import private_folder
 from rrp_sheets.runs.bundle import form
 from rrp_sheets.runs.bundle.catalogues import catalogue_note
 from rrp_sheets.runs.bundle.unpacking import Bundle, unpack
@@ -88,11 +89,14 @@ def _take_runs(folder: Path, bundle: Bundle, *, with_robot: bool) -> list[str]:
         if target.exists():
             notes.append(f"There is a run “{run.name}” already, which stays as it is.")
             continue
-        target.parent.mkdir(exist_ok=True)
         making = target.with_name(f".{run.name}.part")
         shutil.rmtree(making, ignore_errors=True)
         try:
-            shutil.copytree(run, making, ignore=None if with_robot else shutil.ignore_patterns(form.ROBOTS))
+            private_folder(making)
+            run.chmod(0o700)  # which the copy takes over
+            shutil.copytree(
+                run, making, dirs_exist_ok=True, ignore=None if with_robot else shutil.ignore_patterns(form.ROBOTS)
+            )
             making.rename(target)
         except OSError as error:  # no room, or another upload was quicker
             shutil.rmtree(making, ignore_errors=True)

@@ -6,7 +6,7 @@ import contextlib
 import errno
 import glob
 import os
-import tempfile
+import secrets
 import time
 from pathlib import Path
 
@@ -67,12 +67,16 @@ def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged
         if path.is_dir() or (path.exists() and not path.is_file()):
             raise SheetsError(f"“{path}” is not a file that can be replaced.", "Name a file.")
         sweep(path)
-        handle, half = tempfile.mkstemp(prefix=_half_name(path), suffix=_HALF, dir=path.parent)
+        mode = path.stat().st_mode & 0o777 if path.exists() else None  # a new file is as open as others of the process
+        name = str(path.parent / f"{_half_name(path)}{secrets.token_hex(4)}{_HALF}")
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
+        handle, half = os.open(name, flags, 0o666 if mode is None else 0o600), name
         with os.fdopen(handle, "wb") as file:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
-        os.chmod(half, path.stat().st_mode & 0o777 if path.exists() else 0o644)
+        if mode is not None:
+            os.chmod(half, mode)
         refuse_open_file(path)
         if unchanged is not None and stamp_of(path) != unchanged:
             raise SheetsError(
