@@ -33,16 +33,20 @@ from rrp_sheets.web.shelf import shelf_page
 from rrp_sheets.web.shelving import make_shelving
 from rrp_sheets.web.statics import serve_statics
 
+_NEW_LINK = (
+    "Go to the window where rrp-sheets serve runs and press Enter. Open the new link that it prints. If there is no "
+    "such window, restart the server."
+)
 _REFUSALS = {
     400: ("This address does not lead here", "The page was asked for under a name that is not this computer’s own.",
           "Use the address that rrp-sheets serve has printed."),
     403: ("This browser needs a link first", "Only a browser that was opened with a link can see these workbooks.",
-          "Go to the window where rrp-sheets serve runs and press Enter. Open the new link that it prints."),
+          _NEW_LINK),
     405: ("This cannot be done here", "This address does not take what was sent to it.", "Go back."),
 }  # fmt: skip
 _USED = (
     "This link was already used", "A link opens one browser, and it ends with a restart of the server.",
-    "Go to the window where rrp-sheets serve runs and press Enter. Open the new link that it prints.",
+    _NEW_LINK,
 )  # fmt: skip
 _MESSAGES = {
     404: ("There is nothing here", "What was here was renamed, moved or deleted, or the address is mistyped.",

@@ -82,7 +82,7 @@ class Channel(HTTPChannel):  # type: ignore[misc]
             self.last_activity = self._request_began  # the clean-up counts from the request's beginning
         if self.request is not None and not self.request.headers_finished:
             self._head_began = self._head_began or time.monotonic()
-        elif self.request is not None or self.requests:
+        else:  # a thread may have answered the request already
             self._head_began = None
 
     def readable(self) -> bool:

@@ -140,7 +140,9 @@ export class Unsent {
     area.setAttribute("aria-label", "Changes that are not saved");
     const dialog = open("Changes that are not saved", [make("p", "They are sent when the server takes them again. You can copy them."), area]);
     const copy = button("Copy", async () => {
-      await navigator.clipboard.writeText(lines);
+      area.select();
+      if (navigator.clipboard) await navigator.clipboard.writeText(lines);
+      else document.execCommand("copy"); // browsers have no other way without encryption, as with --lan
       copy.textContent = "Copied";
     });
     dialog.append(copy, button("Close", () => dialog.close()), button("Discard changes", () => {
