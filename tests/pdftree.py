@@ -55,5 +55,10 @@ def _entries(node: DictionaryObject, name: str) -> list[DictionaryObject]:
 
 
 def texts_of(pdf: PdfReader) -> list[str]:
-    """The text of every page, in one line, without the places where a long word may break."""
-    return [" ".join(page.extract_text().replace("\u200b", "").split()) for page in pdf.pages]
+    """The text of every page, in one line."""
+    return [" ".join(page.extract_text().split()) for page in pdf.pages]
+
+
+def unspaced(text: str) -> str:
+    """The text without spaces and line ends: where a column is narrow, a line may end within a long word."""
+    return "".join(text.split())

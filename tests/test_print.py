@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from packs import DAY, workbook
-from pdftree import read_pdf, tags, texts_of
+from pdftree import read_pdf, tags, texts_of, unspaced
 
 from rrp_sheets import api
 from rrp_sheets.checks import check_workbook
@@ -123,6 +123,35 @@ def test_it_is_accessible(pdf, printed):
     for table in tables:
         heads = list(table.all("TH"))
         assert heads and all(head.scope == "/Column" for head in heads)
+
+
+def test_hash_formulas_and_names_can_be_copied_and_searched(tmp_path):
+    long = "IF(NOT(ISBLANK(aVeryLongNameOfAStream)); 1; " * 8 + "0" + ")" * 8
+    word = "x" * 90
+    rows = (
+        f"| Red ball | map | redBall.distance | {word} | |\n| {word} | map | {long} | Step | |\n"
+        f'| Step | map | CONCATENATE("{word}";"{word}") | | |\n|  | subscribe | | Say | |\n'
+        "| Red ball | filter | redBall.distance < 0.5 and redBall.distance > 0.25 | A_name_of.a-stream/with_signs | |\n"
+    )
+    helpers = (
+        "## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n| Far | ball | ballToDistance(ball.distance) > 2 |\n"
+    )
+    path = workbook(tmp_path, rows, rest=helpers, protocol=f"| {word} | {word} |")
+    for paper in ("a4", "letter"):
+        texts = [page.extract_text() for page in read_pdf(make(path, today=DAY, draft=True, paper=paper).data).pages]
+        whole = "\n".join(texts)
+        assert "\u200b" not in whole
+        assert api.read(path).digest in texts[0]  # in one piece
+        for row in api.read(path).workbook.behaviours[0].rows:
+            for cell in (row.formula.text, row.output.text):
+                assert unspaced(cell) in unspaced(whole)
+        for in_one_piece in (
+            "redBall.distance",
+            "IF(NOT(ISBLANK(aVeryLongNameOfAStream));",
+            "ballToDistance(ball.distance)",
+        ):
+            assert in_one_piece in whole
+        assert not [line for line in whole.splitlines() if line.lstrip().startswith((";", ",", ")"))]
 
 
 def test_the_same_workbook_on_the_same_day_gives_the_same_bytes(printed):

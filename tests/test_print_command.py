@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from packs import DAY, workbook
-from pdftree import read_pdf, tags, texts_of
+from pdftree import read_pdf, tags, texts_of, unspaced
 from typed import run
 
 from rrp_sheets import api
@@ -96,6 +96,10 @@ def test_every_workbook_as_a_pdf(name, paper, request):
     assert all(f"{n} of {len(pages)}" in text or f"{n} / {len(pages)}" in text for n, text in enumerate(pages, 1))
     assert all(api.read(path).digest[:16] in text for text in pages)
     assert all(figure.alt for figure in tags(pdf).all("Figure"))
+    whole, copied = " ".join(pages), unspaced(" ".join(pages))
+    assert "\u200b" not in whole and api.read(path).digest in pages[0]
+    formulas = [row.formula.text for b in api.read(path).workbook.behaviours for row in b.rows]
+    assert all(unspaced(formula) in copied for formula in formulas)
     if paper == "a4":  # what a reader of the PDF gets out of it, the diagrams' words included
         golden, text = GOLDEN / f"{name}.pdf.txt", "\n\f\n".join(pages) + "\n"
         if request.config.getoption("--regenerate-golden"):
