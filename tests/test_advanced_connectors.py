@@ -330,6 +330,6 @@ def test_a_blank_that_stops_an_actuator_is_told_as_such():
     checked = check(book)
     (said,) = explain(checked.graph, checked.workbook, checked.robot)
     assert [r.text for r in said.rows][1::2] == [
-        "Whenever the result of row 2 comes, stop what “Say” does.",
-        "Whenever “Hush” comes, stop what “Head tracker” does.",
+        "Whenever the result of row 2 comes, stop speaking (“Say”).",
+        "Whenever “Hush” comes, stop following (“Head tracker”).",
     ]

@@ -131,7 +131,44 @@ def test_forgotten_values_stop_the_actuator(tmp_path):
     assert said.rows[0].text == (
         "“Red ball” goes on at once as “Fresh ball”; a blank follows when nothing new has come for 2 s."
     )
-    assert said.rows[1].text.endswith("A blank stops that.")
+    assert said.rows[1].text.endswith("When a blank comes, stop following (“Head tracker”).")
+
+
+def test_a_blank_is_told_by_what_it_stops(tmp_path):
+    devices = "\n## Devices\n| Stream | Device | Time | Name |\n|---|---|---|---|\n| Pause | Wait | 30 s | |\n| Nod | Gesture | | Nod |\n"
+    said = explained(
+        tmp_path,
+        "| Red ball | subscribe | BLANK | Pause | |\n| Red ball | subscribe | =blank() | Nod | |\n"
+        "| Red ball | map | BLANK | Off | |\n| Off | subscribe | | Eye LED color | |\n| Off | subscribe | | Print | |\n",
+        devices,
+    )
+    assert [row.text for row in said.rows] == [
+        "Whenever the robot sees a red ball, cancel the wait (“Pause”).",
+        "Whenever the robot sees a red ball, stop the gesture (“Nod”).",
+        "Whenever the robot sees a red ball, give a blank (“Off”).",
+        "Whenever “Off” comes, send a blank to “Eye LED color”, which stops nothing.",
+        "Whenever “Off” comes, send a blank to “Print”, which stops nothing.",
+    ]
+
+
+def test_only_what_a_blank_stops_is_told_to_stop(tmp_path):
+    said = explained(
+        tmp_path,
+        "| Face | forgetAfter | 2 s | Seen | |\n| Seen | subscribe | | Remember face | |\n| Seen | subscribe | | Say | |\n",
+    )
+    assert said.rows[1].text == "Whenever “Seen” comes, remember the face."
+    assert said.rows[2].text == "Whenever “Seen” comes, say it. When a blank comes, stop speaking (“Say”)."
+
+
+def test_any_input_of_a_merge_is_enough_and_a_filter_looks_at_all_of_its_further_inputs(tmp_path):
+    said = explained(
+        tmp_path,
+        "| Red ball, Green ball, Blue ball | merge | | Ball | |\n| Ball | merge | | Same | |\n"
+        "| Ball, Red ball, Green ball | filter | ball.distance < redBall.distance + greenBall.distance | Near | |\n",
+    )
+    assert said.rows[0].text == "Whenever any of “Red ball”, “Green ball” or “Blue ball” comes, it goes on as “Ball”."
+    assert said.rows[1].text == "“Ball” goes on as “Same”."
+    assert said.rows[2].text.endswith("with the latest “Red ball” and “Green ball”, “Ball” goes on as “Near”.")
 
 
 def test_pointing_names_the_arm(tmp_path):

@@ -107,6 +107,8 @@ def test_every_device_of_nao_has_its_japanese_words() -> None:
             c.split(": ")[0] for c in japanese.says.split(" | ")[:-1]
         }, device.name
         assert places(japanese.says) == places(english.says), device.name
+        assert bool(japanese.stops) == bool(english.stops) and places(japanese.stops) == places(english.stops)
+        assert not english.stops or japanese.stops != english.stops, device.name
         assert device.kind == "sensor" or (japanese.takes and japanese.takes != english.takes), device.name
         for key, (name, about) in japanese.fields.items():
             assert name != english.fields[key][0] and about != english.fields[key][1], (device.name, key)

@@ -30,7 +30,7 @@ MERGE = Connector(
     parameter=Parameter.NONE,
     icon=('<path d="M1 2.2h2L6.6 6H11M1 9.8h2L6.6 6M8.9 3.9 11 6 8.9 8.1"/>'),
     help="All values of all its inputs, one after the other.",
-    sentence="{Inputs} go on together.",
+    sentence="Whenever any of {inputs_or} comes, it goes on.",
     build=build,
     any_input=True,
     example=("1---2---", "--a---b-"),

@@ -197,7 +197,7 @@ def _device(kind: str, entry: Mapping[str, Any], uses: Mapping[str, Mapping[str,
         unit=entry.get("unit", ""), takes=entry.get("takes", ""), resources=tuple(entry.get("resources", ())),
         resources_by=by, colour=entry.get("colour", ""), shows=tuple(entry.get("shows", ())),
         knowledge=entry.get("knowledge", False), engine=entry.get("engine", False),
-        simulated=entry.get("simulated", True), says=entry.get("says", ""),
+        simulated=entry.get("simulated", True), says=entry.get("says", ""), stops=entry.get("stops", ""),
     )  # fmt: skip
 
 

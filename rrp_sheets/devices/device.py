@@ -58,6 +58,7 @@ class DeviceType:
         engine: True when the engine itself carries it out, whatever the robot (`Wait`).
         simulated: False when the simulated robot does not carry it out yet.
         says: a sentence template for the plain-language description.
+        stops: the same for what a blank stops; empty for an actuator that a blank does not stop.
         spoken: what is printed about it in other languages, by their codes; see `words`.
     """
 
@@ -76,6 +77,7 @@ class DeviceType:
     engine: bool = False
     simulated: bool = True
     says: str = ""
+    stops: str = ""
     spoken: Mapping[str, DeviceWords] = field(default_factory=dict)
 
     def resources_for(self, settings: Mapping[str, Value]) -> frozenset[str]:
@@ -102,8 +104,8 @@ class DeviceType:
         fields = {k: (found.fields.get(k, names)[0] or names[0], found.fields.get(k, names)[1] or names[1])
                   for k, names in mine.items()}  # fmt: skip
         return replace(
-            found, help=found.help or self.help, says=found.says or self.says, takes=found.takes or self.takes,
-            fields=fields,
+            found, help=found.help or self.help, says=found.says or self.says, stops=found.stops or self.stops,
+            takes=found.takes or self.takes, fields=fields,
         )  # fmt: skip
 
     def with_defaults(self, settings: Mapping[str, Value]) -> dict[str, Value]:

@@ -2,7 +2,7 @@
 
 `[values]` translates what the catalogue's settings may say (colours, zones), `[settings]` the names of the settings,
 `[names]` the postures and gestures, `[fields.<name>]` the fields of all records,
-`[device.<Name>]` a device: its title, help, `says` and `takes`, and fields of its own that mean something else.
+`[device.<Name>]` a device: its title, help, `says`, `stops` and `takes`, and fields of its own that mean something else.
 """
 
 from __future__ import annotations
@@ -42,6 +42,7 @@ class DeviceWords:
     values: Mapping[str, str] = field(default_factory=dict)
     names: Mapping[str, str] = field(default_factory=dict)
     settings: Mapping[str, str] = field(default_factory=dict)
+    stops: str = ""
 
     def name(self, text: str) -> str:
         """What a posture or a gesture of the robot is called; any other text as it is."""
@@ -78,8 +79,8 @@ def _words(table: Table, device: str) -> DeviceWords:
         {key(name): text for name, text in _table(table, part).items() if isinstance(text, str)}
         for part in ("values", "names", "settings")
     )
-    title, about, says, takes = (_text(mine, name) for name in ("title", "help", "says", "takes"))
-    return DeviceWords(title, about, says, takes, fields, values, names, settings)
+    title, about, says, takes, stops = (_text(mine, name) for name in ("title", "help", "says", "takes", "stops"))
+    return DeviceWords(title, about, says, takes, fields, values, names, settings, stops)
 
 
 @lru_cache(maxsize=8)

@@ -62,7 +62,7 @@ def _of_step(step: Step, found: Mapping[str, Content], graph: Graph) -> Content:
         alike = all((c.record, c.unit) == (first.record, first.unit) for c in inputs) or name != "merge"
         record, unit = (first.record, first.unit) if alike else (None, "")
         return Content(record, unit, sensors, blank, all(c.blank for c in inputs))
-    if name == "map" and key(step.row.formula.text.strip().lstrip("=")) in _BLANK:
+    if name == "map" and is_blank(step.row.formula.text):
         return Content(None, "", sensors, blank, True)
     if name == "map" and inputs:
         names = {key(argument_name(graph.streams[i].name)): c for i, c in zip(step.inputs, inputs, strict=True)}
@@ -70,6 +70,11 @@ def _of_step(step: Step, found: Mapping[str, Content], graph: Graph) -> Content:
             names["value"] = first
         return Content(*_of_formula(step.row.formula.text, names), sensors, blank)
     return Content(None, "", sensors, blank)
+
+
+def is_blank(formula: str) -> bool:
+    """Whether a formula is nothing but a blank."""
+    return key(formula.strip().lstrip("=")) in _BLANK
 
 
 def _of_formula(formula: str, names: Mapping[str, Content]) -> tuple[RecordType | None, str]:

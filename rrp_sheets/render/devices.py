@@ -34,10 +34,33 @@ def device_says(stream: Stream, texts: Texts, source: str = "") -> str:
         if ended:
             name = texts.get("name.quoted", name=re.sub(r"\s*done$", "", clean(stream.name), flags=re.IGNORECASE))
         return texts.get(entry, name=name)
+    return _template(words.says, stream, texts, source)
+
+
+def device_stops(stream: Stream, texts: Texts) -> str:
+    """What a blank does to an actuator: what it stops, or that it stops nothing."""
+    name = texts.get("name.quoted", name=clean(stream.name))
+    if stream.device is None:
+        return texts.get("does.stop", name=name)
+    stops = stream.device.type.words(texts.language).stops
+    if not stops:
+        return texts.get("does.stop_nothing", name=name)
+    return texts.get("does.stop_device", stops=_template(stops, stream, texts), name=name)
+
+
+def stops_at_a_blank(stream: Stream) -> bool:
+    """Whether a blank stops what an actuator does."""
+    return stream.device is None or bool(stream.device.type.stops)
+
+
+def _template(template: str, stream: Stream, texts: Texts, source: str = "") -> str:
+    """A text of the catalogue, filled with the stream's settings."""
+    assert stream.device is not None
+    words = stream.device.type.words(texts.language)
     settings = {**stream.device.preset, **stream.settings}
     kinds = {k: s.kind for k, s in stream.device.type.settings.items()}
     shown = {k: _shown(v, kinds.get(k, ""), words, texts) for k, v in settings.items()}
-    return _filled(_chosen(words.says, settings), shown, source, name, texts)
+    return _filled(_chosen(template, settings), shown, source, texts.get("name.quoted", name=clean(stream.name)), texts)
 
 
 def device_title(stream: Stream, texts: Texts) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from rrp_sheets.graph import Graph, Step, StreamKind
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import Workbook
-from rrp_sheets.render.contents import Content, contents
-from rrp_sheets.render.devices import device_says, field_names, source_of
+from rrp_sheets.render.contents import Content, contents, is_blank
+from rrp_sheets.render.devices import device_says, device_stops, field_names, source_of, stops_at_a_blank
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.texts import Texts
 from rrp_sheets.render.words import Named, Wording, shown
@@ -57,7 +57,7 @@ class Rows:
         """The entry of a connector that has several ways of being used."""
         name = f"row.{step.connector.name}"
         formula, more = bool(step.row.formula.text), len(set(step.inputs)) > 1
-        for suffix, holds in (("_key", formula), ("_count", not formula), ("_reset", more)):
+        for suffix, holds in (("_key", formula), ("_count", not formula), ("_reset", more), ("_one", not more)):
             if holds and self.texts.has(name + suffix):
                 name += suffix
         return name
@@ -69,18 +69,29 @@ class Rows:
             return get("row.filter_sensor", **values, event=self.event(step), condition=condition)
         values["condition"] = self.wording(step).condition(step.row.formula.text)
         if len(set(step.inputs)) > 1:
-            return get("row.filter_latest", **values)
+            others = [self.noun(i) for i in dict.fromkeys(step.inputs[1:]) if i != first]
+            return get("row.filter_latest", **{**values, "others": self.texts.listed(others)})
         return get("row.filter", **{**values, "input": get("name.it")})
 
     def sentence_of_subscribe(self, step: Step, *, event: str) -> str:
         """What a `subscribe` does, and that a blank stops it where blanks may come."""
         said = self._action(step, event)
+        stream = self.graph.streams[step.output]
         blank = any(self.contents.get(i, Content()).may_be_blank for i in step.inputs)
-        return self.texts.get("row.stops", sentence=said) if blank else said
+        if not blank or self._sends_blanks(step) or not stops_at_a_blank(stream):
+            return said
+        return self.texts.get("row.stops", sentence=said, does=device_stops(stream, self.texts))
+
+    def _sends_blanks(self, step: Step) -> bool:
+        """Whether a `subscribe` sends nothing but blanks."""
+        formula = step.row.formula.text
+        if formula:
+            return is_blank(formula)
+        return bool(step.inputs) and all(self.contents.get(i, Content()).blank for i in step.inputs)
 
     def _action(self, step: Step, event: str) -> str:
         formula, get = step.row.formula.text, self.texts.get
-        if not formula:
+        if not formula or self._sends_blanks(step):
             return get("row.subscribe", event=event, does=self.does(step))
         wording = self.wording(step)
         stream = self.graph.streams[step.output]
@@ -91,9 +102,8 @@ class Rows:
 
     def does(self, step: Step) -> str:
         """What the actuator of a `subscribe` does."""
-        if step.inputs and not step.row.formula and all(self.contents.get(i, Content()).blank for i in step.inputs):
-            name = clean(self.graph.streams[step.output].name)
-            return self.texts.get("does.stop", name=self.texts.get("name.quoted", name=name))
+        if self._sends_blanks(step):
+            return device_stops(self.graph.streams[step.output], self.texts)
         sensors = {s: None for i in step.inputs for s in self.contents.get(i, Content()).sensors}
         source = source_of(Content(sensors=sensors), self.graph, self.texts)
         return device_says(self.graph.streams[step.output], self.texts, source)
