@@ -195,6 +195,60 @@ def test_arms_that_move_while_it_talks_are_disclosed(tmp_path):
     assert [g.text for g in pack.glance if g.label == "It moves"] == ["Left arm and right arm."]
 
 
+def test_gestures_and_postures_are_listed_where_the_texts_are(tmp_path):
+    rows = (
+        '| Go | map | PICK(["Wave"; "Nod"]) | | |\n|  | subscribe | | Any | |\n| Go | subscribe | | Bow | |\n'
+        "| Go | map | INDEX(Steps; go.count) | Step | |\n| Step | map | step.move | | |\n|  | subscribe | | Any | |\n"
+        "| Go | map | go.label | | |\n|  | subscribe | | Any | |\n| Go | subscribe | | Sit | |\n"
+        "| Go | subscribe | BLANK | Any | |\n"
+    )
+    rest = (
+        "## Devices\n| Stream | Device | Label | Name |\n|---|---|---|---|\n| Go | OperatorButton | | |\n"
+        "| Any | Gesture | | |\n| Bow | Gesture | | Bow |\n| Sit | Posture | | Sit |\n\n"
+        "## Steps\n| Say | Move |\n|---|---|\n| One | Clap |\n| Two | Yes |\n"
+    )
+    pack = pack_of(workbook(tmp_path, rows, rest=rest))
+    made = [(m.words, m.voice, m.used[0].rows) for m in pack.makes]
+    assert made[:2] == [(("Wave", "Nod"), "Any", (3,)), (("Bow",), "Bow", (4,))]
+    assert made[2] == (("Clap", "Yes"), "Any", (7,))
+    assert made[3] == (("Go",), "Any", (9,)) or "‹" in made[3][0][0]
+    assert made[4] == (("Sit",), "Sit", (10,)) and len(made) == 5
+    assert "Bow（おじぎ）" in [
+        w for m in pack_of(workbook(tmp_path, rows, rest=rest), language="ja").makes for w in m.words
+    ]
+
+
+def test_what_the_protocol_does_not_state_is_open_on_the_first_page(tmp_path):
+    fields = ("Version", "Purpose", "Participants", "Contact", "Ethics reference", "Data kept", "Retention", "Consent")
+    rows, button = (
+        "| Go | subscribe | | Print | |\n",
+        "## Devices\n| Stream | Device |\n|---|---|\n| Go | OperatorButton |\n",
+    )
+    for told, left in (((), 9), (fields, 1), ((*fields, "Participants are told"), 0)):
+        protocol = "".join(f"| {f} | Every value, a film |\n" for f in told)
+        path = workbook(tmp_path, rows, rest=button, protocol=protocol)
+        pack = pack_of(path)
+        assert [n.text for n in pack.numbers if n.label == "points open"] == [str(left)]
+        first = texts_of(read_pdf(make(path, today=DAY).data))[0]
+        assert ("Not stated in the Protocol sheet:" in first) == bool(left)
+        assert ("Participants are told" in first) == (left > 0)
+
+
+def test_the_programs_own_list_of_what_is_kept_stands_above_that_of_the_authors(tmp_path):
+    rows = "| Red ball | subscribe | | Head tracker | |\n| Red ball | map | 'Hello' | | |\n|  | subscribe | | Say | |\n"
+    pack = pack_of(workbook(tmp_path, rows, protocol="| Data kept | Every value; no picture is kept |"))
+    kept = [(line.label, line.text) for line in pack.kept]
+    everything = "Every value with its time, pictures of the robot's camera, a film of the robot and the sound of what the robot says"
+    assert kept[0] == ("A run keeps", f"{everything}. Where, and in which files, is said below.")
+    assert kept[-2][0] == "Data kept" and kept[-1] == (
+        "Not named there",
+        "A run keeps this as well: pictures of the robot's camera, a film of the robot and the sound of what the robot says.",
+    )
+    assert [f.text for f in pack.findings if "Data kept" in f.text]
+    whole = pack_of(workbook(tmp_path, rows, protocol=f"| Data kept | {everything} |"))
+    assert whole.kept[-1].label == "Data kept" and not [f for f in whole.findings if "Data kept" in f.text]
+
+
 def test_too_many_combinations_are_told_in_short(tmp_path):
     many = "; ".join(f'"{c}"' for c in "abcdefghij")
     rows = f'| Go | map | PICK([{many}]) & "-" & PICK([{many}]) | |\n|  | subscribe | | Say |\n'

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rrp_sheets.checks.facts import Fact
 from rrp_sheets.checks.formulas import check_formulas
+from rrp_sheets.checks.keeping import check_kept
 from rrp_sheets.checks.lints import lint
 from rrp_sheets.checks.material import check_device_material
 from rrp_sheets.checks.protocol import RunPlan, check_protocol
@@ -77,6 +78,7 @@ def check_workbook(workbook: Workbook, report: Report, *, lints: bool = True) ->
     tests = check_tests(workbook, robot, graph, run.behaviours, compiled.records, compiled.scope, report)
     if lints:
         lint(workbook, robot, graph, compiled, run.behaviours | switchable(graph), report)
+        check_kept(workbook, robot, graph, run, report)
     report.drop_followers()
     if lints:
         judge_proposals(graph, robot, compiled, report)

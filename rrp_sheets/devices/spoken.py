@@ -2,7 +2,7 @@
 
 `[values]` translates what the catalogue's settings may say (colours, zones), `[settings]` the names of the settings,
 `[names]` the postures and gestures, `[fields.<name>]` the fields of all records,
-`[device.<Name>]` a device: its title, help, `says`, `stops` and `takes`, and fields of its own that mean something else.
+`[device.<Name>]` a device: its title, help, `says`, `stops`, `takes`, and fields of its own that mean something else.
 """
 
 from __future__ import annotations

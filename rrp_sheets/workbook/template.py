@@ -74,7 +74,10 @@ _PROTOCOL = (
     ("Participants", ""),
     ("Ethics reference", ""),
     ("Contact", ""),
-    ("Data kept", "Every value with its time, and a film of the simulated robot"),
+    (
+        "Data kept",
+        "Every value with its time, pictures of the robot's camera, a film of the robot, and the sound of what it says",
+    ),
     ("Retention", ""),
     ("Robot", "nao"),
     ("Engine", "frame"),

@@ -66,4 +66,6 @@ CODES: tuple[Code, ...] = (
          "Write English or Japanese, or leave the cell blank. What the robot speaks stands in the Devices sheet."),
     Code("PROT009", _E, "Camera pictures", "“{text}” does not say whether pictures of the robot's camera are kept.",
          "Write kept, or not kept."),
+    Code("PROT010", _W, "Data kept", "“Data kept” leaves out something that a run keeps: {what}.",
+         "Name it there. A run keeps: {example}."),
 )  # fmt: skip

@@ -76,6 +76,33 @@ def acts(source: Source) -> tuple[Act, ...]:
     return tuple(_act(source, drivers) for drivers in by_stream.values())
 
 
+def makes(source: Source) -> tuple[Said, ...]:
+    """The gestures that rows can make and the postures that they can take, with their streams."""
+    lines: dict[tuple[tuple[str, ...], str], list[Driver]] = {}
+    for driver in source.drivers:
+        names = tuple(_named_movements(source, driver)) if not driver.stops else ()
+        if names:
+            lines.setdefault((names, clean(driver.stream.name)), []).append(driver)
+    return tuple(
+        Said(driver_refs(drivers), names[:MOST_TEXTS], max(0, len(names) - MOST_TEXTS), stream)
+        for (names, stream), drivers in lines.items()
+    )
+
+
+def _named_movements(source: Source, driver: Driver) -> list[str]:
+    """The names of gestures or postures that a row can send, or that its stream is set to."""
+    if driver.stream.device is None:
+        return []
+    kind = driver.stream.device.type
+    setting = kind.settings.get("name")
+    if setting is None or setting.kind not in ("gesture", "posture"):
+        return []
+    fixed = driver.stream.settings.get("name")
+    names = [str(fixed)] if fixed else source.speech.texts_of(driver.step)
+    words = kind.words(source.words.language)
+    return [words.said(clean(name), setting.kind) for name in names]
+
+
 def _act(source: Source, drivers: list[Driver]) -> Act:
     stream = drivers[0].stream
     starting = next((d for d in drivers if not d.stops), drivers[0])

@@ -41,7 +41,10 @@ class Sensed:
 
 @dataclass(frozen=True)
 class Said:
-    """What one or several rows can say, and how; `words` has ‹…› where the run decides."""
+    """What one or several rows can say and how, or which gestures they can make and by which stream.
+
+    `words` has ‹…› where the run decides.
+    """
 
     used: tuple[Ref, ...]
     words: tuple[str, ...]
@@ -248,6 +251,7 @@ class Pack:
     kept: tuple[Labelled, ...]
     says: tuple[Said, ...]
     says_note: str
+    makes: tuple[Said, ...]
     acts: tuple[Act, ...]
     cautions: tuple[Labelled, ...]
     rivals: tuple[Rival, ...]

@@ -45,7 +45,13 @@ def statements(source: Source) -> tuple[Labelled, ...]:
     )
 
 
+def unstated(source: Source) -> list[str]:
+    """Which fields that a board asks for the Protocol sheet does not have."""
+    wanted = [*_WANTED, "Consent", *([TOLD] if source.buttons else [])]
+    return [name for name in wanted if not source.protocol(name)]
+
+
 def missing(source: Source) -> str:
-    """Which fields that a board asks for the Protocol sheet does not have; empty when it has them all."""
-    lacks = [name for name in _WANTED if not source.protocol(name)]
+    """The same in words; empty when it has them all."""
+    lacks = unstated(source)
     return source.get("consent.missing", list=source.listed(lacks)) if lacks else ""

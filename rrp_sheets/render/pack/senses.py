@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from rrp_sheets.checks.keeping import FIELD, kept_kinds, names_of, unnamed
+from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.render.devices import device_says
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack.model import Labelled, Ref, Sensed
-from rrp_sheets.render.pack.source import Source
+from rrp_sheets.render.pack.source import Source, capital
 
 
 def sensed(source: Source) -> tuple[Sensed, ...]:
@@ -66,7 +68,7 @@ def remembers_faces(source: Source) -> bool:
 
 
 def kept(source: Source) -> tuple[Labelled, ...]:
-    """What is stored, where, and for how long: what the program does, then what the authors say."""
+    """What is stored, where, and for how long: the program's own list, then what the authors say."""
     get, through = source.get, channels(source)
     pictures = "none" if "camera" not in through else "kept" if keeps_pictures(source) else "not"
     speaks = any("voice" in d.stream.device.type.resources for d in source.drivers if d.stream.device)
@@ -76,7 +78,9 @@ def kept(source: Source) -> tuple[Labelled, ...]:
     faces = remembers if remembers_faces(source) else "seen" if sees_faces(source) else "none"
     if sees_faces(source) and keeps:
         faces = "kept"  # those of earlier runs are known again
+    kinds = kept_kinds(source.checked.robot, source.checked.graph, source.checked.run)
     lines = [
+        Labelled(get("kept.program"), get("kept.all", list=capital(told(names_of(kinds), source.words.language)))),
         Labelled(get("kept.trace"), get("kept.trace_text")),
         Labelled(
             get("kept.pictures"), source.words.sentences([get(f"kept.pictures_{pictures}"), get("kept.pictures_live")])
@@ -84,7 +88,11 @@ def kept(source: Source) -> tuple[Labelled, ...]:
         Labelled(get("kept.sound"), get(f"kept.sound_{sound}")),
         Labelled(get("kept.faces"), get(f"kept.faces_{faces}")),
     ]
-    for entry, name in (("kept.data", "Data kept"), ("kept.retention", "Retention")):
+    for entry, name in (("kept.data", FIELD), ("kept.retention", "Retention")):
         if text := source.protocol(name):
             lines.append(Labelled(get(entry), text, stated=True))
+            missing = unnamed(text, kinds) if name == FIELD else []
+            if missing:
+                less = get("kept.less_text", list=told(names_of(missing), source.words.language))
+                lines.append(Labelled(get("kept.less"), less))
     return tuple(lines)

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from rrp_sheets.checks import Checked
+from rrp_sheets.checks.keeping import channel
 from rrp_sheets.checks.known import BLANK
 from rrp_sheets.devices import DeviceType
 from rrp_sheets.diagnostics import Diagnostic
@@ -111,10 +112,7 @@ class Source:
 
     def channel(self, stream: Stream) -> str:
         """Through what a sensor perceives: `camera`, `touch`, `microphone` or another entry of `pack.channel`."""
-        entry = self.device_entry(stream)
-        known = {"press": "operator", "touch": "touch", "say": "microphone"}
-        shows = [known[s.split()[0]] for s in entry.get("shows", ()) if s.split()[0] in known]
-        return entry.get("perception") or (shows[0] if shows else "clock" if entry.get("engine") else "other")
+        return channel(self.checked.robot, stream.device.type if stream.device else None)
 
     def is_button(self, stream: str) -> bool:
         """Whether a sensor stream is a button of the operator's."""
