@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import re
 import subprocess
 import time
@@ -148,7 +149,7 @@ def test_sensors_are_on_top_and_actuators_at_the_bottom(binary):
 @pytest.mark.parametrize("name", WORKBOOKS)
 def test_the_dot_text_of_the_workbooks(name, golden):
     checked = api.check(bundled("workbooks") / f"{name}.xlsx")
-    golden(f"{name}.dot", "\n".join(to_dot(checked.graph, b) for b in checked.graph.behaviours))
+    golden(f"{name}.dot", to_dot(checked.graph, checked.graph.behaviours))
 
 
 def test_rows_streams_flags_and_switched_off_rows_can_be_found_in_the_picture():
@@ -257,7 +258,7 @@ def test_too_slow_a_layout_is_told(monkeypatch):
         draw_diagram(graph, graph.behaviours[0], timeout=3)
 
 
-@pytest.mark.parametrize("suffix", [".svg", ".pdf", ".png", ".dot"])
+@pytest.mark.parametrize("suffix", [".svg", ".pdf", ".png"])
 def test_files_are_written_whole_and_alike(tmp_path, suffix):
     graph = graph_of(*JAPANESE)
     pages = draw_diagram(graph, graph.behaviours[0])
@@ -265,14 +266,38 @@ def test_files_are_written_whole_and_alike(tmp_path, suffix):
     for file in files:
         write_diagram(pages, file)
     first, second = (f.read_bytes() for f in files)
-    starts = {".svg": b"<svg", ".pdf": b"%PDF", ".png": b"\x89PNG", ".dot": b"digraph"}
+    starts = {".svg": b"<svg", ".pdf": b"%PDF", ".png": b"\x89PNG"}
     assert first.startswith(starts[suffix]) and first == second
     assert sorted(tmp_path.iterdir()) == files
 
 
+@pytest.mark.parametrize("name", ["mixed-control", "story", "simple-tracking"])
+def test_a_dot_file_is_one_graph_with_a_cluster_for_each_behaviour(tmp_path, name):
+    file = tmp_path / "x.dot"
+    checked, notes = api.draw(bundled("workbooks") / f"{name}.xlsx", file)
+    text = file.read_text(encoding="utf-8")
+    assert notes == [] and text.count("digraph") == 1
+    for binary in binaries():
+        done = subprocess.run(
+            [binary, "-Kdot", "-Tjson"], input=text.encode(), capture_output=True, check=True, timeout=60
+        )
+        drawn = json.loads(done.stdout)
+        assert done.stderr == b""
+        titles = [o["label"] for o in drawn["objects"] if o["name"].startswith("cluster")]
+        assert titles == [b.name for b in checked.graph.behaviours]
+        rows = [o["label"].split()[0] for o in drawn["objects"] if o.get("label", "")[:1].isdigit()]
+        assert sorted(map(int, rows)) == sorted(s.number for b in checked.graph.behaviours for s in b.steps)
+
+
+def test_a_dot_file_of_a_workbook_without_rows_is_refused(tmp_path):
+    (tmp_path / "w.md").write_text("## T\n| Input streams | Connector | Formula | Output stream |\n|---|---|---|---|\n")
+    with pytest.raises(SheetsError, match="nothing to draw"):
+        api.draw(tmp_path / "w.md", tmp_path / "x.dot")
+
+
 def test_an_unknown_suffix_is_refused(tmp_path):
     graph = graph_of(*SIMPLE)
-    with pytest.raises(SheetsError, match=r"\.svg, \.pdf, \.png, \.dot"):
+    with pytest.raises(SheetsError, match=r"\.svg, \.pdf, \.png"):
         write_diagram(draw_diagram(graph, graph.behaviours[0]), tmp_path / "x.docx")
     with pytest.raises(SheetsError):
         write_diagram([], tmp_path / "x.svg")

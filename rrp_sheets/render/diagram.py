@@ -9,7 +9,7 @@ from functools import partial
 
 from rrp_sheets.graph import BehaviourGraph, Graph
 from rrp_sheets.render.boxes import Drawing, Marks, Note, make_drawing
-from rrp_sheets.render.dot import dot_text
+from rrp_sheets.render.dot import dot_file, dot_text
 from rrp_sheets.render.layout import TIMEOUT, Layout, lay_out
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.parts import Part, cut_notes, split
@@ -132,10 +132,13 @@ def _too_large(part: Part, fit: _Fitted) -> bool:
     return fit.badness[0] and len(part) > FEWEST_ROWS
 
 
-def to_dot(graph: Graph, behaviour: BehaviourGraph, *, title: str = "") -> str:
-    """A whole behaviour in the DOT language; the same on every machine."""
-    drawing = make_drawing(graph, behaviour, behaviour.steps, wrapping=WRAPPINGS[0], marks=Marks(), notes={})
-    return dot_text(drawing, title or behaviour.name)
+def to_dot(graph: Graph, behaviours: Sequence[BehaviourGraph]) -> str:
+    """Whole behaviours as one graph in the DOT language, a cluster for each; the same on every machine."""
+    return dot_file([
+        (b.name, make_drawing(graph, b, b.steps, wrapping=WRAPPINGS[0], marks=Marks(), notes={}))
+        for b in behaviours
+        if b.steps
+    ])  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,8 @@
-"""The text that Graphviz gets: boxes with explicit sizes, so that it only has to place them."""
+"""The text that Graphviz gets: boxes with explicit sizes, so that it only has to place them; and a file of it."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
 
 from graphviz import escape, nohtml
 from graphviz.quoting import quote
@@ -44,31 +46,52 @@ def quoted(*lines: str) -> str:
 
 def dot_text(drawing: Drawing, title: str, *, pin_entries: bool = True, narrow: bool = False) -> str:
     """The drawing in the DOT language; `pin_entries`: streams from other parts stand at the top, beside the sensors."""
-    rows = sum(box.kind == "row" for box in drawing.boxes.values())
-    gap = NODE_GAP_NARROW if narrow else NODE_GAP
-    lines = [
-        "digraph behaviour {",
-        f"  graph [rankdir=TB, {_QUICK if rows > MANY_ROWS else _THOROUGH}, ranksep={_inches(RANK_GAP)}, "
-        f'nodesep={_inches(gap)}, margin=0, pad=0, charset="UTF-8", label="", tooltip={quoted(title)}];',
-        f'  node [fixedsize=true, margin=0, fontname="Helvetica", fontsize={NAME_PT:g}, style=filled, penwidth=1.2];',
-        f'  edge [arrowsize=0.55, penwidth=0.9, color="{EDGE}"];',
-        *(_node(box) for box in drawing.boxes.values()),
-        *_ranks(drawing, pin_entries),
-        *(_edge(arrow, drawing) for arrow in drawing.arrows),
-        "}",
-    ]
+    lines = ["digraph behaviour {", *_head([drawing], title, narrow), *_body(drawing, pin_entries), "}"]
     return "\n".join(lines) + "\n"
+
+
+def dot_file(drawings: Sequence[tuple[str, Drawing]]) -> str:
+    """Several drawings with their titles as one graph in the DOT language, each in a cluster of its own."""
+    lines = ["digraph behaviours {", *_head([drawing for _, drawing in drawings], "", narrow=False)]
+    for number, (title, drawing) in enumerate(drawings, 1):
+        lines += [
+            f"  subgraph cluster_{number} {{",
+            f'  graph [label={quoted(title)}, fontname="Helvetica", fontsize={NAME_PT + 2:g}];',
+            f'  graph [margin=12, color="{EDGE}"];',
+            *_body(drawing, pin_entries=True, prefix=f"b{number}_"),
+            "  }",
+        ]
+    return "\n".join([*lines, "}"]) + "\n"
+
+
+def _head(drawings: Sequence[Drawing], title: str, narrow: bool) -> Iterator[str]:
+    rows = sum(box.kind == "row" for drawing in drawings for box in drawing.boxes.values())
+    gap = NODE_GAP_NARROW if narrow else NODE_GAP
+    yield (
+        f"  graph [rankdir=TB, {_QUICK if rows > MANY_ROWS else _THOROUGH}, ranksep={_inches(RANK_GAP)}, "
+        f'nodesep={_inches(gap)}, margin=0, pad=0, charset="UTF-8", label="", tooltip={quoted(title)}];'
+    )
+    yield f'  node [fixedsize=true, margin=0, fontname="Helvetica", fontsize={NAME_PT:g}, style=filled, penwidth=1.2];'
+    yield f'  edge [arrowsize=0.55, penwidth=0.9, color="{EDGE}"];'
+
+
+def _body(drawing: Drawing, pin_entries: bool, prefix: str = "") -> Iterator[str]:
+    for box in drawing.boxes.values():
+        yield _node(box, prefix)
+    yield from _ranks(drawing, pin_entries, prefix)
+    for arrow in drawing.arrows:
+        yield _edge(arrow, drawing, prefix)
 
 
 def _inches(points: float) -> str:
     return f"{points / 72:.4f}"
 
 
-def _name(box_id: str) -> str:
-    return f'"{box_id}"' if "-" in box_id else box_id
+def _name(box_id: str, prefix: str) -> str:
+    return f'"{prefix}{box_id}"' if "-" in box_id else prefix + box_id
 
 
-def _node(box: Box) -> str:
+def _node(box: Box, prefix: str) -> str:
     second_border = 8 if box.kind == "actuator" else 0  # dot adds 4 pt all round for it
     size = f"width={_inches(box.width - second_border)}, height={_inches(box.height - second_border)}"
     if box.kind == "anonymous":
@@ -86,18 +109,18 @@ def _node(box: Box) -> str:
         dashed = ', style="filled,dashed"' if box.off else ""
         words = [*box.lines, box.note] if box.note else list(box.lines)
         look = f'label={quoted(*words)}, {_SHAPES[box.kind]}, fillcolor="{fill}", color="{line}"{dashed}'
-    return f"  {_name(box.id)} [{size}, {look}];"
+    return f"  {_name(box.id, prefix)} [{size}, {look}];"
 
 
-def _ranks(drawing: Drawing, pin_entries: bool) -> list[str]:
+def _ranks(drawing: Drawing, pin_entries: bool, prefix: str) -> list[str]:
     boxes = drawing.boxes.values()
-    top = [_name(b.id) for b in boxes if b.kind == "sensor" or (pin_entries and b.entry)]
-    bottom = [_name(b.id) for b in boxes if b.kind == "actuator"]
+    top = [_name(b.id, prefix) for b in boxes if b.kind == "sensor" or (pin_entries and b.entry)]
+    bottom = [_name(b.id, prefix) for b in boxes if b.kind == "actuator"]
     ranks = (("source", top), ("sink", bottom))
     return [f"  {{ rank={rank}; {'; '.join(names)}; }}" for rank, names in ranks if names]
 
 
-def _edge(arrow: Arrow, drawing: Drawing) -> str:
+def _edge(arrow: Arrow, drawing: Drawing, prefix: str) -> str:
     kinds = {drawing.boxes[arrow.tail].kind, drawing.boxes[arrow.head].kind}
     # A row stays straight above its output; the long ways from sensors and to actuators may bend.
     weight = 1 if kinds & {"sensor", "actuator"} else 4 if drawing.boxes[arrow.tail].kind == "row" else 2
@@ -107,4 +130,5 @@ def _edge(arrow: Arrow, drawing: Drawing) -> str:
     looks += ["arrowhead=none"] if arrow.headless else []
     if arrow.world:  # against the direction of all others; it must not move anything
         looks = ["style=dashed, constraint=false"]
-    return f"  {_name(arrow.tail)} -> {_name(arrow.head)} [{', '.join([*looks, f'weight={weight}'])}];"
+    tail, head = _name(arrow.tail, prefix), _name(arrow.head, prefix)
+    return f"  {tail} -> {head} [{', '.join([*looks, f'weight={weight}'])}];"

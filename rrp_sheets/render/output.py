@@ -1,4 +1,4 @@
-"""Writes diagrams as .svg, .pdf, .png or .dot."""
+"""Writes diagrams as .svg, .pdf or .png."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from rrp_sheets.render.texts import texts
 from rrp_sheets.render.typeset import typeset
 from rrp_sheets.workbook.atomic import write_atomically
 
-SUFFIXES = (".svg", ".pdf", ".png", ".dot")
+SUFFIXES = (".svg", ".pdf", ".png")
+NOTHING = "There is nothing to draw: no behaviour has a row."
 _HEADING = 15.0  # points above a picture
 _GAP = 14.0
 _TALLEST = 1500.0  # points; a longer stack goes on in a further column, as no program shows taller pictures well
@@ -35,7 +36,7 @@ def write_diagram(pages: Sequence[Page], path: str | os.PathLike[str]) -> list[s
     """
     target, suffix = target_of(path, "A diagram", SUFFIXES)
     if not pages:
-        raise SheetsError("There is nothing to draw: no behaviour has a row.")
+        raise SheetsError(NOTHING)
     content, warnings = render_diagram(pages, suffix)
     write_atomically(target, content)
     return warnings
@@ -62,11 +63,9 @@ def render_diagram(
         pages: what is drawn.
         suffix: of the file.
         legend: for the last page of a .pdf.
-        about: what the file says of itself, but a .dot.
+        about: what the file says of itself.
     """
     about = about or {}
-    if suffix == ".dot":
-        return "\n".join(page.dot for page in pages).encode(), []
     if suffix == ".svg":
         return svg_with(stack(pages)[0], about).encode("utf-8", "replace"), []
     if suffix == ".png":

@@ -9,6 +9,7 @@ from rrp_sheets.diagnostics.catalogue import Severity
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model.names import key, nearest
+from rrp_sheets.workbook.atomic import write_atomically
 
 MOST_ROWS = 2_000  # a hundred pages; Graphviz takes half a minute for them
 
@@ -21,11 +22,18 @@ def draw(checked: Checked, target: Path, behaviour: str = "", language: str = ""
     Raises:
         SheetsError: when it cannot be written or drawn.
     """
-    from rrp_sheets.render.diagram import draw_diagram
-    from rrp_sheets.render.output import write_diagram
+    from rrp_sheets.render.diagram import draw_diagram, to_dot
+    from rrp_sheets.render.output import NOTHING, SUFFIXES, target_of, write_diagram
 
+    path, suffix = target_of(target, "A diagram", (*SUFFIXES, ".dot"))
+    behaviours = chosen(checked, behaviour)
+    if suffix == ".dot":  # one graph: programs that read it draw the first of several and are silent on the others
+        if not any(b.steps for b in behaviours):
+            raise SheetsError(NOTHING)
+        write_atomically(path, to_dot(checked.graph, behaviours).encode())
+        return []
     pages = []
-    for graph in chosen(checked, behaviour):
+    for graph in behaviours:
         if len(graph.steps) > MOST_ROWS:
             message = f"The behaviour “{graph.name}” has {len(graph.steps)} rows; at most {MOST_ROWS} can be drawn."
             raise SheetsError(message, "Divide it into several behaviours.")
