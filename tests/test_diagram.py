@@ -209,6 +209,18 @@ def test_wrapped_text_keeps_its_limits(text, most, lines):
     assert all(columns(line) <= most for line in made)
 
 
+@pytest.mark.parametrize("times", [1, 8, 16])
+def test_no_formula_is_cut(times):
+    formula = " + ".join(
+        ["IF(NOT(ISBLANK(redBall)); redBall.distance; IF(redBall.x > 1; 1; aNameThatIsFarTooLong))"] * times
+    )
+    graph = graph_of(("Red ball", "map", formula, "D"), ("D", "subscribe", "", "Print"))
+    (page,) = draw_diagram(graph, graph.behaviours[0])
+    drawn = "".join(e.text or "" for e in ET.fromstring(page.svg).iter("{http://www.w3.org/2000/svg}text"))
+    assert "".join(formula.split()) in "".join(drawn.split()) and "…" not in drawn
+    assert page.scale >= LEAST_SCALE and not page.landscape
+
+
 def test_a_long_behaviour_is_drawn_in_parts_that_fit():
     graph = graph_of(*chains(40), ("Distance 0", "subscribe", "", "Say"))
     pages = draw_diagram(graph, graph.behaviours[0])

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream, StreamKind
-from rrp_sheets.render.measure import clean, columns, width, wrap
+from rrp_sheets.render.measure import clean, columns, width, wrap, wrap_whole
 from rrp_sheets.render.style import (
     FORMULA_LINE,
     MONO_PT,
@@ -190,7 +190,8 @@ def _stream_box(box_id: str, stream: Stream, cut: Note, room: bool) -> Box:
 
 def _row_box(step: Step, wrapping: Wrapping, marks: Marks, indent: float) -> Box:
     formula = step.row.formula.text
-    lines = wrap(formula, wrapping.columns, wrapping.lines) if formula else ()
+    set_in_lines = wrap_whole if wrapping.whole else wrap
+    lines = set_in_lines(formula, wrapping.columns, wrapping.lines) if formula else ()
     name = step.connector.name
     name_width = width(name, SMALL_PT)
     formula_width = max((width(line, MONO_PT, mono=True) for line in lines), default=0.0)

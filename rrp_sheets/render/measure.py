@@ -29,6 +29,8 @@ _FORBIDDEN = re.compile(
 )
 _BREAKABLE = re.compile(r"[^\s,;(&+*/<>=]*(?:\s*[-,;(&+*/<>=%]+(?=[\s\w(\"]))*[^\w\s(\"']*\s*")
 
+_WIDER = (1.5, 2.0, 3.0)
+_ALL = 200  # lines: a formula that may be longer is refused anyway
 _WITHIN = re.compile(r"[._]|(?<=[a-z])(?=[A-Z])")  # where a word that is too long may be cut
 
 
@@ -115,6 +117,20 @@ def wrap(text: str, most_columns: int, most_lines: int) -> tuple[str, ...]:
             last = last[:-1]
         lines = [*lines[: most_lines - 1], last.rstrip() + " …"]
     return tuple(lines) or ("",)
+
+
+def wrap_whole(text: str, most_columns: int, most_lines: int) -> tuple[str, ...]:
+    """The text in lines without anything cut: a longer one has longer lines, and at last more of them.
+
+    >>> wrap_whole("one two three four", 9, 2)
+    ('one two three', 'four')
+    """
+    lines = wrap(text, most_columns, _ALL)
+    for share in _WIDER:
+        if len(lines) <= most_lines:
+            break
+        lines = wrap(text, int(most_columns * share), _ALL)
+    return lines
 
 
 def _pieces(text: str, most_columns: int) -> list[str]:

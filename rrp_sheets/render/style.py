@@ -49,12 +49,22 @@ LEAST_SCALE = LEAST_PT / MONO_PT
 
 @dataclass(frozen=True)
 class Wrapping:
-    """How formulas are set: characters per line, lines, and up to how many characters beside the connector's name."""
+    """How formulas are set.
+
+    Attributes:
+        columns: characters per line.
+        lines: how many; a formula that needs more gets longer lines.
+        beside: up to how many characters stand beside the connector's name.
+        whole: False where a long formula may be cut, as it stands beside the drawing.
+    """
 
     columns: int = 22
-    lines: int = 3
+    lines: int = 6
     beside: int = 8
+    whole: bool = True
 
 
-BESIDE_A_TABLE = Wrapping(14, 4, beside=4)  # narrow: the diagram stands in a panel, where height costs less
-WRAPPINGS = (Wrapping(), Wrapping(beside=16), Wrapping(20, 4), Wrapping(17, 4))
+BESIDE_A_TABLE = Wrapping(
+    14, 4, beside=4, whole=False
+)  # narrow: the diagram stands in a panel, where height costs less
+WRAPPINGS = (Wrapping(), Wrapping(beside=16), Wrapping(20, 7), Wrapping(17, 8))

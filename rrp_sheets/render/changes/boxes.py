@@ -9,10 +9,10 @@ from rrp_sheets.connectors import connectors
 from rrp_sheets.model.changed import ADDED, REMOVED, ChangedRow, ChangedStream, Link, Words
 from rrp_sheets.render.boxes import ROW_TEXT_LEFT, ROW_TOP, Arrow, Box, Drawing
 from rrp_sheets.render.changes.lines import Line, marked_lines, plain
-from rrp_sheets.render.measure import clean, width
+from rrp_sheets.render.measure import clean, width, wrap_whole
 from rrp_sheets.render.style import FORMULA_LINE, MONO_PT, NAME_COLUMNS, NAME_LINE, NAME_PT, SMALL_PT
 
-_COLUMNS, _LINES = 26, 4
+_COLUMNS, _LINES = 26, 6
 _INDENT = 9.0  # room for a sign before a line
 _REMARK_COLUMNS = 30
 
@@ -140,11 +140,11 @@ def _row_box(row: ChangedRow) -> ChangeBox:
 def _formula(row: ChangedRow) -> list[Told]:
     words = row.formula
     if row.sign == ADDED:
-        return [Told("", line) for line in marked_lines(((False, words.after),), _COLUMNS, _LINES)]
+        return [Told("", line) for line in marked_lines(((False, words.after),), _COLUMNS, _LINES, wrap_whole)]
     if row.sign == REMOVED:
-        return [Told("", line) for line in marked_lines(((True, words.before),), _COLUMNS, _LINES)]
+        return [Told("", line) for line in marked_lines(((True, words.before),), _COLUMNS, _LINES, wrap_whole)]
     if not words.changed:
-        return [Told("", line) for line in marked_lines(((False, words.after),), _COLUMNS, _LINES - 1)]
+        return [Told("", line) for line in marked_lines(((False, words.after),), _COLUMNS, _LINES, wrap_whole)]
     return _both(words)
 
 
@@ -152,7 +152,7 @@ def _both(words: Words, mono: bool = True) -> list[Told]:
     """Before and after, each in lines under its sign."""
     out = []
     for sign, runs in ((REMOVED, words.was()), (ADDED, words.now())):
-        lines = marked_lines(runs or ((True, "blank"),), _COLUMNS, _LINES)
+        lines = marked_lines(runs or ((True, "blank"),), _COLUMNS, _LINES, wrap_whole)
         out += [Told(sign if number == 0 else " ", line, mono) for number, line in enumerate(lines)]
     return out
 

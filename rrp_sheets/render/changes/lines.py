@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from rrp_sheets.model.changed import Run
 from rrp_sheets.render.measure import clean, wrap
 
 Line = tuple[Run, ...]
+SetInLines = Callable[[str, int, int], tuple[str, ...]]
 
 
-def marked_lines(runs: Sequence[Run], most_columns: int, most_lines: int) -> tuple[Line, ...]:
-    """A text in lines, with the same words marked.
+def marked_lines(
+    runs: Sequence[Run], most_columns: int, most_lines: int, set_in_lines: SetInLines = wrap
+) -> tuple[Line, ...]:
+    """A text in lines, with the same words marked; `set_in_lines` says whether it may be cut.
 
     >>> marked_lines(((False, "steady < "), (True, "20")), 22, 3)
     (((False, 'steady < '), (True, '20')),)
@@ -23,7 +26,7 @@ def marked_lines(runs: Sequence[Run], most_columns: int, most_lines: int) -> tup
     if not whole:
         return ()
     out, at = [], 0
-    for line in wrap(whole, most_columns, most_lines):
+    for line in set_in_lines(whole, most_columns, most_lines):
         parts: list[tuple[bool, str]] = []
         for character in line:
             if character.isspace():
