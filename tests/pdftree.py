@@ -6,7 +6,7 @@ import io
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from pypdf import PdfReader
+from pypdf import PageObject, PdfReader
 from pypdf.generic import ArrayObject, DictionaryObject
 
 
@@ -62,3 +62,16 @@ def texts_of(pdf: PdfReader) -> list[str]:
 def unspaced(text: str) -> str:
     """The text without spaces and line ends: where a column is narrow, a line may end within a long word."""
     return "".join(text.split())
+
+
+def filled(page: PageObject) -> float:
+    """How far down a page its words reach above the foot, from 0 to 1; those of diagrams count."""
+    high, lowest = float(page.mediabox.height), [float(page.mediabox.height)]
+
+    def visit(text: str, matrix: list[float], inner: list[float], *_: object) -> None:
+        y = inner[4] * matrix[1] + inner[5] * matrix[3] + matrix[5]
+        if text.strip() and y > 0.085 * high:
+            lowest.append(y)
+
+    page.extract_text(visitor_text=visit)
+    return (0.92 * high - min(lowest)) / (0.835 * high)

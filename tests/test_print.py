@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from packs import DAY, workbook
-from pdftree import read_pdf, tags, texts_of, unspaced
+from pdftree import filled, read_pdf, tags, texts_of, unspaced
 
 from rrp_sheets import api
 from rrp_sheets.checks import check_workbook
@@ -152,6 +152,14 @@ def test_hash_formulas_and_names_can_be_copied_and_searched(tmp_path):
         ):
             assert in_one_piece in whole
         assert not [line for line in whole.splitlines() if line.lstrip().startswith((";", ",", ")"))]
+
+
+def test_no_page_is_half_empty_or_turned_and_diagrams_stand_in_their_order():
+    pages = read_pdf(make(bundled("workbooks", "mixed-control.xlsx"), today=DAY).data).pages
+    assert min(map(filled, pages[:-1])) > 0.6
+    assert {tuple(page.mediabox) for page in pages} == {tuple(pages[0].mediabox)}
+    captions = re.findall(r"Operator, part (\d) of \d", "\n".join(page.extract_text() for page in pages))
+    assert len(captions) > 3 and captions == sorted(captions)
 
 
 def test_the_same_workbook_on_the_same_day_gives_the_same_bytes(printed):

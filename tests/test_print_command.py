@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from packs import DAY, workbook
-from pdftree import read_pdf, tags, texts_of, unspaced
+from pdftree import filled, read_pdf, tags, texts_of, unspaced
 from typed import run
 
 from rrp_sheets import api
@@ -100,6 +100,7 @@ def test_every_workbook_as_a_pdf(name, paper, request):
     assert "\u200b" not in whole and api.read(path).digest in pages[0]
     formulas = [row.formula.text for b in api.read(path).workbook.behaviours for row in b.rows]
     assert all(unspaced(formula) in copied for formula in formulas)
+    assert min(map(filled, pdf.pages[1:-1])) > 0.45  # no page but the last is half empty
     if paper == "a4":  # what a reader of the PDF gets out of it, the diagrams' words included
         golden, text = GOLDEN / f"{name}.pdf.txt", "\n\f\n".join(pages) + "\n"
         if request.config.getoption("--regenerate-golden"):

@@ -26,6 +26,7 @@ from rrp_sheets.render.style import (
 from rrp_sheets.render.svg import draw_svg
 from rrp_sheets.render.texts import Texts, texts
 
+_FEWEST_UPRIGHT = 2  # rows of a part that may not be turned
 _AT_ONCE = 4  # Graphviz processes side by side
 
 
@@ -82,6 +83,7 @@ def draw_diagram(
     title: str = "",
     whole: bool = False,
     room: bool = False,
+    upright: bool = False,
     binary: str | None = None,
     timeout: float = TIMEOUT,
     language: str = "en",
@@ -97,6 +99,7 @@ def draw_diagram(
         whole: draw it as one picture however large it becomes, for a screen that scrolls.
         room: for a panel of a page that is alive: narrow, with room for the newest value under the name of each
             stream, and boxes that can be chosen.
+        upright: divide a wide one rather than turn the page; what cannot be divided becomes smaller.
         binary: the Graphviz program; by default the best of this machine.
         timeout: of each layout, in seconds.
         language: of the words that are not the workbook's.
@@ -108,16 +111,16 @@ def draw_diagram(
     if not behaviour.steps:
         return []
     number = next((n for n, b in enumerate(graph.behaviours, 1) if b.key == behaviour.key), 1)
-    job = _Job(graph, behaviour, marks, partial(lay_out, binary=binary, timeout=timeout), room)
+    job = _Job(graph, behaviour, marks, partial(lay_out, binary=binary, timeout=timeout), room, upright)
     said = texts(language)
     parts = split(graph, behaviour.steps, len(behaviour.steps) if whole else MOST_ROWS)
     while True:
         with ThreadPoolExecutor(_AT_ONCE) as pool:
             fitted = list(pool.map(job.draw, parts, cut_notes(graph, parts, said), range(1, len(parts) + 1)))
-        if whole or not any(_too_large(part, fit) for part, fit in zip(parts, fitted, strict=True)):
+        if whole or not any(_too_large(part, fit, upright) for part, fit in zip(parts, fitted, strict=True)):
             break
         halves = [
-            split(graph, part, -(-len(part) // 2)) if _too_large(part, fit) else [part]
+            split(graph, part, -(-len(part) // 2)) if _too_large(part, fit, upright) else [part]
             for part, fit in zip(parts, fitted, strict=True)
         ]
         parts = [half for pair in halves for half in pair]
@@ -128,8 +131,8 @@ def draw_diagram(
     ]
 
 
-def _too_large(part: Part, fit: _Fitted) -> bool:
-    return fit.badness[0] and len(part) > FEWEST_ROWS
+def _too_large(part: Part, fit: _Fitted, upright: bool) -> bool:
+    return fit.badness[0] and len(part) > (_FEWEST_UPRIGHT if upright else FEWEST_ROWS)
 
 
 def to_dot(graph: Graph, behaviours: Sequence[BehaviourGraph]) -> str:
@@ -150,6 +153,7 @@ class _Job:
     marks: Marks
     lay_out: partial[Layout]
     room: bool = False
+    upright: bool = False
 
     def draw(self, part: Part, notes: Mapping[str, Note], number: int) -> _Fitted:
         """The first way of setting the formulas that fits the page at full size, else the best one."""
@@ -179,7 +183,8 @@ class _Job:
                 dot = dot_text(drawing, self.behaviour.name, pin_entries=pinned, narrow=self.room)
                 layout = self.lay_out(dot)
                 wide, high = layout.width + 2 * PADDING, layout.height + 2 * PADDING
-                for landscape, (most_wide, most_high) in ((False, PAGE), (True, LANDSCAPE)):
+                sizes = ((False, PAGE),) if self.upright else ((False, PAGE), (True, LANDSCAPE))
+                for landscape, (most_wide, most_high) in sizes:
                     scale = min(1.0, most_wide / wide, most_high / high)
                     badness = (scale < LEAST_SCALE, landscape, not pinned, -round(scale, 2), -wrapping.columns)
                     yield _Fitted(badness, drawing, dot, layout, scale, landscape)

@@ -93,7 +93,7 @@ def _figures(
     try:
         pages = draw_diagram(
             source.checked.graph, graph, problems=problems, words=words, timeout=_SECONDS,
-            language=source.words.language,
+            language=source.words.language, upright=True,
         )  # fmt: skip
     except SheetsError as error:
         return (), [source.get("behaviours.no_diagram", why=error.message)]
@@ -104,8 +104,9 @@ def _figure(source: Source, page: Page, pictures: Pictures) -> Figure:
     name = f"figure-{len(pictures) + 1}.svg"
     pictures[name] = page.svg
     first, last = page.rows
-    caption = ""
-    if page.parts > 1:
-        caption = source.get("behaviours.part", part=page.part, parts=page.parts, first=first, last=last)
+    entry = "rows" if page.parts == 1 else "part"
+    caption = source.get(
+        f"behaviours.{entry}", name=page.title, part=page.part, parts=page.parts, first=first, last=last
+    )
     wide, high = page.width * page.scale, page.height * page.scale
-    return Figure(name, page.alt, caption, wide, high, page.landscape, first, last)
+    return Figure(name, page.alt, caption, wide, high, first, last)

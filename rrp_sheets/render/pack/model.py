@@ -120,7 +120,6 @@ class Figure:
     caption: str
     width: float
     height: float
-    landscape: bool
     first: int
     last: int
 
