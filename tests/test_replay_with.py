@@ -136,6 +136,14 @@ def test_rows_that_moved_or_are_called_otherwise_are_the_same(session, tmp_path)
     assert api.replay(session.result.folder, path).same
 
 
+def test_a_stream_that_no_row_reads_is_not_told_to_get_nothing(session, tmp_path):
+    path = other(session, tmp_path, ("| Far | subscribe | | Head tracker |", "| Far | subscribe | | Arm tracker |"))
+    scene = "\n## Scene\n| Time (s) | Thing | Does | Value |\n|---|---|---|---|\n| Arm tracker done + 1 | Child | enters | at 1, 0 |\n"
+    path.write_text(path.read_text(encoding="utf-8") + scene, encoding="utf-8")
+    remarks = api.replay(session.result.folder, path).remarks
+    assert remarks == ("Its Scene is another one; what the robot sensed is what the record says.",)
+
+
 def test_rows_that_are_new_or_gone_and_streams_that_were_not_recorded(session, tmp_path):
     path = other(session, tmp_path, ("| Far | subscribe | | Head tracker |", "| Head yaw | map | headYaw + 1 | More |"))
     found = api.replay(session.result.folder, path)

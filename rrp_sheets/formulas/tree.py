@@ -153,6 +153,8 @@ class _Resolver(Calls):
             Phrase("Did you mean {name}[{guess}]?", name=table.name, guess=guess)
             if guess
             else Phrase("Its columns are {names}.", names=", ".join(names))
+            if names
+            else "None of its columns has a name: write one into its first row."
         )
         if name.strip().isdecimal():
             remedy = Phrase("For row {name}, write INDEX({name2}; {name}).", name=name, name2=table.name)

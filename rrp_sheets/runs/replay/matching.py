@@ -100,6 +100,8 @@ def remarks(ran: Source | None, other: Source, found: Matching) -> list[str]:
     for stream in other.plan.streams:
         if stream.kind in _FED and stream.id not in known and _is_outer(other, stream):
             rows = [s.ref for s in other.plan.steps if stream.id in s.inputs]
+            if not rows:  # no row asks for it: a row that is switched off, or something else of the workbook, names it
+                continue
             told.append(
                 Phrase(
                     "The session has no record of “{name}”, so {rows} no value of it.",
