@@ -181,7 +181,7 @@ def _one(change: Change, words: Texts) -> Changed:
     before, after = (value(text) if text else "" for text in (change.before, change.after))
     if change.kind in ("on", "off"):
         before, after = map(say, ("off", "on") if change.kind == "on" else ("on", "off"))
-    elif change.kind == "moved" and not change.before:
+    elif change.kind == "moved" and not change.before and change.rows[0] != change.rows[1]:
         before, after = (words.get("behaviour.row", n=row) for row in change.rows)
     what = f"{say(change.what)}: " if change.what and change.kind == "changed" else ""
     return Changed(

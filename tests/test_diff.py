@@ -23,7 +23,7 @@ EDITS = {
     ),
     "several tokens": (
         [("redBall.distance | D", "ABS(redBall.x) | D")],
-        ["Tracking row 2: formula {+ABS(+}redBall.[-distance-]{+x)+}"],
+        ["Tracking row 2: formula redBall.distance → ABS(redBall.x)"],
     ),
     "period": ([("| 1000 |", "| 2 s |")], ["Tracking row 3: formula 1000 → 2 s"]),
     "same period": ([("| 1000 |", "| 1 s |")], ["~ Tracking row 3: formula is written differently: 1000 → 1 s"]),

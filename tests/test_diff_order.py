@@ -6,6 +6,8 @@ import re
 
 import pytest
 from compared import BASE, compare, told
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from rrp_sheets.compare.wording import say
 
@@ -159,7 +161,7 @@ def test_workbooks_with_errors_are_compared_by_their_text(tmp_path):
     assert comparison.same and not comparison.changes and comparison.first.errors == 2
     comparison = compare(tmp_path, SPEAK, broken)
     assert told(comparison) == [
-        "Talk row 2: formula face.[-new-]{+nwe ++}",
+        "Talk row 2: formula face.new → face.nwe +",
         "Talk row 5: connector subscribe → subskribe",
     ]
 
@@ -241,3 +243,77 @@ def test_a_field_by_dot_and_in_brackets_is_the_same(tmp_path, other, same):
     texts = [f"{FORMULA}| Red ball | map | {f} | Out |\n| Out | subscribe | | Print |\n"
              for f in ("redBall.distance", other)]  # fmt: skip
     assert compare(tmp_path, *texts).same is same
+
+
+# ---- lists in their order
+
+PARTS = (
+    SPEAK
+    + """
+## Devices
+| Stream | Device | Text |
+|---|---|---|
+| New | Face | |
+
+## Parts
+| Say | Gesture |
+|---|---|
+"""
+)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.data())
+def test_one_changed_cell_of_a_table_is_one_change(tmp_path_factory, data):
+    rows = data.draw(st.lists(st.tuples(st.sampled_from("abc"), st.sampled_from("xyz")), min_size=1, max_size=6))
+    at, column = data.draw(st.integers(0, len(rows) - 1)), data.draw(st.integers(0, 1))
+    text = data.draw(st.sampled_from("abcxyzq").filter(lambda c: c != rows[at][column]))
+    changed = [
+        tuple(text if (n, c) == (at, column) else cell for c, cell in enumerate(row)) for n, row in enumerate(rows)
+    ]
+    first, second = (
+        SPEAK.replace("1 | Eye", "ROWS(Parts) | Eye")
+        + PARTS[len(SPEAK) :]
+        + "".join(f"| {a} | {b} |\n" for a, b in table)
+        for table in (rows, changed)
+    )
+    comparison = compare(tmp_path_factory.mktemp("w"), first, second)
+    head = ("say", "gesture")[column]
+    assert told(comparison) == [f"Table Parts row {at + 2}: {head} {rows[at][column]} → {text}"]
+
+
+def test_a_row_that_stays_in_its_place_has_not_moved(tmp_path):
+    other = SPEAK.replace("## Talk", "## Chat")
+    lines = [say(c) for c in compare(tmp_path, SPEAK + other, other + SPEAK).changes]
+    assert lines and not [line for line in lines if re.search(r"row (\d+) moved \(was row \1\)", line)]
+    assert any(line.endswith("acts in another order") for line in lines)
+    three = "## T\n| Inputs | Connector | Formula | Output |\n|---|---|---|---|\n"
+    rows = [f"| Red ball | map | value.{c} | {c}{c} |\n" for c in "xyd"]
+    lines = [say(c) for c in compare(tmp_path, three + "".join(rows), three + "".join(reversed(rows))).changes]
+    assert lines and not [line for line in lines if re.search(r"row (\d+) moved \(was row \1\)", line)]
+
+
+def test_what_a_test_sends_and_expects_means_another_thing_in_other_letters(tmp_path):
+    test = (
+        SPEAK
+        + "\n## Greeting\n| Time (ms) | Stream | Send | Expect |\n|---|---|---|---|\n| 0 | Face | | |\n| 0 | Say | | Hello |\n"
+    )
+    (change,) = compare(tmp_path, test, test.replace("| Hello |", "| hello |")).changes
+    assert (change.kind, change.effect) == ("changed", False) and "it means the same" not in change.note
+    (change,) = compare(tmp_path, test.replace("Hello |", "0.5 |"), test.replace("Hello |", ".50 |")).changes
+    assert (change.kind, change.note) == ("written", "it means the same")
+
+
+def test_another_device_of_one_kind_is_another_device(tmp_path):
+    devices = (
+        SPEAK
+        + "| New | subscribe | | Follow | |\n\n## Devices\n| Stream | Device |\n|---|---|\n| Follow | Head tracker |\n"
+    )
+    comparison = compare(tmp_path, devices, devices.replace("Head tracker", "Head and body tracker"))
+    assert not comparison.same and told(comparison)[0] == "Devices: Follow: device Head tracker → Head and body tracker"
+    assert not [c for c in comparison.changes if c.kind == "written"]
+
+
+def test_a_formula_that_changed_in_several_places_is_told_before_and_after(tmp_path):
+    comparison = compare(tmp_path, BASE, BASE.replace("IF(both > 0.5, True, False)", "IF(both > 1, False, True)"))
+    assert told(comparison) == ["Tracking row 7: formula IF(both > 0.5, True, False) → IF(both > 1, False, True)"]

@@ -121,6 +121,8 @@ def _sides(change: Change) -> tuple[str, str]:
         case "on" | "off":
             before, after = ("off", "on") if change.kind == "on" else ("on", "off")
             return f"<del>{before}</del>", f"<ins>{after}</ins>"
+        case "moved" if not change.before and change.rows[0] == change.rows[1]:
+            return "", ""
         case "moved" if not change.before:
             return f"row {change.rows[0]}", f"row {change.rows[1]}"
         case "changed":

@@ -88,6 +88,9 @@ def _device_type(old: DeviceView, new: DeviceView, found: Match) -> list[Change]
             return []
         before, after = ("declared", "") if old.row else ("", "declared")
         return [_change(old, new, "written", "declaration", before, after, False, _BY_NAME)]
+    presets = [view.found.preset if view.found else {} for view in (old, new)]
+    if presets[0] != presets[1] and old.row:
+        return [_change(old, new, "changed", "device", old.device, new.device)]
     if old.device != new.device and old.row:
         return [_change(old, new, "written", "device", old.device, new.device, False, WRITTEN)]
     return []

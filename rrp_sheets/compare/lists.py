@@ -11,7 +11,7 @@ from rrp_sheets.compare.match import Match
 from rrp_sheets.compare.pairing import Pairs
 from rrp_sheets.compare.rows import WRITTEN
 from rrp_sheets.compare.side import Side
-from rrp_sheets.compare.tokens import meanings
+from rrp_sheets.compare.tokens import as_typed
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
@@ -169,8 +169,8 @@ def _test(sheet: str, row: TestRow, rename: Callable[[str], str], side: Side) ->
     meaning: dict[str, Hashable] = {
         "time": _duration(row.time, "ms"),
         "stream": rename(stream),
-        "send": meanings(row.send.text),
-        "expect": meanings(row.expect.text),
+        "send": as_typed(row.send.text),
+        "expect": as_typed(row.expect.text),
     }
     number = row.time.address.row
     return Line(sheet, number, meaning, _said(cells), side.note(sheet, number))
@@ -241,7 +241,11 @@ def list_changes(old: Sequence[Line], new: Sequence[Line], kind: Kind, turned: b
 
 def _pair(old: Sequence[Line], new: Sequence[Line], kind: Kind) -> Pairs:
     pairs = Pairs(len(old), len(new))
+    if kind.ordered:
+        pairs.in_order([n.whole for n in old], [n.whole for n in new])
     pairs.by_key(old, new, lambda n: n.whole, lambda n: n.whole)
+    if kind.ordered:
+        pairs.between(lambda i, j: _alike(old[i], new[j]) >= _HALF)
     for names in kind.keys:
 
         def of(line: Line, names: tuple[str, ...] = names) -> Hashable:
@@ -266,7 +270,7 @@ def _line(kind: Kind, a: Line, b: Line, moved: bool) -> list[Change]:
             out.append(_change(kind, "changed", a, b, n, before, after))
         elif clean_name(before) != clean_name(after):
             out.append(_change(kind, "written", a, b, n, before, after, note=WRITTEN))
-    if moved:
+    if moved and a.row != b.row:
         out.append(_change(kind, "moved", a, b))
     if a.notes != b.notes:
         out.append(_change(kind, "notes", a, b, "notes", a.notes, b.notes))

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import bisect
+import difflib
 from collections import defaultdict, deque
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from itertools import pairwise
 from typing import TypeVar
 
 A = TypeVar("A")
 
 _CANDIDATES = 10  # looked at for each thing: the nearest of those that share something with it
 _NEAR = 2
+_MOST_ORDERED = 400  # things that are compared each with each
 
 
 class Pairs:
@@ -59,6 +62,32 @@ class Pairs:
             if queue:
                 self.add(i, queue.popleft())
 
+    def in_order(self, first: Sequence[Hashable], second: Sequence[Hashable]) -> None:
+        """Pair what is equal at the beginning and at the end, and between them what is equal and in the same order."""
+        begin, end = 0, 0
+        least = min(len(first), len(second))
+        while begin < least and first[begin] == second[begin]:
+            self.add(begin, begin)
+            begin += 1
+        while end < least - begin and first[-1 - end] == second[-1 - end]:
+            end += 1
+            self.add(len(first) - end, len(second) - end)
+        a, b = first[begin : len(first) - end], second[begin : len(second) - end]
+        if max(len(a), len(b)) > _MOST_ORDERED:
+            return
+        for block in difflib.SequenceMatcher(None, a, b, autojunk=False).get_matching_blocks():
+            for n in range(block.size):
+                self.add(begin + block.a + n, begin + block.b + n)
+
+    def between(self, alike: Callable[[int, int], bool]) -> None:
+        """Pair what has no partner yet and stands between the same partners: a single one, else what is alike."""
+        for (i, j), (k, m) in _gaps(self.to, self._sizes):
+            if k - i != m - j:
+                continue
+            for n in range(1, k - i):
+                if (k - i == 2 or alike(i + n, j + n)) and i + n not in self.to and j + n not in self.back:
+                    self.add(i + n, j + n)
+
     def by_likeness(
         self,
         first: Sequence[A],
@@ -99,6 +128,12 @@ class Pairs:
         pairs = sorted((j, i) for i, j in self.to.items()) if turned else sorted(self.to.items())
         names = out_of_order([a for a, _ in pairs], [b for _, b in pairs])
         return {self.back[j] for j in names} if turned else names
+
+
+def _gaps(to: Mapping[int, int], sizes: tuple[int, int]) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+    """Neighbouring pairs, with one before the beginning and one behind the end."""
+    pairs = [(-1, -1), *sorted(to.items()), sizes]
+    return [(a, b) for a, b in pairwise(pairs) if b[0] - a[0] > 1 and b[1] - a[1] > 1]
 
 
 def _nearest(places: Sequence[int], here: int) -> Sequence[int]:

@@ -108,7 +108,7 @@ class _Pair:
         formula = self._formula(a, b)
         out += [*inputs, *formula, *self._output(a, b), *self._priority(a, b)]
         late = self.late.get((self.new.key, b.row.number), "")
-        if late or moved:
+        if late or (moved and (a.row.number, a.sheet) != (b.row.number, b.sheet)):
             out.append(self._change(a, b, "moved", effect=bool(late), note=late or _PLACE))
         elif _draws(a) and _draws(b) and (a.row.number, a.sheet) != (b.row.number, b.sheet):
             out.append(self._change(a, b, "moved", effect=False, note=_DRAWS))

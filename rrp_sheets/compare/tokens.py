@@ -50,7 +50,8 @@ def tokens(formula: str, names: Mapping[str, str] | None = None) -> list[Token]:
 
 def _meaning(match: re.Match[str], names: Mapping[str, str]) -> str:
     if match["text"]:
-        return "“" + match["text"][1:-1].replace('""', '"')
+        inside = match["text"][1:-1]
+        return "“" + (inside.replace('""', '"') if match["text"][0] == '"' else inside)
     if match["number"]:
         bare = match["number"]
         number = float(bare.rstrip("% ")) / (100 if bare.endswith("%") else 1)
@@ -63,6 +64,17 @@ def _meaning(match: re.Match[str], names: Mapping[str, str]) -> str:
 def meanings(formula: str, names: Mapping[str, str] | None = None) -> tuple[str, ...]:
     """What the tokens mean: equal for two formulas that differ in spelling only."""
     return tuple(t.meaning for t in tokens(formula, names))
+
+
+def as_typed(text: str) -> tuple[str, ...]:
+    """The same for a cell in which words are texts: only the spaces and the spelling of numbers do not count.
+
+    >>> as_typed("0.50; Hello") == as_typed(".5;Hello"), as_typed("Hello") == as_typed("hello")
+    (True, False)
+    """
+    if len(text) > LONGEST:
+        return (text,)
+    return tuple(_meaning(m, {}) if m["number"] else m[0].strip() for m in _TOKEN.finditer(text))
 
 
 def pieces(before: str, after: str, names: Mapping[str, str] | None = None) -> tuple[Piece, ...]:

@@ -9,7 +9,6 @@ from rrp_sheets.compare.tokens import single
 from rrp_sheets.diagnostics.phrase import Phrase
 
 LONGEST = 160  # letters of one value
-_MARKS = {"same": "{}", "gone": "[-{}-]", "new": "{{+{}+}}"}
 _PARTS = {"scene": "Scene", "test": "Test", "table": "Table", "gesture": "Gesture"}
 
 
@@ -50,7 +49,8 @@ def say(change: Change) -> str:
         case "moved" if change.part == "sheet":
             return f"The sheets stand in another order: {before} → {after}"
         case "moved":
-            return f"{at} moved (was row {change.rows[0]})"
+            same = change.rows[0] == change.rows[1]
+            return f"{at} acts in another order" if same else f"{at} moved (was row {change.rows[0]})"
         case "on" | "off":
             return f"{at} switched {change.kind}"
         case "written":
@@ -65,11 +65,9 @@ def _changed(change: Change, at: str, before: str, after: str) -> str:
     what = one_line(change.what)
     if change.pieces and any(p.kind == "same" for p in change.pieces):
         one = single(change.pieces)
-        if one is None:
-            marked = shorten("".join(_MARKS[p.kind].format(p.text) for p in change.pieces))
-            return f"{at}: {what} {marked}"
-        old, new = (shorten(one_line(t)) for t in one)
-        return f"{at}: {old} → {new} in the {what} {after}"
+        if one is not None:
+            old, new = (shorten(one_line(t)) for t in one)
+            return f"{at}: {old} → {new} in the {what} {after}"
     return f"{at}: {what} {before} → {after}" if what else f"{at}: {before} → {after}"
 
 
