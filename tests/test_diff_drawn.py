@@ -5,6 +5,7 @@ from __future__ import annotations
 import html.parser
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 from browser import get, visit
@@ -14,7 +15,10 @@ from compared import BASE, edited
 from rrp_sheets import api
 from rrp_sheets.cli.main import group
 from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, ChangedBehaviour
-from rrp_sheets.render.changes.pages import MOST_DRAWN, draw_changes, drawn_rows
+from rrp_sheets.render.changes.pages import MOST_DRAWN, draw_changes, drawn_rows, legend_page
+from rrp_sheets.render.legend import draw_legend
+from rrp_sheets.render.measure import escape
+from rrp_sheets.render.style import SANS
 from rrp_sheets.runs.changes_drawn import Compared
 
 ROW_5 = "| | | Steady | filter | steady < 20 | Close ball | |\n"
@@ -238,3 +242,19 @@ def test_compare_draws_after_its_text(pair: tuple[Path, Path], tmp_path: Path) -
     assert "Row 4, filter, changed" in drawn and "<ins>15</ins>" in drawn
     assert "There is no run" in get(client, "/compare/drawn?first=run/no&second=book/after.xlsx").text
     assert "being drawn" not in get(client, "/compare?first=book/after.xlsx&second=book/after.xlsx").text
+
+
+def test_no_legend_is_cut_in_a_browser_without_the_fonts_that_it_was_measured_for(browser: Any) -> None:
+    """DejaVu Sans is the widest of those that Linux systems have."""
+    pictures = [legend_page("A").svg, draw_legend("en")[0], draw_legend("ja")[0].replace("legend-", "ja-")]
+    page = browser.new_page(viewport={"width": 1000, "height": 900})
+    page.set_content("".join(f"<div>{p.replace(escape(SANS), 'DejaVu Sans, Noto Sans JP')}</div>" for p in pictures))
+    cut = page.evaluate("""() => [...document.querySelectorAll('svg')].flatMap((svg) => {
+        const edge = svg.getBoundingClientRect();
+        return [...svg.querySelectorAll('text')].filter((text) => {
+            const box = text.getBoundingClientRect();
+            return box.right > edge.right || box.bottom > edge.bottom;
+        }).map((text) => text.textContent);
+    })""")
+    page.close()
+    assert cut == []

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 from rrp_sheets.checks.protocol import RunPlan
 from rrp_sheets.devices import DeviceType, Robot
@@ -37,7 +38,9 @@ _NOT = re.compile(r"\b(?:no|not|none|nothing|never|neither|nor|without)\b|n't\b|
 
 def channel(robot: Robot, device: DeviceType | None) -> str:
     """Through what a sensor perceives: `camera`, `touch`, `microphone`, `operator`, `clock`, …, `other`."""
-    entry = next((s for s in robot.data["sensor"] if device is not None and s["name"] == device.name), {})
+    entry: Mapping[str, Any] = next(
+        (s for s in robot.data["sensor"] if device is not None and s["name"] == device.name), {}
+    )
     known = {"press": "operator", "touch": "touch", "say": "microphone"}
     shows = [known[s.split()[0]] for s in entry.get("shows", ()) if s.split()[0] in known]
     return str(entry.get("perception") or (shows[0] if shows else "clock" if entry.get("engine") else "other"))

@@ -19,6 +19,8 @@ _WIDTHS = (
     556, 556, 500, 556, 556, 278, 556, 556, 222, 222, 500, 222, 833, 556, 556, 556, 556, 333, 500, 278, 556, 500, 722,
     500, 500, 500, 334, 260, 334, 584,
 )  # fmt: skip
+OTHER_FACES = 1.25
+"""How much wider a line may be than `width` says, in a browser that has none of those faces (DejaVu Sans, Verdana)."""
 _OTHER = 640  # any further narrow character
 _MONO = 602
 _WIDE = 1000

@@ -12,13 +12,17 @@ from rrp_sheets.render.changes.svg import FILL, LINE, MARGIN, draw_change, draw_
 from rrp_sheets.render.diagram import Page
 from rrp_sheets.render.dot import dot_text
 from rrp_sheets.render.layout import TIMEOUT, lay_out
-from rrp_sheets.render.measure import clean, width
+from rrp_sheets.render.measure import OTHER_FACES, clean, width
 from rrp_sheets.render.style import DASHES, LANDSCAPE, MOST_ROWS, NAME_PT, PAGE, SMALL_PT, SOFT
 from rrp_sheets.render.svg import frame, text
 
 MOST_DRAWN = 180
 """Rows that are drawn of one behaviour: ten parts. Lists name all."""
 _AT_ONCE = 4
+_HINTS = (
+    "A formula that changed: first as it was, below as it is.",
+    "Rows that are gone have the number that they had.",
+)
 _KINDS = ((ADDED, "new"), (REMOVED, "gone"), (CHANGED, "changed"), (SAME, "as before"))
 
 
@@ -148,7 +152,7 @@ def _told(rows: Sequence[ChangedRow]) -> str:
 
 
 def legend_page(title: str) -> Page:
-    """How to read the pictures, in one line, under the names of both workbooks."""
+    """How to read the pictures, under the names of both workbooks."""
     x, parts = 8.0, []
     for sign, word in _KINDS:
         thick = {ADDED: 2.2, REMOVED: 1.4, CHANGED: 1.7}.get(sign, 0.9)
@@ -160,12 +164,12 @@ def legend_page(title: str) -> Page:
         if sign:
             parts.append(draw_sign(sign, (x + 29, 10), 6.0))
         parts.append(text(x + 40, 21, word, NAME_PT))
-        x += 40 + width(word, NAME_PT) + 24
-    hint = "A formula that changed: first as it was, below as it is. Rows that are gone have the number that they had."
-    parts.append(text(8, 43, hint, SMALL_PT, fill=SOFT, italic=True))
-    wide = max(x, width(hint, SMALL_PT) + 16)
+        x += 40 + width(word, NAME_PT) * OTHER_FACES + 16
+    for number, hint in enumerate(_HINTS):
+        parts.append(text(8, 43 + 12 * number, hint, SMALL_PT, fill=SOFT, italic=True))
+    wide, high = max(x, *(width(hint, SMALL_PT) * OTHER_FACES + 16 for hint in _HINTS)), 38.0 + 12 * len(_HINTS)
     alt = (
         "Legend: a plus and a thick line for what is new, a minus and dashes for what is gone, a wave for what changed."
     )
-    svg = frame("\n".join(parts), wide, 50, ident="change-legend", title="How to read the pictures", description=alt)
-    return Page(clean(title), "", svg, "", wide, 50, 1.0, False, (0, 0), alt)
+    svg = frame("\n".join(parts), wide, high, ident="change-legend", title="How to read the pictures", description=alt)
+    return Page(clean(title), "", svg, "", wide, high, 1.0, False, (0, 0), alt)
