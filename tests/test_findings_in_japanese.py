@@ -27,7 +27,6 @@ from rrp_sheets.diagnostics.phrase import Phrase, capital, listed, sentences, sm
 from rrp_sheets.model.cells import Address
 from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.printing import gather
-from rrp_sheets.render.contact import Moment, draw_contact
 from rrp_sheets.render.marbles import draw_marbles
 from rrp_sheets.render.plots import Curve, Note, draw_plots
 from rrp_sheets.render.score import Group, Lane, Marble, Score
@@ -225,8 +224,6 @@ def test_pictures_of_a_run_speak_its_language():
     curve = Curve("Red ball.x", "sensor", "rad", [(0.0, 1.0), (1.0, 2.0)], 2, other=[(0.0, 2.0)])
     plots, _, _ = draw_plots("挨拶", [curve], [Note(0.5, 0.5, "said", "やあ")], 2.0, more="", language="ja")
     assert all(word in plots for word in ("発話", "センサー", "単位：rad", "時間（秒）")) and "Time (s)" not in plots
-    moment = Moment(b"", 4, 3, "0.5 s", ("『一つ目』", "『二つ目』", "『三つ目』", "『四つ目』"))
-    assert "ほか2件" in draw_contact("挨拶", [moment], language="ja")[0]
     lane = Lane("a", "Red ball", "sensor", (Marble(1_000, 1), Marble(2_000, 2)))
     (page,) = draw_marbles([Score("挨拶", (Group((), lane),), 0, 5_000_000, language="ja")])
     assert "命令の終わり" in page.svg and page.alt.startswith("挨拶のマーブル図") and "done" not in page.svg

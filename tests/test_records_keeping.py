@@ -56,7 +56,7 @@ def send(client: FlaskClient, **form: Any) -> TestResponse:
 
 def test_pictures_and_tables_are_made_when_they_are_asked_for(client: FlaskClient) -> None:
     for name, kind, begins in (
-        ("plots.svg", "image/svg+xml", b"<svg"), ("plots.pdf", "application/pdf", b"%PDF"), ("contact.png", "image/png", b"\x89PNG"),
+        ("plots.svg", "image/svg+xml", b"<svg"), ("plots.pdf", "application/pdf", b"%PDF"), ("plots.png", "image/png", b"\x89PNG"),
     ):  # fmt: skip
         answer = get(client, f"/runs/2-b/{name}?take=1")
         assert (answer.status_code, answer.mimetype) == (200, kind) and answer.data.startswith(begins)
@@ -70,7 +70,7 @@ def test_pictures_and_tables_are_made_when_they_are_asked_for(client: FlaskClien
     for address in ("/runs/none/plots.svg", "/runs/2-b/plots.doc"):
         assert get(client, address).status_code == 404
     assert "There is no run “../x” here" in get(client, "/runs/table.csv?run=../x").text
-    assert "has no film" in get(client, "/runs/1-a/contact.png").text
+    assert get(client, "/runs/2-b/contact.png").status_code == 404
 
 
 def test_what_cannot_be_made_for_an_answer_is_told_in_words_for_the_browser(folder: Path) -> None:
@@ -105,7 +105,7 @@ def test_a_long_record_is_not_waited_for(client: FlaskClient, monkeypatch: pytes
 
 
 def test_a_file_that_has_come_is_told_by_a_cookie_of_its_own(client: FlaskClient) -> None:
-    for address, word in (("/runs/1-a/trace.csv", "made-0123456789abcdef=1;"), ("/runs/1-a/contact.png", "made-0")):
+    for address, word in (("/runs/1-a/trace.csv", "made-0123456789abcdef=1;"), ("/runs/1-a/plots.png", "made-0")):
         answer = get(client, f"{address}?made=0123456789abcdef")
         assert word in answer.headers["Set-Cookie"] and "SameSite=Strict" in answer.headers["Set-Cookie"]
     assert "made-" not in get(client, "/runs/1-a/trace.csv?made=a%3Bb%0d%0aX").headers.get("Set-Cookie", "")
@@ -119,7 +119,7 @@ def test_the_page_of_a_run_leads_to_all_of_it(client: FlaskClient) -> None:
     text = get(client, "/runs/2-b").text
     for address in re.findall(r'(?:href|src)="(/runs/[^"#]+)"', text):
         assert get(client, address.replace("&amp;", "&")).status_code == 200, address
-    assert "/runs/2-b/contact.png" in text and "/runs/delete?participant=P-02" in text
+    assert "/runs/2-b/plots.pdf" in text and "contact" not in text and "/runs/delete?participant=P-02" in text
 
 
 def test_the_list_by_participant(client: FlaskClient) -> None:
@@ -234,11 +234,6 @@ def test_by_hand(browser: Any, url: str, folder: Path) -> None:
     page.get_by_role("button", name="Compare two").click()
     expect(page.get_by_role("heading", name="Their numbers over one another")).to_be_visible()
     assert violations(page) == []
-    page.goto("/runs/2-b")
-    page.get_by_text("Moments of the run").click()
-    picture = page.locator(".contact img")
-    picture.scroll_into_view_if_needed()
-    page.wait_for_function("() => document.querySelector('.contact img').naturalWidth > 1000", timeout=30_000)
     page.goto("/runs?participant=P-03")
     page.get_by_role("link", name="Delete the runs of P-03").click()
     assert violations(page) == []

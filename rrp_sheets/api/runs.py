@@ -74,13 +74,12 @@ def test(path: Path | str, stopped: Callable[[], bool] = lambda: False) -> tuple
 test.__test__ = False  # type: ignore[attr-defined]  # no test of pytest's
 
 
-def export(runs: Sequence[Path | str], target: Path | str, *, what: str = "", streams: Sequence[str] = ()) -> list[str]:
-    """Write recorded runs as a table (.xlsx, .csv; several in one), as plots or as a contact sheet (.svg, .pdf, .png).
+def export(runs: Sequence[Path | str], target: Path | str, *, streams: Sequence[str] = ()) -> list[str]:
+    """Write recorded runs as a table (.xlsx, .csv; several in one) or as plots (.svg, .pdf, .png).
 
     Args:
         runs: folders of runs, or their traces.
         target: the file to write.
-        what: `table`, `plots`, `contact`; blank: what is usual for the file's suffix.
         streams: of plots, only these.
 
     Returns:
@@ -92,7 +91,7 @@ def export(runs: Sequence[Path | str], target: Path | str, *, what: str = "", st
     """
     from rrp_sheets.runs.records.exporting import export as export_runs
 
-    return export_runs([Path(run) for run in runs], Path(target), what, streams)
+    return export_runs([Path(run) for run in runs], Path(target), streams)
 
 
 def replay(trace: Path | str, other: Path | str | None = None) -> Replayed:

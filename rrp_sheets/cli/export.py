@@ -12,12 +12,10 @@ from rrp_sheets.cli.waiting import told
 @click.command(name="export")
 @click.argument("runs", metavar="TRACE…", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path),
-              help=".xlsx or .csv: a table; .svg or .pdf: plots; .png: a contact sheet")  # fmt: skip
-@click.option("--what", type=click.Choice(["table", "plots", "contact"]),
-              help="what to make, when it is not what is usual for that file")  # fmt: skip
+              help=".xlsx or .csv: a table; .svg, .pdf or .png: plots")  # fmt: skip
 @click.option("--streams", default="", help="of plots: only these streams, with commas between them")
-def command(runs: tuple[Path, ...], output: Path, what: str | None, streams: str) -> None:
-    """Write what was recorded as a table, as plots of its numbers, or as a sheet of pictures of its moments.
+def command(runs: tuple[Path, ...], output: Path, streams: str) -> None:
+    """Write what was recorded as a table, or as plots of its numbers.
 
     TRACE is a run's folder or its trace.jsonl. Several runs become one table, with run, participant and condition in
     its first columns: `rrp-sheets export runs/* -o study.csv`. Times are seconds since the run began. The column
@@ -32,7 +30,7 @@ def command(runs: tuple[Path, ...], output: Path, what: str | None, streams: str
 
     names = [n.strip() for n in streams.split(",") if n.strip()]
     with told(f"Writing {output.name} …"):
-        notes = api.export(runs, output, what=what or "", streams=names)
+        notes = api.export(runs, output, streams=names)
     for note in notes:
         click.echo(f"Note: {note}", err=True)
     click.echo(f"Written: {output}")

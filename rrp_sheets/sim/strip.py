@@ -44,7 +44,6 @@ def write_film(path: Path, shots: Sequence[Shot]) -> None:
     pictures = [f.quantize(palette=palette, dither=Image.Dither.NONE) for f in frames]
     pictures[0].save(
         path, save_all=True, append_images=pictures[1:], duration=FRAME_MS, loop=0, optimize=False, disposal=1,
-        comment=" ".join(str(round(shot.us / 1000)) for shot in shots),  # ms of each picture: for contact sheets
     )  # fmt: skip
 
 

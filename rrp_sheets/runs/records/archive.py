@@ -14,10 +14,10 @@ from rrp_sheets.runs.answering import serve
 PROGRAM = "rrp_sheets.runs.records.archive"
 
 
-def _export(runs: list[str], target: str, what: str) -> list[str]:
+def _export(runs: list[str], target: str) -> list[str]:
     from rrp_sheets.runs.records.exporting import export
 
-    return export([Path(run) for run in runs], Path(target), what)
+    return export([Path(run) for run in runs], Path(target))
 
 
 def _marbles(

@@ -1,4 +1,4 @@
-"""Exports of runs: a table, plots, a contact sheet; what is made follows from the file's suffix unless it is said."""
+"""Exports of runs: a table or plots, as the file's suffix says."""
 
 from __future__ import annotations
 
@@ -9,23 +9,20 @@ from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.render.picture import SUFFIXES as PICTURES
 from rrp_sheets.render.picture import write_picture
 from rrp_sheets.runs.records.facts import TRACE, facts_of
-from rrp_sheets.runs.records.pictures import draw_run_contact, draw_run_plots, title_of
+from rrp_sheets.runs.records.pictures import draw_run_plots, title_of
 from rrp_sheets.runs.records.replacing import refuse_other_table
 from rrp_sheets.runs.records.stamp import stamp_of
 from rrp_sheets.runs.records.table import write_csv, write_xlsx
 
 TABLES = (".xlsx", ".csv")
-KINDS = ("table", "plots", "contact")
-_USUAL = {".xlsx": "table", ".csv": "table", ".svg": "plots", ".pdf": "plots", ".png": "contact"}
 
 
-def export(runs: Sequence[Path], target: Path, what: str = "", streams: Sequence[str] = ()) -> list[str]:
+def export(runs: Sequence[Path], target: Path, streams: Sequence[str] = ()) -> list[str]:
     """Write what was recorded into a file.
 
     Args:
         runs: folders of runs, or their trace.jsonl; several only for a table. What else `runs/*` names is left out.
-        target: the file; its suffix tells the format.
-        what: `table`, `plots`, `contact` (pictures of moments); blank: what is usual for the suffix.
+        target: the file: .xlsx or .csv for a table, .svg, .pdf or .png for plots.
         streams: of plots, only these.
 
     Returns:
@@ -38,35 +35,31 @@ def export(runs: Sequence[Path], target: Path, what: str = "", streams: Sequence
     strays = [run for run in runs if run.is_file() and run.suffix != Path(TRACE).suffix]  # runs/faces.json
     runs = [run for run in runs if run not in strays] or runs
     suffix = target.suffix.casefold()
-    what = what or _USUAL.get(suffix, "")
-    _require(what, suffix, target, len(runs), streams)
+    _require(suffix, target, len(runs), streams)
     traces = [trace_of(run) for run in runs]
     _require_apart(traces, target)
     refuse_other_table(target)
-    if what == "table":
+    if suffix in TABLES:
         try:
             (write_csv if suffix == ".csv" else write_xlsx)(traces, target)
         except OSError as error:
             raise SheetsError(f"“{target}” cannot be written ({error.strerror}).", "Name another file.") from None
         return _pilots(traces)
     place = traces[0].parent
-    svg, wide, high = draw_run_contact(place) if what == "contact" else draw_run_plots(place, streams)
+    svg, wide, high = draw_run_plots(place, streams)
     stamp = stamp_of(place)
     return write_picture(svg, (wide, high), target, title_of(stamp), dict(stamp.pairs()))
 
 
-def _require(what: str, suffix: str, target: Path, runs: int, streams: Sequence[str]) -> None:
-    if not what or suffix not in (*TABLES, *PICTURES):
+def _require(suffix: str, target: Path, runs: int, streams: Sequence[str]) -> None:
+    if suffix not in (*TABLES, *PICTURES):
         raise SheetsError(
             f"A run cannot be exported as “{target.suffix or target.name}”.",
-            f"Let the file's name end with {', '.join(TABLES)} for a table, {', '.join(PICTURES)} for a picture.",
+            f"Let the file's name end with {', '.join(TABLES)} for a table, {', '.join(PICTURES)} for plots.",
         )
-    if (what == "table") != (suffix in TABLES):
-        fitting = ", ".join(TABLES if what == "table" else PICTURES)
-        raise SheetsError(f"“{target.name}” cannot hold a {what}.", f"Let its name end with one of: {fitting}.")
-    if streams and what != "plots":
-        raise SheetsError(f"Streams can be chosen for plots, not for a {what}.", "Leave out --streams.")
-    if what != "table" and runs > 1:
+    if streams and suffix in TABLES:
+        raise SheetsError("Streams can be chosen for plots, not for a table.", "Leave out --streams.")
+    if suffix in PICTURES and runs > 1:
         raise SheetsError("A picture is of one run.", "Name one run, or export a table: -o study.xlsx")
 
 

@@ -35,7 +35,7 @@ def trace_csv(runs: Runs, archive: Clerk, run: str) -> Response:
 
 
 def _csv(archive: Clerk, place: Path, target: Path) -> None:
-    archive.ask(place.name, "export", [str(place)], str(target), "table")
+    archive.ask(place.name, "export", [str(place)], str(target))
 
 
 def everything(runs: Runs, archive: Clerk, run: str) -> Response:

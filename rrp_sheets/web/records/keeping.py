@@ -81,11 +81,11 @@ def add_keeping(pages: Blueprint, library: Library, runs: Runs, archive: Clerk) 
 
 
 def _add_exports(pages: Blueprint, runs: Runs, archive: Clerk) -> None:
-    @pages.get("/runs/<run>/<any(plots,contact):picture>.<any(svg,png,pdf):form>", endpoint="picture")
-    def drawn(run: str, picture: str, form: str) -> Response:
+    @pages.get("/runs/<run>/plots.<any(svg,png,pdf):form>", endpoint="plots")
+    def drawn(run: str, form: str) -> Response:
         if run not in runs.names():
             abort(404)
-        return _made(archive, [runs.place(run)], picture, f".{form}", f"{run}-{picture}", take="take" in request.args)
+        return _made(archive, [runs.place(run)], f".{form}", f"{run}-plots", take="take" in request.args)
 
     @pages.get("/runs/<run>/marbles.<any(svg,png,pdf):form>", endpoint="marbles_file")
     def marbles(run: str, form: str) -> Response:
@@ -102,13 +102,13 @@ def _add_exports(pages: Blueprint, runs: Runs, archive: Clerk) -> None:
         if not chosen:
             raise SheetsError("No run is chosen.", "Tick the runs that the table shall have.")
         places = [runs.place(run) for run in dict.fromkeys(chosen)]
-        return _made(archive, places, "table", f".{kind}", places[0].name if len(places) == 1 else "runs", take=True)
+        return _made(archive, places, f".{kind}", places[0].name if len(places) == 1 else "runs", take=True)
 
 
-def _made(archive: Clerk, places: Sequence[Path], what: str, suffix: str, name: str, *, take: bool) -> Response:
+def _made(archive: Clerk, places: Sequence[Path], suffix: str, name: str, *, take: bool) -> Response:
     """An export that is made for this answer."""
     asked = [str(place) for place in places]
-    return _answered(suffix, name, take, lambda to: archive.ask(places[0].name, "export", asked, str(to), what))
+    return _answered(suffix, name, take, lambda to: archive.ask(places[0].name, "export", asked, str(to)))
 
 
 def _answered(suffix: str, name: str, take: bool, make: Callable[[Path], object]) -> Response:
