@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from grid_books import HEADER, Books
+from playwright.sync_api import expect
 
 from rrp_sheets.topics.finding import text_on
 
@@ -35,6 +36,62 @@ def test_f1_explains_what_stands_in_the_cell_and_gives_the_focus_back(shelf: Boo
         grid.press("Escape")
         assert panel.is_hidden() and grid.here == address
         assert grid.page.evaluate("document.activeElement.getAttribute('role')") == "gridcell"
+
+
+HELPED = {
+    "T": [
+        HEADER,
+        ["", "Red ball", "map", "isNear(redBall.distance; ABS(-1))", "Near", ""],
+        ["", "Near", "map", "near + 1", "Count", ""],
+        ["", "Count, Near", "map", "近い(near, count)", "Filter", ""],
+        ["", "Filter", "map", "pow(filter; 2)", "Squared", ""],
+        ["", "Filter", "map", "round(filter)", "Rounded", ""],
+        ["", "Squared, Rounded", "map", "Is near", "Both", ""],
+    ],
+    "Helpers": [
+        ["Name", "Inputs", "Formula", "Notes"],
+        ["Is near", "distance, limit", "=CLAMP(distance; 0; limit)", ""],
+        ["近い", "a, b", "a + b", ""],
+        ["Round", "x", "x * 10", ""],
+    ],
+}
+ABOUT = {"D2": ["isNear(distance; limit)", "ABS(value)", "Red ball (sensor)"], "D4": ["近い(a; b)"], "D5": ["POWER("],
+         "D6": ["round(x)"], "D7": ["isNear(distance; limit)"]}  # fmt: skip
+
+
+def test_f1_on_a_call_of_a_helper_explains_the_helper_first(shelf: Books) -> None:
+    grid = shelf.open(HELPED, sheet="T")
+    grid.checked()
+    panel = grid.page.locator("#help")
+    heads = panel.locator(".help-topic > h3:first-child")
+    for address, about in ABOUT.items():
+        grid.go(address)
+        grid.press("F1")
+        for place, head in enumerate(about):
+            expect(heads.nth(place), address).to_contain_text(head)
+        expect(panel, address).not_to_contain_text("COUNT(")  # a stream of that name is no function
+        expect(panel, address).not_to_contain_text("filter (connector)")
+        grid.press("Escape")
+    grid.go("D2")
+    grid.press("F1")
+    expect(panel.locator(".help-topic").first).to_contain_text("A helper of this workbook: Helpers!A2.")
+    expect(panel.locator(".help-topic pre").first).to_have_text("CLAMP(distance; 0; limit)\n")
+    grid.press("Escape")
+    grid.page.click(".tabs a:text-is('Helpers')")
+    grid.page.wait_for_selector("body[data-ready] table.of-helpers")
+    grid.checked()
+    grid.go("A3")
+    grid.press("F1")
+    expect(heads.first).to_have_text("近い(a; b)")
+    grid.press("Escape")
+
+
+def test_help_on_a_helper_that_is_gone_shows_the_other_topics(shelf: Books) -> None:
+    name = shelf.file(HELPED).name
+    answer = shelf.page.request.get(f"{shelf.url}/help?book={name}&topic=helper:gone&topic=ABS")
+    assert answer.status == 200 and "ABS(value)" in answer.text()
+    assert shelf.page.request.get(f"{shelf.url}/help?book=none.xlsx&topic=helper:gone").status == 404
+    assert shelf.page.request.get(f"{shelf.url}/help?topic=ABS").status == 200
 
 
 def test_help_has_what_the_command_line_says_and_a_picture(shelf: Books) -> None:

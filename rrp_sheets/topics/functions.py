@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterator, Mapping
 
 from rrp_sheets.formulas.functions import Function, library
+from rrp_sheets.model.names import argument_name
+from rrp_sheets.model.workbook import Helper
 from rrp_sheets.topics.layout import columns, heading, lines, paragraph, titled
 
 _TOPICS = {
@@ -45,6 +47,15 @@ def one_function(function: Function) -> Iterator[str]:
     shown = [f"{call} → {result}" for call, result in examples(function)]
     if shown:
         yield titled("For example", lines(shown))
+
+
+def one_helper(helper: Helper) -> Iterator[str]:
+    """A helper of a workbook: usage, where it stands, its formula."""
+    name = argument_name(helper.name.text)
+    inputs = "; ".join(argument_name(i.text) for i in helper.inputs)
+    yield heading(f"{name}({inputs})" if inputs else name)
+    yield paragraph(f"A helper of this workbook: {helper.name.address}. Its formula:")
+    yield lines([helper.formula.text.removeprefix("=").strip() or "(blank)"])
 
 
 def usage(function: Function) -> str:

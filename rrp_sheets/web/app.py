@@ -13,6 +13,7 @@ from werkzeug.exceptions import HTTPException
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs.worker import CheckWorker
+from rrp_sheets.web.addressed import rooms
 from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.editing import make_editing
 from rrp_sheets.web.guard import Lan, UsedLink, protect
@@ -100,7 +101,7 @@ def create_app(
     app.register_blueprint(make_posing(library, desk, floor.joints))
     app.register_blueprint(make_shelving(library, desk))
     app.register_blueprint(make_records(library, desk))
-    app.register_blueprint(make_helping())
+    app.register_blueprint(make_helping(rooms(library, desk)))
 
     @app.get("/")
     def shelf() -> str:

@@ -12,14 +12,18 @@ from markupsafe import Markup
 
 from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.testing.example import example_score
 from rrp_sheets.topics.finding import text_on
+from rrp_sheets.topics.functions import one_helper
 from rrp_sheets.topics.layout import Block, paragraph
 from rrp_sheets.topics.names import Name, all_names, known, near, search
+from rrp_sheets.web.addressed import RoomOf
 from rrp_sheets.web.browserwords import of_help
 from rrp_sheets.web.marblepicture import marble_picture
 
 MOST = 6  # topics at once
+_HELPER = "helper:"  # before the name of a helper of the workbook that `book` names
 _PICTURED = "As marbles: time goes to the right"  # its text in the terminal has places instead
 _ASKS = re.compile(r'^(?:rrp-sheets help )?"?([^"]+?)"?$')
 _CODE = re.compile(r"`([^`]+)`")
@@ -63,7 +67,7 @@ class HelpPiece:
     names: tuple[str, ...] = ()
 
 
-def make_helping() -> Blueprint:
+def make_helping(room_of: RoomOf) -> Blueprint:
     """The routes of the help panel."""
     pages = Blueprint("help", __name__)
 
@@ -75,7 +79,9 @@ def make_helping() -> Blueprint:
         tries = () if found else tuple(near(query))
         if query and not asked:
             asked = [found[0].name] if len(found) == 1 else []
-        topics = tuple(blocks for topic in dict.fromkeys(asked) if (blocks := _topic(topic)))
+        book = request.args.get("book", "")
+        texts = (_helper(room_of, book, t) if t.startswith(_HELPER) else _topic(t) for t in dict.fromkeys(asked))
+        topics = tuple(blocks for blocks in texts if blocks)
         if not topics and not query:
             topics = (_topic(""),)
         names = tuple(n.name for n in all_names())
@@ -84,6 +90,14 @@ def make_helping() -> Blueprint:
         return render_template("helppage.html" if whole else piece.template, page=piece)
 
     return pages
+
+
+def _helper(room_of: RoomOf, book: str, asked: str) -> tuple[Part, ...]:
+    """The help on a helper of a workbook, or nothing when it has been renamed or deleted."""
+    wanted = key(asked.removeprefix(_HELPER))
+    helpers = room_of(book).look().workbook.helpers
+    found = next((h for h in helpers if key(argument_name(h.name.text)) == wanted), None)
+    return tuple(_parts(one_helper(found))) if found else ()
 
 
 def _topic(name: str) -> tuple[Part, ...]:

@@ -79,6 +79,7 @@ def _fixed() -> dict[str, Any]:
             {
                 "text": f"{f.name}(",
                 "name": f.name,
+                "names": f.names,
                 "label": usage(f),
                 "help": first_line(f),
                 "example": next((f"{asked} is {answer}" for asked, answer in examples(f)), ""),

@@ -2,6 +2,8 @@
 
 import { inputs, key } from "./suggest.js";
 
+const NAME = /[\p{L}_][\p{L}\p{N}_]*/gu;
+const CALLED = /([\p{L}_][\p{L}\p{N}_]*)\s*\(/gu;
 const PATIENCE = 250; // milliseconds after the last key, before it is searched
 
 export function help(grid) {
@@ -55,6 +57,7 @@ export function help(grid) {
   async function ask(asked) {
     const query = new URLSearchParams();
     for (const [name, values] of Object.entries(asked)) for (const value of [values].flat()) query.append(name, value);
+    query.set("book", panel.dataset.book);
     const response = await fetch(`${panel.dataset.url}?${query}`);
     const holder = document.createElement("template");
     holder.innerHTML = response.ok ? await response.text() : ""; // made by our own server, all texts escaped
@@ -104,11 +107,11 @@ export function help(grid) {
     const about = {
       inputs: () => [...names.map(device), "devices"], output: () => [...names.map(device), "devices"],
       connector: () => [text, "connectors"].filter(Boolean).slice(0, text ? 1 : 2),
-      formula: () => [...functions(text), ...inputs(where).map(device), "formulas"].slice(0, 3),
+      formula: () => [...helpers(text), ...functions(text), ...inputs(where).map(device).filter(Boolean), "formulas"].slice(0, 3),
       on: () => ["keys"], notes: () => ["keys"], device: () => [text, "devices"], setting: () => [grid.selection.sibling("device"), "devices"],
       actor: () => ["scene"], verb: () => ["scene"], value: () => ["scene"], tested: () => ["tests"], send: () => ["tests"], expect: () => ["tests"],
       fieldname: () => ["protocol"], fieldvalue: () => ["protocol"], amount: () => [grid.table.name(k) === "Priority" ? "priority" : grid.table.kind === "scene" ? "scene" : "tests"],
-      helper: () => ["helpers"],
+      helper: () => [...helpers(text), "helpers"],
     }[kind]?.() ?? [];
     const words = new Set(text.match(/[\p{L}_]+/gu));
     const comment = row.classList.contains("comment") && text.trimStart().startsWith("#"); // help on what it speaks of
@@ -117,14 +120,24 @@ export function help(grid) {
     return [...new Set(all.length ? all : ["keys"])].slice(0, 4);
   }
 
-  /** The device behind a stream's name, as the Devices sheet has it. */
+  /** The device behind a stream's name, as the Devices sheet has it; nothing for a stream of the user's own. */
   function device(name) {
-    const found = [...(grid.words.sensors ?? []), ...(grid.words.actuators ?? [])].find((w) => key(w.text) === key(name));
-    return found?.device ?? name;
+    const is = (word) => key(word.text) === key(name);
+    const found = [...(grid.words.sensors ?? []), ...(grid.words.actuators ?? [])].find(is);
+    const own = (grid.words.streams ?? []).some((word) => is(word) && word.kind === "stream");
+    return found?.device ?? (own && !found ? "" : name);
   }
 
+  /** The helpers of the workbook that a text names, called or alone; `helper:` tells them from what is built in. */
+  function helpers(text) {
+    const words = new Set([key(text), ...(text.match(NAME) ?? []).map(key)]);
+    return (grid.words.helpers ?? []).filter((h) => words.has(key(h.text)) || words.has(key(h.name))).map((h) => `helper:${h.text}`);
+  }
+
+  /** The library's functions that a formula calls; one that a helper of the same name hides is not called. */
   function functions(text) {
-    const found = [...text.matchAll(/([\p{L}_]\w*)\s*\(/gu)].map((m) => m[1]);
-    return found.filter((name) => grid.words.functions?.some((f) => key(f.name) === key(name)));
+    const hidden = new Set((grid.words.helpers ?? []).map((h) => key(h.text)));
+    const called = [...text.matchAll(CALLED)].map((m) => key(m[1])).filter((name) => !hidden.has(name));
+    return called.map((name) => grid.words.functions?.find((f) => f.names.some((n) => key(n) === name))?.name).filter(Boolean);
   }
 }
