@@ -114,7 +114,7 @@ def test_cells_are_copied_and_pasted_as_a_spreadsheet_does(grid) -> None:
     grid.page.evaluate("navigator.clipboard.writeText('a\\tb\\tc')")
     grid.go("E9")
     grid.press("Control+v")
-    grid.status("1 columns did not fit in")
+    grid.status("1 column did not fit in and was left out.")
 
 
 def test_tab_separated_texts_are_taken_apart_and_put_together_the_same(grid) -> None:

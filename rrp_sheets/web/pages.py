@@ -147,12 +147,20 @@ class Words:
 
 @dataclass(frozen=True, slots=True)
 class Head:
-    """A column's header; `kind` says what its cells hold."""
+    """A column's header.
+
+    Attributes:
+        kind: what its cells hold.
+        spellings: the keys of the header and of its synonyms.
+        required: whether every sheet of this kind has the column.
+    """
 
     number: int
     letter: str
     header: str
     kind: str
+    spellings: tuple[str, ...]
+    required: bool
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,6 +20,7 @@ from rrp_sheets.model.truths import truth_of
 from rrp_sheets.web.browserwords import in_browser
 from rrp_sheets.web.looks import Look
 from rrp_sheets.web.pages import Head
+from rrp_sheets.workbook.headers import KINDS as SHEET_KINDS
 
 KINDS = {
     "behaviour": {
@@ -63,10 +64,13 @@ class RowMaker:
 
     def heads(self) -> list[Head]:
         """The headers, from left to right."""
-        return [
-            Head(c.number, column_letters(c.number), c.header, k)
-            for c, k in zip(self.grid.columns, self.kinds, strict=True)
-        ]
+        of = next((kind for kind in SHEET_KINDS if kind.name == self.grid.kind), None)
+        heads = []
+        for c, k in zip(self.grid.columns, self.kinds, strict=True):
+            spellings = dict.fromkeys([key(c.header), *(of.spellings(c.name) if of and c.name else ())])
+            required = of is not None and c.name in of.required
+            heads.append(Head(c.number, column_letters(c.number), c.header, k, tuple(spellings), required))
+        return heads
 
     def take(
         self,

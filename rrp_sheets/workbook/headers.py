@@ -36,6 +36,10 @@ class SheetKind:
             for spelling in (header, *synonyms)
         }
 
+    def spellings(self, header: str) -> list[str]:
+        """The keys of every accepted spelling of a header that is named as in the design."""
+        return [spelling for spelling, name in self.columns().items() if name == header]
+
 
 _NOTES: Mapping[str, tuple[str, ...]] = {"Notes": ("Comment",)}
 BEHAVIOUR = SheetKind(

@@ -1,5 +1,6 @@
 // Copying and pasting as tab-separated text, as Excel and LibreOffice do.
 
+import { withoutHeaders } from "./headerrows.js";
 import { format, parse } from "./tsv.js";
 
 export class Clipboard {
@@ -43,19 +44,27 @@ export class Clipboard {
       grid.change(selection.cells().flat().map((cell) => [cell, lines[0][0]]));
       return;
     }
+    if (grid.refuses()) return;
+    const block = withoutHeaders(lines, table, box.left);
+    const { left } = block;
+    if (block.said) grid.say(block.said, block.lost);
+    if (!block.lines.length) return;
     const height = box.bottom - box.top + 1;
-    const times = height % lines.length === 0 ? height / lines.length : 1;
-    const all = Array.from({ length: times }, () => lines).flat();
+    const times = height % block.lines.length === 0 ? height / block.lines.length : 1;
+    const all = Array.from({ length: times }, () => block.lines).flat();
     const missing = box.top + all.length - table.rows.length;
     if (missing > 0) await grid.server.send("insert", { before: null, count: missing });
-    const pairs = all.flatMap((line, i) => line.slice(0, table.width - box.left).map((text, j) => [
-      table.cell(table.rows[box.top + i], box.left + j), text,
+    const pairs = all.flatMap((line, i) => line.slice(0, table.width - left).map((text, j) => [
+      table.cell(table.rows[box.top + i], left + j), text,
     ]));
-    grid.change(pairs);
+    grid.change(pairs.filter(([, text]) => text !== undefined));
     const wide = Math.max(...all.map((line) => line.length));
-    if (wide > table.width - box.left) grid.say(`${wide - (table.width - box.left)} columns did not fit in and were left out.`, true);
-    selection.spread(box.top, box.left, Math.min(box.top + all.length, table.rows.length) - 1,
-      Math.min(box.left + wide, table.width) - 1);
+    if (wide > table.width - left) {
+      const tooMany = wide - (table.width - left);
+      grid.say(`${block.said} ${tooMany === 1 ? "1 column" : `${tooMany} columns`} did not fit in and ${tooMany === 1 ? "was" : "were"} left out.`.trim(), true);
+    }
+    selection.spread(box.top, left, Math.min(box.top + all.length, table.rows.length) - 1,
+      Math.min(left + wide, table.width) - 1);
   }
 }
 

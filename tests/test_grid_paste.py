@@ -1,0 +1,114 @@
+"""Pasted blocks with header rows: the sheet has its own, so they are left out and say where the cells go."""
+
+from __future__ import annotations
+
+import pytest
+from grid_books import EMPTY, HEADER, ROWS, Books, Shared
+from playwright.sync_api import expect
+
+from rrp_sheets.workbook.editing import read_sheets
+from rrp_sheets.workbook.headers import KINDS
+
+OURS = "The header row was not pasted: the sheet has one."
+BALL = ["", "Red ball", "map", "redBall.distance", "Distance", "new"]
+
+
+def paste(grid: Shared, address: str, *lines: list[str]) -> None:
+    text = "\n".join("\t".join(line) for line in lines)
+    grid.page.evaluate("text => navigator.clipboard.writeText(text)", text)
+    grid.go(address)
+    grid.press("Control+v")
+
+
+def rows(grid: Shared, sheet: str = "T") -> list[list[str]]:
+    """What stands in the file below the header, without blank rows."""
+    grid.saved()
+    found = next(s for s in read_sheets(grid.path) if s.name == sheet)
+    width = max(column for _, column in found.cells)
+    lines = [[cells[c].typed if c in cells else "" for c in range(1, width + 1)] for _, cells in found.rows().items()]
+    return [line for line in lines[1:] if any(line)]
+
+
+def test_a_header_row_at_the_top_of_a_pasted_block_is_left_out(shelf: Books) -> None:
+    grid = shelf.open(EMPTY)
+    paste(grid, "A2", HEADER, *ROWS)
+    expect(grid.page.locator("#status")).to_have_text(OURS)
+    grid.expect("B2", "Red ball")
+    assert rows(grid) == ROWS
+    grid.press("Control+z")
+    expect(grid.cell("B2")).not_to_have_attribute("data-v", "Red ball")
+    assert rows(grid) == []
+
+
+def test_header_rows_within_a_block_are_left_out_and_their_synonyms_are_known(shelf: Books) -> None:
+    grid = shelf.open(EMPTY)
+    paste(grid, "A2", ROWS[0], ["on", "INPUT_STREAMS", "Ｏｐｅｒａｔｏｒ", "Parameter formula", "To", "Comment"], ROWS[1],
+          HEADER, ROWS[2])  # fmt: skip
+    expect(grid.page.locator("#status")).to_have_text("2 header rows were not pasted: the sheet has one.")
+    grid.expect("B4", "Close ball")
+    assert rows(grid) == ROWS
+
+
+def test_cells_go_to_the_columns_that_the_pasted_header_row_names(shelf: Books) -> None:
+    grid = shelf.open({"T": [HEADER, ["", "", "", "", "", "stays"]]})
+    paste(grid, "D2", ["Output", "Who", "From", "Connector", "Formula"],
+          ["Distance", "Aya", "Red ball", "map", "redBall.distance"])  # fmt: skip
+    expect(grid.page.locator("#status.is-warning")).to_have_text(
+        f"{OURS} The cells went to the columns of the same names. Not pasted, as this sheet has no such column: Who."
+    )
+    grid.expect("E2", "Distance")
+    assert rows(grid) == [["", "Red ball", "map", "redBall.distance", "Distance", "stays"]]
+
+
+def test_a_pasted_part_with_its_headers_is_known_and_a_header_row_alone_changes_nothing(shelf: Books) -> None:
+    grid = shelf.open()
+    paste(grid, "C5", HEADER[2:4], ["map", "1 + 1"])
+    expect(grid.page.locator("#status")).to_have_text(OURS)
+    grid.expect("D5", "1 + 1")
+    paste(grid, "D6", ["Formula"], ["2 + 2"])
+    grid.expect("D6", "2 + 2")
+    paste(grid, "A2", HEADER)
+    expect(grid.page.locator("#status")).to_have_text(OURS)
+    assert rows(grid) == [*ROWS, ["", "", "map", "1 + 1", "", ""], ["", "", "", "2 + 2", "", ""]]
+
+
+def test_what_only_looks_like_a_header_row_is_pasted(shelf: Books) -> None:
+    grid = shelf.open(EMPTY)
+    block = [
+        ["", "Input", "map", "1", "Output", "Notes"],
+        ["", "", "", "", "Output", ""],
+        ["", "Connector", "", "", "", "the"],
+    ]
+    paste(grid, "A2", *block)
+    grid.expect("B4", "Connector")
+    paste(grid, "F5", ["Notes"])  # a single text is what somebody means
+    grid.expect("F5", "Notes")
+    assert rows(grid) == [*block, ["", "", "", "", "", "Notes"]]
+
+
+SHEETS = {
+    "T": [HEADER, *ROWS],
+    "Try": [["Time (ms)", "Stream", "Send", "Expect", "Notes"], ["0", "Distance", "1", "", "a"]],
+    "Scene": [["Time (s)", "Thing", "Does", "Value", "Notes"], ["1", "Red ball", "appears", "at 1, 0.2, 0.4", "a"]],
+    "Helpers": [["Name", "Inputs", "Formula", "Notes"], ["near", "a", "a + 1", "a"]],
+    "Devices": [["Stream", "Device", "Colour", "Notes"], ["Ball", "Red ball", "red", "a"]],
+    "Gestures": [["Name", "Time (s)", "Head yaw", "Notes"], ["Nod", "1", "10", "a"]],
+    "Protocol": [["Field", "Value", "Notes"], ["Title", "My study", "a"]],
+    "Parts": [["Part", "Step"], ["arm", "1"]],
+}
+
+
+def test_the_sheets_of_every_kind_are_tried_here() -> None:
+    assert len(SHEETS) == len(KINDS) + 1  # and a table of the user's own
+
+
+@pytest.mark.parametrize("sheet", SHEETS)
+def test_header_rows_are_left_out_on_every_kind_of_sheet(shelf: Books, sheet: str) -> None:
+    path = shelf.file({**SHEETS, "T": [HEADER, ["", "Red ball", "map", "ROWS(parts)", "Distance", ""]]})
+    header, *_, line = SHEETS[sheet]
+    grid = shelf.open(path=path, sheet=sheet)
+    before = rows(grid, sheet)
+    paste(grid, f"A{len(before) + 2}", header[::-1], line[::-1])
+    expect(grid.page.locator("#status")).to_have_text(f"{OURS} The cells went to the columns of the same names.")
+    grid.expect(f"A{len(before) + 2}", line[0])
+    assert rows(grid, sheet) == [*before, line]
