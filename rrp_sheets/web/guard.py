@@ -116,7 +116,8 @@ def _opened(token: str, links: Links, cookie: str, secret: str, *, is_owner: boo
 
 
 def _sent_away(lan: Lan | None) -> AnyResponse:
-    wants_page = request.method == "GET" and request.accept_mimetypes.accept_html and "X-RRP" not in request.headers
+    by_script = "X-RRP" in request.headers or "HX-Request" in request.headers  # which would show the login as an answer
+    wants_page = request.method == "GET" and request.accept_mimetypes.accept_html and not by_script
     if lan is None or not wants_page or request.headers.get("Accept", "*/*") == "*/*":
         abort(403)
     return redirect(url_for("login.page", next=request.path), 303)

@@ -1,5 +1,6 @@
 // Help beside the grid: on the cell at hand (F1), on what is searched for, and on what its links lead to.
 
+import { why } from "../requests.js";
 import { inputs, key } from "./suggest.js";
 
 const NAME = /[\p{L}_][\p{L}\p{N}_]*/gu;
@@ -58,10 +59,15 @@ export function help(grid) {
     const query = new URLSearchParams();
     for (const [name, values] of Object.entries(asked)) for (const value of [values].flat()) query.append(name, value);
     query.set("book", panel.dataset.book);
-    const response = await fetch(`${panel.dataset.url}?${query}`);
+    const response = await fetch(`${panel.dataset.url}?${query}`).catch(() => undefined);
+    const text = await response?.text();
+    if (!response?.ok) {
+      grid?.say(`There is no help now. ${why({ response, text })}`, true);
+      return null;
+    }
     const holder = document.createElement("template");
-    holder.innerHTML = response.ok ? await response.text() : ""; // made by our own server, all texts escaped
-    return response.ok ? holder.content : null;
+    holder.innerHTML = text; // made by our own server, all texts escaped
+    return holder.content;
   }
 
   /** Search while one types: only what is found is new, the field stays as it is. */

@@ -19,7 +19,7 @@ function swap(button) {
 
 /** The page can be printed when all its diagrams are there. */
 function wait(button) {
-  const drawing = () => document.querySelector("main [aria-busy='true']");
+  const drawing = () => document.querySelector("main [aria-busy='true'], main [data-trouble]");
   const tell = () => {
     button.disabled = Boolean(drawing());
     document.querySelector("[data-ready]").textContent = drawing() ? "" : "All diagrams are drawn.";

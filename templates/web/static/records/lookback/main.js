@@ -1,6 +1,7 @@
 // Looking back at a run: one time, and everything as it was then. What a time is like goes to the parts of the run panel
 // as the same events of the document that a run tells them: `rrp:run` and `rrp:live`.
 
+import { why } from "../../requests.js";
 import { put } from "../../run/make.js";
 import { robot } from "../../run/robot.js";
 import { robot3d } from "../../run/robot3d.js";
@@ -21,8 +22,11 @@ const SAYS = 2; // s that a sentence is taken to last where the robot's pose doe
 const tell = (name, detail) => document.dispatchEvent(new CustomEvent(name, { detail }));
 
 async function begin() {
-  const answer = await fetch(`${url}/overview.json`);
-  const told = await answer.json();
+  const answer = await fetch(`${url}/overview.json`).catch(() => undefined);
+  const text = await answer?.text();
+  const ours = answer?.headers.get("Content-Type")?.startsWith("application/json");
+  if (!ours) throw new Error(why({ response: answer, text }));
+  const told = JSON.parse(text);
   if (!answer.ok) throw new Error(told.trouble);
   const seconds = Math.max(told.seconds, Number(root.dataset.seconds));
   const view = new View(told, seconds);
