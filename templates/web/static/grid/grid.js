@@ -13,6 +13,7 @@ import { Rows } from "./rows.js";
 import { Selection } from "./selection.js";
 import { Server } from "./server.js";
 import { Spoken } from "./spoken.js";
+import { status, done } from "./status.js";
 import { Table } from "./table.js";
 import { Unfinished } from "./unfinished.js";
 
@@ -36,7 +37,7 @@ export class Grid {
     });
     this.editor = new Editor(this.table, scroll, {
       vocabulary: () => this.words,
-      say: (text) => this.say(text, true),
+      say: (text) => this.say(text, "error"), // with a text that is nowhere else
       refuses: () => this.refuses(),
       editing: (row, k, on) => this.taking(row, k, on),
       typing: () => this.tell(), // a long text has more room in the bar
@@ -57,11 +58,9 @@ export class Grid {
     element.addEventListener("change", (event) => this.switched(event));
   }
 
-  /** Tell something aloud and in the status line. */
-  say(text, warn = false) {
-    const line = document.getElementById("status");
-    line.textContent = text;
-    line.classList.toggle("is-warning", warn);
+  /** Tell something aloud and in the status line; `kind` as in status.js, or whether it is a warning. */
+  say(text, kind = false) {
+    status(text, typeof kind === "string" ? kind : kind ? "warning" : "told");
   }
 
   /** Take a cell for editing, or give it free; when somebody else has it, the editor closes again. */
@@ -72,13 +71,13 @@ export class Grid {
     if (answer.taken && this.editor.isOpen && this.editor.rowId === row && this.editor.k === k) {
       const text = this.editor.field.value;
       this.editor.close(false, null);
-      if (text !== this.table.value(this.table.cell(this.table.row(row), k))) this.say(`${answer.message} You had typed: ${text}`, true);
+      if (text !== this.table.value(this.table.cell(this.table.row(row), k))) this.say(`${answer.message} You had typed: ${text}`, "error");
     }
   }
 
   /** An edit was not made: where somebody else was quicker, both texts are shown; else it is said why. */
   refused(answer, action, body) {
-    this.say(answer.message, true);
+    this.say(answer.message, "error");
     if (answer.clashes?.length) conflict(this, answer.clashes);
     else if (action === "cells" && !answer.taken) {
       this.takeBack(body.cells);
@@ -141,6 +140,7 @@ export class Grid {
       this.table.put(cell, text);
     }
     if (changes.length) this.server.cells(changes);
+    done();
     for (const { row, k } of changes) {
       this.spoken.nameCell(this.table.cell(this.table.row(row), k));
       this.comments.look(this.table.row(row));
@@ -156,6 +156,7 @@ export class Grid {
       this.comments.look(cell.parentElement);
       this.spoken.nameCell(cell);
       this.server.cells([change]);
+      done();
     }
     const { row } = this.selection;
     const { k } = this.selection.head;

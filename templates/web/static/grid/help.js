@@ -62,7 +62,7 @@ export function help(grid) {
     const response = await fetch(`${panel.dataset.url}?${query}`).catch(() => undefined);
     const text = await response?.text();
     if (!response?.ok) {
-      grid?.say(`There is no help now. ${why({ response, text })}`, true);
+      grid?.say(`There is no help now. ${why({ response, text })}`, "error");
       return null;
     }
     const holder = document.createElement("template");

@@ -80,7 +80,7 @@ listen.addEventListener("notice", (event) => {
   const line = document.getElementById("notice");
   if (line) line.textContent = JSON.parse(event.detail.data).text;
 });
-listen.addEventListener("trouble", (event) => grid?.say(JSON.parse(event.detail.data).message, true));
+listen.addEventListener("trouble", (event) => grid?.say(JSON.parse(event.detail.data).message, "error"));
 
 // F6: from the sheet to what stands beside it, and back
 document.addEventListener("keydown", (event) => {

@@ -1,6 +1,7 @@
 // A Gestures sheet: Play shows the gesture of the chosen row on the robot's model, Pose writes its joints into a row.
 
 import { ownName } from "../run/ask.js";
+import { status } from "./status.js";
 
 const bar = document.getElementById("pose-bar");
 const view = document.getElementById("gesture-view");
@@ -33,7 +34,7 @@ view.addEventListener("close", () => cancelAnimationFrame(going));
 
 async function play() {
   const answer = await get(`${bar.dataset.url}/gesture/${encodeURIComponent(bar.dataset.sheet)}/${encodeURIComponent(row())}`);
-  if (answer.message) return say(answer.message, true);
+  if (answer.message) return status(answer.message, "error");
   shown = answer;
   document.getElementById("gesture-title").textContent = answer.name;
   canvas.setAttribute("aria-label", `The robot making the gesture ${answer.name}`);
@@ -103,8 +104,8 @@ async function open() {
 
 async function take() {
   const answer = await get(`${bar.dataset.url}/pose`, { client, tag: "", name: ownName(), sheet: bar.dataset.sheet, row: row() });
-  if (answer.message) say(answer.message, true);
-  else say("The robot’s joints were written into a keyframe. Undo takes it back.");
+  if (answer.message) status(answer.message, "error");
+  else status("The robot’s joints were written into a keyframe. Undo takes it back.");
 }
 
 async function get(url, body = null) {
@@ -117,10 +118,4 @@ async function get(url, body = null) {
   } catch {
     return { message: "The server cannot be reached." };
   }
-}
-
-function say(text, warn = false) {
-  const line = document.getElementById("status");
-  line.textContent = text;
-  line.classList.toggle("is-warning", warn);
 }

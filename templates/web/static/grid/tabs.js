@@ -123,7 +123,7 @@ export function tabs(grid, listen) {
   async function remove(sheet) {
     const response = await fetch(`${server.url}/sheets/about/${encodeURIComponent(sheet)}`);
     const about = response.ok ? await response.json() : { message: "There is no such sheet any more." };
-    if (about.message) return grid.say(about.message, true);
+    if (about.message) return grid.say(about.message, "error");
     const rows = about.rows === null ? "everything in it" : about.rows === 1 ? "1 row" : about.rows ? `${about.rows} rows` : "no rows";
     const parts = [make("p", `It has ${rows}. Ctrl+Z brings it back.`.replace("has everything in it", "goes with everything in it"))];
     if (about.naming.length) {

@@ -1,0 +1,102 @@
+"""The status line: a message goes after a time, a warning later, an error when it is closed or something else is done."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from chromium import GridPage, let_in, listening
+from grid_books import TRACKING
+from playwright.sync_api import expect
+
+BOOKS = {"a.xlsx": TRACKING}
+
+
+class Timed(GridPage):
+    """A grid whose clock stands still but for `passes`."""
+
+    def __init__(self, browser: Any, url: str) -> None:
+        self.context = browser.new_context(viewport={"width": 1280, "height": 800})
+        self.context.grant_permissions(["clipboard-read", "clipboard-write"])
+        let_in(self.context, url)
+        self.page = self.context.new_page()
+        self.errors: list[str] = []
+        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.page.clock.install(time=0)
+        self.page.goto(f"{url}/book/a.xlsx")
+        listening(self.page)
+        self.page.wait_for_selector("body[data-ready][data-words]")
+        self.page.clock.pause_at(10**9)
+        self.line = self.page.locator("#status")
+
+    def passes(self, seconds: float) -> None:
+        self.page.clock.run_for(round(seconds * 1000))
+
+
+@pytest.fixture
+def grid(browser: Any, url: str) -> Iterator[Timed]:
+    opened = Timed(browser, url)
+    yield opened
+    opened.close()
+
+
+def test_a_message_goes_by_itself_and_the_next_one_has_its_whole_time(grid: Timed) -> None:
+    grid.go("C2")
+    grid.press("Control+c")
+    expect(grid.line).to_have_text("One cell copied.")
+    grid.passes(5)
+    expect(grid.line).to_have_text("One cell copied.")
+    grid.press("Control+c")
+    grid.passes(5)
+    expect(grid.line).to_have_text("One cell copied.")
+    grid.passes(2)
+    expect(grid.line).to_be_empty()
+    expect(grid.page.get_by_role("button", name="Close the message")).to_be_hidden()
+
+
+def test_it_stays_while_the_pointer_or_the_focus_is_on_it(grid: Timed) -> None:
+    grid.page.evaluate("navigator.clipboard.writeText('a\\tb\\tc')")
+    grid.go("F2")
+    grid.press("Control+v")
+    words = "2 columns did not fit in and were left out."
+    expect(grid.page.locator("#status.is-warning")).to_have_text(words)
+    grid.passes(10)
+    grid.line.hover()
+    grid.passes(600)
+    expect(grid.line).to_have_text(words)
+    button = grid.page.get_by_role("button", name="Close the message")
+    button.focus()
+    grid.page.mouse.move(5, 5)
+    grid.passes(600)
+    expect(grid.line).to_have_text(words)
+    grid.cell("F2").focus()
+    grid.passes(5)
+    expect(grid.line).to_have_text(words)
+    grid.passes(5)
+    expect(grid.line).to_be_empty()
+
+
+def test_an_error_stays_until_it_is_closed_or_something_else_is_done(grid: Timed) -> None:
+    grid.page.route("**/cells", lambda route: route.fulfill(json={"message": "Not now."}))
+    grid.go("F2")
+    grid.type("x")
+    error = grid.page.locator("#status.is-error")
+    expect(error).to_have_text("Not now.")
+    expect(grid.line).to_have_role("status")
+    grid.passes(3600)
+    expect(error).to_have_text("Not now.")
+    grid.page.keyboard.press("Escape")  # what could not be stored is offered in a dialog
+    grid.page.get_by_role("button", name="Close the message").click()
+    expect(grid.line).to_be_empty()
+    expect(grid.page.locator("[role=gridcell]:focus")).to_have_count(1)
+    grid.go("F3")
+    grid.type("y")
+    expect(error).to_have_text("Not now.")
+    grid.page.unroute("**/cells")
+    grid.page.keyboard.press("Escape")
+    grid.go("F4")
+    grid.type("z")  # this is done, and the error is still to be read
+    expect(error).to_have_text("Not now.")
+    grid.passes(6)
+    expect(grid.line).to_be_empty()
