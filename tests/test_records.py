@@ -17,7 +17,10 @@ from flask.testing import FlaskClient
 from recorded import END, HEADER, write_run
 
 from rrp_sheets import api
+from rrp_sheets.devices import load_robot
 from rrp_sheets.resources import bundled
+from rrp_sheets.runs.lookback.index import index_trace
+from rrp_sheets.runs.records.course import course
 from rrp_sheets.runs.records.facts import facts_of
 
 
@@ -241,3 +244,49 @@ def test_the_events_as_csv_and_everything_as_zip(client: FlaskClient, run: str) 
         names = {n.removeprefix(f"{run}/") for n in packed.namelist()}
         assert {"trace.csv", "trace.jsonl", "protocol.xlsx", "run.xlsx", "film.gif", "say-001.wav"} <= names
         assert packed.testzip() is None
+
+
+def _stream(name: str, device: str) -> dict[str, object]:
+    return {"stream": name, "kind": "actuator", "device": device}
+
+
+def _given(t: float, stream: str, value: object) -> dict[str, object]:
+    return {"t": t, "stream": stream, "row": f"T!{stream}", "value": value}
+
+
+def test_gestures_and_every_other_actuator_are_in_what_happened(tmp_path: Path) -> None:
+    """But those that tell themselves what they do: what is said, played, printed, remembered or switched."""
+    devices = [d.name for d in load_robot().devices.values() if d.kind == "actuator"]
+    header = {**HEADER, "streams": [_stream(f"My {name}", name) for name in devices]}
+    place = write_run(tmp_path, "one", header, *(_given(n, f"My {name}", True) for n, name in enumerate(devices)), END)
+    told = {line["text"] for line in course(place)["lines"]}
+    others = {"SayInput", "SayParameter", "PlaySound", "Print", "RememberFace", "Behaviour"}
+    assert told == {f"My {name}" for name in devices if name not in others} and "My Gesture" in told
+    page = get(visit(tmp_path), "/runs/one").text
+    assert page.count(">command</span>") == len(told) and "My Gesture" in page
+
+
+def test_a_command_that_goes_on_is_one_line_and_another_gesture_is_the_next(tmp_path: Path) -> None:
+    header = {**HEADER, "streams": [_stream(n, n) for n in ("Gesture", "EyeBrightness", "SayInput")]}
+    events = [
+        *(_given(t, "Gesture", name) for t, name in ((0, "Nod"), (0.5, "Wave"), (1, "Wave"), (1.5, None), (2, "Wave"), (9, "Wave"))),
+        *(_given(10 + n / 30, "EyeBrightness", n / 3000) for n in range(3000)),
+        _given(120, "SayInput", "Hello"), _given(121, "SayInput", None),
+        {**_given(122, "Gesture", "Bow"), "stimulated": True, "by": "Aya"},
+    ]  # fmt: skip
+    place = write_run(tmp_path, "one", header, *events, END)
+    told = course(place)["lines"]
+    assert [(line["t"], line["text"], line["times"]) for line in told] == [
+        (0, "Gesture: “Nod”", 1), (0.5, "Gesture: “Wave”", 2), (1.5, "Gesture: stops", 1), (2, "Gesture: “Wave”", 1),
+        (9, "Gesture: “Wave”", 1), (10, "EyeBrightness: 0", 3000), (121, "SayInput: stops", 1), (122, "Gesture: “Bow”", 1),
+    ]  # fmt: skip
+    assert told[-1]["kind"] == "send" and told[-1]["by"] == "Aya"
+    assert [vars(line) for line in index_trace(place).log] == told  # looking back has the same moments
+
+
+def test_many_commands_leave_room_for_what_people_did(tmp_path: Path) -> None:
+    header = {**HEADER, "streams": [_stream("Gesture", "Gesture")]}
+    many = [_given(n, "Gesture", ("Nod", "Wave")[n % 2]) for n in range(2500)]
+    place = write_run(tmp_path, "one", header, *many, {"t": 2500.0, "happening": "mark", "text": "Kai laughs"}, END)
+    told = course(place)
+    assert told["lines"][-1]["text"] == "Kai laughs" and told["left_out"] == 1500

@@ -114,6 +114,7 @@ class _Reader:
         self._named: dict[Series, int] = {}
         self._last: array[int] = array("q")
         self._piece = 0.0  # when the piece of now began
+        self._commanded: frozenset[bytes] = frozenset()  # streams as they stand in the file
 
     def read(self, file: BinaryIO) -> None:
         place = 0
@@ -122,7 +123,7 @@ class _Reader:
             found = _EVENT.match(line)
             if found is not None:
                 self._event(float(found[1]), self._series(found[2], found[3]), place)
-                if line.endswith(b"}\n") and _SENT in line:
+                if found[2] in self._commanded or (line.endswith(b"}\n") and _SENT in line):
                     self._happened(entry_of(line))
             else:
                 self._other(entry_of(line), place)
@@ -168,6 +169,8 @@ class _Reader:
         if entry.get("type") == "header":
             streams = [s for s in entry.get("streams") or () if isinstance(s, dict)]
             index.kinds = {text_of(s.get("stream")): text_of(s.get("kind")) for s in streams[:_MOST_SERIES]}
+            self._log.begin(entry)
+            self._commanded = frozenset(stream.encode() for stream in self._log.commanded)
             return
         if "t" not in entry:
             return
@@ -189,6 +192,8 @@ class _Reader:
         if "value" in entry:
             if entry.get("stimulated") is True:
                 self._log.sent(t, entry)
+            elif text_of(entry.get("stream")) in self._log.commanded:
+                self._log.command(t, entry)
             return
         self._log.add(t, entry)
         detail = entry.get("detail")

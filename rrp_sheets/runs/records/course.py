@@ -5,9 +5,11 @@ from __future__ import annotations
 from array import array
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from rrp_sheets.devices import load_robot
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import show
@@ -23,6 +25,10 @@ MOST_CURVES = 24
 _MOST_EVENTS = 2_000_000
 _LARGEST = 1e300
 _LONGEST_VALUE = 200  # letters
+_MOST_COMMANDS = 1_000  # of the log's lines
+_QUIET = 2.0  # seconds after which a row that goes on with its commands is told again
+_TOLD = frozenset(("Print", "RememberFace", "Behaviour"))  # devices that tell themselves what they do
+_HEARD = frozenset(("SayInput", "SayParameter", "PlaySound"))  # and those that tell it when one hears it
 _PLAIN = {"stream": 0, "sensor": 1, "actuator": 2}  # whose curves come first: what rows work out …
 _FIELDS = {"sensor": 0, "stream": 1, "actuator": 2}  # … and of records what was sensed, which rows pass on
 
@@ -33,7 +39,7 @@ class Line:
 
     Attributes:
         t: seconds since the run began.
-        kind: `say`, `error`, `mark`, `edit`, …
+        kind: `say`, `command`, `error`, `mark`, `edit`, …
         row: whose it is, `Tracking!4`.
         times: how often it came.
         until: when it came last, or a thing was dragged to its last place.
@@ -88,6 +94,7 @@ def _course(place: Path, only: frozenset[str]) -> dict[str, Any]:
             if entry.get("type") == "header":
                 streams = entry.get("streams") or ()
                 kinds = {text_of(s.get("stream")): text_of(s.get("kind")) for s in streams if isinstance(s, dict)}
+                log.begin(entry)
                 units = units_of(entry)
             continue
         t = float(entry["t"])
@@ -95,9 +102,12 @@ def _course(place: Path, only: frozenset[str]) -> dict[str, Any]:
         count += 1
         if "value" in entry:
             stream = entry.get("stream")
-            _note(curves, stream if isinstance(stream, str) else text_of(stream), kinds, t, entry["value"])
+            stream = stream if isinstance(stream, str) else text_of(stream)
+            _note(curves, stream, kinds, t, entry["value"])
             if entry.get("stimulated") is True:
-                log.add(t, {"happening": "send", "text": _sent(entry), "by": entry.get("by")})
+                log.sent(t, entry)
+            elif stream in log.commanded:
+                log.command(t, entry)
         else:
             log.add(t, entry)
     labelled = {_label(stream, name): curve for (stream, name), curve in curves.items()}
@@ -139,16 +149,50 @@ def _entries(trace: Path) -> Iterator[dict[str, Any]]:
 
 
 class Log:
-    """Takes what happened besides the values, and tells it line by line."""
+    """Takes what happened besides the values, and tells it line by line.
+
+    Attributes:
+        commanded: the actuator streams whose commands are told, with the device of each.
+    """
 
     def __init__(self, place: Path) -> None:
         self.lines: list[Line] = []
         self.left_out = 0
+        self.commanded: dict[str, str] = {}
         self._place = place
+        self._commands: dict[tuple[str, str], tuple[Line, Any]] = {}  # the last of each row, with its value
+        self._commands_told = 0
         self._open: dict[tuple[str, str], Line] = {}  # errors that come again and again are one line
         self._said = 0
         self._drag = Drag()
         self._dragged: Line | None = None
+
+    def begin(self, header: Mapping[str, Any]) -> None:
+        """Take over the streams that the trace's header names."""
+        streams = [s for s in header.get("streams") or () if isinstance(s, dict) and s.get("kind") == "actuator"]
+        named = {text_of(s.get("stream")): text_of(s.get("device")) for s in streams}
+        self.commanded = {stream: device for stream, device in named.items() if device not in _TOLD}
+
+    def command(self, t: float, entry: Mapping[str, Any]) -> None:
+        """A command for an actuator; one that goes on with the row's last one is in its line."""
+        stream, row, value = text_of(entry.get("stream")), text_of(entry.get("row")), entry.get("value")
+        device = self.commanded[stream]
+        if device in _HEARD and value is not None:
+            return
+        before, last = self._commands.get((stream, row), (None, None))
+        plain = value is None or isinstance(value, str)
+        goes_on = value == last if plain else not (last is None or isinstance(last, str))
+        if before is not None and goes_on and t - before.until <= _QUIET:
+            before.times, before.until = before.times + 1, t
+            self._commands[stream, row] = before, value
+            return
+        line = Line(t, "command", _commanded(stream, device, value), row, until=t)
+        self._commands[stream, row] = line, value
+        self._commands_told += 1
+        if len(self.lines) >= MOST_LINES or self._commands_told > _MOST_COMMANDS:
+            self.left_out += 1
+            return
+        self.lines.append(line)
 
     def add(self, t: float, entry: Mapping[str, Any]) -> None:
         """Something else that happened at a time."""
@@ -192,6 +236,20 @@ class Log:
             return False
         self._dragged.text, self._dragged.until = dragged(thing, text), t
         return True
+
+
+def _commanded(stream: str, device: str, value: Any) -> str:
+    """A command in words: the stream, and what it was given where that says what is done."""
+    if value is None:
+        return f"{stream}: stops"
+    says = isinstance(value, str) or (not isinstance(value, (dict, bool)) and device not in _triggered())
+    return f"{stream}: {show(value_from_json(stream, value), _LONGEST_VALUE)}" if says else stream
+
+
+@lru_cache(maxsize=1)
+def _triggered() -> frozenset[str]:
+    """The devices for which any value is only the sign to begin."""
+    return frozenset(d.name for d in load_robot().devices.values() if d.takes.startswith("any event"))
 
 
 def _put(entry: Mapping[str, Any]) -> str:

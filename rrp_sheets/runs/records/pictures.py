@@ -34,7 +34,11 @@ def draw_run_plots(place: Path, only: Collection[str] = ()) -> tuple[str, float,
               for c in told["curves"]]  # fmt: skip
     if not curves:
         raise _nothing(place, only)
-    notes = [Note(e["t"], e["until"], _LANES.get(e["kind"], "by_hand"), e["text"]) for e in told["lines"]]
+    notes = [
+        Note(e["t"], e["until"], _LANES.get(e["kind"], "by_hand"), e["text"])
+        for e in told["lines"]
+        if e["kind"] != "command"
+    ]  # the curves of the actuators tell those
     stamp = stamp_of(place)
     more = ""
     if told["more_curves"]:

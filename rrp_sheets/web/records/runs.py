@@ -36,7 +36,8 @@ _WHOLE = 40.0  # s: a run that is longer shows its first half minute
 _FIRST = 30.0
 _LONG = 12_000_000  # bytes of a record that takes more than a second to be read
 _KINDS = {
-    "say": ("said", "say"), "person": ("a person", "say"), "sound": ("played", "sound"),
+    "say": ("said", "say"), "command": ("command", "gesture"), "person": ("a person", "say"),
+    "sound": ("played", "sound"),
     "error": ("error", "error"), "clamp": ("cut to its limit", "warning"),
     "mark": ("mark", "flag"), "edit": ("edited", "sheet"), "button": ("button", "button"),
     "press": ("button", "button"),

@@ -10,7 +10,7 @@ const HEARD = 15; // s: a sound that began longer ago is over
 const KINDS = {
   error: ["error", "error", "Error"], mark: ["mark", "flag", "Mark"], edit: ["edit", "sheet", "Edited"], button: ["hand", "button", "Button"],
   press: ["hand", "button", "Button"], send: ["hand", "send", "Sent by hand"], switch: ["hand", "subscribe", "Switched"],
-  say: ["say", "say", "Robot"], person: ["person", "say", "Person"], sound: ["say", "sound", "Sound"], scene: ["hand", "ball", "Scene, by hand"],
+  say: ["say", "say", "Robot"], command: ["say", "gesture", "Command"], person: ["person", "say", "Person"], sound: ["say", "sound", "Sound"], scene: ["hand", "ball", "Scene, by hand"],
   put: ["hand", "ball", "Moved by hand"], clamp: ["warning", "warning", "Cut to its limit"], note: ["note", "mark", "Note"],
 };
 const ORDER = ["error", "mark", "edit", "warning", "hand", "say", "person", "note"]; // which of several is shown
@@ -28,7 +28,7 @@ export class Moments {
     this.here = -2;
     this.items = told.map((moment) => this.item(moment));
     const rest = leftOut ? [make("li", { className: "quiet", textContent: `… and ${leftOut} more: run.xlsx and the CSV have them all.` })] : [];
-    const none = make("li", { className: "quiet", textContent: "Nothing was said, no row failed, and nobody marked a moment." });
+    const none = make("li", { className: "quiet", textContent: "Nothing was said or commanded, no row failed, and nobody marked a moment." });
     list.replaceChildren(...(told.length ? [...this.items, ...rest] : [none]));
     new ResizeObserver(() => this.draw()).observe(ticks);
   }
