@@ -7,18 +7,23 @@ from collections.abc import Callable
 from flask import abort
 
 from rrp_sheets.web.desk import Desk
-from rrp_sheets.web.library import Library
+from rrp_sheets.web.library import Library, refuse_text
 from rrp_sheets.web.room import Room
 
 RoomOf = Callable[[str], Room]
 
 
 def rooms(library: Library, desk: Desk) -> RoomOf:
-    """What gives the room of a workbook by the name in an address; a name that the folder has not is answered 404."""
+    """What gives the room of a workbook by the name in an address; a name that the folder has not is answered 404.
+
+    A Markdown file that is no workbook is refused with SheetsError.
+    """
 
     def room_of(name: str) -> Room:
         if not library.has(name):
             abort(404)
+        if not desk.has(name):  # one that is open may have lost its last sheet, which undo brings back
+            refuse_text(library, name)
         return desk.room(library.path(name))
 
     return room_of

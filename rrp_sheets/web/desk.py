@@ -51,6 +51,10 @@ class Desk:
         self._closed.set()
         self._tester.close()
 
+    def has(self, name: str) -> bool:
+        """Whether a workbook is open."""
+        return name in self._rooms
+
     @contextmanager
     def without(self, name: str) -> Iterator[None]:
         """Close a workbook whose file goes away within; its pages load again after that, and say so.

@@ -16,6 +16,7 @@ from rrp_sheets.workbook import Reading
 
 SUFFIXES = (".xlsx", ".md", ".markdown")
 MOST_FILES = 200
+NO_SHEETS = "FILE017"
 _KEPT = 64
 
 Stamp = tuple[int, int, int]
@@ -55,6 +56,7 @@ class Library:
         self.worker = worker
         self._lock = threading.Lock()
         self._kept: OrderedDict[tuple[str, Stamp], Book | SheetsError] = OrderedDict()
+        self._prose: dict[str, tuple[Stamp, bool]] = {}
 
     def names(self) -> list[str]:
         """The names of the files that may be workbooks, in alphabetical order.
@@ -74,6 +76,25 @@ class Library:
     def has(self, name: str) -> bool:
         """Whether there is such a file. Only what is listed can be opened, so no name leads out of the folder."""
         return name in self.names()
+
+    def workbooks(self) -> list[str]:
+        """The names without the Markdown files that are texts for people, such as a README; see `is_prose`.
+
+        Raises:
+            SheetsError: the folder cannot be read.
+        """
+        return [name for name in self.names() if not self.is_text(name)]
+
+    def is_text(self, name: str) -> bool:
+        """Whether a file of the folder can be read, and is a text for people, not a workbook."""
+        path = self.folder / name
+        stamp = None if path.suffix.casefold() == ".xlsx" else _stamp(path)
+        if stamp is None or not path.resolve().is_relative_to(self.folder.resolve()):
+            return False
+        known = self._prose.get(name)
+        if known is None or known[0] != stamp:
+            known = self._prose[name] = stamp, _is_text(path)
+        return known[1]
 
     def path(self, name: str) -> Path:
         """Where a file of the folder is; raises SheetsError when its name leads out of the folder."""
@@ -117,6 +138,31 @@ def _read(name: str, path: Path, worker: CheckWorker) -> Book | SheetsError:
         return error
     except OSError as error:
         return SheetsError(f"{printable(name)} has just gone: {error.strerror}.", "Go back and look again.")
+
+
+def is_prose(reading: Reading) -> bool:
+    """Whether a Markdown file is a text such as a README: no sheet of ours in it, and nothing that was nearly one."""
+    workbook = reading.workbook
+    near = any(d.code.startswith("SHEET") and d.code != "SHEET001" for d in reading.report)
+    sheets = (workbook.behaviours, workbook.protocol.fields, workbook.scene, workbook.tests, workbook.devices,
+              workbook.helpers, workbook.gestures)  # fmt: skip
+    return reading.format == "markdown" and not near and not any(sheets)
+
+
+def refuse_text(library: Library, name: str) -> None:
+    """Raise SheetsError for a file that is a text for people: it has nothing to edit, run, compare or print."""
+    if library.is_text(name):
+        message = f"“{printable(name)}” is not a workbook: no table in it is a sheet of one."
+        raise SheetsError(message, "Choose a workbook from the shelf.")
+
+
+def _is_text(path: Path) -> bool:
+    try:
+        return is_prose(api.read(path))
+    except UnreadableFile as error:
+        return error.code == NO_SHEETS
+    except (SheetsError, OSError):
+        return False
 
 
 def _stamp(path: Path) -> Stamp | None:

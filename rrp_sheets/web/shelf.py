@@ -8,7 +8,7 @@ from functools import cache
 from rrp_sheets import api
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.documents.tutorial import latest
-from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs.records.facts import Facts
 from rrp_sheets.web.library import MOST_FILES, SUFFIXES, Book, Library, addressable, printable
@@ -24,7 +24,6 @@ _MADE = (
 )
 _MOST_RUNS = 1_000  # that are looked through for the newest of each workbook
 _MOST_WORDS = 4_000  # letters that a search looks through
-_NO_TABLES = "FILE017"
 _UNSHOWABLE = "Its name has letters that cannot be shown here."
 
 
@@ -59,18 +58,15 @@ def shelf_page(
         if not addressable(name):
             unreadable.append(Unreadable(printable(name), _UNSHOWABLE, "Rename the file.", addressed=False))
             continue
+        if library.is_text(name):
+            others.append(name)
+            continue
         try:
             book = library.open(name)
         except SheetsError as error:
-            if isinstance(error, UnreadableFile) and error.code == _NO_TABLES and not name.casefold().endswith(".xlsx"):
-                others.append(name)
-                continue
             unreadable.append(Unreadable(name, error.message, error.remedy))
             continue
-        if book.reading.format == "markdown" and _is_prose(book):
-            others.append(name)
-        else:
-            books.append(book)
+        books.append(book)
     sort = sort if sort in SORTS else SORTS[0]
     if sort == "recent":
         books.sort(key=lambda b: b.changed, reverse=True)
@@ -118,13 +114,6 @@ def plural(count: int, word: str) -> str:
 def changed(book: Book) -> str:
     """When the file was last written, for people."""
     return when(book.changed)
-
-
-def _is_prose(book: Book) -> bool:
-    """A text such as a README: no behaviour, and nothing in it that was nearly one."""
-    workbook = book.look.workbook
-    near = any(d.code.startswith("SHEET") and d.code != "SHEET001" for d in book.look.findings)
-    return not (workbook.behaviours or workbook.protocol.fields or workbook.scene or near)
 
 
 def _card(book: Book, last: Facts | None) -> Card:

@@ -13,7 +13,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.bundle.names import is_device
 from rrp_sheets.runs.bundle.unpacking import is_zip
 from rrp_sheets.web.desk import Desk
-from rrp_sheets.web.library import SUFFIXES, Library
+from rrp_sheets.web.library import SUFFIXES, Library, refuse_text
 from rrp_sheets.web.pages import show
 from rrp_sheets.web.shelf import ARCHIVE, archived, shelf_page
 from rrp_sheets.web.unbundling import take_in
@@ -138,6 +138,7 @@ def _store(library: Library, name: str, data: bytes) -> str:
     write_atomically(path, data, replace=False)
     try:
         api.read(path)
+        refuse_text(library, path.name)
     except SheetsError:
         path.unlink()
         raise

@@ -19,7 +19,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.marbles import WORKBOOK
 from rrp_sheets.runs.records.clerk import Clerk
 from rrp_sheets.web.desk import Desk
-from rrp_sheets.web.library import Library, addressable
+from rrp_sheets.web.library import Library, addressable, refuse_text
 from rrp_sheets.web.records.pages import Choice, ComparePage
 from rrp_sheets.web.records.shelved import Runs
 from rrp_sheets.web.records.telling import line_of
@@ -39,7 +39,7 @@ def compare_page(
 ) -> ComparePage:
     """The page; the comparison itself is made when both workbooks are named."""
     first, second = refs
-    names = [n for n in library.names() if addressable(n)]
+    names = [n for n in library.workbooks() if addressable(n)]
     books = [b for b in dict.fromkeys(filter(None, (asked_book, *map(_book_of, refs)))) if b in names]
     groups = choices(library, desk, runs, books, refs)
     words = {c.ref: f"{c.words} (as it is now)" if c.ref.startswith("book/") else c.words for _, g in groups for c in g}
@@ -56,7 +56,7 @@ def choices(
     library: Library, desk: Desk, runs: Runs, books: Sequence[str], refs: Sequence[str] = ()
 ) -> list[tuple[str, tuple[Choice, ...]]]:
     """What can be chosen, in groups: all workbooks, the kept versions of some, and what ran of these or is named."""
-    names = [n for n in library.names() if addressable(n)]
+    names = [n for n in library.workbooks() if addressable(n)]
     groups: list[tuple[str, tuple[Choice, ...]]] = [
         ("Workbooks as they are now", tuple(Choice(f"book/{n}", n) for n in names))
     ]
@@ -113,7 +113,9 @@ def path_of(library: Library, desk: Desk, runs: Runs, ref: str, folder: Path) ->
     """
     kind, _, rest = ref.partition("/")
     if kind == "book":
-        return library.path(rest).absolute()
+        path = library.path(rest)
+        refuse_text(library, rest)
+        return path.absolute()
     if kind == "run":
         path = runs.place(rest) / WORKBOOK
         if not path.is_file() or path.is_symlink():

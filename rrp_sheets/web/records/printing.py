@@ -19,7 +19,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.languages import LANGUAGES, language_code
 from rrp_sheets.render.texts import texts
 from rrp_sheets.web.desk import Desk
-from rrp_sheets.web.library import Library, printable
+from rrp_sheets.web.library import Library, printable, refuse_text
 from rrp_sheets.web.records.comparing import choices, path_of
 from rrp_sheets.web.records.pages import PrintPage, ProtocolPart, show
 from rrp_sheets.web.records.press import Press, Wanted
@@ -101,6 +101,7 @@ def add_paper(pages: Blueprint, library: Library, desk: Desk, runs: Runs) -> Non
     def have(name: str) -> str:
         if not library.has(name):
             abort(404)
+        refuse_text(library, name)
         library.open(name)  # one that cannot be read, or leads out of the folder, is refused as everywhere
         return name
 

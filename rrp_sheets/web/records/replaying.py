@@ -114,7 +114,7 @@ def add_replay(pages: Blueprint, library: Library, desk: Desk, runs: Runs) -> No
 def replay_page(library: Library, desk: Desk, runs: Runs, run: str, ref: str) -> ReplayPage:
     """The page; the replay itself is asked for by it."""
     facts = runs.facts([run])[0]
-    names = [n for n in library.names() if addressable(n)]
+    names = [n for n in library.workbooks() if addressable(n)]
     line = line_of(facts, names)
     trouble = "" if facts.readable else f"{facts.why} {facts.remedy}".strip()
     if facts.ended == "going":
