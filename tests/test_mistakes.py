@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import datetime as dt
 import re
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import openpyxl
@@ -12,6 +14,8 @@ from play import check
 from test_workbooks import NAMES, THERAPY
 
 from rrp_sheets import api
+from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.diagnostics.fix import Fix, Insert, Put
 from rrp_sheets.model.cells import column_letters
 
 HERE = Path(__file__).parent
@@ -68,7 +72,37 @@ def base(name: str) -> Cells:
 
 
 def found(cells: Cells) -> list[tuple[str, str, str]]:
-    return [(d.code, str(d.address or ""), d.remedy) for d in check(markdown_of(cells)).report]
+    findings = list(check(markdown_of(cells)).report)
+    for finding in findings:
+        assert disagreeing(finding) == [], finding
+    return [(d.code, str(d.address or ""), d.remedy) for d in findings]
+
+
+TIME = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?) ?(ms|s|min|seconds?|minutes?)\b")
+NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?![\w.]*\w)")
+
+
+def disagreeing(finding: Diagnostic) -> list[str]:
+    """The times of its words that none of its fixes writes, and the numbers of a button that its own fix does not write."""
+    wrong = []
+    texts = {fix.title: " ".join(_written(fix)) for fix in finding.fixes}
+    for title, text in texts.items():
+        wrong += [n for n in NUMBER.findall(title) if n not in text]
+    proposed = {_time(*t) for text in texts.values() for t in TIME.findall(text)}
+    named = {_time(*t) for t in TIME.findall(finding.remedy)}
+    return [*wrong, *(sorted(named) if proposed and named and not proposed & named else [])]
+
+
+def _written(fix: Fix) -> Iterator[str]:
+    for edit in fix.edits:
+        if isinstance(edit, Insert):
+            yield from (text for _, text in edit.cells)
+        else:
+            yield edit.text if isinstance(edit, Put) else edit.new
+
+
+def _time(number: str, unit: str) -> str:
+    return f"{float(number):g} {'min' if unit[:3] == 'min' else unit if unit == 'ms' else 's'}"
 
 
 # What following a remedy looks like when it asks for something to be done, and does not say what to type.
@@ -242,3 +276,13 @@ def test_other_spellings_of_a_cell_are_no_mistake(name):
     for book, cell, _, text in spoilt(HARMLESS):
         if book == name and '"' not in text:  # within a text letters are letters
             assert followed(book, cell, text) == []
+
+
+def test_words_and_buttons_of_every_finding_with_a_proposed_time_agree():
+    flood = {"Tracking!A7": "Red ball", "Tracking!B7": "subscribe", "Tracking!C7": '"A ball!"', "Tracking!D7": "Say"}
+    (finding,) = check(markdown_of({**base("simple-tracking"), **flood})).report
+    assert "such as 10 s," in finding.remedy and finding.fixes[0].title.endswith("once in 10 s at most (throttle)")
+    assert disagreeing(finding) == []
+    assert disagreeing(replace(finding, remedy=finding.remedy.replace("10 s", "3 s"))) == ["3 s"]
+    button = replace(finding.fixes[0], title="Let it speak once in 30 seconds")
+    assert disagreeing(replace(finding, fixes=(button,))) == ["30"]

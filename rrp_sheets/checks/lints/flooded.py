@@ -11,6 +11,7 @@ from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.graph import Step
 
 TOO_OFTEN_HZ = 1.0  # a short sentence takes longer than a second
+PERIOD = "10 s"  # of the throttle that is proposed, in words and as a fix
 
 
 def lint_flooded(material: Material) -> None:
@@ -31,8 +32,9 @@ def lint_flooded(material: Material) -> None:
             continue
         source = material.name(step.inputs[0])
         material.report.add(
-            "LINT002", step.row.connector.address, fixes=_fixes(step, material), stream=source, hz=f"{rate.hz:g}"
-        )
+            "LINT002", step.row.connector.address, fixes=_fixes(step, material), stream=source, hz=f"{rate.hz:g}",
+            period=PERIOD,
+        )  # fmt: skip
 
 
 def _fixes(step: Step, material: Material) -> list[Fix]:
@@ -53,6 +55,9 @@ def _fixes(step: Step, material: Material) -> list[Fix]:
         return (Insert(sheet, row.number, cells), Put(blank, ""))
 
     return [
-        Fix(Phrase("Let “{name}” speak once in 10 seconds at most (throttle)", name=shown), before("throttle", "10 s")),
+        Fix(
+            Phrase("Let “{name}” speak once in {period} at most (throttle)", name=shown, period=PERIOD),
+            before("throttle", PERIOD),
+        ),
         Fix(Phrase("Speak only when “{name}” has changed (changes)", name=shown), before("changes", "")),
     ]

@@ -12,7 +12,8 @@ from rrp_sheets.graph import Step
 from rrp_sheets.model.cells import Address
 from rrp_sheets.model.names import argument_name, key
 
-LONGEST_AGE = "1 s"
+LONGEST_SECONDS = 1
+LONGEST_AGE = f"{LONGEST_SECONDS} s"
 
 
 def remedies(step: Step, rare: str, material: Material) -> list[Fix]:
@@ -60,7 +61,7 @@ def _timing(step: Step, material: Material) -> Fix | None:
     for name, new in timed.items():
         row.insert(name, "timestamp", "", new)
     row.put(", ".join(timed.values()), f"({inner}, MAX({times}) - MIN({times}))", pair)
-    row.insert(pair, "filter", f"{argument_name(pair)}[1] < 1", fresh, after=True)
+    row.insert(pair, "filter", f"{argument_name(pair)}[1] < {LONGEST_SECONDS}", fresh, after=True)
     row.insert(fresh, "map", f"{argument_name(fresh)}[0]", step.row.output.text, after=True)
     return Fix(Phrase("Join only what came within {age} of each other (timestamp)", age=LONGEST_AGE), tuple(row.edits))
 

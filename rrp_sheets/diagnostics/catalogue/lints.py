@@ -11,7 +11,7 @@ CODES: tuple[Code, ...] = (
          "only pass what is close in time."),
     Code("LINT002", _W, "Too many words",
          "“{stream}” comes up to {hz} times a second, and every value makes the robot speak: it would talk without end.",
-         "Put a row before: throttle with a period such as 3 s, changes, sample or once."),
+         "Put a row before: throttle with a period such as {period}, changes, sample or once."),
     Code("LINT003", _W, "Two rows want one thing",
          "This row and {other} can both drive the {resource} at one time: {how}.",
          "Let their filters exclude each other, or give one of the two a larger number in a column Priority."),
