@@ -16,6 +16,7 @@ from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas import Formula, FormulaProblem, Scope, Table, compile_formula, make_scope, make_table
+from rrp_sheets.formulas.problems import together
 from rrp_sheets.graph import Graph, Step, StreamKind
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.durations import parse_duration
@@ -127,11 +128,14 @@ class _Compiler:
             text = self._duration(step) or helper_alone(cell, scope, len(step.inputs))
             return compile_formula(text, scope, condition=step.connector.name == "filter")
         except FormulaProblem as problem:
-            self._propose_sheet(problem, scope)
-            _propose_total(problem, step)
-            told = any(map(is_reserved, names))  # of the name, where it is given
-            if not told and not _about_dropped(problem, self.helpers.dropped):
-                tell(self.report, cell, problem)
+            for one in problem.every:
+                self._propose_sheet(one, scope)
+                _propose_total(one, step)
+            if any(map(is_reserved, names)):  # told of the name, where it is given
+                return None
+            told = [one for one in problem.every if not _about_dropped(one, self.helpers.dropped)]
+            if told:
+                tell(self.report, cell, together(told))
             return None
 
     def _duration(self, step: Step) -> str:

@@ -73,7 +73,8 @@ def check_helpers(workbook: Workbook, tables: Mapping[str, Table], report: Repor
             )
             definition.tree = compile_formula(cells[k].text, scope).tree
         except FormulaProblem as problem:
-            _propose_input(problem, definition, cells[k].text)
+            for one in problem.every:
+                _propose_input(one, definition, cells[k].text)
             if not any(is_reserved(p.shown) for p in definition.parameters):
                 tell(report, cells[k], problem)
             dropped.add(k)

@@ -8,6 +8,7 @@ from rrp_sheets.model.cells import Cell
 
 
 def tell(report: Report, cell: Cell, problem: FormulaProblem) -> None:
-    """Report a formula's problem at its cell."""
-    span = (problem.column, problem.column + problem.length) if problem.column >= 0 else None
-    report.add(problem.code, cell.address, span=span, fixes=(), **problem.details)
+    """Report a formula's problem, and the others of the same formula, at its cell."""
+    for one in problem.every:
+        span = (one.column, one.column + one.length) if one.column >= 0 else None
+        report.add(one.code, cell.address, span=span, fixes=(), **one.details)

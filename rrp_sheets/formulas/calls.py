@@ -13,6 +13,7 @@ from rrp_sheets.formulas.elsewhere import AMBIGUOUS, function_here, name_here
 from rrp_sheets.formulas.functions import Function
 from rrp_sheets.formulas.functions.define import arguments
 from rrp_sheets.formulas.hints import cell, cell_reference
+from rrp_sheets.formulas.parsing import unread
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.scope import HelperDef, Scope
 from rrp_sheets.model.names import argument_name, key
@@ -28,15 +29,16 @@ class Calls(ABC):
         self.scope = scope
         self.typed = typed
         self.local: dict[str, str] = {}  # names bound by list comprehensions around, by key
+        self.problems: list[FormulaProblem] = []  # after which looking went on
 
     @abstractmethod
     def visit_at(self, node: ast.expr, depth: int) -> ast.expr:
         """Check and bind a node and what is in it."""
 
-    def refuse(self, node: ast.AST, what: str, remedy: str = ADVICE) -> NoReturn:
+    def refuse(self, node: ast.AST, what: str, remedy: str = ADVICE, **details: object) -> NoReturn:
         """Raise FORM003 at a node."""
         start = getattr(node, "col_offset", 0)
-        raise FormulaProblem("FORM003", start, _length(node), what=what, remedy=remedy)
+        raise FormulaProblem("FORM003", start, _length(node), what=what, remedy=remedy, **details)
 
     # ---- names
     def on_name(self, node: ast.Name, depth: int) -> ast.expr:
@@ -68,12 +70,14 @@ class Calls(ABC):
                 node,
                 Phrase("{name} in a row with several inputs", name=name),
                 Phrase("Write an input's name: {names}.", names=", ".join(self._mine())),
+                name=name,
             )
         if scope.functions.get(name) and not self._as_field(k):
             self.refuse(
                 node,
                 Phrase("The function {name} without brackets", name=name),
                 Phrase("Write {name}(…) with what it works on.", name=name),
+                name=name,
             )
         if cell(name) and not any(cell(other) for other in scope.known()):
             raise cell_reference(node.col_offset, name, self._mine())
@@ -151,13 +155,18 @@ class Calls(ABC):
             raise FormulaProblem("FORM019", node.col_offset, len(name), name=name, remedy=AMBIGUOUS[k])
         if function is None:
             raise self._unknown_function(node, name)
+        unclear = any(hasattr(arg, "unread") for arg in node.args)  # how many they are meant to be is not known
         args = self._arguments(node, depth)
+        if unclear:
+            return unread(node)
         if not function.least <= len(args) <= function.most:
             usage = self._with_comma_hint(function.usage, node, len(args) > function.most)
             raise FormulaProblem("FORM006", node.col_offset, len(name), name=function.name, gets=_given(len(args)),
                                  takes=function.takes, usage=usage)  # fmt: skip
         if function.make is None:
             return _bind_function(node, function, args)
+        if any(hasattr(arg, "unread") for arg in args):
+            return unread(node)
         try:  # IF, AND, …: syntax rather than calls, their arguments are evaluated lazily
             return ast.copy_location(function.make(args), node)
         except FormulaProblem as problem:
@@ -169,11 +178,11 @@ class Calls(ABC):
             if getattr(arg, "sheet", False) and isinstance(arg, ast.Compare) and isinstance(arg.left, ast.Name):
                 left = arg.left.id
                 if not self._is_known(left):
-                    self.refuse(
-                        arg,
-                        Phrase("{left}= inside the brackets", left=left),
-                        Phrase("Write the value alone. ({left} is no input here.)", left=left),
-                    )
+                    what = Phrase("{left}= inside the brackets", left=left)
+                    remedy = Phrase("Write the value alone. ({left} is no input here.)", left=left)
+                    problem = FormulaProblem("FORM003", arg.col_offset, _length(arg), what=what, remedy=remedy)
+                    self.problems.append(problem)
+                    unread(arg)
         return [self.visit_at(a, depth) for a in node.args]
 
     def _is_known(self, name: str) -> bool:
@@ -188,8 +197,9 @@ class Calls(ABC):
         return Phrase("{usage} — decimal numbers with a point: {value}", usage=usage, value=value)
 
     def _helper(self, node: ast.Call, helper: HelperDef, depth: int) -> ast.expr:
+        unclear = any(hasattr(arg, "unread") for arg in node.args)
         args = self._arguments(node, depth)
-        if len(args) != len(helper.parameters):
+        if len(args) != len(helper.parameters) and not unclear:
             takes, usage = arguments(len(helper.parameters)), _usage(helper)
             raise FormulaProblem("FORM006", node.col_offset, _length(node.func), name=helper.shown, takes=takes,
                                  gets=_given(len(args)), usage=usage)  # fmt: skip

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.hints import refuse_setting
 from rrp_sheets.formulas.limits import LONGEST_FORMULA
-from rrp_sheets.formulas.parser import parse
+from rrp_sheets.formulas.parser import parse, parse_all
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.scope import Scope
 from rrp_sheets.formulas.tokens import tokenize
@@ -76,12 +76,13 @@ def compile_formula(text: str, scope: Scope, *, condition: bool = True) -> Formu
     """
     _check_characters(text)
     try:
-        tree = parse(tokenize(text, lambda name: scope.table(name) is not None), text)
-        if not condition:
+        tree, problems = parse_all(tokenize(text, lambda name: scope.table(name) is not None), text)
+        if not condition and not problems:
             refuse_setting(tree, text)
-        return Formula(text, resolve(tree, scope, text), scope.order)
+        return Formula(text, resolve(tree, scope, text, problems), scope.order)
     except FormulaProblem as problem:
-        _propose_name(problem, text, scope)
+        for one in problem.every:
+            _propose_name(one, text, scope)
         raise
     except RecursionError:  # whoever calls from deep within another program has less room for brackets
         raise FormulaProblem("FORM002", 0, reason="it is nested too deeply") from None

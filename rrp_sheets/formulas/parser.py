@@ -13,6 +13,7 @@ from typing import NoReturn
 from rrp_sheets.formulas import hints
 from rrp_sheets.formulas.nodes import Join
 from rrp_sheets.formulas.parsing import CONSTANTS, Values
+from rrp_sheets.formulas.problems import FormulaProblem, together
 from rrp_sheets.formulas.tokens import Token
 
 _COMPARE: dict[str, type[ast.cmpop]] = {
@@ -25,7 +26,22 @@ _TERM: dict[str, type[ast.operator]] = {"*": ast.Mult, "/": ast.Div, "//": ast.F
 
 def parse(tokens: list[Token], typed: str) -> ast.expr:
     """The expression's tree; raises FormulaProblem FORM001, FORM002, FORM003 or FORM018."""
-    return _Parser(tokens, typed).whole()
+    tree, problems = parse_all(tokens, typed)
+    if problems:
+        raise together(problems)
+    return tree
+
+
+def parse_all(tokens: list[Token], typed: str) -> tuple[ast.expr, list[FormulaProblem]]:
+    """The expression's tree and the problems after which reading could go on; raises FormulaProblem at any other.
+
+    What could not be read within brackets is an `unread` node in the tree.
+    """
+    parser = _Parser(tokens, typed)
+    try:
+        return parser.whole(), parser.problems
+    except FormulaProblem as problem:
+        raise together([*parser.problems, problem]) from None
 
 
 class _Parser(Values):
@@ -76,7 +92,7 @@ class _Parser(Values):
         operand = self.deeper(self._not)
         end = operand.end_col_offset or 0
         if bracket and not getattr(operand, "bracketed", False):
-            self.refuse("“not” before a bracket and more", "Write not (a = b), or (not a) = b.", start.start, end)
+            self.note("“not” before a bracket and more", "Write not (a = b), or (not a) = b.", start.start, end)
         return self.at(ast.UnaryOp(ast.Not(), operand), start.start, end)
 
     def _comparison(self) -> ast.expr:
@@ -103,10 +119,10 @@ class _Parser(Values):
             others.append(self._join())
         node = self.between(ast.Compare(left, ops, others), left, others[-1])
         if sheet and len(ops) > 1:
-            self.refuse("A chain of comparisons with = or <>", "Write AND(a = b; b = c), or (a = b) = c.",
+            self.note("A chain of comparisons with = or <>", "Write AND(a = b; b = c), or (a = b) = c.",
                         node.col_offset, node.end_col_offset or 0)  # fmt: skip
         if sheet and hints.truth_beside_number(left, others[0]):
-            self.refuse("TRUE or FALSE compared with a number", "Compare it with TRUE or FALSE, or take it as it is.",
+            self.note("TRUE or FALSE compared with a number", "Compare it with TRUE or FALSE, or take it as it is.",
                         node.col_offset, node.end_col_offset or 0)  # fmt: skip
         node.sheet = sheet  # type: ignore[attr-defined]
         return node
@@ -143,7 +159,7 @@ class _Parser(Values):
         operand = self.deeper(self._signed)
         end = operand.end_col_offset or 0
         if sign.text == "-" and _is_power(operand):
-            self.refuse("A minus before a power without brackets", "Write -(x^2) or (-x)^2.", sign.start, end)
+            self.note("A minus before a power without brackets", "Write -(x^2) or (-x)^2.", sign.start, end)
         return self.at(ast.UnaryOp(ast.USub() if sign.text == "-" else ast.UAdd(), operand), sign.start, end)
 
     def _power(self) -> ast.expr:
@@ -153,7 +169,7 @@ class _Parser(Values):
         self.step()
         exponent = self.deeper(self._signed)
         if _is_power(exponent):
-            self.refuse("A power of a power without brackets", "Write (2^3)^2 or 2^(3^2).",
+            self.note("A power of a power without brackets", "Write (2^3)^2 or 2^(3^2).",
                         base.col_offset, exponent.end_col_offset or 0)  # fmt: skip
         return self.between(ast.BinOp(base, ast.Pow(), exponent), base, exponent)
 
@@ -204,6 +220,7 @@ class _Parser(Values):
     def read_inner(self, tokens: list[Token]) -> ast.expr:
         inner = _Parser(tokens, self.typed, self.depth)
         inner.brackets = self.brackets
+        inner.problems = self.problems
         return inner.whole()
 
 

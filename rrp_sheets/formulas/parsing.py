@@ -22,6 +22,12 @@ _STARTS = frozenset("([{-+$.") | {"**", "++", "--"}
 _TREE_DEPTH = 2 * DEEPEST  # of nested rules; brackets count on their own
 
 
+def unread(node: ast.expr) -> ast.expr:
+    """Mark a node in place of what could not be read or has no meaning: nothing is said about what is made of it."""
+    node.unread = True  # type: ignore[attr-defined]
+    return node
+
+
 def operator_of(token: Token) -> str:
     """The token as an operator: a sign, or one of Python's words in small letters; else nothing."""
     return token.text if token.kind == "sign" or (token.kind == "name" and token.text in OPERATOR_WORDS) else ""
@@ -38,6 +44,7 @@ class Values(ABC):
         self.word = operator_of(self.now)
         self.depth = depth
         self.brackets = 0
+        self.problems: list[FormulaProblem] = []  # after which reading went on
 
     # ---- moving on
     def step(self) -> Token:
@@ -61,6 +68,10 @@ class Values(ABC):
     def refuse(self, what: str, remedy: str, start: int, end: int) -> NoReturn:
         """Raise FORM003."""
         raise FormulaProblem("FORM003", start, max(end - start, 1), what=what, remedy=remedy)
+
+    def note(self, what: str, remedy: str, start: int, end: int) -> None:
+        """Keep FORM003, and read on."""
+        self.problems.append(FormulaProblem("FORM003", start, max(end - start, 1), what=what, remedy=remedy))
 
     def at(self, node: Node, start: int, end: int) -> Node:
         """The node, with its place in the typed text."""
@@ -249,20 +260,47 @@ class Values(ABC):
         found: list[ast.expr] = []
         separator: Token | None = None
         while not (self.word == closer and not (call and separator)):
-            if self.word in (",", ";", closer):
-                self.fail("there is nothing between two separators", "Write a value there, or BLANK for none.")
-            found.append(self.expression())
-            if closer == "]" and self.word == "for" and len(found) == 1:
-                break
+            may_loop = closer == "]" and not found
+            found.append(self._member(closer, start, may_loop))
             if self.word not in (",", ";"):
-                if self.word != closer:
-                    self.unclosed(start, closer)
                 break
             if separator is not None and separator.text != self.word:
                 hints.mixed_separators(self.tokens, self.i, separator)
             separator = self.step()
         self.brackets -= 1
         return found
+
+    def _member(self, closer: str, start: Token, may_loop: bool) -> ast.expr:
+        """A value between separators; of one that cannot be read the problem is kept, and what is behind it is read."""
+        first, depth, brackets = self.i, self.depth, self.brackets
+        try:
+            if self.word in (",", ";", closer):
+                self.fail("there is nothing between two separators", "Write a value there, or BLANK for none.")
+            member = self.expression()
+            if self.word not in (",", ";", closer) and not (may_loop and self.word == "for"):
+                self.unclosed(start, closer)
+            return member
+        except FormulaProblem as problem:
+            end = self._end_of_member(first, closer) if problem.code in ("FORM001", "FORM003", "FORM018") else 0
+            if not end:
+                raise
+            self.problems.append(problem)
+            self.depth, self.brackets = depth, brackets
+            self.i = end - 1
+            self.step()
+            return unread(self.at(ast.Constant(None), self.tokens[first].start, self.now.start))
+
+    def _end_of_member(self, first: int, closer: str) -> int:
+        """The place of the separator or bracket that ends a member; 0 when there is none."""
+        deep = 0
+        for i in range(first, len(self.tokens)):
+            text = self.tokens[i].text if self.tokens[i].kind == "sign" else ""
+            if not deep and text in (",", ";", closer):
+                return i
+            deep += (text in ("(", "[", "{")) - (text in (")", "]", "}"))
+            if deep < 0:
+                return 0
+        return 0
 
     def unclosed(self, start: Token, closer: str) -> NoReturn:
         """Raise what is wrong where a closing bracket belongs."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.tables import Table
@@ -12,6 +14,9 @@ class FormulaProblem(Exception):
     """A problem in a formula: a code of the catalogue, the details for its texts, and where.
 
     It never leaves this package as an exception at run time: the evaluator turns it into a Failure.
+
+    Attributes:
+        others: what else is wrong with the formula, independently of this.
     """
 
     def __init__(self, code: str, column: int = -1, length: int = 1, **details: object) -> None:
@@ -20,6 +25,12 @@ class FormulaProblem(Exception):
         self.column = column
         self.length = length
         self.details = details
+        self.others: tuple[FormulaProblem, ...] = ()
+
+    @property
+    def every(self) -> tuple[FormulaProblem, ...]:
+        """This problem and the `others` of the same formula, in the order of their places."""
+        return (self, *self.others)
 
     @property
     def message(self) -> str:
@@ -64,6 +75,20 @@ def wrong_kind(needed: str, value: Value) -> FormulaProblem:
     return FormulaProblem(
         "FORM103", what=Phrase("This needs {needed}, but gets {kind}", needed=needed, kind=kind_of(value))
     )
+
+
+_MOST_TOLD = 10  # problems of one formula
+
+
+def together(found: Iterable[FormulaProblem]) -> FormulaProblem:
+    """The first of a formula's problems, with the others; what is wrong with one name is told once."""
+    known: dict[tuple[object, ...], FormulaProblem] = {}
+    for problem in sorted(found, key=lambda p: p.column):
+        unknown = problem.details.get("name") if problem.code in ("FORM003", "FORM004", "FORM005") else None
+        known.setdefault((problem.code, str(unknown) if unknown else problem.column), problem)
+    first, *others = list(known.values())[:_MOST_TOLD]
+    first.others = tuple(others)
+    return first
 
 
 _OWN_FAULTS = (TypeError, ValueError, ArithmeticError, LookupError, AttributeError)

@@ -9,14 +9,15 @@ from __future__ import annotations
 import ast
 import re
 import unicodedata
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.calls import Calls, plain
 from rrp_sheets.formulas.limits import DEEPEST, LARGEST_NUMBER, MOST_LOOPS, MOST_NODES
 from rrp_sheets.formulas.nodes import Join, Pick
-from rrp_sheets.formulas.problems import FormulaProblem
+from rrp_sheets.formulas.parsing import unread
+from rrp_sheets.formulas.problems import FormulaProblem, together
 from rrp_sheets.formulas.scope import Scope
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.names import key, nearest
@@ -30,9 +31,22 @@ _TABLE_ARGUMENT = {"INDEX": 0, "XLOOKUP": 2, "FIRST": 0, "LAST": 0}
 """Functions that give a row of the table which is their argument at that place."""
 
 
-def resolve(tree: ast.expr, scope: Scope, typed: str) -> ast.expr:
-    """Check a tree against the allow-list and bind its names; raises FormulaProblem at the first violation."""
-    resolved = _Resolver(scope, typed).visit_at(tree, 0)
+def resolve(tree: ast.expr, scope: Scope, typed: str, problems: Iterable[FormulaProblem] = ()) -> ast.expr:
+    """Check a tree against the allow-list and bind its names.
+
+    Args:
+        tree: as it was read.
+        scope: the names.
+        typed: the formula's text.
+        problems: those that were found while it was read.
+
+    Raises:
+        FormulaProblem: the first violation or problem, with the others that do not follow from it.
+    """
+    resolver = _Resolver(scope, typed)
+    resolved = resolver.visit_at(tree, 0)
+    if found := [*problems, *resolver.problems]:
+        raise together(found)
     table = _table_of(resolved)
     if table is not None:
         raise FormulaProblem("FORM020", tree.col_offset, len(table.name), table=table.name)
@@ -43,6 +57,7 @@ class _Resolver(Calls):
     def __init__(self, scope: Scope, typed: str) -> None:
         super().__init__(scope, typed)
         self.count = 0
+        self._visited: list[ast.expr] = []
 
     def visit_at(self, node: ast.expr, depth: int) -> ast.expr:
         self.count += 1
@@ -52,10 +67,24 @@ class _Resolver(Calls):
                 node.col_offset,
                 reason=Phrase("more than {most} parts, or {deepest} deep", most=MOST_NODES, deepest=DEEPEST),
             )
+        if hasattr(node, "unread"):
+            return node
+        self._visited.append(node)
+        names = dict(self.local)
         method = _METHODS.get(type(node))
-        if method is None:
-            self.refuse(node, "This")
-        return method(self, node, depth + 1)
+        try:
+            if method is None:
+                self.refuse(node, "This")
+            return method(self, node, depth + 1)
+        except FormulaProblem as problem:
+            if problem.code == "FORM002":  # of a formula that is too large nothing else is said
+                raise
+            self.local = names
+            self.problems.append(problem)
+            for arg in node.args if isinstance(node, ast.Call) else ():  # they may be right or wrong by themselves
+                if not any(arg is one for one in self._visited):
+                    self.visit_at(arg, depth + 1)
+            return unread(ast.copy_location(ast.Constant(None), node))
 
     def visit_all(self, nodes: list[ast.expr], depth: int) -> list[ast.expr]:
         return [self.visit_at(n, depth) for n in nodes]
@@ -137,6 +166,8 @@ class _Resolver(Calls):
             if table is not None:
                 return self._column(node, table)
         node.value = self.visit_at(node.value, depth)
+        if hasattr(node.value, "unread"):  # a table's name, perhaps, and then a column's in the brackets
+            return unread(node)
         if isinstance(node.slice, ast.Constant) and isinstance(node.slice.value, str):
             self._check_field(node.value, node.slice.value, node.slice)
         node.slice = self.visit_at(node.slice, depth)
