@@ -137,6 +137,32 @@ def until(page: Any, holds: Callable[[], object], seconds: float = 15.0) -> None
         frames(page)
 
 
+def eventually(holds: Callable[[], object], about: object = "", seconds: float = 15.0) -> None:
+    """Wait until something that is read from a page holds: what a page shows may come a moment later."""
+    deadline = time.monotonic() + seconds
+    while not holds():
+        assert time.monotonic() < deadline, f"it does not hold after {seconds:g} s {about}"
+        time.sleep(0.02)
+
+
+def becomes(read: Callable[[], object], wanted: object, about: object = "", seconds: float = 15.0) -> None:
+    """Wait until what is read from a page is as wanted."""
+    deadline = time.monotonic() + seconds
+    while (now := read()) != wanted:
+        if time.monotonic() > deadline:
+            assert now == wanted, about
+        time.sleep(0.02)
+
+
+def some(read: Callable[[], Any]) -> Any:
+    """Wait until there is something to be read from a page, and give it."""
+    deadline = time.monotonic() + 15
+    while not (now := read()):
+        assert time.monotonic() < deadline, f"there is nothing after 15 s but {now!r}"
+        time.sleep(0.02)
+    return now
+
+
 def listening(page: Any) -> None:
     """Wait until a page is told what happens; one that never is says what it is instead."""
     from playwright.sync_api import TimeoutError

@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 import pytest
-from chromium import FLAGS_3D
+from chromium import FLAGS_3D, becomes, eventually
 from grid_books import HEADER, Books, Shared
 from panel import run, running
 
@@ -48,11 +48,11 @@ def test_a_gesture_is_played_on_the_robots_model(shelf: Books) -> None:
     )
     grid.page.click("[data-pose=play]")
     grid.page.wait_for_selector("#gesture-view[data-ready]")
-    assert grid.page.inner_text("#gesture-title") == "Greet"
+    becomes(lambda: grid.page.inner_text("#gesture-title"), "Greet")
     grid.page.wait_for_function("() => window.lowest < 0")  # the arm was up, also if only a moment of it was drawn
     grid.page.wait_for_selector("#gesture-view:not([data-playing])")
     assert angles(grid.page)["RShoulderPitch"] == pytest.approx(1.4)  # back where it began
-    assert int(grid.page.get_attribute("#gesture-view canvas", "data-drawn")) > 5
+    eventually(lambda: int(grid.page.get_attribute("#gesture-view canvas", "data-drawn")) > 5)
     assert not grid.faults()
     grid.page.click("[data-pose=close]")
     grid.go("C4")

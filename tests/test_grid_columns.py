@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from chromium import becomes, eventually, some
 from grid_books import HEADER, Books, Shared
 
 from rrp_sheets.connectors import connectors
@@ -32,13 +33,13 @@ def width(grid: Shared, letter: str) -> int:
 def test_letters_stand_over_the_headers_and_no_header_is_cut(shelf: Books) -> None:
     for sheet in SHEETS:
         grid = shelf.open(SHEETS, sheet=sheet)
-        heads = grid.page.evaluate(HEADS)
+        heads = some(lambda: grid.page.evaluate(HEADS))
         letters = [letter for letter, title, _ in heads if title != "Example"]
         assert letters == ["", *"ABCDEFGH"[: len(letters) - 1]]
         assert [title for _, title, whole in heads if not whole] == []
         for letter in letters[1:]:
             grid.go(f"{letter}2")
-            assert grid.here == f"{letter}2"
+            becomes(lambda: grid.here, f"{letter}2")
 
 
 def test_a_column_is_made_wider_by_mouse_and_keys_and_stays_so(shelf: Books) -> None:
@@ -59,10 +60,10 @@ def test_a_column_is_made_wider_by_mouse_and_keys_and_stays_so(shelf: Books) -> 
     edge = grid.page.locator("th[data-letter=B] .widen")
     edge.focus()
     grid.press("ArrowRight")
-    assert width(grid, "B") == before[1] + 16 == int(edge.get_attribute("aria-valuenow"))
+    eventually(lambda: width(grid, "B") == before[1] + 16 == int(edge.get_attribute("aria-valuenow")))
     grid.page.locator("th[data-letter=F] .widen").dblclick()
     fits = "c => { const r = document.createRange(); r.selectNodeContents(c); return r.getBoundingClientRect().height < 20; }"
-    assert grid.page.evaluate(fits, grid.cell("F2").element_handle()) and width(grid, "F") > before[0]
+    eventually(lambda: grid.page.evaluate(fits, grid.cell("F2").element_handle()) and width(grid, "F") > before[0])
     widths = [width(grid, letter) for letter in "ABCDEF"]
     again = shelf.open(path=grid.path, sheet="T")
     assert [width(again, letter) for letter in "ABCDEF"] == widths
@@ -72,21 +73,21 @@ def test_a_column_is_made_wider_by_mouse_and_keys_and_stays_so(shelf: Books) -> 
 def test_the_panel_beside_the_grid_is_dragged_and_moved_by_keys(shelf: Books) -> None:
     grid = shelf.open(SHEETS, sheet="T")
     bar, wide = grid.page.locator(".splitter"), "document.getElementById('panels').offsetWidth"
-    before = grid.page.evaluate(wide)
+    before = some(lambda: grid.page.evaluate(wide))
     box = bar.bounding_box()
     grid.page.mouse.move(box["x"] + 4, 400)
     grid.page.mouse.down()
     grid.page.mouse.move(box["x"] - 96, 400, steps=4)
     grid.page.mouse.up()
-    assert abs(grid.page.evaluate(wide) - before - 100) <= 8
-    dragged = grid.page.evaluate(wide)
+    eventually(lambda: abs(grid.page.evaluate(wide) - before - 100) <= 8)
+    dragged = some(lambda: grid.page.evaluate(wide))
     bar.focus()
     grid.press("ArrowRight", "ArrowRight")
-    assert grid.page.evaluate(wide) == dragged - 32
+    becomes(lambda: grid.page.evaluate(wide), dragged - 32)
     grid = shelf.open(path=grid.path, sheet="T")
-    assert grid.page.evaluate(wide) == dragged - 32
+    becomes(lambda: grid.page.evaluate(wide), dragged - 32)
     grid.page.locator(".splitter").dblclick()
-    assert grid.page.evaluate(wide) == before
+    becomes(lambda: grid.page.evaluate(wide), before)
 
 
 def test_every_connector_has_the_icon_of_the_diagram() -> None:
@@ -99,8 +100,8 @@ def test_every_connector_has_the_icon_of_the_diagram() -> None:
 def test_a_comment_in_the_first_column_is_seen(shelf: Books) -> None:
     grid = shelf.open({"T": [HEADER, ["# what follows is only for visitors", *[""] * 5]]})
     seen = "c => { const w = c.querySelector('.word').getBoundingClientRect(); return [w.height < 20, w.width > 150]; }"
-    assert grid.page.evaluate(seen, grid.cell("A2").element_handle()) == [True, True]
-    assert grid.page.locator("tbody input").count() == 0
+    becomes(lambda: grid.page.evaluate(seen, grid.cell("A2").element_handle()), [True, True])
+    becomes(lambda: grid.page.locator("tbody input").count(), 0)
 
 
 def test_a_flagged_connector_of_the_longest_name_stands_on_one_line(shelf: Books) -> None:
@@ -110,7 +111,7 @@ def test_a_flagged_connector_of_the_longest_name_stands_on_one_line(shelf: Books
     grid.page.wait_for_selector("td.flagged")
     grid.go("C4")
     high = "c => c.querySelector('.word').getBoundingClientRect().height"
-    assert grid.page.evaluate(high, grid.cell("C4").element_handle()) < 20
+    eventually(lambda: grid.page.evaluate(high, grid.cell("C4").element_handle()) < 20)
 
 
 def test_a_large_diagram_is_first_seen_where_something_is_in_it(shelf: Books) -> None:
@@ -118,6 +119,12 @@ def test_a_large_diagram_is_first_seen_where_something_is_in_it(shelf: Books) ->
         ["", "Red ball", "map", f"redBall.distance + {n}", f"A very long name of a stream {n}", ""] for n in range(9)
     ]
     grid = shelf.open({"T": [HEADER, ["", "# the first row has no box", "", "", "", ""], *rows]}, sheet="T")
-    frame, box = (grid.page.locator(part).first.bounding_box() for part in ("#diagram", "#diagram [role=button].here"))
-    assert grid.page.evaluate("document.querySelector('#diagram').scrollWidth") > 1.5 * frame["width"]
-    assert frame["x"] <= box["x"] and box["x"] + box["width"] <= frame["x"] + frame["width"]
+
+    def is_in_sight() -> bool:
+        frame, box = (
+            grid.page.locator(part).first.bounding_box() for part in ("#diagram", "#diagram [role=button].here")
+        )
+        whole = grid.page.evaluate("document.querySelector('#diagram').scrollWidth") > 1.5 * frame["width"]
+        return whole and frame["x"] <= box["x"] and box["x"] + box["width"] <= frame["x"] + frame["width"]
+
+    eventually(is_in_sight)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from chromium import becomes, eventually
 from grid_books import HEADER, ROWS, Books
 
 from rrp_sheets.workbook import read
@@ -47,19 +48,23 @@ def test_a_markdown_workbook_is_edited_and_its_words_stay(shelf: Books) -> None:
 def test_a_file_that_is_open_in_excel_is_looked_at_and_told_of(shelf: Books) -> None:
     grid = shelf.open()
     notice = grid.page.locator("#notice")
-    assert notice.inner_text() == ""
+    becomes(notice.inner_text, "")
     lock = grid.path.with_name(f"~${grid.path.name}")
     lock.write_bytes(b"x")
     grid.page.wait_for_selector("#notice:has-text('is open in Excel')")
-    assert "not changed, so that nothing is lost" in notice.inner_text() and "Close it there" in notice.inner_text()
+    eventually(
+        lambda: (
+            "not changed, so that nothing is lost" in notice.inner_text() and "Close it there" in notice.inner_text()
+        )
+    )
     before = grid.path.read_bytes()
     grid.go("F2")
     grid.type("mine")
     dialog = grid.page.wait_for_selector("dialog.ask[open]")
-    assert "is open in Excel" in dialog.inner_text()
-    assert grid.page.locator("dialog.ask[open] textarea").input_value() == "mine"  # nothing typed is lost
+    eventually(lambda: "is open in Excel" in dialog.inner_text())
+    becomes(lambda: grid.page.locator("dialog.ask[open] textarea").input_value(), "mine")  # nothing typed is lost
     grid.page.click("dialog.ask[open] button")
-    assert grid.path.read_bytes() == before and grid.text("F2") == ""
+    eventually(lambda: grid.path.read_bytes() == before and grid.text("F2") == "")
     lock.unlink()
     grid.page.wait_for_selector("#notice:has-text('Excel')", state="detached")
     grid.go("F2")
@@ -102,12 +107,13 @@ def test_japanese_names_and_what_an_input_method_composes(shelf: Books) -> None:
     session.send("Input.imeSetComposition", {"text": "こど", "selectionStart": 2, "selectionEnd": 2})
     compose = "key => document.activeElement.dispatchEvent(new KeyboardEvent('keydown', {key, keyCode: 229, bubbles: true, cancelable: true}))"
     for key in ("Enter", "Tab", "Escape", "ArrowDown"):  # they choose among what the input method proposes
-        assert grid.page.evaluate(compose, key)
-        assert grid.page.locator(".editor textarea").count() == 1
+        assert grid.page.evaluate(compose, key)  # read once: whether the key was left to the input method
+        becomes(lambda: grid.page.locator(".editor textarea").count(), 1)
     session.send("Input.insertText", {"text": "子供"})
     grid.press("Enter")
-    assert grid.text("F3") == "子供" and grid.here == "F4"
-    assert grid.page.evaluate(compose, "a") and grid.page.locator(".editor textarea").count() == 0
+    eventually(lambda: grid.text("F3") == "子供" and grid.here == "F4")
+    assert grid.page.evaluate(compose, "a")  # read once: whether the key was left to the input method
+    becomes(grid.page.locator(".editor textarea").count, 0)
     grid.saved()
     assert read(grid.path).workbook.behaviours[0].rows[1].output.text == ""
     assert read_sheets(grid.path)[0].cells[3, 6].text == "子供"
@@ -118,20 +124,19 @@ def test_sixty_columns_and_very_long_texts(shelf: Books) -> None:
     long = "word " * 4000
     rows = [[*ROWS[0], *[""] * 54], ["", "Distance", "subscribe", "", "Print", long.strip(), *[""] * 54]]
     grid = shelf.open({"T": [header, *rows]})
-    heads = grid.page.locator("thead .letter").all_inner_texts()
-    assert heads[-1] == "BH" and len([h for h in heads if h]) == 60
+    heads = grid.page.locator("thead .letter")
+    eventually(lambda: heads.last.inner_text() == "BH" and len([h for h in heads.all_inner_texts() if h]) == 60)
     grid.go("B2")
     grid.press("End")
-    assert grid.here == "BH2"
+    becomes(lambda: grid.here, "BH2")
     grid.type("last")
-    assert grid.page.locator("tbody tr").nth(1).bounding_box()["height"] < 360
+    eventually(lambda: grid.page.locator("tbody tr").nth(1).bounding_box()["height"] < 360)
     grid.saved()
     assert read_sheets(grid.path)[0].cells[2, 60].text == "last"
     grid.go("F3")
     grid.press("F2")
     grid.page.keyboard.type(" end")
-    field = grid.page.locator(".editor textarea").bounding_box()
-    assert field["height"] <= 500
+    eventually(lambda: grid.page.locator(".editor textarea").bounding_box()["height"] <= 500)
     grid.press("Enter")
     grid.saved()
     assert read_sheets(grid.path)[0].cells[3, 6].text == f"{long.strip()} end"

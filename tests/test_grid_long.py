@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import GridPage
+from chromium import GridPage, becomes, eventually
 from grid_books import HEADER
 
 from rrp_sheets.workbook import read
@@ -33,24 +33,31 @@ def grid(browser: Any, url: str) -> Any:
 def held(grid: GridPage, folder: Path) -> list[str]:
     """The notes from top to bottom: the same in the page, by the cells' numbers, and in the file."""
     grid.saved()
-    assert grid.page.evaluate(
-        f"{ROWS}.every((r, i) => r.cells[0].textContent === String(i + 2) && r.ariaRowIndex === String(i + 2))"
+    eventually(
+        lambda: grid.page.evaluate(
+            f"{ROWS}.every((r, i) => r.cells[0].textContent === String(i + 2) && r.ariaRowIndex === String(i + 2))"
+        )
     )
-    assert grid.page.evaluate(
-        "[...document.querySelectorAll('tbody')].every((b) => b.rows.length > 0 && b.rows.length <= 100)"
+    eventually(
+        lambda: grid.page.evaluate(
+            "[...document.querySelectorAll('tbody')].every((b) => b.rows.length > 0 && b.rows.length <= 100)"
+        )
     )
-    shown = list(grid.page.evaluate(f"{ROWS}.map((r) => r.querySelector('.notes').dataset.v ?? '')"))
+
+    def shown() -> list[str]:
+        return list(grid.page.evaluate(f"{ROWS}.map((r) => r.querySelector('.notes').dataset.v ?? '')"))
+
     kept = {row.number: row.notes for row in read(folder / "long.xlsx").workbook.behaviours[0].rows}
-    assert shown[: max(kept) - 1] == [kept.get(number, "") for number in range(2, max(kept) + 1)]
-    assert not any(shown[max(kept) - 1 :])
-    return shown
+    becomes(lambda: shown()[: max(kept) - 1], [kept.get(number, "") for number in range(2, max(kept) + 1)])
+    eventually(lambda: not any(shown()[max(kept) - 1 :]))
+    return shown()
 
 
 def test_all_rows_are_there_and_the_last_is_changed_as_the_first(grid: GridPage, folder: Path) -> None:
     assert held(grid, folder)[:COUNT] == list(NOTED.values())
     grid.go("F2")
     grid.press("Control+End")
-    assert grid.here == f"F{COUNT + 1}"
+    becomes(lambda: grid.here, f"F{COUNT + 1}")
     grid.type("the last")
     grid.press("Control+Home", "Control+ArrowDown", "Control+ArrowDown")
     assert held(grid, folder)[COUNT - 1] == "the last"
@@ -74,11 +81,11 @@ def test_many_rows_come_and_go(grid: GridPage, folder: Path) -> None:
     grid.press("Control+-")
     grid.page.wait_for_selector("#status:has-text('151 rows are deleted')")
     assert held(grid, folder) == before[:50] + before[201:]
-    assert grid.page.evaluate("document.activeElement.closest('td') !== null")
+    eventually(lambda: grid.page.evaluate("document.activeElement.closest('td') !== null"))
     grid.press("Control+z")
     grid.page.wait_for_selector("#status:has-text('are there')")
     assert held(grid, folder) == before
-    assert grid.page.evaluate("document.activeElement.closest('td') !== null")
+    eventually(lambda: grid.page.evaluate("document.activeElement.closest('td') !== null"))
     grid.press("Control+y")
     grid.page.wait_for_selector("#status:has-text('gone')")
     grid.press("Control+z")
@@ -91,4 +98,4 @@ def test_a_message_at_the_end_of_a_body_is_seen_whole(grid: GridPage) -> None:
     message.wait_for()
     seen = """e => { const box = e.getBoundingClientRect();
       return [box.top + 2, box.bottom - 2].every((y) => e.contains(document.elementFromPoint(box.left + 8, y))); }"""
-    assert message.evaluate(seen)
+    eventually(lambda: message.evaluate(seen))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
+from chromium import becomes, eventually, some
 from grid_books import EMPTY, TRACKING, Books
 from playwright.sync_api import expect
 
@@ -19,21 +20,21 @@ def test_a_problem_is_told_at_its_cell_leads_there_and_is_mended(shelf: Books) -
     grid.go("D3")
     grid.type("distence < 0.5")
     grid.page.wait_for_selector("td[aria-invalid=true]:has-text('distence')")
-    described = grid.cell("D3").get_attribute("aria-describedby")
-    assert "Did you mean distance" in grid.page.locator(f"#{described.split()[0]}").text_content()
+    described = some(lambda: grid.cell("D3").get_attribute("aria-describedby"))
+    eventually(lambda: "Did you mean distance" in grid.page.locator(f"#{described.split()[0]}").text_content())
     grid.go("B2")
     grid.page.click(".problem-list a")
-    assert grid.here == "D3"
+    becomes(lambda: grid.here, "D3")
     grid.press("F6")
-    assert grid.page.evaluate("document.activeElement.closest('#panels') !== null")
+    eventually(lambda: grid.page.evaluate("document.activeElement.closest('#panels') !== null"))
     grid.press("F6")
-    assert grid.page.evaluate("document.activeElement.getAttribute('role')") == "gridcell"
+    becomes(lambda: grid.page.evaluate("document.activeElement.getAttribute('role')"), "gridcell")
     box = grid.page.locator(".mends:visible")
-    assert "Apply fix: Write distance" in box.inner_text() and "Ctrl ." in box.inner_text()
+    eventually(lambda: "Apply fix: Write distance" in box.inner_text() and "Ctrl ." in box.inner_text())
     grid.press("Control+.")
     grid.expect("D3", "distance < 0.5")
     grid.status("Done: Write distance. Ctrl+Z takes it back.")
-    assert grid.here == "D3"
+    becomes(lambda: grid.here, "D3")
     grid.page.wait_for_selector("td[aria-invalid=true]", state="detached")
     grid.press("Control+z")
     grid.expect("D3", "distence < 0.5")
@@ -53,18 +54,18 @@ def test_a_row_that_is_being_typed_does_not_scold_until_it_is_left(shelf: Books)
     grid.type("Red ball", "Tab")
     row = grid.page.locator("tbody tr").first
     grid.page.wait_for_selector("tr.unfinished td.flagged")  # the check has told what is missing
-    height = row.bounding_box()["height"]
-    assert grid.page.locator(".mends:visible, td[aria-invalid=true]").count() == 0
+    height = some(row.bounding_box)["height"]
+    becomes(lambda: grid.page.locator(".mends:visible, td[aria-invalid=true]").count(), 0)
     dot = "getComputedStyle(document.querySelector('td.flagged'), '::after').content"
-    assert "•" in grid.page.evaluate(dot)
-    assert grid.page.locator(".problem-list li:not(.unfinished)").count() == 0
+    eventually(lambda: "•" in grid.page.evaluate(dot))
+    becomes(lambda: grid.page.locator(".problem-list li:not(.unfinished)").count(), 0)
     grid.press("ArrowDown")  # the row is left
     grid.page.wait_for_selector("td[aria-invalid=true]")
-    assert "!" in grid.page.evaluate(dot) and row.bounding_box()["height"] == height
+    eventually(lambda: "!" in grid.page.evaluate(dot) and row.bounding_box()["height"] == height)
     grid.go("C2")
     grid.type("sampel", "Tab")
     grid.page.wait_for_selector("tr.unfinished td.flagged:has-text('sampel')")
-    assert grid.page.locator("td[aria-invalid=true]").count() == 0
+    becomes(lambda: grid.page.locator("td[aria-invalid=true]").count(), 0)
     grid.page.wait_for_selector("td[aria-invalid=true]:has-text('sampel')", timeout=12_000)  # nothing typed for a while
 
 
@@ -83,18 +84,18 @@ def test_both_remedies_of_a_stale_combination_silence_it_and_its_test_then_passe
         shutil.copy(pattern, path)
         grid = shelf.open(path=path, sheet="Tracking")
         grid.page.wait_for_selector("td.is-warning:has-text('combineLatest')")
-        rows = grid.page.locator("tbody tr").count()
+        rows = some(grid.page.locator("tbody tr").count)
         grid.go("B10")
         grid.press("Control+.")  # there are two: the key leads to them
-        assert grid.page.evaluate("document.activeElement.dataset.fix") == "0"
+        becomes(lambda: grid.page.evaluate("document.activeElement.dataset.fix"), "0")
         grid.press(*["ArrowDown"] * number, "Enter")
         grid.page.wait_for_selector("td.flagged:not(.is-info)", state="detached")
         grid.page.wait_for_selector(".problems:has-text('no problems')")
         grid.saved()
-        assert passes(path) and grid.page.locator("tbody tr").count() > rows
+        eventually(lambda: passes(path) and grid.page.locator("tbody tr").count() > rows)
         grid.press("Control+z")
         grid.page.wait_for_selector("td.is-warning:has-text('combineLatest')")
-        assert grid.page.locator("tbody tr").count() == rows and not passes(path)
+        eventually(lambda: grid.page.locator("tbody tr").count() == rows and not passes(path))
 
 
 def test_the_tick_says_what_the_reader_does_with_words_of_other_languages(shelf: Books) -> None:
@@ -129,8 +130,8 @@ def test_the_tick_says_what_the_reader_does_with_words_of_other_languages(shelf:
 
 def test_on_is_not_ticked_in_rows_where_nothing_stands(shelf: Books) -> None:
     grid = shelf.open(TRACKING)
-    assert grid.page.locator("tbody tr:nth-child(-n+3) td.on input:checked").count() == 3
-    assert grid.page.locator("tbody td.on input").count() == 3
+    becomes(lambda: grid.page.locator("tbody tr:nth-child(-n+3) td.on input:checked").count(), 3)
+    becomes(lambda: grid.page.locator("tbody td.on input").count(), 3)
     grid.go("F9")
     grid.type("a note")
     grid.page.wait_for_selector("tbody tr:nth-child(8) td.on input:checked")

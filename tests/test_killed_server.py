@@ -20,6 +20,7 @@ from typing import Any
 
 import openpyxl
 import pytest
+from chromium import becomes
 from playwright.sync_api import expect
 
 from rrp_sheets.workbook.editing import read_sheets
@@ -239,7 +240,9 @@ def test_a_server_killed_during_a_run_leaves_a_record_that_can_be_read(tmp_path:
         # whether it still runs cannot be known, nothing is offered that cannot work, and it is said what happens
         expect(page.locator("#run-phase")).to_have_text("Not known", timeout=20_000)
         expect(page.locator("#run-notice")).to_contain_text("the robot comes to rest by itself")
-        assert page.locator("[data-run=pause]:enabled, #mark button:enabled, #things button:enabled").count() == 0
+        becomes(
+            lambda: page.locator("[data-run=pause]:enabled, #mark button:enabled, #things button:enabled").count(), 0
+        )
         page.click("[data-run=stop]")
         expect(page.locator("#run-problem")).to_contain_text("The server cannot be reached.")
         run = next(tmp_path.glob("runs/*"))

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from browser import GOOD, HEADER, HOME, book, get, visit
-from chromium import let_in, violations
+from chromium import becomes, eventually, let_in, violations
 
 from rrp_sheets import api
 from rrp_sheets.printing import gather
@@ -201,28 +201,28 @@ def test_nothing_is_cut_on_paper(page: Any, name: str, paper: str, width: int) -
     assert len(re.findall(rb"/Type\s*/Page\b", page.pdf(format=paper))) in (4, 5, 6, 7, 8)
     page.emulate_media(media="print")
     page.set_viewport_size({"width": width, "height": 900})
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
-    assert not page.locator(".topbar").is_visible() and not page.locator(".print-choices").is_visible()
-    assert page.locator(".drawn svg").first.is_visible()
+    eventually(lambda: page.evaluate("document.documentElement.scrollWidth") <= width)
+    eventually(lambda: not page.locator(".topbar").is_visible() and not page.locator(".print-choices").is_visible())
+    eventually(page.locator(".drawn svg").first.is_visible)
     rights = "[...document.querySelectorAll('.drawn svg')].map((e) => e.getBoundingClientRect().right)"
-    assert max(page.evaluate(rights)) <= width
-    assert page.evaluate("getComputedStyle(document.querySelector('.paper-table')).display") == "table"
-    assert page.evaluate("getComputedStyle(document.body).color") == "rgb(0, 0, 0)"
+    eventually(lambda: max(page.evaluate(rights)) <= width)
+    becomes(lambda: page.evaluate("getComputedStyle(document.querySelector('.paper-table')).display"), "table")
+    becomes(lambda: page.evaluate("getComputedStyle(document.body).color"), "rgb(0, 0, 0)")
     page.emulate_media(media="screen")
     page.set_viewport_size({"width": 1280, "height": 800})
 
 
 def test_sixty_rows_are_printed_whole(page: Any) -> None:
     drawn(page, "long.md")
-    assert page.locator(".of-behaviour tbody tr").count() == 60
-    assert page.locator(".of-behaviour tbody tr.off").count() == 1
-    rows = page.evaluate("new Set([...document.querySelectorAll('.drawn [data-row]')].map((e) => e.dataset.row)).size")
-    assert rows == 60
+    becomes(lambda: page.locator(".of-behaviour tbody tr").count(), 60)
+    becomes(lambda: page.locator(".of-behaviour tbody tr.off").count(), 1)
+    rows = "new Set([...document.querySelectorAll('.drawn [data-row]')].map((e) => e.dataset.row)).size"
+    becomes(lambda: page.evaluate(rows), 60)
     page.emulate_media(media="print")
-    high = page.evaluate(
-        "Math.max(...[...document.querySelectorAll('.drawn')].map((e) => e.getBoundingClientRect().height))"
-    )
-    assert high < 263 * 96 / 25.4  # mm of A4 between its margins: no picture is cut by the end of a sheet
+    high = "Math.max(...[...document.querySelectorAll('.drawn')].map((e) => e.getBoundingClientRect().height))"
+    eventually(
+        lambda: page.evaluate(high) < 263 * 96 / 25.4
+    )  # mm of A4 between its margins: no picture is cut by the end of a sheet
     page.emulate_media(media="screen")
 
 
@@ -230,14 +230,14 @@ def test_the_buttons_print_and_give_the_pdf(page: Any, tmp_path: Path) -> None:
     drawn(page, "挨拶.md")
     page.evaluate("window.print = () => { window.printed = true }")
     page.get_by_role("button", name="Print this page").click()
-    assert page.evaluate("window.printed") is True
+    eventually(lambda: page.evaluate("window.printed") is True)
     page.get_by_label("Paper").select_option("letter")
     with page.expect_download() as download:
         page.get_by_role("button", name="Get the PDF").click()
     assert download.value.suggested_filename == "挨拶-protocol.pdf"
     download.value.save_as(tmp_path / "made.pdf")
     assert LETTER in (tmp_path / "made.pdf").read_bytes()
-    assert page.locator("[data-said]").inner_text() == "The PDF is made."
+    becomes(lambda: page.locator("[data-said]").inner_text(), "The PDF is made.")
     page.get_by_label("Language").select_option("en")
     page.wait_for_selector(".protocol[lang=en]", timeout=60_000)
     page.get_by_label("Compared with").select_option("book/complex-tracking.xlsx")
@@ -249,4 +249,4 @@ def test_trouble_with_the_pdf_is_told(page: Any) -> None:
     page.evaluate("document.querySelector('[name=against] option').value = 'version/99/挨拶.md'")
     page.get_by_role("button", name="Get the PDF").click()
     page.wait_for_selector("[data-said].is-error")
-    assert "no such version" in page.locator("[data-said]").inner_text()
+    eventually(lambda: "no such version" in page.locator("[data-said]").inner_text())

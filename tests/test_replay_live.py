@@ -19,7 +19,7 @@ pytestmark = pytest.mark.soak  # the same acts, without browser and simulator, a
 
 
 def ask(page: Any, action: str, **what: Any) -> None:
-    answer = page.evaluate(
+    answer = page.evaluate(  # read once: the answer to what is sent
         """([action, what]) => fetch(`/book/session.xlsx/run/${action}`, { method: "POST", body: JSON.stringify(what),
           headers: { "X-RRP": "grid", "Content-Type": "application/json" } }).then((r) => r.status)""", [action, what])  # fmt: skip
     assert answer == 200, (action, answer)

@@ -8,7 +8,7 @@ import signal
 from pathlib import Path
 
 import panel
-from chromium import GridPage
+from chromium import GridPage, becomes, eventually
 from panel import LIVE, ended, row, run, running
 from playwright.sync_api import expect
 
@@ -37,11 +37,13 @@ def test_edited_formulas_are_used_in_the_run_or_it_is_said_why_not(browser, url:
     at.type("redBall.distence")
     at.go("D2")
     expect(page.locator("td.at > .mends")).to_be_visible(timeout=15_000)
-    assert page.locator("td.at > .mends").evaluate("""box => {
+    eventually(
+        lambda: page.locator("td.at > .mends").evaluate("""box => {
         const { right, bottom } = box.getBoundingClientRect();
         const value = document.querySelector("td.example").getBoundingClientRect();
         return right > value.left + 20 && box.contains(document.elementFromPoint(right - 8, bottom - 8));
     }""")
+    )
     at.type("redBall.distance + 5")
     # rows that are not the ones that run
     at.go("E3")
@@ -49,14 +51,13 @@ def test_edited_formulas_are_used_in_the_run_or_it_is_said_why_not(browser, url:
     at.go("B4")
     at.type("Very near")
     expect(page.locator("#run-notice")).to_contain_text("The run goes on with the rows as they were", timeout=15_000)
-    before = page.evaluate("document.body.dataset.run")
-    assert before == "running"
+    expect(page.locator("body")).to_have_attribute("data-run", "running")
     page.click("#run-notice button")
     expect(page.locator("#log li[data-kind=edit]")).to_have_count(0, timeout=60_000)  # a new run has a new log
     running(page)
     expect(page.locator("#run-notice")).to_be_hidden()
     expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^5\.\d+ m$"), timeout=15_000)
-    assert page.locator("#log li").last.inner_text().count("Started by Aya") == 1
+    becomes(lambda: page.locator("#log li").last.inner_text().count("Started by Aya"), 1)
     page.click("[data-run=stop]")
     ended(page)
     at.close()
@@ -67,8 +68,8 @@ def test_a_run_whose_process_dies_says_so_and_can_run_again(browser, url: str, f
     before = _children()
     run(at.page, operator="OP-1")
     # who has no name of their own is the operator
-    assert at.page.inner_text("#run-operator b") == "OP-1" and at.page.locator("#run-by").is_hidden()
-    assert at.page.inner_text("[data-do=name] span") == "OP-1"
+    eventually(lambda: at.page.inner_text("#run-operator b") == "OP-1" and at.page.locator("#run-by").is_hidden())
+    becomes(lambda: at.page.inner_text("[data-do=name] span"), "OP-1")
     expect(row(at.page, 2).locator(LIVE)).to_have_text(re.compile(r"^\d"), timeout=15_000)
     for which in ("the run's process", "the simulator"):
         (process,) = [pid for pid in _children() - before if b"runs.child" in Path(f"/proc/{pid}/cmdline").read_bytes()]
@@ -77,18 +78,18 @@ def test_a_run_whose_process_dies_says_so_and_can_run_again(browser, url: str, f
             assert b"rrp_sheets.sim.child" in Path(f"/proc/{process}/cmdline").read_bytes()
         os.kill(process, signal.SIGKILL)
         assert "The run broke off at " in ended(at.page)
-        assert at.page.locator("#run-notice.is-error").count() == 1
-        assert ("simulator has ended" in at.page.inner_text("#run-notice")) == (which == "the simulator")
+        becomes(lambda: at.page.locator("#run-notice.is-error").count(), 1)
+        becomes(lambda: "simulator has ended" in at.page.inner_text("#run-notice"), which == "the simulator")
         run(at.page)
     at.page.click("[data-run=stop]")
     assert ended(at.page).startswith("Stopped by OP-1")
     # Stop that comes after the end is no mistake
-    assert (
-        at.page.evaluate(
+    becomes(
+        lambda: at.page.evaluate(
             "fetch('/book/session.xlsx/run/stop', {method: 'POST', body: '{}', headers: {'Content-Type':"
             " 'application/json', 'X-RRP': 'grid'}}).then(r => r.status)"
-        )
-        == 200
+        ),
+        200,
     )
     at.close()
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import FLAGS_3D, GridPage, frames, until
+from chromium import FLAGS_3D, GridPage, becomes, frames, some, until
 
 pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
@@ -141,11 +141,14 @@ def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: Ro
         until(page, lambda: red_place(page) == pointer)  # a busy machine shows what was drawn a little later
         return place
 
-    assert caption.inner_text() == "Drag a thing to move it, elsewhere to look around"
+    becomes(caption.inner_text, "Drag a thing to move it, elsewhere to look around")
     x, y, z = drag(0, -40)
     assert z > begin[2] + 0.05 and abs(y - begin[1]) < 0.05, "up as seen"
-    shown = [float(text.split()[0]) for text in page.locator("#things output").all_inner_texts()[:3]]
-    assert shown == pytest.approx([x, y, z], abs=0.006), "the sliders follow"
+    told = page.locator("#things output")
+    becomes(
+        lambda: [float(text.split()[0]) for text in told.all_inner_texts()[:3]],
+        pytest.approx([x, y, z], abs=0.006), "the sliders follow",
+    )  # fmt: skip
     aside = drag(-40, 0)
     assert aside[1] < y - 0.05 and aside[2] == pytest.approx(z, abs=0.03), "left as seen is right of the robot"
     session = page.context.new_cdp_session(page)
@@ -154,9 +157,9 @@ def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: Ro
         points = [{"x": at[0], "y": at[1]}] if at else []
         session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
 
-    before = page.evaluate("scrollY")
+    before = page.evaluate("scrollY")  # read once: the page stands still
     assert drag(0, 30, finger)[2] < aside[2] - 0.03, "a finger moves it down"
-    assert page.evaluate("scrollY") == before, "and not the page"
+    becomes(lambda: page.evaluate("scrollY"), before, "and not the page")
     # two fingers: apart is nearer, as if it were drawn larger
     x, y = red_place(page)
     large = red_pixels(page)
@@ -186,7 +189,7 @@ def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: Ro
         panel.still()
         assert (np.abs(still - panel.picture()).sum(axis=2) > 60).mean() > 0.02
     assert not puts
-    assert caption.inner_text() == "Things can be moved while it runs. Drag to look around"
+    becomes(caption.inner_text, "Things can be moved while it runs. Drag to look around")
     page.unroute("**/run/put")
     panel.run()
     canvas.press("0")
@@ -220,7 +223,7 @@ def red_pixels(page: Any) -> int:
 
 def red_place(page: Any) -> tuple[float, float]:
     """Where on the screen the middle of the red ball is."""
-    box, (v, u) = page.locator("#robot3d canvas").bounding_box(), red(page)
+    box, (v, u) = some(page.locator("#robot3d canvas").bounding_box), red(page)
     assert len(u), "there is no red ball"
     return box["x"] + float(u.mean()), box["y"] + float(v.mean())
 
@@ -246,7 +249,7 @@ def test_what_is_dragged_moves_in_the_world(browser: Any, url: str, folder: Path
     # a person too, taken anywhere from head to foot; whoever is moved stays on the floor
     page.locator("#robot3d canvas").press("0")
     page.wait_for_selector("#robot3d canvas[data-state=still]")
-    where = page.evaluate("window.robot.things.Kai")
+    where = some(lambda: page.evaluate("window.robot.things.Kai"))
     x, y = jumper(page)
     page.mouse.move(x, y)
     page.mouse.down()

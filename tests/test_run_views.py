@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from chromium import frames, until
+from chromium import becomes, eventually, frames, some, until
 
 pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
 import numpy as np
 from PIL import Image
-from playwright.sync_api import TimeoutError
+from playwright.sync_api import TimeoutError, expect
 from run_panel import BOOK, Panel
 
 BOOKS = {"b.xlsx": BOOK}
@@ -31,7 +31,7 @@ def panel(browser: Any, url: str) -> Iterator[Panel]:
 
 def test_without_webgl_words_say_so(panel: Panel) -> None:
     panel.live(t=1.0, robot=panel.real.robot)
-    assert "cannot draw the robot in 3D" in panel.page.inner_text("#robot3d")
+    eventually(lambda: "cannot draw the robot in 3D" in panel.page.inner_text("#robot3d"))
 
 
 def test_the_box_is_where_the_ball_is_in_the_picture(panel: Panel) -> None:
@@ -40,18 +40,18 @@ def test_the_box_is_where_the_ball_is_in_the_picture(panel: Panel) -> None:
     pixels = np.asarray(Image.open(io.BytesIO(panel.real.jpeg)).convert("RGB"), dtype=int)
     high, wide = pixels.shape[:2]
     v, u = np.nonzero((pixels[:, :, 0] > 110) & (pixels[:, :, 1] < 80))
-    seen = panel.page.locator("#eye rect.seen").bounding_box()
-    frame = panel.page.locator("#eye img").bounding_box()
+    seen = some(panel.page.locator("#eye rect.seen").bounding_box)
+    frame = some(panel.page.locator("#eye img").bounding_box)
     scale = wide / frame["width"]
     left, top = (seen["x"] - frame["x"]) * scale, (seen["y"] - frame["y"]) * scale
     edges = (left, left + seen["width"] * scale, top, top + seen["height"] * scale)
     assert edges == pytest.approx((u.min(), u.max() + 1, v.min(), v.max() + 1), abs=4), "pixels of the camera"
     assert frame["height"] / frame["width"] == pytest.approx(high / wide, abs=0.02)
     words = f"Red ball {panel.real.fields['distance']:.2f} m"
-    assert panel.page.locator("#eye svg text").text_content() == words
-    assert words in (panel.page.locator("#eye img").get_attribute("alt") or "")
+    becomes(lambda: panel.page.locator("#eye svg text").text_content(), words)
+    eventually(lambda: words in (panel.page.locator("#eye img").get_attribute("alt") or ""))
     panel.live(t=2.6)
-    assert panel.page.locator("#eye rect.seen").count() == 0, "what was seen long ago is not shown"
+    becomes(lambda: panel.page.locator("#eye rect.seen").count(), 0, "what was seen long ago is not shown")
     asked: list[str] = []
     panel.page.on("request", lambda request: asked.append(request.url) if "/run/eye.jpg" in request.url else None)
     burst = "() => { for (let eye = 10; eye < 60; eye++) document.dispatchEvent(new CustomEvent('rrp:live', { detail: { eye } })); }"
@@ -87,8 +87,8 @@ def test_the_eye_goes_on_asking_whatever_comes(panel: Panel) -> None:
     assert len(set(asked)) == len(asked), "a browser shows a picture of the same address again without asking"
     answers += ["lost", "none"]
     asks(3)
-    assert page.locator("#eye img").is_visible(), "what was seen last stays"
-    assert re.fullmatch(r"Robot’s eye\s*old by \d+ s", page.locator("#eye figcaption").inner_text())
+    eventually(lambda: page.locator("#eye img").is_visible(), "what was seen last stays")
+    eventually(lambda: re.fullmatch(r"Robot’s eye\s*old by \d+ s", page.locator("#eye figcaption").inner_text()))
     panel.live(t=2.8, eye=71)
     page.wait_for_selector("#eye img[src$='&n=71']")
     page.wait_for_function("!document.querySelector('#eye figcaption').innerText.includes('old')")
@@ -107,24 +107,24 @@ def stream(value: str, at: float, kind: str = "stream") -> dict[str, Any]:
 def test_what_is_said_stands_in_a_bubble_with_its_age(panel: Panel) -> None:
     panel.live(t=3.0, robot={**panel.real.robot, "saying": "Hello Kai"})
     bubble = panel.page.locator("#speech .bubble")
-    assert bubble.inner_text().strip() == "Hello Kai"
-    assert panel.page.locator("#speech [aria-live]").text_content() == "The robot says: Hello Kai"
+    becomes(lambda: bubble.inner_text().strip(), "Hello Kai")
+    becomes(lambda: panel.page.locator("#speech [aria-live]").text_content(), "The robot says: Hello Kai")
     panel.live(t=4.0, robot={**panel.real.robot, "saying": ""})
     panel.live(t=9.5, robot={**panel.real.robot, "saying": ""})
-    assert "5 s ago" in bubble.inner_text() and "last said" not in bubble.inner_text()
-    below = panel.page.locator("#robot3d").bounding_box()
-    bubbles = [bubble.bounding_box()]
+    eventually(lambda: "5 s ago" in bubble.inner_text() and "last said" not in bubble.inner_text())
+    below = some(panel.page.locator("#robot3d").bounding_box)
+    bubbles = [some(bubble.bounding_box)]
     panel.live(t=14.0, robot={**panel.real.robot, "saying": ""})
-    assert bubble.inner_text().split("\n") == ["last said: Hello Kai", "10 s ago"]
+    becomes(lambda: bubble.inner_text().split("\n"), ["last said: Hello Kai", "10 s ago"])
     panel.live(t=15.0, robot={**panel.real.robot, "saying": "Now I tell you something long. " * 9})
-    bubbles.append(bubble.bounding_box())
+    bubbles.append(some(bubble.bounding_box))
     assert all(b["y"] + b["height"] < below["y"] for b in bubbles), "it covers nothing of the robot"
-    assert panel.page.locator("#robot3d").bounding_box() == below, "nothing jumps"
+    becomes(lambda: panel.page.locator("#robot3d").bounding_box(), below, "nothing jumps")
     panel.tell("rrp:run", id="r2", phase="starting", book="b.xlsx", t=0)
-    assert bubble.inner_text().strip() == "Nothing was said yet"
+    becomes(lambda: bubble.inner_text().strip(), "Nothing was said yet")
     panel.run()
     panel.live(t=9.0, robot={**panel.real.robot, "saying": "Hello Kai"})
-    assert panel.page.locator("#speech [aria-live]").text_content() == "The robot says: Hello Kai"
+    becomes(lambda: panel.page.locator("#speech [aria-live]").text_content(), "The robot says: Hello Kai")
 
 
 def test_plots_and_drives(panel: Panel) -> None:
@@ -140,27 +140,28 @@ def test_plots_and_drives(panel: Panel) -> None:
     page.evaluate("all => { for (const detail of all) document.dispatchEvent(new CustomEvent('rrp:live', { detail })); }",
                   events)  # fmt: skip
     shown = page.locator("#plots li")
-    assert shown.locator(".head span").all_text_contents() == ["Distance", "Red ball.x"], "an id is no curve"
-    assert shown.first.locator("canvas").count() == 1
+    becomes(lambda: shown.locator(".head span").all_text_contents(), ["Distance", "Red ball.x"], "an id is no curve")
+    becomes(lambda: shown.first.locator("canvas").count(), 1)
     until(page, lambda: (panel.live(t=70.0), shown.first.locator("b").text_content())[1] == "1.19 m")
-    colours = shown.first.locator("canvas").evaluate(
+    colours = (
         "c => { const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let n = 0;"
         " for (let i = 0; i < d.length; i += 4) if (d[i + 3] > 200 && d[i + 1] > d[i] + 40) n++; return n; }"
     )
-    assert colours > 100, "the curve is drawn in the streams' green"
+    eventually(lambda: shown.first.locator("canvas").evaluate(colours) > 100, "the curve is in the streams' green")
     page.get_by_text("Choose what is plotted").click()
     page.get_by_role("checkbox", name="Red ball.id").check()
-    assert shown.count() == 3
+    becomes(shown.count, 3)
     page.get_by_text("As a table").click()
     page.wait_for_selector("#plots tr:has-text('Distance')")
-    cells = page.locator("#plots tr:has-text('Distance') td").all_text_contents()
-    assert cells[0] == "1.19 m" and float(cells[1]) > 0.5, "of the last 30 seconds only"
-    rows = page.locator("#drives text.row").all_text_contents()
-    assert rows == ["4", "6"]
-    head, voice = (page.locator("#drives rect.busy").nth(n).bounding_box() for n in (0, 1))
+    cells = page.locator("#plots tr:has-text('Distance') td")
+    expect(cells.first).to_have_text("1.19 m")
+    eventually(lambda: float(cells.nth(1).text_content()) > 0.5, "of the last 30 seconds only")
+    expect(page.locator("#drives text.row")).to_have_text(["4", "6"])
+    head, voice = (some(page.locator("#drives rect.busy").nth(n).bounding_box) for n in (0, 1))
     assert head["x"] < voice["x"] < head["x"] + head["width"]
-    assert voice["width"] / page.locator("#drives path.rule").first.bounding_box()["width"] == pytest.approx(
-        0.1, abs=0.02
+    becomes(
+        lambda: voice["width"] / page.locator("#drives path.rule").first.bounding_box()["width"],
+        pytest.approx(0.1, abs=0.02),
     )
     page.wait_for_selector("#drives svg[aria-label*='head: row T!4']")
 
@@ -176,14 +177,14 @@ def test_a_whole_record_is_plotted_with_the_value_under_the_pointer(panel: Panel
         window.away = plotRecord(root, [{ name: "A", unit: "m", points }, { name: "B", kind: "sensor", points: [] }]);
     }""")
     heads = page.locator("#record .head")
-    assert heads.all_inner_texts() == ["A\n0 to 99 m", "B\nno value"]
+    becomes(heads.all_inner_texts, ["A\n0 to 99 m", "B\nno value"])
     over = page.locator("#record .u-over").first
     over.hover()
-    told = heads.first.inner_text()
-    assert told.startswith("A\n") and " s: " in told and told.endswith(" m")
+    expect(heads.first).to_have_text(re.compile(r"^A.* s: .* m$", re.DOTALL))
+    told = heads.first.inner_text()  # read once: the pointer rests, so it stays
     assert float(told.split("\n")[1].split(" s")[0]) == pytest.approx(5, abs=1), "the middle of ten seconds"
     page.evaluate("away()")
-    assert page.locator("#record canvas").count() == 0
+    becomes(lambda: page.locator("#record canvas").count(), 0)
     page.evaluate("document.querySelector('#record').remove()")
 
 
@@ -193,18 +194,23 @@ def test_rows_and_streams_of_the_last_second_are_lit_in_the_diagram(panel: Panel
         t=80.0, rows={ids[0]: row("0.46 m", 79.9), ids[1]: row("0.46 m", 70.0), ids[3]: {**row("", 79.9), "e": "Oh"}},
         streams={"Red ball": stream("…", 79.9, "sensor"), "Distance": stream("0.46 m", 79.9)},
     )  # fmt: skip
-    lit = page.eval_on_selector_all("#diagram .lit[data-row]", "found => found.map(b => b.dataset.row)")
-    assert lit == ["2", "5"]
-    assert page.locator("#diagram .failed").get_attribute("data-row") == "5"
-    assert page.locator("#diagram [data-name='Distance'] .now").text_content() == "0.46 m"
-    wires = page.eval_on_selector_all("#diagram .arrow.lit", "found => found.map(w => [w.dataset.from, w.dataset.to])")
-    names = page.evaluate("Object.fromEntries([...document.querySelectorAll('#diagram [role=button]')].map("
-                          "b => [b.id, b.dataset.row ?? b.dataset.name]))")  # fmt: skip
-    assert sorted((names[a], names[b]) for a, b in wires) == [("2", "Distance"), ("Red ball", "2")]
+    lit = "[...document.querySelectorAll('#diagram .lit[data-row]')].map((b) => b.dataset.row)"
+    becomes(lambda: page.evaluate(lit), ["2", "5"])
+    becomes(lambda: page.locator("#diagram .failed").get_attribute("data-row"), "5")
+    becomes(lambda: page.locator("#diagram [data-name='Distance'] .now").text_content(), "0.46 m")
+    names = some(lambda: page.evaluate(
+        "Object.fromEntries([...document.querySelectorAll('#diagram [role=button]')].map("
+        "b => [b.id, b.dataset.row ?? b.dataset.name]))"))  # fmt: skip
+    wires = "[...document.querySelectorAll('#diagram .arrow.lit')].map((w) => [w.dataset.from, w.dataset.to])"
+    becomes(
+        lambda: sorted((names[a], names[b]) for a, b in page.evaluate(wires)), [("2", "Distance"), ("Red ball", "2")]
+    )
     panel.live(t=81.5)
-    assert page.locator("#diagram .lit").count() == 0
+    becomes(lambda: page.locator("#diagram .lit").count(), 0)
     world = page.locator("#diagram .arrow.world")
-    assert (names[world.get_attribute("data-from")], names[world.get_attribute("data-to")]) == ("Say", "Say done")
+    becomes(
+        lambda: (names[world.get_attribute("data-from")], names[world.get_attribute("data-to")]), ("Say", "Say done")
+    )
 
 
 def row(value: str, at: float) -> dict[str, Any]:
@@ -215,26 +221,25 @@ def test_the_diagram_leads_to_the_rows_and_back_and_keeps_zoom_and_focus(panel: 
     page = panel.page
     box = page.get_by_role("button", name="Row 3, filter: distance < 0.8")
     box.click()
-    assert page.inner_text("#formula-bar b") == "C3"
-    assert "here" in (box.get_attribute("class") or "")
-    assert page.locator("#diagram .arrow.here").count() == 2
+    becomes(lambda: page.inner_text("#formula-bar b"), "C3")
+    eventually(lambda: "here" in (box.get_attribute("class") or ""))
+    becomes(lambda: page.locator("#diagram .arrow.here").count(), 2)
     page.get_by_role("button", name="Larger").click()
-    zoom = float(page.evaluate("getComputedStyle(document.querySelector('#panels')).getPropertyValue('--zoom')"))
-    wide = page.locator("#diagram svg").bounding_box()["width"]
+    zoom = "getComputedStyle(document.querySelector('#panels')).getPropertyValue('--zoom')"
+    eventually(lambda: float(page.evaluate(zoom)) > 1.1)
+    wide = some(page.locator("#diagram svg").bounding_box)["width"]
     box.focus()
     page.keyboard.press("ArrowDown")
-    assert page.evaluate("document.activeElement.dataset.name") == "Close ball"
+    becomes(lambda: page.evaluate("document.activeElement.dataset.name"), "Close ball")
     page.evaluate(
         "new Promise((done) => { document.addEventListener('htmx:after:swap', done, { once: true });"
         " htmx.trigger('#panels', 'recheck'); }).then(() => 0)"
     )
-    assert page.evaluate("document.activeElement.dataset.name") == "Close ball"
-    assert page.locator("#diagram svg").bounding_box()["width"] == pytest.approx(wide, abs=1)
-    assert zoom > 1.1
+    becomes(lambda: page.evaluate("document.activeElement.dataset.name"), "Close ball")
+    becomes(lambda: page.locator("#diagram svg").bounding_box()["width"], pytest.approx(wide, abs=1))
     page.keyboard.press("Enter")
-    assert page.inner_text("#formula-bar b") == "C3", "a stream leads to the row that makes it"
+    becomes(lambda: page.inner_text("#formula-bar b"), "C3", "a stream leads to the row that makes it")
     page.get_by_role("button", name="Fit").click()
-    sizes = page.eval_on_selector_all(
-        "#diagram text", "found => found.map(t => parseFloat(t.getAttribute('font-size')) * t.getScreenCTM().a)"
-    )
-    assert min(sizes) >= 9.5, "readable without glasses"
+    size = "(t) => parseFloat(t.getAttribute('font-size')) * t.getScreenCTM().a"
+    sizes = f"[...document.querySelectorAll('#diagram text')].map({size})"
+    eventually(lambda: min(page.evaluate(sizes)) >= 9.5, "readable without glasses")

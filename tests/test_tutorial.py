@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import GridPage
-from playwright.sync_api import TimeoutError
+from chromium import GridPage, becomes, eventually, some
+from playwright.sync_api import TimeoutError, expect
 
 from rrp_sheets import api
 from rrp_sheets.resources import bundled
@@ -124,8 +124,7 @@ def row_of(page: GridPage, text: str, below: str) -> int:
       return begin < 0 ? 0 : Number(rows.slice(begin + 1).find((row, i) => text
         ? told[begin + 1 + i].includes(text) && !told[begin + 1 + i].startsWith("#")
         : empty(told[begin + 1 + i])).cells[0].textContent); }"""
-    found = page.page.evaluate(script, [text, below])
-    assert found, below
+    found = some(lambda: page.page.evaluate(script, [text, below]))
     return int(found)
 
 
@@ -185,12 +184,12 @@ def first_lessons(page: GridPage) -> None:
 
 def test_the_first_lessons_by_the_keyboard(page: GridPage) -> None:
     first_lessons(page)
-    assert "Lesson 2 Near is done. 2 of 10 lessons done." in page.page.locator("#status").inner_text()
+    eventually(lambda: "Lesson 2 Near is done. 2 of 10 lessons done." in page.page.locator("#status").inner_text())
     shown = page.page.locator(".tests-list li")
-    assert [shown.nth(n).get_attribute("class") for n in range(3)] == ["is-holds", "is-holds", "is-now"]
-    assert shown.nth(3).get_attribute("class") == "is-later" and not page.page.locator(".is-fails").count()
-    told = page.page.locator(".tests-first").inner_text()
-    assert "Now: Lesson 3 Name it" in told and "New here: map" in told
+    becomes(lambda: [shown.nth(n).get_attribute("class") for n in range(3)], ["is-holds", "is-holds", "is-now"])
+    eventually(lambda: shown.nth(3).get_attribute("class") == "is-later" and not page.page.locator(".is-fails").count())
+    for text in ("Now: Lesson 3 Name it", "New here: map"):
+        expect(page.page.locator(".tests-first")).to_contain_text(text)
 
 
 def test_a_lesson_that_does_not_hold_any_more_is_told_as_such(page: GridPage) -> None:
@@ -200,12 +199,14 @@ def test_a_lesson_that_does_not_hold_any_more_is_told_as_such(page: GridPage) ->
     mend(page, "FORM003", "D", row)
     holds(page, 2)
     page.page.click(".tests-list li:nth-child(2) a")
-    assert page.here == f"B{row}"
+    becomes(lambda: page.here, f"B{row}")
     write(page, row, "redBall.distance < 5", begin="D")
     page.page.wait_for_selector(".tests-first:has-text('Lesson 2 Near does not hold any more')", timeout=40_000)
-    assert (
-        page.page.locator(".tests-list .is-fails").count() == 1
-        and page.page.locator(".tests-list .is-now").count() == 1
+    eventually(
+        lambda: (
+            page.page.locator(".tests-list .is-fails").count() == 1
+            and page.page.locator(".tests-list .is-now").count() == 1
+        )
     )
     page.press("Control+z")
     holds(page, 2)
@@ -218,7 +219,7 @@ def test_a_row_typed_into_a_comment_is_told_and_put_into_a_row_of_its_own(page: 
     page.type("Chest LED color")
     go(page, "B", row)
     page.page.keyboard.type("Blue ball")
-    assert "the robot leaves it out" in page.page.inner_text(".editor .is-comment")
+    eventually(lambda: "the robot leaves it out" in page.page.inner_text(".editor .is-comment"))
     page.press("Tab")
     page.type("subscribe")
     mend(page, "SHEET022", "C", row)
@@ -257,10 +258,10 @@ def test_the_table_follows_the_rows_that_act_but_nobody_who_is_at_it(page: GridP
     try:
         page.page.clock.run_for(120_000)  # nobody has touched the table for a while
         assert told("running", -1, 0.0) == 0
-        assert page.page.locator("#run-follow").is_visible()
+        eventually(lambda: page.page.locator("#run-follow").is_visible())
         assert told("running", 8, 1.0) == 0, "it is in sight"
         assert told("running", 42, 1.5) > 100
-        assert page.here == "B8", "the cursor stays"
+        becomes(lambda: page.here, "B8", "the cursor stays")
         page.page.clock.run_for(3_000)
         page.press("F2")
         page.page.clock.run_for(9_000)
@@ -279,7 +280,7 @@ def test_the_table_follows_the_rows_that_act_but_nobody_who_is_at_it(page: GridP
         told("none", 0, 0.0)
         told("none", -1, 0.0)
         page.go("B8")
-    assert not page.page.locator("#run-follow").is_visible()
+    eventually(lambda: not page.page.locator("#run-follow").is_visible())
 
 
 def test_a_lesson_is_read_on_a_narrow_screen_without_moving_the_table(page: GridPage) -> None:
@@ -287,7 +288,7 @@ def test_a_lesson_is_read_on_a_narrow_screen_without_moving_the_table(page: Grid
     page.page.set_viewport_size({"width": 400, "height": 800})
     script = """() => [...document.querySelectorAll("tr.comment:not(.buried) td.remark .word")]
       .every((word) => word.getBoundingClientRect().width <= innerWidth - 80)"""
-    assert page.page.evaluate(script)
+    eventually(lambda: page.page.evaluate(script))
     page.page.set_viewport_size(size)
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 from browser import COOKIE
-from chromium import GridPage, let_in, listening, serving
+from chromium import GridPage, becomes, eventually, let_in, listening, serving
 
 from rrp_sheets.web.desk import MOST_HERE, MOST_LISTENERS, MOST_OF_ONE
 from rrp_sheets.web.guard import Lan
@@ -173,7 +173,7 @@ def test_pages_in_the_background_and_one_page_too_many(browser: Any, url: str) -
     put(url, cookie, "while away")
     page.page.evaluate("() => { window.away = false; document.dispatchEvent(new Event('visibilitychange')); }")
     page.expect("F2", "while away")
-    assert page.page.evaluate("window.kept"), "it was loaded again, and what one was typing would be lost"
+    eventually(lambda: page.page.evaluate("window.kept"), "it was loaded again, and what one was typing would be lost")
     page.close()
 
     lines = [Line(url, cookie, client=f"l{n}") for n in range(MOST_HERE)]
@@ -182,7 +182,7 @@ def test_pages_in_the_background_and_one_page_too_many(browser: Any, url: str) -
     another = context.new_page()
     another.goto(f"{url}/book/b.xlsx")
     another.wait_for_selector(f"#line-lost:has-text('You have {MOST_HERE} pages open here. Close one')")
-    assert another.get_attribute("#line-lost", "role") == "status"
+    becomes(lambda: another.get_attribute("#line-lost", "role"), "status")
     for line in lines:
         line.close()
     put(url, cookie, "shows that they are gone")
