@@ -75,7 +75,9 @@ def test_the_page_tells_that_an_edit_was_not_stored_and_stays_usable(browser: An
     with Served(folder, FULL) as server:
         page = server.page(browser, "book/b.xlsx")
         listening(page)
-        cell = page.locator("tbody tr").nth(2).locator("td").last  # of the whole sheet: more bodies of rows may come yet
+        cell = (
+            page.locator("tbody tr").nth(2).locator("td").last
+        )  # of the whole sheet: more bodies of rows may come yet
         was = some(lambda: cell.get_attribute("data-v"))
         cell.click(position={"x": 3, "y": 3})
         page.keyboard.type("not stored")
