@@ -135,12 +135,19 @@ def test_stop_works_at_once_whatever_it_is_doing(before, tmp_path):
 
 
 def test_a_paused_run_is_not_taken_for_a_stuck_one():
-    cell = [5, 0, -1]
-    dog = Watchdog(cell)
-    assert not any(
-        dog.bites(heard=n % 3 == 0, now=100 + n * 0.1) for n in range(6_000)
-    )  # ten minutes, with signs of life
-    assert any(dog.bites(heard=False, now=1_000 + n * 0.1) for n in range(400))  # and none
+    now = [100.0]
+    dog = Watchdog([5, 0, -1], lambda: 0.0, lambda: now[0])
+
+    def fails(seconds, every):
+        """Whether it is ended within some seconds; every so many looks there is a sign of life."""
+        for n in range(round(seconds * 10)):
+            now[0] += 0.1
+            if dog.failure(heard=bool(every) and n % every == 0, rows={}):
+                return True
+        return False
+
+    assert not fails(600, every=3)
+    assert fails(40, every=0)
 
 
 def test_a_speed_that_cannot_be_is_refused(tmp_path):

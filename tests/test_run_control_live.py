@@ -333,10 +333,10 @@ def test_a_simulator_that_is_killed_while_a_run_is_paused_is_told(tmp_path):
     panel.until(lambda: panel.of("frame"))
     run.pause()
     panel.until(lambda: panel.of("paused"))
-    os.kill(panel.start.world, signal.SIGKILL)
-    panel.until(lambda: panel.of("finishing"))
+    os.kill(run.simulator_pid, signal.SIGKILL)
     thread.join(30)
-    assert "ended unexpectedly" in ended[0].result.broken.message
+    assert "ended unexpectedly (signal 9)" in ended[0].result.broken.message
+    assert not panel.of("finishing"), "no rest is claimed"
     last = json.loads((tmp_path / "o" / "trace.jsonl").read_text().splitlines()[-1])
     assert last["ended"] == "broken" and "ended unexpectedly" in last["why"] and last["remedy"]
 

@@ -16,6 +16,7 @@ from rrp_sheets.errors import MissingPart, RunBroken, SheetsError, UnreadableFil
 from rrp_sheets.model.exchange import Act, Happening, State
 from rrp_sheets.model.values import Failure, Record, record_from_mapping
 from rrp_sheets.resources import bundled
+from rrp_sheets.processes import Lines
 from rrp_sheets.runs import RunSettings, RunView, telling, wire
 from rrp_sheets.runs.apart import RunProcess
 from rrp_sheets.runs.view import Summary
@@ -86,7 +87,7 @@ class Taken(RunView):
 
 def pair():
     here, there = socket.socketpair()
-    return wire.Outbox(here), wire.Lines(there), there
+    return wire.Outbox(here), Lines(there), there
 
 
 @given(VALUES)

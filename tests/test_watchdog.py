@@ -18,7 +18,14 @@ pytest.importorskip("pybullet")
 from PIL import Image
 from play import rows
 
-from rrp_sheets.runs.watchdog import PREPARED_AFTER, SILENT_AFTER, STUCK_AFTER, Watchdog
+from rrp_sheets.runs.watchdog import (
+    INSTANT_WITHIN,
+    PREPARED_AFTER,
+    ROW_WITHIN,
+    SILENT_AFTER,
+    STILL_WITHIN,
+    Watchdog,
+)
 
 COMMAND = [sys.executable, "-c", "from rrp_sheets.cli.main import main; main()"]
 
@@ -146,19 +153,27 @@ def test_ctrl_c_need_not_wait_for_a_check_that_never_ends(tmp_path, environment)
 
 
 class Clock:
-    """Looks at a watchdog's cell at made-up times."""
+    """Looks at a watchdog's cell at made-up times, with made-up processor time."""
 
     def __init__(self):
         self.cell = [0, 0, -1]
-        self.dog = Watchdog(self.cell)
-        self.now = 0.0
-        self.dog.bites(heard=True, now=self.now)
+        self.now = self.cpu = 0.0
+        self.dog = Watchdog(self.cell, lambda: self.cpu, lambda: self.now)
+        self.failure = ""
+        self.look()
 
-    def after(self, seconds, *, heard=False, silent_after=SILENT_AFTER, step=0.1):
+    def look(self, **how):
+        rows = {n: f"T!{n}" for n in range(100)}
+        self.failure = self.dog.failure(**{"heard": False, "rows": rows, **how})
+        return self.failure
+
+    def after(self, seconds, *, load=1.0, step=0.1, **how):
+        """Whether it must be ended within some seconds, of which it gets a share of the processor."""
         end = self.now + seconds
         while self.now < end:
             self.now += step
-            if self.dog.bites(heard=heard, silent_after=silent_after, now=self.now):
+            self.cpu += step * load
+            if self.look(**how):
                 return True
         return False
 
@@ -166,23 +181,60 @@ class Clock:
 def test_a_row_may_take_two_seconds_and_no_longer():
     clock = Clock()
     clock.cell[:] = [1, 1, 5]
-    assert not clock.after(STUCK_AFTER - 0.2)
-    assert clock.after(0.5) and clock.dog.stuck
+    assert not clock.after(ROW_WITHIN - 0.2)
+    assert clock.after(0.5) and "T!5" in clock.failure
 
 
-def test_a_frame_of_many_slow_rows_is_not_stuck():
+def test_a_row_that_gets_little_of_a_busy_machine_is_given_the_time_that_it_needs():
     clock = Clock()
-    for row in range(10):
+    clock.cell[:] = [1, 1, 5]
+    assert not clock.after(ROW_WITHIN * 18, load=0.05)
+    assert clock.after(ROW_WITHIN * 4, load=0.05)
+
+
+def test_a_row_that_waits_for_nothing_is_ended():
+    clock = Clock()
+    clock.cell[:] = [1, 1, 5]
+    assert not clock.after(STILL_WITHIN - 0.3, load=0)
+    assert clock.after(1, load=0) and "stood still" in clock.failure and "T!5" in clock.failure
+
+
+def test_an_instant_has_a_limit_as_a_whole_and_its_costliest_rows_are_named():
+    clock = Clock()
+    for row in range(40):
         clock.cell[:] = [1, 1, row]
-        assert not clock.after(STUCK_AFTER - 0.3)
+        if clock.after(0.9 if row == 2 else 0.3):
+            break
+    assert clock.now == pytest.approx(INSTANT_WITHIN, abs=0.5)
+    assert "one instant" in clock.failure and "the costliest are T!2 (0.9 s), T!" in clock.failure
+    assert clock.failure.count("T!") == 3
+
+
+def test_many_slow_instants_are_not_one():
+    clock = Clock()
+    for frame in range(20):
+        clock.cell[:] = [frame, 1, 5]
+        assert not clock.after(ROW_WITHIN - 0.3)
+        clock.cell[:] = [frame, 0, -1]
+        assert not clock.after(0.2, heard=True)
 
 
 def test_a_paced_wait_is_no_stall_but_silence_is():
     clock = Clock()
     clock.cell[:] = [1, 0, -1]
-    assert not clock.after(600, heard=True)
+    assert not clock.after(600, load=0, heard=True)
+    assert not clock.after(SILENT_AFTER - 1, load=0)
+    assert clock.after(2, load=0) and "T!" not in clock.failure
+    clock = Clock()
     assert not clock.after(SILENT_AFTER - 1)
-    assert clock.after(2) and not clock.dog.stuck
+    assert clock.after(2)
+
+
+def test_an_engine_that_waits_for_the_simulator_may_be_silent():
+    clock = Clock()
+    clock.cell[:] = [1, 0, -1]
+    assert not clock.after(600, load=0, waits=True)
+    assert clock.after(SILENT_AFTER + 1, load=0)
 
 
 def test_what_may_take_long_is_given_time():
@@ -194,4 +246,4 @@ def test_what_may_take_long_is_given_time():
 def test_a_machine_that_slept_has_nobody_stuck():
     clock = Clock()
     clock.cell[:] = [1, 1, 5]
-    assert not clock.after(3600, step=3600)
+    assert not clock.after(3600, step=3600, load=0)

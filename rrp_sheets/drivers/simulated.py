@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import socket
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -39,6 +40,8 @@ class SimulatedWorld(World):
         title: shown on the strip.
         beside: the folder of the workbook, for its sounds.
         faces: the file that keeps remembered faces beyond the run; None keeps none.
+        requests: the connection to a simulator that a supervisor has started; None starts one here.
+        ending: of that simulator: waits for what the supervisor says of its end.
 
     Raises:
         MissingPart: when the simulator is not installed.
@@ -61,6 +64,8 @@ class SimulatedWorld(World):
         title: str = "",
         beside: Path | None = None,
         faces: Path | None = None,
+        requests: socket.socket | None = None,
+        ending: Callable[[], str] | None = None,
     ) -> None:
         if out is not None:
             try:
@@ -82,11 +87,11 @@ class SimulatedWorld(World):
             beside=str(beside.resolve()) if beside is not None else "",
             faces=str(faces.resolve()) if faces is not None else "",
         )  # fmt: skip
-        self._process = SimProcess(spec)
+        self._process = SimProcess(spec, requests, ending)
 
     @property
     def pid(self) -> int | None:
-        """The number of the simulator's process, while it runs."""
+        """The number of the simulator's process that was started here, while it runs."""
         return self._process.pid
 
     def start(self) -> Arrivals:
@@ -99,7 +104,7 @@ class SimulatedWorld(World):
         return self._arrivals(self._process.advance(now_us, commands))
 
     def stop(self) -> Arrivals:
-        """The robot rests, the film is written, the process ends; within half a minute, whatever hangs."""
+        """The robot rests, the film is written, the process ends."""
         return self._arrivals(self._process.stop())
 
     def kill(self) -> None:

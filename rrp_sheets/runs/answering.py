@@ -12,15 +12,22 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.processes import Lines, end_with_starter, line
 from rrp_sheets.runs.limits import limit_memory
-from rrp_sheets.runs.wire import Lines, line, pack_error
+from rrp_sheets.runs.wire import pack_error
 
 
-def begin() -> socket.socket:
-    """The connection of a process that has just been started; its first argument is its number."""
+def begin(grace: float = 0.0) -> socket.socket:
+    """The connection of a process that has just been started; its first argument is its number.
+
+    Args:
+        grace: seconds that the process may go on when the program that started it has gone.
+    """
+    link = socket.socket(fileno=int(sys.argv[1]))
+    end_with_starter(link, grace)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program
     limit_memory()
-    return socket.socket(fileno=int(sys.argv[1]))
+    return link
 
 
 def answer(make: Callable[[], Any]) -> list[Any]:

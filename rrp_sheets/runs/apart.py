@@ -1,13 +1,13 @@
-"""A run in a process of its own, watched: what the command line uses, and a server.
+"""A run in processes of its own, supervised: what the command line uses, and a server.
 
-Formulas come from files that strangers exchange. So they are evaluated in a process with a memory limit, and a watchdog
-here ends it when a row does not come to an end. The robot does not depend on that process: its own (the simulator's)
-brings it to its safe stop when the engine is gone.
+Formulas come from files that strangers exchange. So the engine evaluates them in a process with a memory limit, and is
+ended here when a row does not come to an end. The robot does not depend on it: this module starts the simulator's
+process too, and has a connection of its own to it, over which Stop goes whatever rows and engine do.
 """
 
 from __future__ import annotations
 
-import os
+import selectors
 import threading
 import time
 from contextlib import suppress
@@ -17,20 +17,24 @@ from typing import Any
 
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.errors import RunBroken, SheetsError
+from rrp_sheets.model.exchange import Happening
 from rrp_sheets.runs.mending import close_trace
-from rrp_sheets.runs.office import KeptOffice, RunOffice, readable
+from rrp_sheets.runs.office import RunOffice, readable
 from rrp_sheets.runs.telling import pack_settings, show, unpack_result, unpack_start
 from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView
-from rrp_sheets.runs.watchdog import FINISHED_AFTER, PREPARED_AFTER, SILENT_AFTER, STUCK_AFTER, Watchdog
+from rrp_sheets.runs.watchdog import FINISHED_AFTER, PREPARED_AFTER, SILENT_AFTER, Watchdog
 from rrp_sheets.runs.wire import unpack_error, unpack_finding
 from rrp_sheets.runtime.progress import RANK
-from rrp_sheets.sim.process import require
+from rrp_sheets.sim.process import REMEDY_DIED, Simulator, require
 
-LISTEN = 0.1  # s: how often the watchdog looks, and Ctrl-C is passed on
-REST_WITHIN = 30.0  # s, for a robot whose engine is gone to come to its safe stop
+LOOK_EVERY = 0.05  # s: how often the processes are looked at, and Ctrl-C is passed on
+ROWS_END_WITHIN = 0.15  # s from Stop, for the engine to say that its rows are over; then it is ended
+STOP_WAITS = 0.05  # s, for another message to the engine, which somebody is just sending
+SEND_WITHIN = 2.0  # s, for the engine to take a message; its connection holds hundreds of them
 FINISH_WITHIN = 90.0  # s, to write table and diagram of a run that broke off
+CLOSE_WITHIN = 5.0  # s, for the simulator to bring its robot to rest when nobody listens to the run any more
 REMEDY_STUCK = "Look at that row's connector and formula; if they are of ours, please report it with the workbook."
-REMEDY_DIED = "Run it again; if it happens again, please report it with the workbook."
+REMEDY_SLOW = "Let these rows work with shorter texts and lists, or less often."
 
 
 @dataclass(frozen=True)
@@ -59,26 +63,47 @@ class RunProcess:
 
     def __init__(self, path: Path, settings: RunSettings | None = None) -> None:
         require()
-        self._office = RunOffice()
+        self._simulator = Simulator()
+        self._office = RunOffice(self._simulator.requests.fileno())
+        self._simulator.requests.close()  # else it would not be told when the engine has gone
+        self._watchdog = Watchdog(self._office.cell, self._office.cpu)
         self._sending = threading.Lock()
-        self._asked = False  # to stop
+        self._asked: float | None = None  # when it was to stop
+        self._stopped_by = ""
+        self._resting: float | None = None  # when the robot had begun its rest, or could not any more
+        self._ending = ""  # why the simulator has ended
+        self._deaf = False  # the engine takes no messages
+        self._finisher: RunOffice | None = None
         self._send("run", str(path.absolute()), pack_settings(settings or RunSettings()))
         self._started: RunStart | None = None
-        self._world: int | None = None
         self._starting = False
-        self._finishing = False
+        self._finishing = self._told_finishing = False
         self._began = time.monotonic()
 
     @property
     def pid(self) -> int:
-        """The process's number."""
+        """The number of the engine's process."""
         return self._office.pid
+
+    @property
+    def simulator_pid(self) -> int:
+        """The number of the simulator's process."""
+        return self._simulator.pid
 
     # ---- what people do: from any thread, without waiting; the view is told what came of it
     def stop(self, by: str = "") -> None:
-        """Let the run stop in order, whatever it is doing: it ends after its frame, and the robot goes to its rest."""
-        self._asked = True
-        self._send("stop", by)
+        """Bring the robot to its rest and end the run, whatever its rows are doing.
+
+        The simulator is told directly, then the engine; an engine whose rows do not end is ended.
+        """
+        if self._asked is None:
+            self._asked, self._stopped_by = time.monotonic(), by
+            self._simulator.rest()
+            if self._sending.acquire(timeout=STOP_WAITS):  # an engine that does not take it is ended
+                try:
+                    self._office.say("stop", by)
+                finally:
+                    self._sending.release()
 
     def pause(self, by: str = "") -> None:
         """Let everything stand still: streams, timers, motion."""
@@ -139,7 +164,7 @@ class RunProcess:
 
     def _send(self, *message: Any) -> None:
         with self._sending:
-            self._office.send(*message)
+            self._deaf = self._deaf or not self._office.send(*message, within=SEND_WITHIN)
 
     def listen(self, view: RunView) -> Ended:
         """Tell a view everything until the run has ended.
@@ -151,40 +176,94 @@ class RunProcess:
             RunBroken: when a device does not start, or the process ends before the run has begun.
         """
         try:
-            return self._listen(view)
+            with selectors.DefaultSelector() as selector:
+                for end in (self._office, self._simulator):
+                    selector.register(end, selectors.EVENT_READ)
+                return self._listen(view, selector)
         finally:
             self._office.close()
-            if self._world is not None:
-                os.close(self._world)
+            self._simulator.close(CLOSE_WITHIN)
+            if self._finisher is not None:
+                self._finisher.close()
 
-    def _listen(self, view: RunView) -> Ended:
+    def _listen(self, view: RunView, selector: selectors.BaseSelector) -> Ended:
         office = self._office
         if type(view).state is not RunView.state:
             self._wish("show", wanted=True)
-        watchdog = Watchdog(office.cell)
         while True:
-            if not self._asked and view.stopped():
+            if self._asked is None and view.stopped():
                 self.stop()
-            messages = office.receive(LISTEN)
+            selector.select(LOOK_EVERY)
+            self._look_at_simulator()
+            if self._simulator.gone and len(selector.get_map()) > 1:
+                selector.unregister(self._simulator)
+            messages = office.receive(0)
             if messages is None:
-                return self._broken(view, f"The run's process has ended unexpectedly{office.last_words()}", REMEDY_DIED)
+                words = f"The run's process has ended unexpectedly{office.last_words()}{self._where()}."
+                return self._alone(view, RunBroken(words, REMEDY_DIED))
             for message in messages:
                 ended = self._take(message, view)
                 if ended is not None:
                     return ended
-            if self._asked and not self._starting:
+            self._tell_finishing(view)
+            if self._asked is not None and not self._starting:
                 office.kill()  # nothing has begun, and the check of a workbook need not be waited for
                 return Ended()
-            patience = self._patience()
-            if watchdog.bites(heard=bool(messages), silent_after=patience):
-                office.kill()
-                late = STUCK_AFTER if watchdog.stuck else patience
-                return self._broken(view, f"The run has not gone on for {late:g} s", REMEDY_STUCK)
+            if self._is_late():
+                return self._alone(view, None)
+            failure = self._failure(heard=bool(messages))
+            if failure is not None:
+                return self._alone(view, failure)
 
-    def _patience(self) -> float:
-        if self._started is None:
-            return PREPARED_AFTER
-        return FINISHED_AFTER if self._finishing else SILENT_AFTER
+    def _look_at_simulator(self) -> None:
+        """Hear what the simulator says; end it when it does not work any more, and tell the engine why."""
+        simulator = self._simulator
+        if simulator.gone:
+            return
+        simulator.hear()
+        failure = simulator.failure()
+        if failure:
+            simulator.kill()
+        if simulator.gone:
+            self._ending = failure or f"The simulator has ended unexpectedly{simulator.exit_words()}."
+            self._office.say("simulator ended", self._ending)
+        if self._resting is None and (simulator.resting or simulator.gone):
+            self._resting = time.monotonic()
+
+    def _is_late(self) -> bool:
+        """Whether Stop was said and the rows are not over in time; an engine that waits for the simulator may wait."""
+        if self._asked is None or self._started is None or self._finishing:
+            return False
+        if self._resting is None and self._simulator.working:
+            return False
+        return time.monotonic() - max(self._asked, self._resting or 0.0) > ROWS_END_WITHIN
+
+    def _failure(self, *, heard: bool) -> RunBroken | None:
+        """Why the engine must be ended; None when it goes on."""
+        patience = PREPARED_AFTER if self._started is None else FINISHED_AFTER if self._finishing else SILENT_AFTER
+        rows = self._started.rows if self._started else {}
+        failure = self._watchdog.failure(
+            heard=heard, silent_after=patience, waits=self._simulator.working and not self._simulator.gone, rows=rows
+        )
+        if self._deaf and not failure:
+            failure = f"The run has taken no message for {SEND_WITHIN:g} s{self._where()}"
+        if not failure:
+            return None
+        return RunBroken(f"{failure}.", REMEDY_SLOW if "costliest" in failure else REMEDY_STUCK)
+
+    def _row(self) -> str:
+        """The row that is being worked out; empty when it is none."""
+        return self._started.rows.get(self._office.cell[RANK], "") if self._started else ""
+
+    def _where(self) -> str:
+        row = self._row()
+        return f" while the row {row} was being worked out" if row else ""
+
+    def _tell_finishing(self, view: RunView) -> None:
+        """Tell that the robot is brought to rest, once: when the simulator says so, not when the engine wants it."""
+        if self._simulator.resting and self._started is not None and not self._told_finishing:
+            self._told_finishing = True
+            view.finishing()
 
     def _take(self, message: list[Any], view: RunView) -> Ended | None:
         kind, *rest = message
@@ -201,66 +280,67 @@ class RunProcess:
         elif kind == "started":
             self._started = unpack_start(rest[0])
             self._began = time.monotonic()
-            self._hold_world()
             view.started(self._started)
         elif kind == "finishing":
             self._finishing = True
-            view.finishing()
         else:
             show(message, view)
         return None
 
-    def _hold_world(self) -> None:
-        """Hold on to the simulator's process, so that its end can be awaited even when the engine has died."""
-        if self._started is not None and self._started.world is not None and hasattr(os, "pidfd_open"):
-            with suppress(OSError):
-                self._world = os.pidfd_open(self._started.world)
+    # ---- a run whose engine has gone, or is ended
+    def _alone(self, view: RunView, error: RunBroken | None) -> Ended:
+        """Let the robot come to its rest without the engine, close the trace, write what can be written.
 
-    # ---- a run that broke off
-    def _broken(self, view: RunView, what: str, remedy: str) -> Ended:
-        """The engine is gone: wait for the robot's safe stop, close the trace, write what can be written."""
-        start = self._started
-        row = start.rows.get(self._office.cell[RANK], "") if start else ""
-        if row:
-            what += f" while the row {row} was being worked out"
-        error = RunBroken(f"{what}.", remedy)
+        Args:
+            view: is told.
+            error: why the run breaks off; None when it was stopped and its rows did not end in time.
+        """
+        start, row = self._started, self._row()
+        self._office.kill()
+        self._simulator.rest()
         if start is None or not (start.folder / "trace.jsonl").is_file():
+            if error is None:
+                return Ended()
             raise error
         wall = time.monotonic() - self._began
-        if not self._finishing:
-            view.finishing()
-        self._await_rest()
-        summary = close_trace(start, row, error)
+        self._finisher = RunOffice()  # it starts while the robot comes to rest
+        notices, hindrance = self._await_rest(view)
+        if self._asked is not None and hindrance is None:
+            error = None  # it was to end
+            words = f"The rows did not end within {ROWS_END_WITHIN:g} s of Stop, so the engine was ended"
+            notices = (*notices, Happening("note", f"{words}{self._where()}."))
+        error = error or hindrance
+        by = self._stopped_by if self._asked is not None else ""
+        summary = close_trace(start, row, error, notices, by)
+        for notice in notices:
+            view.happening(round(summary.simulated * 1e6), notice)
         summary.wall = wall
         view.rested(summary, error)
-        files, problems = _finish(start.folder)
+        files, problems = self._finish(start.folder)
         return Ended(result=RunResult(start.folder, files, summary, error, problems))
 
-    def _await_rest(self) -> None:
-        """Wait until the robot has come to its safe stop and its process has ended."""
-        world = self._started.world if self._started else None
-        if self._world is not None:
-            readable(self._world, REST_WITHIN)
-        elif world is not None:
-            deadline = time.monotonic() + REST_WITHIN
-            with suppress(ProcessLookupError):
-                while time.monotonic() < deadline:
-                    os.kill(world, 0)
-                    time.sleep(0.05)
+    def _await_rest(self, view: RunView) -> tuple[tuple[Happening, ...], RunBroken | None]:
+        """Wait until the robot has come to its rest; what the simulator tells, and why the robot could not rest."""
+        simulator = self._simulator
+        while not simulator.gone and simulator.rested is None:
+            readable(simulator.fileno(), LOOK_EVERY)
+            self._look_at_simulator()
+            self._tell_finishing(view)
+        if simulator.rested is None:
+            return (), RunBroken(self._ending, REMEDY_DIED)
+        return simulator.rested, None
 
+    def _finish(self, folder: Path) -> tuple[dict[str, str], tuple[str, ...]]:
+        """Let a fresh process write table and diagram; it checks the workbook again, and may be ended as well."""
+        from rrp_sheets.runs.folder import files_in  # loads what reads a trace: only when something broke
 
-def _finish(folder: Path) -> tuple[dict[str, str], tuple[str, ...]]:
-    """Let a fresh process write table and diagram; it checks the workbook again, and may be ended as well."""
-    from rrp_sheets.runs.folder import files_in  # loads what reads a trace: only when something broke
-
-    office = KeptOffice(RunOffice)
-    try:
-        files, problems = office.ask(["finish", str(folder)], FINISH_WITHIN)
-        return files, tuple(problems)
-    except SheetsError:
+        assert self._finisher is not None
+        with suppress(SheetsError):
+            for answer in self._finisher.answers(["finish", str(folder)], FINISH_WITHIN):
+                if answer is not None and answer[0] == "finished":
+                    return answer[1], tuple(answer[2])
+                break
         return files_in(folder), ("The table and the diagram could not be made.",)
-    finally:
-        office.close()
 
 
 def run_apart(path: Path, settings: RunSettings | None = None, view: RunView | None = None) -> Ended:

@@ -1,7 +1,7 @@
-"""The process in which formulas are evaluated: `python -m rrp_sheets.runs.child LINK CELL`, started by `apart` only.
+"""The process in which formulas are evaluated: `python -m rrp_sheets.runs.child LINK CELL [SIMULATOR]`.
 
 It has a memory limit, and the program that started it watches where it is. Requests and answers are lines of JSON; it
-ends when the connection does.
+ends when the connection does. A run goes on a simulator that the same program has started: SIMULATOR is the connection.
 """
 
 from __future__ import annotations
@@ -11,25 +11,29 @@ import socket
 import sys
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.values import show
 from rrp_sheets.private import only_for_this_user
+from rrp_sheets.processes import Lines, SharedCell
 from rrp_sheets.runs.answering import begin
-from rrp_sheets.runs.limits import SharedCell, lift_limit
+from rrp_sheets.runs.limits import lift_limit
 from rrp_sheets.runs.telling import Reporter, pack_result, unpack_settings
 from rrp_sheets.runs.view import Summary
-from rrp_sheets.runs.wire import Lines, Outbox, pack_error, pack_finding
+from rrp_sheets.runs.wire import Outbox, pack_error, pack_finding
 from rrp_sheets.runtime.control import Control, Wish
+from rrp_sheets.runtime.progress import PLACES
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
     from rrp_sheets.workbook import Reading
 
-ALONE_WITHIN = 45.0  # s: when the program has gone, a run is brought to its end, but not for longer
+ALONE_WITHIN = 5.0  # s: when the program has gone, the record of a run is closed, but not for longer
+ENDING_TOLD_WITHIN = 2.0  # s, for the program to say why the simulator has ended
 ORPHANED = "the end of the program that had started it"
 """Who stopped a run whose program has died, as the record tells it."""
 
@@ -48,9 +52,11 @@ class _RunReporter(Reporter):
 
 
 class _Process:
-    def __init__(self, link: socket.socket, cell: SharedCell) -> None:
+    def __init__(self, link: socket.socket, cell: SharedCell, simulator: socket.socket | None) -> None:
         self._lines = Lines(link)
         self._cell = cell
+        self._simulator = simulator
+        self._ending: SimpleQueue[str] = SimpleQueue()  # why the simulator has ended
         self.box = Outbox(link)
         self._reporter = _RunReporter(self.box)
         self._control = Control()
@@ -80,6 +86,8 @@ class _Process:
                 self._control.stop(*message[1:])
             elif message[0] == "wish":
                 self._control.ask(Wish(*message[1:]))
+            elif message[0] == "simulator ended":
+                self._ending.put(message[1])
             else:
                 self._requests.put(message)
         if self._running.is_set():  # the program has died: the robot comes to its rest, the files are written
@@ -102,10 +110,17 @@ class _Process:
         self.box.flush()
         self._running.set()
         result = run(
-            reading, checked, unpack_settings(settings), self._reporter, cell=self._cell.numbers, control=self._control
-        )
+            reading, checked, unpack_settings(settings), self._reporter, cell=self._cell.numbers,
+            control=self._control, simulator=self._simulator, ending=self._told_ending,
+        )  # fmt: skip
         self._running.clear()
         self.box.post(["result", pack_result(result)])
+
+    def _told_ending(self) -> str:
+        """What the program says of the simulator's end, which only it can know."""
+        with suppress(Empty):
+            return self._ending.get(timeout=ENDING_TOLD_WITHIN)
+        return ""
 
     def _finish(self, folder: str) -> None:
         """Write the table and the diagram of a run whose process has been ended."""
@@ -140,7 +155,9 @@ def _examples(checked: Checked) -> dict[str, str]:
 def main() -> None:
     """Serve until the connection closes."""
     only_for_this_user()
-    _Process(begin(), SharedCell(int(sys.argv[2]))).serve()
+    link = begin(ALONE_WITHIN)
+    cell, *simulator = map(int, sys.argv[2:])
+    _Process(link, SharedCell(PLACES, cell), socket.socket(fileno=simulator[0]) if simulator else None).serve()
 
 
 if __name__ == "__main__":

@@ -4,19 +4,26 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from collections.abc import Sequence
 from typing import Any
 
 from rrp_sheets.errors import RunBroken
+from rrp_sheets.model.exchange import Happening
 from rrp_sheets.runs.view import RunStart, Summary
+from rrp_sheets.runtime.trace import notice_entry
 
 
-def close_trace(start: RunStart, row: str, error: RunBroken) -> Summary:
+def close_trace(
+    start: RunStart, row: str, error: RunBroken | None, notices: Sequence[Happening] = (), by: str = ""
+) -> Summary:
     """Make a trace readable to its end.
 
     Args:
         start: of the run.
         row: that was being worked out.
-        error: why the run broke off.
+        error: why the run broke off; None when it was stopped.
+        notices: what is still to be told.
+        by: who stopped it, if somebody did and it is known.
     """
     path = start.folder / "trace.jsonl"
     labels = dict.fromkeys(start.streams.values(), 0)
@@ -38,11 +45,19 @@ def close_trace(start: RunStart, row: str, error: RunBroken) -> Summary:
             elif "error" in entry or entry.get("happening") == "error":
                 errors[entry.get("row") or entry.get("stream", "")] += 1
     commands = {name: events[name] for name in start.actuators.values()}
-    summary = Summary(dict(events), dict(errors), commands, last, 0.0, "broken", row, "", error.message, error.remedy)
+    counts = (dict(events), dict(errors), commands, last, 0.0)
+    if error is None:
+        summary = Summary(*counts, "stopped", "", by)
+    else:
+        summary = Summary(*counts, "broken", row, by, error.message, error.remedy)
+    lines = [notice_entry(round(last * 1e6), notice, start.streams) for notice in notices]
+    lines.append({"type": "summary", **summary.as_dict(wall=False)})
     with path.open("r+b") as file:
         file.truncate(whole)
         file.seek(whole)
-        file.write(json.dumps({"type": "summary", **summary.as_dict(wall=False)}, ensure_ascii=False).encode() + b"\n")
+        file.write(
+            "".join(json.dumps(entry, ensure_ascii=False) + "\n" for entry in lines).encode("utf-8", "backslashreplace")
+        )
     return summary
 
 

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 import selectors
+import socket
 import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.processes import Child
-from rrp_sheets.runs.limits import SharedCell
-from rrp_sheets.runs.wire import Lines, line, unpack_error
+from rrp_sheets.processes import Child, Lines, SharedCell, cpu_clock, line
+from rrp_sheets.runs.wire import unpack_error
+from rrp_sheets.runtime.progress import NO_ROW, PLACES, RANK
 
 
 class NoAnswer(SheetsError):
@@ -55,12 +57,38 @@ class Office:
         """Whether it has ended."""
         return self._child.ended
 
-    def send(self, *message: Any) -> None:
-        """Send a message; one that has ended hears nothing, and is found out when it is listened to."""
+    def fileno(self) -> int:
+        """The number of the connection, to wait for what it says."""
+        return self._child.link.fileno()
+
+    def say(self, *message: Any) -> bool:
+        """Send a short message without waiting; return whether it was taken."""
+        return self._child.say(*message)
+
+    def send(self, *message: Any, within: float | None = None) -> bool:
+        """Send a message; one that has ended hears nothing, and is found out when it is listened to.
+
+        Args:
+            message: what is sent.
+            within: seconds for it to be taken; None waits.
+
+        Returns:
+            Whether it was taken in time; if not, nothing more can be sent.
+        """
+        link = self._child.link
+        data = memoryview(line(list(message)))
+        until = math.inf if within is None else time.monotonic() + within
         try:
-            self._child.link.sendall(line(list(message)))
+            while data:
+                with suppress(BlockingIOError):
+                    data = data[link.send(data, socket.MSG_DONTWAIT) :]
+                    continue
+                left = until - time.monotonic()
+                if left <= 0 or not _writable(link.fileno(), None if within is None else left):
+                    return False
         except OSError:
-            return
+            return True
+        return True
 
     def receive(self, within: float) -> list[list[Any]] | None:
         """What it has said, waiting some seconds for it; None when it has ended."""
@@ -78,9 +106,7 @@ class Office:
             NoAnswer: when it has ended, or was ended.
         """
         deadline = time.monotonic() + within
-        self._child.link.settimeout(max(within, 0.001))  # a process that hangs does not take what is sent
-        self.send(*request)
-        self._child.link.settimeout(None)
+        self.send(*request, within=max(within, 0.001))  # a process that hangs does not take what is sent
         while (left := deadline - time.monotonic()) > 0:
             messages = self.receive(min(left, every))
             if messages is None:
@@ -107,17 +133,28 @@ class Office:
 
 
 class RunOffice(Office):
-    """A process that checks and runs workbooks; its cell tells where it is."""
+    """A process that checks and runs workbooks.
 
-    def __init__(self) -> None:
-        self._cell = SharedCell()
-        self.cell = self._cell.numbers
-        super().__init__("rrp_sheets.runs.child", self._cell.fd)
+    Args:
+        simulator: the number of the connection to the simulator that it runs them on; it inherits it.
+
+    Attributes:
+        cell: tells where it is.
+        cpu: its processor time in seconds.
+    """
+
+    def __init__(self, simulator: int | None = None) -> None:
+        self._shared = SharedCell(PLACES)
+        self.cell = self._shared.numbers
+        self.cell[RANK] = NO_ROW
+        inherited = [self._shared.fd] if simulator is None else [self._shared.fd, simulator]
+        super().__init__("rrp_sheets.runs.child", *inherited)
+        self.cpu = cpu_clock(self.pid)
 
     def close(self, within: float = 2.0) -> None:
         """Let it end, and let everything go."""
         super().close(within)
-        self._cell.close()
+        self._shared.close()
 
 
 class KeptOffice:
@@ -190,6 +227,12 @@ class KeptOffice:
 
 def _closed() -> SheetsError:
     return SheetsError("The program is being ended.")
+
+
+def _writable(fd: int, within: float | None) -> bool:
+    with selectors.DefaultSelector() as selector:
+        selector.register(fd, selectors.EVENT_WRITE)
+        return bool(selector.select(within))
 
 
 def readable(fd: int, within: float) -> bool:

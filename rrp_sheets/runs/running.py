@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -52,6 +53,8 @@ def run(
     world: WorldMaker | None = None,
     cell: Cell | None = None,
     control: Control | None = None,
+    simulator: socket.socket | None = None,
+    ending: Callable[[], str] | None = None,
 ) -> RunResult:
     """Run a checked workbook and leave a folder with trace, workbook, catalogue, table, diagram, film and speech.
 
@@ -63,6 +66,8 @@ def run(
         world: makes the robot's world; the simulated NAO when None.
         cell: where the engine is, for a watchdog in another process.
         control: what people want while it goes on.
+        simulator: the connection to a simulator that somebody has started and supervises; None starts one here.
+        ending: of that simulator: waits for what its supervisor says of its end.
 
     Raises:
         SheetsError: when the workbook has errors or the folder cannot be used; then nothing is left.
@@ -79,12 +84,12 @@ def run(
     until = _until(checked, settings)
     recorder = Recorder(view, control or Control())
     try:
-        live = (world or _simulated(settings))(plan, scene, seed, folder.path)
+        live = (world or _simulated(settings, simulator, ending))(plan, scene, seed, folder.path)
         course = _begin(plan, live, recorder, seed, settings, cell)
     except SheetsError:
         folder.drop()
         raise
-    view.started(start_of(plan, scene, until, folder.path, getattr(live, "pid", None)))
+    view.started(start_of(plan, scene, until, folder.path))
     try:
         folder.make()
         folder.keep_workbook(checked)
@@ -210,7 +215,7 @@ def _faces(settings: RunSettings, checked: Checked) -> Path | None:
     return faces_file(beside) if checked.run.keeps_faces else None
 
 
-def _simulated(settings: RunSettings) -> WorldMaker:
+def _simulated(settings: RunSettings, simulator: socket.socket | None, ending: Callable[[], str] | None) -> WorldMaker:
     def make(plan: Plan, scene: tuple[SceneAction, ...], seed: int, out: Path) -> World:
         from rrp_sheets.drivers.simulated import SimulatedWorld
         from rrp_sheets.sim.process import require
@@ -223,7 +228,7 @@ def _simulated(settings: RunSettings) -> WorldMaker:
             camera=settings.camera and checked.run.keeps_pictures,
             title=checked.workbook.protocol.text("Title"),
             beside=folder_of(checked.workbook).absolute(),
-            faces=_faces(settings, checked),
+            faces=_faces(settings, checked), requests=simulator, ending=ending,
         )  # fmt: skip
 
     return make

@@ -20,9 +20,7 @@ _STANDS = ("appear", "seen")  # verbs that bring a thing into the scene
 Thing = tuple[str, str, tuple[float, float, float] | None]
 
 
-def start_of(
-    plan: Plan, scene: Sequence[SceneAction], until_us: int, folder: Path, world: int | None = None
-) -> RunStart:
+def start_of(plan: Plan, scene: Sequence[SceneAction], until_us: int, folder: Path) -> RunStart:
     """What runs.
 
     Args:
@@ -30,7 +28,6 @@ def start_of(
         scene: what will happen in the world by itself.
         until_us: when the run ends by itself.
         folder: that it will leave.
-        world: the number of the simulator's process, if there is one.
     """
     checked = plan.checked
     workbook, robot = checked.workbook, checked.robot
@@ -45,7 +42,7 @@ def start_of(
     return RunStart(
         title=workbook.protocol.text("Title") or Path(workbook.source).stem, until_us=until_us, folder=folder,
         findings=tuple(checked.report), streams={s.id: stream_label(s) for s in plan.streams},
-        actuators={a.stream: a.name for a in plan.actuators}, rows=plan.rows_by_rank(), world=world,
+        actuators={a.stream: a.name for a in plan.actuators}, rows=plan.rows_by_rank(),
         behaviours=tuple((names[b], b in plan.on) for b in plan.behaviours),
         sensors=tuple(
             (s.name, s.device.type.name if s.device else "", example_text(sensor_fact(s, robot).example))

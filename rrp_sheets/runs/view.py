@@ -57,7 +57,6 @@ class RunStart:
         streams: every stream's name as in the trace, by its id.
         actuators: the names of the actuator streams, by their ids.
         rows: the rows that run, by their place in the order.
-        world: the number of the simulator's process, if there is one.
         behaviours: those that are loaded, each with whether it is on.
         sensors: the streams that values can be sent into: name, device, and an example as a Send cell has it.
         buttons: the operator's: stream name and label.
@@ -73,7 +72,6 @@ class RunStart:
     streams: Mapping[str, str] = field(default_factory=dict)
     actuators: Mapping[str, str] = field(default_factory=dict)
     rows: Mapping[int, str] = field(default_factory=dict)
-    world: int | None = None
     behaviours: tuple[tuple[str, bool], ...] = ()
     sensors: tuple[tuple[str, str, str], ...] = ()
     buttons: tuple[tuple[str, str], ...] = ()

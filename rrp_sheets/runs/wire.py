@@ -5,9 +5,7 @@ A value keeps what it is: a record its kind and its fields, a list its places.
 
 from __future__ import annotations
 
-import json
 import socket
-from collections.abc import Iterator
 from dataclasses import fields
 from typing import Any, get_args
 
@@ -18,40 +16,12 @@ from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError, UnreadableFile
 from rrp_sheets.model.cells import Address
 from rrp_sheets.model.values import Record, Value, record_from_mapping
+from rrp_sheets.processes import line
 
 MOST_WAITING = 4_000_000  # bytes of events that a watcher may be behind; what is more is not shown, but in the trace
 LIGHT = 200_000  # bytes: less than that is little
 _EDITS: dict[str, Any] = {kind.__name__: kind for kind in get_args(FixEdit)}
 _ERRORS = {e.__name__: e for e in (SheetsError, MissingPart, RunBroken)}
-
-
-def line(message: list[Any]) -> bytes:
-    """A message as a line; letters beyond ASCII are escaped, those of undecodable file names too."""
-    return json.dumps(message, separators=(",", ":")).encode("ascii") + b"\n"
-
-
-class Lines:
-    """Puts what arrives on a socket together into messages."""
-
-    def __init__(self, link: socket.socket) -> None:
-        self._link = link
-        self._rest = b""
-
-    def receive(self) -> list[list[Any]] | None:
-        """The messages of the next chunk, waiting for it; None when the other side has gone."""
-        try:
-            chunk = self._link.recv(1 << 18)
-        except OSError:
-            return None
-        if not chunk:
-            return None
-        *whole, self._rest = (self._rest + chunk).split(b"\n")
-        return [json.loads(w) for w in whole]
-
-    def __iter__(self) -> Iterator[list[Any]]:
-        """Message by message, to the end."""
-        while (found := self.receive()) is not None:
-            yield from found
 
 
 class Outbox:

@@ -42,6 +42,18 @@ def _line(entry: Mapping[str, Any]) -> str:
     return json.dumps(entry, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
 
 
+def notice_entry(us: int, notice: Happening, labels: Mapping[str, str]) -> dict[str, Any]:
+    """Return the trace's entry of something that the world tells; `labels`: the names of streams by their ids."""
+    entry = {"t": _seconds(us), "happening": notice.kind, "text": notice.text}
+    if notice.stream:
+        entry["stream"] = labels.get(notice.stream, notice.stream)
+    if notice.row:
+        entry["row"] = notice.row
+    if notice.sound:
+        entry["sound"] = notice.sound
+    return entry
+
+
 class TraceWriter:
     """Writes a trace; an engine's observer."""
 
@@ -88,14 +100,7 @@ class TraceWriter:
 
     def happening(self, us: int, happening: Happening) -> None:
         """Something that the world tells: speech, a clamped command, a note."""
-        entry = {"t": _seconds(us), "happening": happening.kind, "text": happening.text}
-        if happening.stream:
-            entry["stream"] = self._labels.get(happening.stream, happening.stream)
-        if happening.row:
-            entry["row"] = happening.row
-        if happening.sound:
-            entry["sound"] = happening.sound
-        self._waiting.append(_line(entry))
+        self._waiting.append(_line(notice_entry(us, happening, self._labels)))
 
     def flush(self) -> None:
         """Write what the frame gave; a crash loses at most a frame."""

@@ -1,53 +1,137 @@
-"""The simulator's process: `python -m rrp_sheets.sim.child FD`, started by :mod:`rrp_sheets.sim.process` only.
+"""The simulator's process: `python -m rrp_sheets.sim.child CONTROL REQUESTS HEARTBEAT`, started by `sim.process` only.
 
-It answers requests on the connection that it inherits, one by one, and ends when that connection does. When the engine
-has gone without a word, it first brings the robot to its safe stop by itself (the dead man's switch): silence, a
-moment's hold, the rest posture; the film and the speech are finished.
+It answers the engine's requests on one connection, one by one, and listens to its supervisor on the other, also between
+two steps of the physics. It brings the robot to its safe stop (silence, a moment's hold, the rest posture; film and
+speech are finished) when the engine or the supervisor says so, and by itself when either has gone without a word. It
+ends when the engine's connection does.
 """
 
 from __future__ import annotations
 
 import os
 import signal
+import socket
 import sys
 from collections.abc import Callable
-from multiprocessing.connection import Connection
-from typing import Any
+from dataclasses import astuple
+from multiprocessing.connection import Connection, wait
+from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.errors import MissingPart, SheetsError
 from rrp_sheets.private import only_for_this_user
-from rrp_sheets.sim.messages import Refused
+from rrp_sheets.processes import SharedCell, end_with_starter, line
+from rrp_sheets.sim.messages import BEATS, BUSY, IDLE, OPENING, PLACES, STATE, Outcome, Refused, Spec
+
+if TYPE_CHECKING:
+    from rrp_sheets.sim.world import SimWorld
+
+ALONE_WITHIN = 5.0  # s that it has to bring the robot to rest when its supervisor has gone
+
+
+class _Server:
+    def __init__(self, control: socket.socket, requests: Connection[Any, Any], heartbeat: SharedCell) -> None:
+        self._control = control
+        self._requests = requests
+        self._numbers = heartbeat.numbers
+        self._halted = False  # the robot is to rest: somebody said so, or has gone
+        self._listens = True  # to the supervisor, which has not gone
+        self._world: SimWorld | None = None
+        self._answers: dict[str, Callable[..., Any]] = {}
+        self._outcome: Outcome | None = None  # of the rest
+
+    def serve(self) -> None:
+        """Answer until the engine has gone."""
+        try:
+            while True:
+                if self._halted:
+                    self._rest()
+                self._numbers[STATE] = IDLE
+                if self._requests not in wait([self._requests, *([self._control] if self._listens else ())]):
+                    self.pulse()
+                elif not self._answer(*self._requests.recv()):
+                    return
+        except (EOFError, BrokenPipeError, ConnectionResetError):
+            outcome = self._rest()
+            if outcome is not None:
+                self._say("rested", [astuple(notice) for notice in outcome.notices])
+
+    def _answer(self, number: int, request: str, arguments: tuple[Any, ...]) -> bool:
+        """Carry a request out; return whether to go on."""
+        self._numbers[STATE] = OPENING if request == "open" else BUSY
+        self._numbers[BEATS] += 1
+        going = True
+        answer: Any = None
+        if request == "open":
+            try:
+                self._open(*arguments)
+            except SheetsError as error:  # something that the user can mend
+                answer, going = Refused(error.message, error.remedy, isinstance(error, MissingPart)), False
+        elif request == "stop":
+            answer = self._rest()
+        elif request == "advance" and self._outcome is not None:
+            answer = Outcome()  # it rests already
+        else:
+            answer = self._answers[request](*arguments)
+        self._requests.send((number, answer))
+        return going
+
+    def pulse(self) -> bool:
+        """Give a sign of life before a step of the physics; return whether the robot is to be brought to rest."""
+        self._numbers[BEATS] += 1
+        if self._listens:
+            try:
+                said = self._control.recv(1 << 12, socket.MSG_DONTWAIT)
+            except BlockingIOError:
+                return self._halted
+            except OSError:
+                said = b""
+            self._listens = bool(said)
+            self._halted = True  # nothing else is ever said
+        return self._halted
+
+    def _rest(self) -> Outcome | None:
+        """Bring the robot to rest, once; what came of it, None when there is no robot yet."""
+        if self._world is not None and self._outcome is None:
+            self._numbers[STATE] = BUSY
+            self._world.halt()
+            self._say("resting")
+            self._outcome = self._world.stop()
+        return self._outcome
+
+    def _say(self, *message: Any) -> None:
+        if self._listens:
+            try:
+                self._control.sendall(line(list(message)))
+            except OSError:
+                self._listens = False
+
+    def _open(self, spec: Spec) -> None:
+        """Make the world, and the requests that it answers."""
+        import cv2
+
+        from rrp_sheets.sim.world import SimWorld
+
+        cv2.setNumThreads(1)
+        world = self._world = SimWorld(spec, self.pulse)
+        self._answers = {
+            "start": world.start, "advance": world.advance, "state": world.state,
+            "look": world.sight.look, "watch": world.watch, "act": world.act, "show": world.show,
+        }  # fmt: skip
 
 
 def main() -> None:
-    """Serve until the connection closes: the program that started us has ended, or wants us to."""
+    """Serve until the engine has gone."""
     only_for_this_user()
+    control, requests, heartbeat = map(int, sys.argv[1:4])
+    link = socket.socket(fileno=control)
+    end_with_starter(link, ALONE_WITHIN)
     # Ctrl-C ends the run in the program, which then stops the robot properly through us.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # One thread: what is computed must not depend on the machine's load or its number of cores.
     for library in ("OMP", "OPENBLAS", "MKL"):
         os.environ[f"{library}_NUM_THREADS"] = "1"
     _take_all_memory()
-    link: Connection[Any, Any] = Connection(int(sys.argv[1]))
-    answers: dict[str, Callable[..., Any]] = {}
-    rests = True
-    try:
-        while True:
-            number, request, arguments = link.recv()
-            if request == "open":
-                try:
-                    answers = _open(*arguments)
-                except SheetsError as error:  # something that the user can mend
-                    link.send((number, Refused(error.message, error.remedy, isinstance(error, MissingPart))))
-                    return
-                rests = False
-                link.send((number, None))
-            else:
-                rests = rests or request == "stop"
-                link.send((number, answers[request](*arguments)))
-    except (EOFError, BrokenPipeError, ConnectionResetError):
-        if not rests:
-            answers["stop"]()
+    _Server(link, Connection(requests), SharedCell(PLACES, heartbeat)).serve()
 
 
 def _take_all_memory() -> None:
@@ -58,20 +142,6 @@ def _take_all_memory() -> None:
         return
     hard = resource.getrlimit(resource.RLIMIT_AS)[1]
     resource.setrlimit(resource.RLIMIT_AS, (hard, hard))
-
-
-def _open(spec: Any) -> dict[str, Callable[..., Any]]:
-    """Make the world; the requests it answers."""
-    import cv2
-
-    from rrp_sheets.sim.world import SimWorld
-
-    cv2.setNumThreads(1)
-    world = SimWorld(spec)
-    return {
-        "start": world.start, "advance": world.advance, "stop": world.stop, "state": world.state,
-        "look": world.sight.look, "watch": world.watch, "act": world.act, "show": world.show,
-    }  # fmt: skip
 
 
 if __name__ == "__main__":

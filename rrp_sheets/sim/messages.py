@@ -12,6 +12,12 @@ from rrp_sheets.model.values import Value
 
 __all__ = ["Outcome", "Shown", "Spec", "State"]
 
+BEATS, STATE = range(2)
+"""Places of the simulator's heartbeat: a number that grows while it goes on; what it does."""
+PLACES = 2
+IDLE, BUSY, OPENING = range(3)
+"""What it does: waits for a request, carries one out or brings the robot to rest, makes the world."""
+
 
 @dataclass(frozen=True, slots=True)
 class Spec:

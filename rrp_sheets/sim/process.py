@@ -1,26 +1,33 @@
-"""Starts the simulator's process and talks to it, request by request."""
+"""The simulator's process, from the side of the program that starts it and from the engine's.
+
+The program that starts it has a connection of its own to it, over which the robot is brought to its rest whatever the
+engine does; the engine has another one, for its requests.
+"""
 
 from __future__ import annotations
 
 import importlib.metadata
 import importlib.util
 import platform
-from collections.abc import Sequence
+import socket
+from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError
-from rrp_sheets.model.exchange import Command
+from rrp_sheets.model.exchange import Command, Happening
 from rrp_sheets.model.scene import SceneAction
-from rrp_sheets.processes import Child
-from rrp_sheets.sim.messages import Outcome, Refused, Shown, Spec, State
+from rrp_sheets.processes import Child, Lines, Liveness, SharedCell, cpu_clock
+from rrp_sheets.sim.messages import BEATS, OPENING, PLACES, STATE, Outcome, Refused, Shown, Spec, State
 
 if TYPE_CHECKING:  # numpy may be missing; then there is no simulator
     from rrp_sheets.sim.camera import Image
 
-START_WITHIN = 60.0  # s, on a slow and busy machine; usually 1 s
-ANSWER_WITHIN = 10.0  # s, for one advance; usually some ms
-STOP_WITHIN = 30.0  # s, with writing the film; usually 2 s
+OPEN_WITHIN = 90.0  # s of its processor time to make the world; usually 2
+COMPUTE_WITHIN = 20.0  # s of its processor time without progress; usually some ms, for the strip of moments 0.5
+STILL_WITHIN = 10.0  # s without processor time while it has a request
+REST_BEGINS_WITHIN = 1.0  # s from Stop, of its processor time or without any: then it is ended
+LOOK_EVERY = 0.1  # s
 REMEDY_DIED = "Run it again; if it happens again, please report it with the workbook."
 PYBULLETS = ("pybullet", "pybullet-arm64")  # the packages that bring the module pybullet; one of them is installed
 NEEDED = {"pybullet": "pybullet", "cv2": "opencv-python-headless", "numpy": "numpy", "PIL": "pillow"}
@@ -52,28 +59,143 @@ def about() -> str:
     return f"yes, {', '.join(sorted(set(found))) or 'pybullet'}"
 
 
-class SimProcess:
-    """A simulated world in a process of its own. Every method waits for the answer, or raises RunBroken."""
+class Simulator:
+    """A started simulator's process, for its supervisor: brings the robot to rest, and tells whether it still works.
 
-    def __init__(self, spec: Spec) -> None:
+    Raises:
+        MissingPart: when the simulator is not installed here.
+
+    Attributes:
+        requests: the engine's end of its connection; close it when the engine has it.
+        resting: whether the robot has begun its rest after `rest`: it is silent, and its joints are halted.
+        rested: what was still to be told when the robot had come to rest without its engine; None before.
+        gone: whether the process has ended, or is about to.
+    """
+
+    def __init__(self) -> None:
+        require()
+        self.requests, theirs = socket.socketpair()
+        self._heartbeat = SharedCell(PLACES)
+        with theirs:
+            self._child = Child("rrp_sheets.sim.child", theirs.fileno(), self._heartbeat.fd)
+        self._lines = Lines(self._child.link)
+        self._cpu = cpu_clock(self._child.pid)
+        self._liveness = Liveness(self._cpu)
+        self._asked: float | None = None  # its processor time when it was told to rest
+        self._still_before_rest = 0.0
+        self.resting = self.gone = False
+        self.rested: tuple[Happening, ...] | None = None
+
+    @property
+    def pid(self) -> int:
+        """The process's number."""
+        return self._child.pid
+
+    def fileno(self) -> int:
+        """The number of the connection, to wait for what it says."""
+        return self._child.link.fileno()
+
+    @property
+    def working(self) -> bool:
+        """Whether it is carrying something out, so that the engine waits for it and not the other way round."""
+        return self._heartbeat.numbers[STATE] != 0
+
+    def rest(self) -> None:
+        """Bring the robot to its rest now, whatever the engine wants: from any thread, without waiting."""
+        if self._asked is None:
+            self._asked = self._cpu()
+            self._child.say("rest")
+
+    def hear(self) -> None:
+        """Take what it has said."""
+        while not self.gone:
+            messages = self._lines.receive(socket.MSG_DONTWAIT)
+            if messages is None:
+                self.gone = True
+            elif not messages:
+                return
+            for kind, *words in messages or ():
+                if kind == "resting":
+                    self.resting = True
+                elif kind == "rested":
+                    self.rested = tuple(Happening(*one) for one in words[0])
+
+    def failure(self) -> str:
+        """Why it must be ended, as a sentence; empty while it works. Ask some ten times a second."""
+        numbers = self._heartbeat.numbers
+        state, opened = numbers[STATE], numbers[STATE] != OPENING
+        waits_for_rest = self._asked is not None and not self.resting and opened
+        passed = self._liveness.look(numbers[BEATS], has_work=state != 0 or waits_for_rest)[1]
+        used, still = self._liveness.computing, self._liveness.still
+        if self.gone:
+            return ""
+        if waits_for_rest and self._asked is not None:
+            since = self._cpu() - self._asked
+            self._still_before_rest = self._still_before_rest + passed if still else 0.0
+            if max(since, self._still_before_rest) > REST_BEGINS_WITHIN:
+                return (
+                    f"The simulator did not react to Stop within {REST_BEGINS_WITHIN:g} s and was ended. "
+                    "The robot did not come to its rest."
+                )
+        if still > STILL_WITHIN:
+            return f"The simulator has not answered for {STILL_WITHIN:g} s."
+        limit = COMPUTE_WITHIN if opened else OPEN_WITHIN
+        if used > limit and state:
+            return f"The simulator has computed for {limit:g} s without an answer."
+        return ""
+
+    def exit_words(self) -> str:
+        """How it ended, in brackets."""
+        return self._child.last_words()
+
+    def kill(self) -> None:
+        """End it at once."""
+        self._child.kill()
+        self.gone = True
+
+    def close(self, within: float = 1.0) -> None:
+        """Let it end within some seconds, which it does when its connections close; else end it."""
+        self.requests.close()
+        self._child.close(within)
+        self._heartbeat.close()
+        self.gone = True
+
+
+class SimProcess:
+    """A simulated world in a process of its own. Every method waits for the answer, or raises RunBroken.
+
+    Args:
+        spec: the world.
+        requests: the connection to a simulator that a supervisor has started; None starts one here.
+        ending: of that simulator: waits for what the supervisor says of its end, as a sentence.
+    """
+
+    def __init__(
+        self, spec: Spec, requests: socket.socket | None = None, ending: Callable[[], str] | None = None
+    ) -> None:
         require()
         self._spec = spec
+        self._given = requests
+        self._ending = ending or (lambda: "")
         self._link: Connection[Any, Any] | None = None
-        self._child: Child | None = None
+        self._simulator: Simulator | None = None
         self._number = 0
         self._broken = False
 
     @property
     def pid(self) -> int | None:
-        """The process's number, while it runs."""
-        return self._child.pid if self._child is not None else None
+        """The number of the process that was started here, while it runs."""
+        return self._simulator.pid if self._simulator is not None else None
 
     def open(self) -> None:
         """Start the process and make the world."""
-        self._child = Child("rrp_sheets.sim.child")
-        self._link = Connection(self._child.link.detach())
+        requests = self._given
+        if requests is None:
+            self._simulator = Simulator()
+            requests = self._simulator.requests
+        self._link = Connection(requests.detach())
         try:
-            refused = self._ask(START_WITHIN, "open", self._spec)
+            refused = self._ask("open", self._spec)
             if isinstance(refused, Refused):
                 raise (MissingPart if refused.missing else SheetsError)(refused.message, refused.remedy)
         except BaseException:  # Ctrl-C too: no process is left behind, and what happened is told further up
@@ -82,36 +204,36 @@ class SimProcess:
 
     def start(self) -> Outcome:
         """The outcome of time 0."""
-        return self._outcome(self._ask(START_WITHIN, "start"))
+        return self._outcome(self._ask("start"))
 
     def advance(self, now_us: int, orders: Sequence[Command]) -> Outcome:
         """Carry out orders and go on until `now_us`."""
-        return self._outcome(self._ask(ANSWER_WITHIN, "advance", now_us, tuple(orders)))
+        return self._outcome(self._ask("advance", now_us, tuple(orders)))
 
     def state(self) -> State:
         """The world as it is."""
-        state = self._ask(ANSWER_WITHIN, "state")
+        state = self._ask("state")
         assert isinstance(state, State)
         return state
 
     def act(self, actions: Sequence[SceneAction]) -> None:
         """Let something happen in the world now, by hand."""
-        self._ask(ANSWER_WITHIN, "act", tuple(actions))
+        self._ask("act", tuple(actions))
 
     def show(self, picture: bool) -> Shown:
         """The world for a display, with what the robot sees when that is wanted."""
-        shown = self._ask(ANSWER_WITHIN, "show", picture)
+        shown = self._ask("show", picture)
         assert isinstance(shown, Shown)
         return shown
 
     def look(self) -> Image:
         """What the robot sees now, (240, 320, 3)."""
-        picture: Image = self._ask(ANSWER_WITHIN, "look")
+        picture: Image = self._ask("look")
         return picture
 
     def watch(self) -> Image:
         """The robot from outside now, (320, 560, 3)."""
-        picture: Image = self._ask(ANSWER_WITHIN, "watch")
+        picture: Image = self._ask("watch")
         return picture
 
     def stop(self) -> Outcome:
@@ -122,36 +244,47 @@ class SimProcess:
         if self._link is None:
             return Outcome()
         try:
-            return Outcome() if self._broken else self._outcome(self._ask(STOP_WITHIN, "stop"))
+            return Outcome() if self._broken else self._outcome(self._ask("stop"))
         finally:
             self.kill()
 
     def kill(self) -> None:
-        """End the process at once."""
-        link, child = self._link, self._child
-        self._link = self._child = None
+        """End the process at once, or let the supervisor's end when it has done what it does."""
+        link, simulator = self._link, self._simulator
+        self._link = self._simulator = None
         if link is not None:
             link.close()
-        if child is not None:
-            child.close(1.0)  # it ends by itself when the connection closes, unless it is busy
+        if simulator is not None:
+            simulator.close()  # it ends by itself when the connection closes, unless it is busy
 
-    def _ask(self, within: float, request: str, *arguments: object) -> Any:
+    def _ask(self, request: str, *arguments: object) -> Any:
         if self._link is None:
             raise RunBroken("The simulator is not running.", "Start the run again.")
         self._number += 1
         try:
             self._link.send((self._number, request, arguments))
             while True:
-                if not self._link.poll(within):
-                    self._broken = True
-                    raise RunBroken(f"The simulator has not answered for {within:g} s.", REMEDY_DIED)
+                self._await_answer(self._link)
                 number, answer = self._link.recv()
                 if number == self._number:  # an older one belongs to a request that Ctrl-C broke off
                     return answer
         except (EOFError, OSError):
             self._broken = True
-            words = self._child.last_words() if self._child is not None else ""
-            raise RunBroken(f"The simulator has ended unexpectedly{words}.", REMEDY_DIED) from None
+            raise RunBroken(self._last_words(), REMEDY_DIED) from None
+
+    def _await_answer(self, link: Connection[Any, Any]) -> None:
+        """Wait for an answer; a simulator that does not work any more is ended by its supervisor, or here."""
+        simulator = self._simulator
+        while simulator is not None and not link.poll(LOOK_EVERY):
+            simulator.hear()
+            failure = simulator.failure()
+            if failure:
+                self._broken = True
+                raise RunBroken(failure, REMEDY_DIED)
+
+    def _last_words(self) -> str:
+        words = self._simulator.exit_words() if self._simulator is not None else self._ending()
+        return words if words.endswith(".") else f"The simulator has ended unexpectedly{words}."
 
     @staticmethod
     def _outcome(answer: Any) -> Outcome:

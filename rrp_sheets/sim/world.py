@@ -47,9 +47,14 @@ REPEAT_US = 5_000_000  # the same complaint of the same stream is told again onl
 
 
 class SimWorld:
-    """A world that goes on only when it is told to."""
+    """A world that goes on only when it is told to.
 
-    def __init__(self, spec: Spec) -> None:
+    Args:
+        spec: what is in it.
+        halted: asked before each step of the physics; when it says yes, an advance ends early.
+    """
+
+    def __init__(self, spec: Spec, halted: Callable[[], bool] = lambda: False) -> None:
         # Here, not above: on machines without pybullet everything else can still be imported and tested.
         import pybullet
         from pybullet_utils.bullet_client import BulletClient  # type: ignore[import-untyped]
@@ -65,11 +70,11 @@ class SimWorld:
         )
         self._b.createMultiBody(0, self._b.createCollisionShape(self._b.GEOM_PLANE), unseen)
         self._spec = spec
+        self._halted = halted
         out = Path(spec.out) if spec.out else None
         self._step = 0
         self._us = 0
         self._notices: list[Happening] = []
-        self._unwritten: list[Happening] = []
         self._told: dict[tuple[str, str, str], int] = {}
         self._film: Film | None = None
         self.body = Body(self._b, spec.robot)
@@ -128,23 +133,27 @@ class SimWorld:
                     self._film.ordered(self._us, order)
         events = self.arbiter.ended()
         last = (now_us * STEPS_A_SECOND + 500_000) // 1_000_000  # the nearest step
-        while self._step < last:
+        while self._step < last and not self._halted():
             self._move()
             events += self._instant()
         self._us = max(self._us, now_us)
         return self._collect(events)
 
+    def halt(self) -> None:
+        """Be silent and halt every joint: how a rest begins."""
+        self.arbiter.stop(None, self._us)
+        self.body.freeze()
+        self.stance.halt()
+
     def stop(self) -> Outcome:
-        """Silence, a moment's hold, then the rest posture; the film is written. What ended, and is not kept."""
+        """Silence, a moment's hold, then the rest posture; the film is written. What came of it."""
+        self.halt()
+        ended = self.arbiter.ended()
         if self._film is not None:
             self._film.over = True
         if self._recording is not None:
             self._recording.close()
             self._recording = None
-        self.arbiter.stop(None, self._us)
-        ended = tuple(self.arbiter.ended())
-        self.body.freeze()
-        self.stance.halt()
         self._pass(HOLD_US)
         if not self.body.fallen:
             if self.stance.on_feet:
@@ -155,7 +164,7 @@ class SimWorld:
             self.body.rest()
         if self._film is not None:
             self._film.write()
-        return Outcome(ended, tuple(notice for notice in self._notices if notice in self._unwritten))
+        return self._collect(ended)
 
     def close(self) -> None:
         """Free the physics."""
@@ -189,9 +198,7 @@ class SimWorld:
     def unwritten(self, what: str, error: Exception) -> None:
         """A file of the run's record cannot be written: whoever watches is told, and the run goes on without it."""
         why = error.strerror if isinstance(error, OSError) else ""
-        remark = f"{what} cannot be kept ({why or error}): make room before the next run."
-        self._unwritten.append(Happening("note", remark))
-        self._tell(self._unwritten[-1])
+        self._tell(Happening("note", f"{what} cannot be kept ({why or error}): make room before the next run."))
 
     def _by_people(self, action: SceneAction) -> None:
         """Somebody does something without moving: presses, touches, speaks, pushes."""
@@ -242,6 +249,7 @@ class SimWorld:
         """Let some time pass after the end, or less when something is reached."""
         end = self._us + us
         while self._us < end and not until():
+            self._halted()  # a sign of life
             self._move()
             self._ease()
 

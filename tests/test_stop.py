@@ -1,0 +1,274 @@
+"""Stop goes to the robot by a way of its own: slow rows, a frozen engine or simulator, a supervisor that has died."""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("pybullet")
+
+from busy import crowded
+from play import rows
+from test_watchdog import EVENT_LOOP, head_top
+
+from rrp_sheets.model.exchange import Happening
+from rrp_sheets.runs.apart import Ended, RunProcess
+from rrp_sheets.runs.view import RunSettings, RunView
+
+CONNECTORS = """
+import os, time
+from dataclasses import replace
+from rrp_sheets.connectors.map import MAP
+
+def build(wiring):
+    def take(value):
+        open(os.environ["BEGUN"], "w").close()
+        until = time.thread_time() + 0.1
+        while time.thread_time() < until:
+            pass
+        return value
+    from reactivex import operators as ops
+    return wiring.inputs[0].pipe(ops.map(take))
+
+def provide():
+    from rrp_sheets.connectors.spec import Parameter
+    yield "slow", replace(MAP, name="slow", build=build, parameter=Parameter.NONE, synonyms=())
+"""
+FILES = {"trace.jsonl", "run.xlsx", "diagram.svg", "protocol.xlsx"}
+SLOW = "\n".join(f"| Red ball | slow | | S{n} |\n| S{n} | subscribe | | Print |" for n in range(40))
+FAST = "| Red ball | subscribe | | Head tracker |"
+
+
+@pytest.fixture
+def begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A file that is there as soon as a slow row is at work; its connector is installed."""
+    place = tmp_path / "site"
+    about = place / "slow-1.0.dist-info"
+    about.mkdir(parents=True)
+    (place / "slowly.py").write_text(textwrap.dedent(CONNECTORS))
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: slow\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text("[rrp_sheets.connectors]\nslow = slowly:provide\n")
+    monkeypatch.setenv("PYTHONPATH", str(place))
+    monkeypatch.setenv("BEGUN", str(tmp_path / "begun"))
+    return tmp_path / "begun"
+
+
+class Panel(RunView):
+    """Notes when something was told."""
+
+    def __init__(self) -> None:
+        self.began = threading.Event()
+        self.moved = threading.Event()
+        self.finished: list[float] = []
+        self.notes: list[str] = []
+
+    def started(self, start: Any) -> None:
+        """It runs."""
+        self.began.set()
+
+    def frame(self, us: int) -> None:
+        """Half a second has gone."""
+        if us > 500_000:
+            self.moved.set()
+
+    def finishing(self) -> None:
+        """The robot has begun its rest."""
+        self.finished.append(time.monotonic())
+
+    def happening(self, us: int, happening: Happening) -> None:
+        """Something is told."""
+        self.notes.append(happening.text)
+
+
+class Running:
+    """A run of some rows that is listened to on a thread."""
+
+    def __init__(self, tmp_path: Path, body: str, *more: str, **settings: Any) -> None:
+        book = tmp_path / "b.md"
+        book.write_text(rows(body, *more))
+        self.out = tmp_path / "out"
+        self.panel = Panel()
+        self.run = RunProcess(book, RunSettings(**{"film": False, "seconds": 60, "out": self.out, **settings}))
+        self.ended: list[Ended] = []
+        self.thread = threading.Thread(target=lambda: self.ended.append(self.run.listen(self.panel)), daemon=True)
+        self.thread.start()
+
+    def stop(self) -> float:
+        """Stop it; seconds until it has ended."""
+        before = time.monotonic()
+        self.run.stop("Aya")
+        self.thread.join(60)
+        return time.monotonic() - before
+
+    def summary(self) -> dict[str, Any]:
+        """The last line of its trace."""
+        return dict(json.loads((self.out / "trace.jsonl").read_text("utf-8").splitlines()[-1]))
+
+
+def wait_for(path: Path) -> None:
+    until = time.monotonic() + 60
+    while not path.exists():
+        assert time.monotonic() < until
+        os.sched_yield()
+
+
+@pytest.mark.parametrize("engine", ["frame", "event loop"])
+def test_stop_does_not_wait_for_slow_rows(engine: str, tmp_path: Path, begun: Path) -> None:
+    more = [EVENT_LOOP] if engine == "event loop" else []
+    running = Running(tmp_path, SLOW, *more, film=engine == "frame")
+    wait_for(begun)
+    before = time.monotonic()
+    running.stop()
+    assert running.panel.finished[0] - before < 0.2 * crowded(), "the robot is on its way to rest"
+    result = running.ended[0].result
+    assert result is not None and result.broken is None
+    assert (result.summary.ended, result.summary.stopped_by) == ("stopped", "Aya") and len(running.panel.finished) == 1
+    assert running.summary() == {"type": "summary", **result.summary.as_dict(wall=False)}
+    assert set(result.files) >= FILES and not result.problems
+    assert any("so the engine was ended while the row T!" in note for note in running.panel.notes)
+    if engine == "frame":
+        assert {"film.gif", "strip.png"} <= set(result.files)
+        assert head_top(running.out, -1) > head_top(running.out, 0) + 20, "it crouches, as after an orderly stop"
+
+
+def test_stop_does_not_wait_for_a_frozen_engine(tmp_path: Path) -> None:
+    running = Running(tmp_path, FAST)
+    assert running.panel.moved.wait(60)
+    os.kill(running.run.pid, signal.SIGSTOP)
+    before = time.monotonic()
+    running.stop()
+    assert running.panel.finished[0] - before < 0.2 * crowded()
+    result = running.ended[0].result
+    assert result is not None and result.broken is None and running.summary()["ended"] == "stopped"
+    assert set(result.files) >= FILES and result.summary.simulated > 0.4
+
+
+def test_of_a_frozen_simulator_no_rest_is_claimed(tmp_path: Path) -> None:
+    running = Running(tmp_path, FAST)
+    assert running.panel.moved.wait(60)
+    os.kill(running.run.simulator_pid, signal.SIGSTOP)
+    assert running.stop() < 3 * crowded()
+    result = running.ended[0].result
+    assert result is not None and result.broken is not None
+    assert "did not react to Stop" in result.broken.message and "did not come to its rest" in result.broken.message
+    assert running.panel.finished == [] and set(result.files) >= FILES
+    assert running.summary()["why"] == result.broken.message and running.summary()["ended"] == "broken"
+    assert len([note for note in running.panel.notes if "imulator" in note]) == 0, "the cause is told once"
+
+
+def test_a_frozen_simulator_and_a_frozen_engine_are_both_ended(tmp_path: Path) -> None:
+    running = Running(tmp_path, FAST)
+    assert running.panel.moved.wait(60)
+    for pid in (running.run.simulator_pid, running.run.pid):
+        os.kill(pid, signal.SIGSTOP)
+    assert running.stop() < 4 * crowded()
+    result = running.ended[0].result
+    assert result is not None and result.broken is not None and "did not react to Stop" in result.broken.message
+    assert running.panel.finished == [] and set(result.files) >= FILES
+
+
+def test_an_instant_that_takes_too_long_is_ended_with_its_costliest_rows(
+    tmp_path: Path, begun: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rrp_sheets.runs.watchdog.INSTANT_WITHIN", 1.0)
+    running = Running(tmp_path, SLOW)
+    running.thread.join(60)
+    result = running.ended[0].result
+    assert result is not None and result.broken is not None
+    assert "more than 1 s; the costliest are T!" in result.broken.message and result.summary.ended == "broken"
+    assert len(running.panel.finished) == 1, "the robot comes to its rest"
+
+
+# ---- no process outlives its supervisor
+STUCK = """
+import os, re, socket, sys
+from rrp_sheets.processes import end_with_starter
+end_with_starter(socket.socket(fileno=int(sys.argv[1])), float(os.environ["GRACE"]))
+open(os.environ["BEGUN"], "w").close()
+re.match("(a+)+$", "a" * 64 + "b")  # native code that does not let go of the interpreter
+"""
+STARTER = """
+import os, sys, time
+from pathlib import Path
+from rrp_sheets.processes import Child
+child = Child("stuck")
+while not Path(os.environ["BEGUN"]).exists():
+    time.sleep(0.01)
+print(child.pid, flush=True)
+os._exit(1)
+"""
+SIMULATOR = """
+import os, sys, time
+from pathlib import Path
+from rrp_sheets.devices import load_robot
+from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.process import Simulator
+from multiprocessing.connection import Connection
+simulator = Simulator()
+requests = Connection(os.dup(simulator.requests.fileno()))
+requests.send((1, "open", (Spec(load_robot()),)))
+while not Path(os.environ["BEGUN"]).exists():
+    time.sleep(0.01)
+print(simulator.pid, flush=True)
+os._exit(1)
+"""
+CV2 = """
+import os, re
+open(os.environ["BEGUN"], "w").close()
+re.match("(a+)+$", "a" * 64 + "b")
+"""
+
+
+@contextmanager
+def outlived(program: str) -> Iterator[float]:
+    """Let a starter die; how many seconds its child outlived it."""
+    starter = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    assert starter.stdout is not None
+    handle = None
+    with starter, suppress(ProcessLookupError):
+        handle = os.pidfd_open(int(starter.stdout.readline()))
+    before = time.monotonic()
+    if handle is not None:
+        ended, _, _ = select.select([handle], [], [], 60)
+        if not ended:
+            signal.pidfd_send_signal(handle, signal.SIGKILL)
+        os.close(handle)
+    yield time.monotonic() - before
+
+
+@pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="waiting for a process that is not a child needs Linux")
+@pytest.mark.parametrize("grace", [0, 1])
+def test_native_code_that_never_ends_does_not_outlive_its_starter(
+    grace: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "stuck.py").write_text(STUCK)
+    package = str(Path(__file__).parent.parent)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join((str(tmp_path), package)))
+    monkeypatch.setenv("BEGUN", str(tmp_path / "begun"))
+    monkeypatch.setenv("GRACE", str(grace))
+    with outlived(STARTER) as seconds:
+        assert grace - 0.3 < seconds < grace + 1 * crowded()
+
+
+@pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="waiting for a process that is not a child needs Linux")
+def test_a_simulator_stuck_in_native_code_ends_soon_after_its_supervisor(
+    begun: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "site" / "cv2.py").write_text(CV2)
+    package = str(Path(__file__).parent.parent)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join((str(tmp_path / "site"), package)))
+    with outlived(SIMULATOR) as seconds:
+        assert 4 < seconds < 5 + 1 * crowded()
