@@ -15,8 +15,8 @@ from rrp_sheets.diagnostics import Report
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError, UnreadableFile
 from rrp_sheets.model.exchange import Act, Happening, State
 from rrp_sheets.model.values import Failure, Record, record_from_mapping
-from rrp_sheets.resources import bundled
 from rrp_sheets.processes import Lines
+from rrp_sheets.resources import bundled
 from rrp_sheets.runs import RunSettings, RunView, telling, wire
 from rrp_sheets.runs.apart import RunProcess
 from rrp_sheets.runs.view import Summary

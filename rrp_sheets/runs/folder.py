@@ -127,9 +127,12 @@ def finish_folder(path: Path, checked: Checked) -> tuple[dict[str, str], tuple[s
     problems = []
     with held(path):  # when its own process has been ended, nobody holds it any more
         for name, make in (("run.xlsx", _table), ("diagram.svg", _draw)):
+            half = path / f".{name}"  # this process may be ended any time
             try:
-                make(path, checked)
+                make(path, checked, half)
+                half.replace(path / name)
             except (SheetsError, OSError) as error:
+                half.unlink(missing_ok=True)
                 problems.append(f"{name} could not be made: {error}")
         try:
             stamp_pictures(path)
@@ -160,13 +163,13 @@ def _is_wav(name: str) -> bool:
     return name.casefold().endswith(".wav")
 
 
-def _table(path: Path, checked: Checked) -> None:
+def _table(path: Path, checked: Checked, target: Path) -> None:
     from rrp_sheets.runs.records.table import write_xlsx
 
-    write_xlsx([path / "trace.jsonl"], path / "run.xlsx")
+    write_xlsx([path / "trace.jsonl"], target)
 
 
-def _draw(path: Path, checked: Checked) -> None:
+def _draw(path: Path, checked: Checked, target: Path) -> None:
     from rrp_sheets.runs.drawings import draw
 
-    draw(checked, path / "diagram.svg")  # `stamp_pictures` says of which run
+    draw(checked, target)  # `stamp_pictures` says of which run

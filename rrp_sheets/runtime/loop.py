@@ -111,6 +111,10 @@ class _FrameLoop:
                 return now, "stopped"
             now = due
             arrivals = world.advance(now, commands)
+            if control.stopped:  # meanwhile: the robot rests already, and the rows of this frame may take long
+                for happening in arrivals.happenings:
+                    hooks.happening(now, happening)
+                return now, "stopped"
 
     def _wait(self, now: int, due: int, acts: Acts, hooks: Hooks) -> bool:
         """Do what people want until the next frame is due; False when the run is to stop."""

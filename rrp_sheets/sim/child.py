@@ -43,12 +43,11 @@ class _Server:
         """Answer until the engine has gone."""
         try:
             while True:
-                if self._halted:
+                if self.pulse():
                     self._rest()
                 self._numbers[STATE] = IDLE
-                if self._requests not in wait([self._requests, *([self._control] if self._listens else ())]):
-                    self.pulse()
-                elif not self._answer(*self._requests.recv()):
+                ready = wait([self._requests, *([self._control] if self._listens else ())])
+                if self._control not in ready and not self._answer(*self._requests.recv()):
                     return
         except (EOFError, BrokenPipeError, ConnectionResetError):
             outcome = self._rest()

@@ -17,6 +17,7 @@ from rrp_sheets.sim.paths import Point
 from rrp_sheets.sim.stage import FRONT
 
 if TYPE_CHECKING:
+    from rrp_sheets.sim.film_file import FilmWriter
     from rrp_sheets.sim.world import SimWorld
 
 SIZE = (560, 320)  # pixels
@@ -67,8 +68,7 @@ class Film:
 
     def __init__(self, bullet: Any, world: SimWorld, spec: Spec, out: Path | None) -> None:
         self._world = world
-        self._out = out
-        self._title = spec.title
+        self._writer = _writer(out, spec.title) if out is not None else None
         self._names = {s.stream: s.name for s in spec.sensors}
         self._b, self._scene = bullet, spec.scene
         self._place = (0.0, 0.0)  # m, of the robot, where the camera expects it
@@ -127,6 +127,8 @@ class Film:
             pairs = zip(self.shots[::2], [*self.shots[1::2], self.shots[-1]], strict=False)
             self.shots = [max(pair, key=lambda shot: shot.weight) for pair in pairs]
             self._every *= 2
+            if self._writer is not None:
+                self._writer.add(self.shots, thinned=True)
 
     def _take(self) -> None:
         world = self._world
@@ -142,6 +144,8 @@ class Film:
         self._news = 0.0
         outside, from_left = self.shoot(), bool(self._camera.pose.position[1] > 0)
         self.shots.append(Shot(us, outside, inside, world.voice.saying, eyes, ", ".join(sees), weight, from_left))
+        if self._writer is not None:
+            self._writer.add(self.shots, thinned=False)
 
     def _posed(self) -> float:
         """How much of a gesture is to be seen: 0 when it stands as at the start, 1 when it is in the midst of one."""
@@ -178,18 +182,18 @@ class Film:
         return shadows
 
     def write(self) -> None:
-        """Write `film.gif` and `strip.png` into the run's folder."""
-        if self._out is not None and self.shots:
-            from rrp_sheets.sim import strip
-
-            film, six = self._out / "film.gif", self._out / "strip.png"
+        """Write the rest of `film.gif` and `strip.png` into the run's folder."""
+        if self._writer is not None:
             try:
-                strip.write_film(film, self.shots)
-                strip.write_strip(six, self.shots, self._title)
-            except OSError as error:  # a full disk: no half one stays
-                film.unlink(missing_ok=True)
-                six.unlink(missing_ok=True)
+                self._writer.finish(self.shots)
+            except OSError as error:
                 self._world.unwritten("The film", error)
+
+
+def _writer(out: Path, title: str) -> FilmWriter:
+    from rrp_sheets.sim.film_file import FilmWriter  # it needs what a shot is
+
+    return FilmWriter(out, title)
 
 
 def _view(scene: Sequence[SceneAction], robot: tuple[float, float]) -> tuple[list[Point], Sequence[float]]:

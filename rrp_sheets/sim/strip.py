@@ -1,8 +1,9 @@
-"""Lays the shots of a run out: as an animated film, and as a strip of six moments for a report."""
+"""Lays the shots of a run out: as pictures of a film, and as a strip of six moments for a report."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,6 @@ from rrp_sheets.sim.film import Shot
 
 INK, FAINT, PAPER, EDGE = (38, 44, 52), (110, 118, 128), (255, 255, 255), (214, 218, 222)
 MOMENTS = 6
-FRAME_MS = 333  # ms, of a film picture
 COLOURS = 224  # of the film's palette
 BAR = 34  # pixels, below the film's picture
 INSET = (128, 96)  # pixels, of what the robot sees, in the film
@@ -30,24 +30,14 @@ PALER, CHANGED = 40, 0.04  # a pixel has changed by so much (of 255); so many of
 Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
 
 
+@cache
 def font_of(size: int, bold: bool = False) -> Font:
     """The font that comes along, which has Japanese, Greek and Cyrillic letters; else one with Latin letters only."""
     path = vendored("fonts", f"NotoSansJP-{'Bold' if bold else 'Regular'}.ttf")
     return ImageFont.truetype(path, size) if path.is_file() else ImageFont.load_default(size)
 
 
-def write_film(path: Path, shots: Sequence[Shot]) -> None:
-    """An animated GIF, three pictures a second, with the clock, what the robot sees and what it says."""
-    font, small = font_of(15), font_of(12)
-    frames = [_film_frame(shot, font, small) for shot in shots]
-    palette = _palette([np.asarray(frames[k * (len(frames) - 1) // 5]) for k in range(6)])
-    pictures = [f.quantize(palette=palette, dither=Image.Dither.NONE) for f in frames]
-    pictures[0].save(
-        path, save_all=True, append_images=pictures[1:], duration=FRAME_MS, loop=0, optimize=False, disposal=1,
-    )  # fmt: skip
-
-
-def _palette(pictures: Sequence[NDArray[np.uint8]]) -> Image.Image:
+def palette_of(pictures: Sequence[NDArray[np.uint8]]) -> Image.Image:
     """One palette for all pictures: the background then stays the same to the pixel and costs nothing.
 
     What is small but coloured (a ball, the eyes) counts more than its pixels, else the floor would take all colours.
@@ -63,7 +53,9 @@ def _palette(pictures: Sequence[NDArray[np.uint8]]) -> Image.Image:
     return Image.fromarray(sample[None]).quantize(COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
 
 
-def _film_frame(shot: Shot, font: Font, small: Font) -> Image.Image:
+def film_frame(shot: Shot) -> Image.Image:
+    """A picture of the film: the robot, what it sees, the clock, and what it says."""
+    font, small = font_of(15), font_of(12)
     outside = Image.fromarray(shot.outside)
     frame = Image.new("RGB", (outside.width, outside.height + BAR), PAPER)
     frame.paste(outside, (0, 0))
