@@ -227,7 +227,7 @@ class Liveness:
 
 
 # ---- no process outlives its starter
-def end_with_starter(link: socket.socket, grace: float = 0.0) -> None:
+def end_with_starter(link: socket.socket, grace: float = 0.0, still: float | None = None) -> None:
     """Have this process killed when its starter has gone, even while native code holds the interpreter.
 
     A guard does it: a copy of this process that only waits for the end of the connection. Call this first, before any
@@ -235,7 +235,8 @@ def end_with_starter(link: socket.socket, grace: float = 0.0) -> None:
 
     Args:
         link: the connection to the starter.
-        grace: seconds that this process may then go on, to come to its own end.
+        grace: seconds of processor time that this process may then still use, to come to its own end.
+        still: seconds of the wall clock that it may then use none; as many when None.
     """
     if not hasattr(os, "fork"):
         return
@@ -245,22 +246,29 @@ def end_with_starter(link: socket.socket, grace: float = 0.0) -> None:
         os.close(alive)
         return
     try:
-        _guard(link.fileno(), alive, mine, grace)
+        _guard(link.fileno(), alive, mine, grace, grace if still is None else still)
     finally:
         os._exit(0)
 
 
-def _guard(link: int, alive: int, pid: int, grace: float) -> None:
+def _guard(link: int, alive: int, pid: int, grace: float, still: float) -> None:
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
     low, high = sorted((link, alive))
     os.closerange(0, low)
     os.closerange(low + 1, high)
     os.closerange(high + 1, os.sysconf("SC_OPEN_MAX"))
-    both = select.poll()
-    both.register(alive, 0)
-    both.register(link, 0)  # only its end: what is said on it is not for the guard
-    if not any(number == alive for number, _ in both.poll()):
-        both.unregister(link)
-        if not both.poll(grace * 1000) and os.getppid() == pid:
-            os.kill(pid, signal.SIGKILL)
+    ends = select.poll()
+    ends.register(alive, 0)
+    ends.register(link, 0)  # only its end: what is said on it is not for the guard
+    if any(number == alive for number, _ in ends.poll()):
+        return
+    ends.unregister(link)
+    if grace:
+        life = Liveness(cpu_clock(pid))
+        while life.computing < grace and life.still < still:
+            if ends.poll(100):
+                return
+            life.look(None, has_work=True)
+    if os.getppid() == pid:
+        os.kill(pid, signal.SIGKILL)

@@ -17,14 +17,15 @@ from rrp_sheets.runs.limits import limit_memory
 from rrp_sheets.runs.wire import pack_error
 
 
-def begin(grace: float = 0.0) -> socket.socket:
+def begin(grace: float = 0.0, still: float | None = None) -> socket.socket:
     """The connection of a process that has just been started; its first argument is its number.
 
     Args:
-        grace: seconds that the process may go on when the program that started it has gone.
+        grace: seconds of processor time that the process may still use when the program that started it has gone.
+        still: seconds of the wall clock that it may then use none; as many when None.
     """
     link = socket.socket(fileno=int(sys.argv[1]))
-    end_with_starter(link, grace)
+    end_with_starter(link, grace, still)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program
     limit_memory()
     return link

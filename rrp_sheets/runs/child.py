@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
     from rrp_sheets.workbook import Reading
 
-ALONE_WITHIN = 5.0  # s: when the program has gone, the record of a run is closed, but not for longer
+ALONE_WITHIN = 5.0  # s of its processor time: when the program has gone, the record of a run is closed
+ALONE_STILL_WITHIN = 60.0  # s that it may wait then for the simulator, which brings the robot to rest
 ENDING_TOLD_WITHIN = 2.0  # s, for the program to say why the simulator has ended
 ORPHANED = "the end of the program that had started it"
 """Who stopped a run whose program has died, as the record tells it."""
@@ -92,7 +93,7 @@ class _Process:
                 self._requests.put(message)
         if self._running.is_set():  # the program has died: the robot comes to its rest, the files are written
             self._control.stop(ORPHANED)
-            threading.Event().wait(ALONE_WITHIN)
+            threading.Event().wait(ALONE_STILL_WITHIN)
         os._exit(0)
 
     def _check(self, path: str) -> None:
@@ -155,7 +156,7 @@ def _examples(checked: Checked) -> dict[str, str]:
 def main() -> None:
     """Serve until the connection closes."""
     only_for_this_user()
-    link = begin(ALONE_WITHIN)
+    link = begin(ALONE_WITHIN, ALONE_STILL_WITHIN)
     cell, *simulator = map(int, sys.argv[2:])
     _Process(link, SharedCell(PLACES, cell), socket.socket(fileno=simulator[0]) if simulator else None).serve()
 

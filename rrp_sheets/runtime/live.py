@@ -28,7 +28,7 @@ from rrp_sheets.runtime.ports import LiveWorld, Sensor
 START_WITHIN = 20.0  # s, for one device
 STOP_WITHIN = 2.0  # s, for all sensors
 REST_WITHIN = 5.0  # s, for all actuators
-CLOSE_WITHIN = 45.0  # s, for the world, with what it writes
+CLOSE_WITHIN = 300.0  # s, for the world, with what it writes; the simulator's supervisor ends one that hangs before
 TICK_US = 33_333  # how often the trace is written and the display is told
 BEHIND_US = 5_000_000  # a run whose rows cannot keep up with the clock ends so much later at most
 SWITCH_SECONDS = 0.0005  # a tenth of Python's: halves the longest latencies beside a busy thread

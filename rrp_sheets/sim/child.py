@@ -25,7 +25,7 @@ from rrp_sheets.sim.messages import BEATS, BUSY, IDLE, OPENING, PLACES, STATE, O
 if TYPE_CHECKING:
     from rrp_sheets.sim.world import SimWorld
 
-ALONE_WITHIN = 5.0  # s that it has to bring the robot to rest when its supervisor has gone
+ALONE_WITHIN = 5.0  # s, of its processor time or without any, to bring the robot to rest when its supervisor has gone
 
 
 class _Server:
