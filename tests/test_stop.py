@@ -13,6 +13,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +26,12 @@ from PIL import Image
 from play import rows
 from test_watchdog import EVENT_LOOP, head_top
 
+from rrp_sheets.devices import load_robot
 from rrp_sheets.model.exchange import Happening
 from rrp_sheets.runs.apart import Ended, RunProcess
 from rrp_sheets.runs.view import RunSettings, RunView
+from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.process import Simulator
 
 CONNECTORS = """
 import os, time
@@ -190,6 +194,34 @@ def test_an_instant_that_takes_too_long_is_ended_with_its_costliest_rows(
     assert result is not None and result.broken is not None
     assert "more than 1 s; the costliest are T!" in result.broken.message and result.summary.ended == "broken"
     assert len(running.panel.finished) == 1, "the robot comes to its rest"
+
+
+def test_an_engine_that_floods_the_simulator_does_not_delay_its_rest() -> None:
+    simulator = Simulator()
+    with Connection(simulator.requests.detach()) as requests:
+        requests.send((0, "open", (Spec(load_robot()),)))
+        assert requests.recv() == (0, None)
+        flood = threading.Thread(target=lambda: [requests.send((n, "state", ())) for n in range(200)])
+        flood.start()
+        assert requests.recv()[0] == 0
+        before = time.monotonic()
+        simulator.rest()
+        while not simulator.resting:
+            simulator.hear()
+            assert not simulator.failure()
+        assert time.monotonic() - before < 0.2 * crowded()
+        for n in range(1, 200):
+            assert requests.recv()[0] == n, "and it goes on answering"
+        flood.join()
+    simulator.close(20)
+
+
+def test_a_simulator_without_a_robot_is_not_taken_for_a_frozen_one() -> None:
+    simulator = Simulator()
+    simulator.rest()
+    wait_until(lambda: simulator.hear() or simulator.resting)
+    assert not simulator.failure()
+    simulator.close()
 
 
 def test_a_simulator_that_is_killed_leaves_its_film(tmp_path: Path) -> None:

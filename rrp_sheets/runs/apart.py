@@ -226,7 +226,7 @@ class RunProcess:
             simulator.kill()
         if simulator.gone:
             self._ending = failure or f"The simulator has ended unexpectedly{simulator.exit_words()}."
-            self._office.say("simulator ended", self._ending)
+            self._send("simulator ended", self._ending)
         if self._resting is None and (simulator.resting or simulator.gone):
             self._resting = time.monotonic()
 
@@ -295,7 +295,7 @@ class RunProcess:
             view: is told.
             error: why the run breaks off; None when it was stopped and its rows did not end in time.
         """
-        start, row = self._started, self._row()
+        start, row, where = self._started, self._row(), self._where()
         self._office.kill()
         self._simulator.rest()
         if start is None or not (start.folder / "trace.jsonl").is_file():
@@ -305,10 +305,9 @@ class RunProcess:
         wall = time.monotonic() - self._began
         self._finisher = RunOffice()  # it starts while the robot comes to rest
         notices, hindrance = self._await_rest(view)
-        if self._asked is not None and hindrance is None:
-            error = None  # it was to end
+        if error is None and hindrance is None:
             words = f"The rows did not end within {ROWS_END_WITHIN:g} s of Stop, so the engine was ended"
-            notices = (*notices, Happening("note", f"{words}{self._where()}."))
+            notices = (*notices, Happening("note", f"{words}{where}."))
         error = error or hindrance
         by = self._stopped_by if self._asked is not None else ""
         summary = close_trace(start, row, error, notices, by)

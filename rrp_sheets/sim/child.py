@@ -34,6 +34,7 @@ class _Server:
         self._requests = requests
         self._numbers = heartbeat.numbers
         self._halted = False  # the robot is to rest: somebody said so, or has gone
+        self._resting = False  # and the supervisor knows
         self._listens = True  # to the supervisor, which has not gone
         self._world: SimWorld | None = None
         self._answers: dict[str, Callable[..., Any]] = {}
@@ -90,10 +91,14 @@ class _Server:
 
     def _rest(self) -> Outcome | None:
         """Bring the robot to rest, once; what came of it, None when there is no robot yet."""
-        if self._world is not None and self._outcome is None:
+        begins = self._world is not None and self._outcome is None
+        if self._world is not None and begins:
             self._numbers[STATE] = BUSY
             self._world.halt()
+        if not self._resting:  # what has not been made does not move either
+            self._resting = True
             self._say("resting")
+        if self._world is not None and begins:
             self._outcome = self._world.stop()
         return self._outcome
 

@@ -1,6 +1,7 @@
 """Stop, by the wall clock: until the robot is on its way to rest, and until everything is written.
 
-The real server, engine and simulator. Each figure is printed beside its bound.
+The real server, engine and simulator. Each figure is printed beside its bound. Not here: Stop beside many idle
+connections, which belongs to whoever bounds those.
 """
 
 from __future__ import annotations
