@@ -1,4 +1,7 @@
-"""Stop goes to the robot by a way of its own: slow rows, a frozen engine or simulator, a supervisor that has died."""
+"""Stop goes to the robot by a way of its own: slow rows, a frozen engine or simulator, a supervisor that has died.
+
+The limits of time here are wide, for a busy machine; `tests/benchmarks/bench_stop.py` holds the real ones.
+"""
 
 from __future__ import annotations
 
@@ -136,7 +139,7 @@ def test_stop_does_not_wait_for_slow_rows(engine: str, tmp_path: Path, begun: Pa
     wait_until(begun.exists)
     before = time.monotonic()
     running.stop()
-    assert running.panel.finished[0] - before < 0.2 * crowded(), "the robot is on its way to rest"
+    assert running.panel.finished[0] - before < 0.5 * crowded(), "the robot is on its way to rest"
     result = running.ended[0].result
     assert result is not None and result.broken is None
     assert (result.summary.ended, result.summary.stopped_by) == ("stopped", "Aya") and len(running.panel.finished) == 1
@@ -154,14 +157,15 @@ def test_stop_does_not_wait_for_a_frozen_engine(tmp_path: Path) -> None:
     os.kill(running.run.pid, signal.SIGSTOP)
     before = time.monotonic()
     running.stop()
-    assert running.panel.finished[0] - before < 0.2 * crowded()
+    assert running.panel.finished[0] - before < 0.5 * crowded()
     result = running.ended[0].result
     assert result is not None and result.broken is None and running.summary()["ended"] == "stopped"
     assert set(result.files) >= FILES and result.summary.simulated > 0.4
 
 
-def test_of_a_frozen_simulator_no_rest_is_claimed(tmp_path: Path) -> None:
-    running = Running(tmp_path, FAST)
+@pytest.mark.parametrize("engine", ["frame", "event loop"])
+def test_of_a_frozen_simulator_no_rest_is_claimed(engine: str, tmp_path: Path) -> None:
+    running = Running(tmp_path, FAST, *([EVENT_LOOP] if engine == "event loop" else []))
     wait_until(lambda: running.panel.us > 500_000)
     os.kill(running.run.simulator_pid, signal.SIGSTOP)
     assert running.stop() < 3 * crowded()
@@ -173,6 +177,7 @@ def test_of_a_frozen_simulator_no_rest_is_claimed(tmp_path: Path) -> None:
     assert len([note for note in running.panel.notes if "imulator" in note]) == 0, "the cause is told once"
 
 
+@pytest.mark.soak
 def test_a_frozen_simulator_and_a_frozen_engine_are_both_ended(tmp_path: Path) -> None:
     running = Running(tmp_path, FAST)
     wait_until(lambda: running.panel.us > 500_000)
@@ -209,7 +214,7 @@ def test_an_engine_that_floods_the_simulator_does_not_delay_its_rest() -> None:
         while not simulator.resting:
             simulator.hear()
             assert not simulator.failure()
-        assert time.monotonic() - before < 0.2 * crowded()
+        assert time.monotonic() - before < 0.5 * crowded()
         for n in range(1, 200):
             assert requests.recv()[0] == n, "and it goes on answering"
         flood.join()
@@ -252,6 +257,7 @@ def command(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
         yield running
 
 
+@pytest.mark.soak
 def test_ctrl_c_ends_the_command_soon_with_all_files(tmp_path: Path) -> None:
     with command(tmp_path) as running:
         before = time.monotonic()
@@ -345,6 +351,7 @@ def test_native_code_that_never_ends_does_not_outlive_its_starter(
         assert grace - 0.3 < seconds < (grace + 1) * crowded()
 
 
+@pytest.mark.soak
 @pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="waiting for a process that is not a child needs Linux")
 def test_a_simulator_stuck_in_native_code_ends_soon_after_its_supervisor(
     begun: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

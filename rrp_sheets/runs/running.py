@@ -174,7 +174,7 @@ def _go(course: Course, until: int, trace: TraceWriter, recorder: Recorder) -> t
                 for happening in (*course.stop(), *course.engine.cues.left()):
                     recorder.happening(course.engine.clock.us, happening)
             except RunBroken as error:
-                broken = broken or error  # the first break is the cause
+                broken, ended = broken or error, "broken"  # the first break is the cause
             finally:
                 summary = _summary(course.engine, recorder, wall, ended, row)
                 if broken is not None:

@@ -36,6 +36,7 @@ class PumpedWorld(LiveWorld):
         self._awake = threading.Event()
         self._over = False
         self._thread: threading.Thread | None = None
+        self._broken: RunBroken | None = None
         self._showing: Showing | None = None
 
     def open(self, mail: Mail) -> None:
@@ -77,11 +78,17 @@ class PumpedWorld(LiveWorld):
         self._awake.set()
 
     def close(self) -> Sequence[Happening]:
-        """Stop the world, when its last step is done; returns what happened meanwhile."""
+        """Stop the world, when its last step is done; returns what happened meanwhile.
+
+        Raises:
+            RunBroken: when the world has broken; nobody may have heard of it, as the run was over.
+        """
         self.halt()
         if self._thread is not None:
             self._thread.join(LAST_STEP_WITHIN)
         left = self._world.stop()
+        if self._broken is not None:
+            raise self._broken
         return left.happenings if left else ()
 
     def _pump(self, mail: Mail) -> None:
@@ -98,6 +105,7 @@ class PumpedWorld(LiveWorld):
                     self._post(mail, self._world.advance(due, _all(self._commands)))
                     self._serve(mail)
         except RunBroken as error:
+            self._broken = error
             mail.broke(error)
 
     def _sleep(self, mail: Mail, due: int) -> None:
