@@ -106,10 +106,7 @@ def test_a_killed_simulator_breaks_the_run_off_with_a_readable_trace(tmp_path):
     for line in process.stdout:
         if "Head tracker" in line:
             break
-    (engine,) = children(process.pid)  # the process that evaluates; the simulator is its child
-    (simulator,) = children(engine)
-    assert b"rrp_sheets.sim.child" in Path(f"/proc/{simulator}/cmdline").read_bytes()
-    os.kill(simulator, signal.SIGKILL)
+    os.kill(child_of(process.pid, "rrp_sheets.sim.child"), signal.SIGKILL)
     _, errors = process.communicate(timeout=40)
     assert process.returncode == 3 and "broke off" in errors and "Traceback" not in errors
     assert json.loads(events(out)[-1])["ended"] == "broken"
@@ -119,6 +116,12 @@ def test_a_killed_simulator_breaks_the_run_off_with_a_readable_trace(tmp_path):
 def children(pid: int) -> list[int]:
     """The numbers of a process's children."""
     return [int(c) for c in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def child_of(pid: int, module: str) -> int:
+    """The number of the child that runs a module."""
+    (found,) = (c for c in children(pid) if module.encode() in Path(f"/proc/{c}/cmdline").read_bytes())
+    return found
 
 
 def runs(pid: int) -> bool:
@@ -137,9 +140,9 @@ def test_no_process_is_left_behind(who, tmp_path):
     for line in process.stdout:
         if "Head tracker" in line:
             break
-    (engine,) = children(process.pid)
-    left = {engine, *children(engine)}
-    assert len(left) == 2
+    engine, simulator = (child_of(process.pid, f"rrp_sheets.{name}.child") for name in ("runs", "sim"))
+    left = {engine, simulator, *children(engine), *children(simulator)}
+    assert len(left) == 4, "each has a guard"
     os.kill(process.pid if who == "program" else engine, signal.SIGKILL)  # it dies without a word: the others notice
     deadline = time.monotonic() + 40
     while any(runs(pid) for pid in left) and time.monotonic() < deadline:
