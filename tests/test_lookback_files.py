@@ -21,7 +21,7 @@ from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.runs.lookback import answer
 from rrp_sheets.runs.lookback.index import PIECE_EVENTS, index_trace
 from rrp_sheets.sim import recording
-from rrp_sheets.sim.film_file import write_film
+from rrp_sheets.sim.film_file import FilmFile, write_film
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.recording import Pictures
 from rrp_sheets.sim.strip import write_strip
@@ -175,3 +175,33 @@ def test_a_trace_that_is_none_says_so(tmp_path: Path, text: str) -> None:
         return
     with pytest.raises(UnreadableFile, match="is not a record of a run"):
         answer(tmp_path, "overview")
+
+
+def test_a_film_is_whole_after_each_picture_and_when_pictures_are_dropped(tmp_path):
+    from rrp_sheets.sim.film import Shot
+
+    colours = [(200, 200, 200), (200, 40, 40), (40, 40, 200), (40, 160, 40)]
+
+    def shot(n):
+        outside = np.full((320, 560, 3), 120, np.uint8)
+        outside[100 : 120 + 10 * n, 200:260] = colours[n % 4]
+        return Shot(n * 333_333, outside, None, "", (1, 0, 0), f"moment {n}", 0.0)
+
+    def pictures():
+        with Image.open(tmp_path / "f.gif") as film:
+            for n in range(film.n_frames):
+                film.seek(n)
+                yield np.asarray(film.convert("RGB"), int)
+
+    film = FilmFile(tmp_path / "f.gif")
+    shots = [shot(n) for n in range(8)]
+    for n, one in enumerate(shots):
+        film.add(one)
+        assert len(list(pictures())) == n + 1
+    for kept in (shots, shots[::2]):
+        if kept is not shots:
+            film.keep(kept)
+        for one, shown in zip(kept, pictures(), strict=True):
+            assert np.abs(shown[:320] - one.outside).max() <= 24
+    film.add(shot(9))
+    assert len(list(pictures())) == 5 and [p.name for p in tmp_path.iterdir()] == ["f.gif"]

@@ -30,7 +30,6 @@ _END = b";"
 
 @dataclass(frozen=True, eq=False)
 class _Picture:
-    us: int
     pixels: NDArray[np.uint8]  # places in the palette
     palette: bytes
 
@@ -62,7 +61,7 @@ class FilmFile:
             self._samples = [*self._samples[-MOST_SAMPLES + 1 :], np.asarray(frame)]
             self._palette = palette_of(self._samples)
             packed = self._packed(frame)
-        picture = _Picture(shot.us, np.asarray(packed), bytes(packed.getpalette("RGB") or ()))
+        picture = _Picture(np.asarray(packed), bytes(packed.getpalette("RGB") or ()))
         self._pictures[shot.us] = picture
         if self._last is None:
             self._path.write_bytes(self._header() + _encoded(picture, None) + _END)
@@ -73,30 +72,13 @@ class FilmFile:
         self._last = picture
 
     def keep(self, shots: Sequence[Shot]) -> None:
-        """Drop all other pictures."""
+        """Drop all other pictures. Raises OSError when it cannot be written."""
         self._pictures = {shot.us: self._pictures[shot.us] for shot in shots if shot.us in self._pictures}
-        self._write(b"")
-
-    def close(self) -> None:
-        """Write the times of the pictures into the file, in ms."""
-        times = " ".join(str(round(us / 1000)) for us in self._pictures).encode()
-        parts = [times[k : k + 255] for k in range(0, len(times), 255)]
-        self._write(b"!\xfe" + b"".join(bytes([len(part)]) + part for part in parts) + b"\0")
-
-    def _packed(self, frame: Image.Image) -> Image.Image:
-        return frame.quantize(palette=self._palette, dither=Image.Dither.NONE)
-
-    def _header(self) -> bytes:
-        """No palette of its own, and it begins again at its end."""
-        width, height = (side.to_bytes(2, "little") for side in self._size)
-        return b"GIF89a" + width + height + b"\x70\0\0!\xff\x0bNETSCAPE2.0\x03\x01\0\0\0"
-
-    def _write(self, comment: bytes) -> None:
         half = self._path.with_suffix(".part")
+        before = None
         try:
             with half.open("wb") as file:
-                file.write(self._header() + comment)
-                before = None
+                file.write(self._header())
                 for picture in self._pictures.values():
                     file.write(_encoded(picture, before))
                     before = picture
@@ -105,6 +87,14 @@ class FilmFile:
         finally:
             half.unlink(missing_ok=True)
         self._last = before
+
+    def _packed(self, frame: Image.Image) -> Image.Image:
+        return frame.quantize(palette=self._palette, dither=Image.Dither.NONE)
+
+    def _header(self) -> bytes:
+        """No palette of its own, and it begins again at its end."""
+        width, height = (side.to_bytes(2, "little") for side in self._size)
+        return b"GIF89a" + width + height + b"\x70\0\0!\xff\x0bNETSCAPE2.0\x03\x01\0\0\0"
 
 
 def _is_off(frame: Image.Image, packed: Image.Image) -> bool:
@@ -137,7 +127,6 @@ def write_film(path: Path, shots: Sequence[Shot]) -> None:
     film = FilmFile(path)
     for shot in shots:
         film.add(shot)
-    film.close()
 
 
 class FilmWriter:
@@ -176,7 +165,6 @@ class FilmWriter:
 
     def finish(self, shots: Sequence[Shot]) -> None:
         """Write what is left, and wait for it. Raises OSError: then no half film stays."""
-        self._work.put(self._file.close)
         self._work.put(partial(self._write_strip, list(shots)))
         self._work.put(None)
         self._thread.join()
