@@ -14,9 +14,10 @@ from rrp_sheets import api
 from rrp_sheets.documents import CellText, Document, Refused
 from rrp_sheets.documents.journal import Journal
 from rrp_sheets.documents.requests import made_for
+from rrp_sheets.documents.undo import Cells
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.editing import edit
-from rrp_sheets.workbook.edits import InsertRows, SetCell
+from rrp_sheets.workbook.edits import AddSheet, DeleteRows, InsertRows, SetCell
 
 SHEET = "Tracking"
 FORMULA = 3
@@ -112,6 +113,80 @@ def test_deleted_rows_come_back_with_their_texts_and_their_identity(document: Do
     assert on_disk(document) == before[2:]
 
 
+def test_rows_between_which_others_have_inserted_one_are_undone_moved_and_deleted_together(document: Document) -> None:
+    grid = document.grids[SHEET]
+    start = list(grid.rows)
+    document.insert("Aya", SHEET, start[1], 3)
+    mine = grid.rows[1:4]
+    document.insert("Mika", SHEET, mine[1], 1)
+    theirs = grid.rows[2]
+    document.undo("Aya")
+    assert grid.rows[:3] == [start[0], theirs, start[1]]
+    document.undo("Aya", again=True)
+    assert [row for row in grid.rows if row in mine] == mine
+    document.move("Aya", SHEET, mine, start[0])
+    assert grid.rows[:5] == [*mine, start[0], theirs]
+    document.undo("Aya")
+    document.delete("Aya", SHEET, mine)
+    assert grid.rows[:3] == [start[0], theirs, start[1]]
+    document.undo("Aya")
+    assert {*mine, theirs} <= set(grid.rows[:6])
+
+
+def test_undo_leaves_a_new_row_into_which_someone_else_has_typed(document: Document) -> None:
+    grid = document.grids[SHEET]
+    document.insert("Aya", SHEET, grid.rows[0], 1)
+    put(document, grid.rows[0], "theirs", author="Mika")
+    with pytest.raises(Refused, match="Mika has changed row 2 since"):
+        document.undo("Aya")
+    assert formulas(document)[0] == "theirs"
+    document.delete("Aya", SHEET, grid.rows[:1])
+    assert "theirs" not in formulas(document)
+
+
+def test_what_was_to_stand_before_a_deleted_row_stands_where_that_was(document: Document) -> None:
+    grid = document.grids[SHEET]
+    start = list(grid.rows)
+    document.delete("Mika", SHEET, start[1:3])
+    document.insert("Aya", SHEET, start[1], [("wabcd-1", {FORMULA: "new"})])
+    assert grid.rows[:3] == [start[0], "wabcd-1", start[3]]
+    document.move("Aya", SHEET, ["wabcd-1"], start[0])
+    document.delete("Mika", SHEET, start[3:4])
+    document.undo("Aya")
+    assert grid.rows[:3] == [start[0], "wabcd-1", start[4]]
+    document.insert("Aya", SHEET, None, [("wabcd-3", {FORMULA: "last"})])
+    assert on_disk(document)[-1] == "last" and grid.text("wabcd-3", FORMULA) == "last"
+    with pytest.raises(Refused):
+        document.insert("Aya", SHEET, start[4], [("wabcd-1", {})])
+    with pytest.raises(Refused):
+        document.insert("Aya", SHEET, start[4], [("wabcd-2", {99: "no such column"})])
+
+
+def test_there_are_blank_rows_below_in_whatever_way_rows_are_filled(document: Document) -> None:
+    grid = document.grids[SHEET]
+
+    def room() -> int:
+        return next(i for i, row in enumerate(reversed(grid.rows)) if grid.texts[row])
+
+    def last() -> str:
+        return grid.rows[-1]
+
+    ways = (
+        lambda: put(document, last(), "1"),
+        lambda: document.insert("Aya", SHEET, last(), [(grid.new_id(), {FORMULA: "2"})]),
+        lambda: document.move("Aya", SHEET, grid.rows[:1], None),
+        lambda: document.delete("Aya", SHEET, grid.rows[-15:]),
+        lambda: document.undo("Aya"),
+        lambda: edit(document.path, [SetCell(SHEET, len(grid.rows), 3, "3")]),
+        lambda: document.together("Aya", [Cells(SHEET, (CellText(last(), FORMULA, "4"),))]),
+    )
+    for way in ways:
+        way()
+        document.poll()
+        assert room() >= 20
+    assert len(set(grid.rows)) == len(grid.rows) == len(grid.texts)
+
+
 def test_rows_move_and_move_back(document: Document) -> None:
     grid = document.grids[SHEET]
     before, rows = on_disk(document), list(grid.rows)
@@ -129,6 +204,70 @@ def test_what_another_program_writes_is_taken_over(document: Document) -> None:
     assert document.grids[SHEET].number(third) == 5
     put(document, third, "still mine")
     assert "still mine" in on_disk(document)
+
+
+OTHERS = st.lists(
+    st.one_of(
+        st.tuples(st.just("put"), st.integers(0, 8), st.sampled_from(["1", "x + 1", "", '"text"'])),
+        st.tuples(st.just("insert"), st.integers(0, 8), st.integers(1, 2)),
+        st.tuples(st.just("delete"), st.integers(0, 8), st.integers(1, 2)),
+    ),
+    min_size=1,
+    max_size=3,
+)
+
+
+@settings(max_examples=8, deadline=None)
+@given(changes=OTHERS)
+def test_what_another_program_writes_is_told_as_a_difference(
+    changes: list[tuple[str, int, object]], tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    document = opened(tmp_path_factory.mktemp("d"))
+    grid = document.grids[SHEET]
+    rows, before, version = list(grid.rows), {r: dict(c) for r, c in grid.texts.items()}, grid.version
+    for name, at, value in changes:
+        number = grid.first + at
+        if name == "put":
+            edit(document.path, [SetCell(SHEET, number, FORMULA, str(value))])
+        elif name == "insert":
+            edit(document.path, [InsertRows(SHEET, number, int(str(value))), SetCell(SHEET, number, FORMULA, "new")])
+        else:
+            edit(document.path, [DeleteRows(SHEET, number, int(str(value)))])
+    changed = document.poll()
+    assert not document.poll()
+    fresh = Document(document.path, Journal(document.path.parent)).grids[SHEET]
+    assert [grid.texts[r] for r in grid.rows if grid.texts[r]] == [fresh.texts[r] for r in fresh.rows if fresh.texts[r]]
+    told = [one for one in changed if one.sheet == SHEET]
+    for one in told:
+        rows = [row for row in rows if row not in one.removed]
+        for row, follower in one.inserted:
+            rows.insert(rows.index(follower) if follower else len(rows), row)
+        rows += one.grown
+        new = {row for row, _ in one.inserted}
+        assert {r for r in grid.rows if r not in new and grid.texts[r] != before.get(r, {})} == set(one.touched)
+    assert rows == grid.rows and (grid.version > version or not any(o.inserted or o.removed for o in told))
+
+
+def test_a_row_keeps_its_identity_when_another_program_changes_it_and_inserts_rows_above(document: Document) -> None:
+    rows = list(document.grids[SHEET].rows)
+    edit(document.path, [SetCell(SHEET, 3, FORMULA, "changed"), InsertRows(SHEET, 2, 2), SetCell(SHEET, 2, 3, "new")])
+    (changed,) = document.poll()
+    assert document.grids[SHEET].rows[2:] == rows
+    assert changed.touched == (rows[1],) and len(changed.inserted) == 2
+    edit(document.path, [SetCell(SHEET, 20, 6, "far below")])
+    (changed,) = document.poll()
+    assert changed.touched == (document.grids[SHEET].rows[18],) and not changed.removed
+
+
+def test_an_edit_that_finds_the_file_changed_keeps_what_changed_to_be_told(document: Document) -> None:
+    rows = document.grids[SHEET].rows
+    edit(document.path, [SetCell(SHEET, 2, 6, "by Excel"), AddSheet("More", "behaviour")])
+    put(document, rows[2], "mine")
+    changed = document.outside()
+    assert [(one.sheet, one.touched, one.change and one.change.what) for one in changed] == [
+        (SHEET, (rows[0],), None), ("More", (), "added")
+    ]  # fmt: skip
+    assert not document.poll()
 
 
 def test_what_a_killed_server_had_accepted_is_stored_at_the_next_start(tmp_path: Path) -> None:

@@ -28,7 +28,7 @@ class SheetChange:
     """What became of a sheet.
 
     Attributes:
-        what: `added`, `deleted`, `renamed` or `moved`.
+        what: `added`, `deleted`, `renamed`, `moved`; `reshaped` when another program has changed its columns.
         name: its name now.
         kind: of a sheet that was added: `behaviour`, `devices`, …; empty for one of the user's own.
         was: the name of a renamed one until now.
@@ -47,6 +47,7 @@ class Changed:
     Attributes:
         inserted: each new row with the row it stands before (None: at the end), in the order to insert them.
         moved: each moved row with the row it now stands before.
+        grown: blank rows at the end, so that there is always room below the last filled row.
         cells: the cells that have other texts now, as row and column; empty where whole rows came or went.
         then: what was changed after that, when one edit does several things.
         change: what became of the sheet itself.
@@ -57,6 +58,7 @@ class Changed:
     inserted: tuple[tuple[str, str | None], ...] = ()
     removed: tuple[str, ...] = ()
     moved: tuple[tuple[str, str | None], ...] = ()
+    grown: tuple[str, ...] = ()
     cells: tuple[tuple[str, int], ...] = ()
     then: tuple[Changed, ...] = ()
     change: SheetChange | None = None

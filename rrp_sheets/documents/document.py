@@ -9,14 +9,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from rrp_sheets.documents.cellsteps import cell_edits, put_texts
-from rrp_sheets.documents.changes import CellText, Changed, Refused
+from rrp_sheets.documents.changes import CellText, Changed, Refused, SheetChange
 from rrp_sheets.documents.grid import Grid
 from rrp_sheets.documents.journal import Journal, Version
 from rrp_sheets.documents.opening import take_over
 from rrp_sheets.documents.queue import Queue, Wish
 from rrp_sheets.documents.refusals import must_have
 from rrp_sheets.documents.requests import made_for
-from rrp_sheets.documents.rowsteps import bring, remove, shift
+from rrp_sheets.documents.rowsteps import blocks, bring, remove, shift
 from rrp_sheets.documents.sheet_edits import SheetEdits
 from rrp_sheets.documents.sheetsteps import Sheets, make_sheet_step
 from rrp_sheets.documents.undo import Added, Cells, Gone, Moved, SheetIn, SheetStep, Step, Steps, Together
@@ -55,6 +55,7 @@ class Document:
         self.own: tuple[str, ...] = ()
         self.version = 0
         self._named: dict[str, str] = {}
+        self._outside: list[Changed] = []
         self._added = self._file.added()
         self.sheets = SheetEdits(self._lock, self._new, self._sheets, path)
         self._queue = Queue(self._lock, self._fulfil)
@@ -91,15 +92,28 @@ class Document:
         """Several edits, of one sheet or of several, that are one for people, and are undone as one."""
         return self._new(author, Together(steps[0].sheet, tuple(steps)))
 
-    def insert(self, author: str, sheet: str, before: str | None, count: int) -> Changed:
-        """Insert blank rows before a row; None: at the end."""
+    def insert(
+        self, author: str, sheet: str, before: str | None, rows: int | Sequence[tuple[str, Mapping[int, str]]]
+    ) -> Changed:
+        """Insert rows before a row; None: blank ones at the end, which changes nothing in the file.
+
+        `rows` says how many blank ones, or their ids, which are new, and texts.
+        """
         with self._changing():
             grid = self._grid(sheet)
-            if before is None:
-                added = grid.add_blank(count)
+            given = [(grid.new_id(), {}) for _ in range(rows)] if isinstance(rows, int) else rows
+            made = tuple((row, dict(texts)) for row, texts in given)
+            columns = {c.number for c in grid.columns}
+            if any(column not in columns for _, texts in made for column in texts):
+                raise Refused("There is no such column.", "Reload the page.")
+            if any(grid.knows(row) for row, _ in made):
+                raise Refused("These rows are there already.", "Reload the page.")
+            if before is None and not any(texts for _, texts in made):
+                added = grid.add_blank(0, [row for row, _ in made])
                 return Changed(sheet, inserted=tuple((row, None) for row in added))
-            must_have(grid, [before])
-            return self._new(author, Gone(sheet, tuple((grid.new_id(), {}) for _ in range(count)), before))
+            if before is not None and not grid.knows(before):
+                must_have(grid, [before])
+            return self._new(author, Gone(sheet, made, before))
 
     def delete(self, author: str, sheet: str, rows: Sequence[str]) -> Changed:
         """Delete rows with everything in them."""
@@ -133,9 +147,16 @@ class Document:
     # ---- the file
 
     def poll(self) -> list[Changed]:
-        """Take over what another program has written into the file meanwhile; what changed by that."""
+        """Take over what another program has written into the file; what changed by that since the last time."""
         with self._changing():
-            return self._synchronise()
+            self._synchronise()
+            return self.outside()
+
+    def outside(self) -> list[Changed]:
+        """What other programs have changed, as far as it was taken over already and not asked for yet."""
+        with self._lock:
+            changes, self._outside = self._outside, []
+            return changes
 
     def keep_version(self, author: str, name: str) -> None:
         """Keep the workbook as it is now under a name."""
@@ -160,7 +181,7 @@ class Document:
         with self._changing():
             self._synchronise()
             self._file.restore(author, version)
-            return self._synchronise()
+            return self.poll()
 
     @contextmanager
     def _changing(self) -> Iterator[None]:
@@ -192,17 +213,24 @@ class Document:
         self._synchronise()
         if isinstance(step, SheetStep):
             return self._make_sheet(author, step)
+        if isinstance(step, Together):
+            return self._each(author, step)
         grid = self._grid(step.sheet)
+        changed, inverse = self._make_rows(author, grid, step)
+        return replace(changed, grown=tuple(grid.fill_up())), inverse
+
+    def _make_rows(self, author: str, grid: Grid, step: Cells | Added | Gone | Moved) -> tuple[Changed, Step]:
         if isinstance(step, Cells):
             return self._put(author, grid, step)
         if isinstance(step, Gone):
             return bring(self._store, author, grid, step)
-        if isinstance(step, Together):
-            return self._each(author, step)
         must_have(grid, step.rows)
-        if isinstance(step, Added):
-            return remove(self._store, author, grid, step)
-        return shift(self._store, author, grid, step)
+        parts = blocks(grid, step)
+        if len(parts) > 1:  # others have inserted rows between them
+            return self._each(author, Together(step.sheet, tuple(parts)))
+        if isinstance(parts[0], Added):
+            return remove(self._store, author, grid, parts[0])
+        return shift(self._store, author, grid, parts[0])
 
     def _make_sheet(self, author: str, step: SheetStep) -> tuple[Changed, Step]:
         if not isinstance(step, SheetIn):
@@ -226,9 +254,9 @@ class Document:
         try:
             for step in together.steps:
                 changed, inverse = self._make(author, step)
-                assert not isinstance(inverse, Together | SheetStep)
+                assert not isinstance(inverse, SheetStep)
                 changes.append(changed)
-                back.insert(0, inverse)
+                back[:0] = inverse.steps if isinstance(inverse, Together) else [inverse]
         except Refused:
             for inverse in back:
                 self._make(author, inverse)
@@ -274,7 +302,9 @@ class Document:
                 self._fulfil([one[0]])
             return
         for wish, _ in fine:
-            wish.changed, inverse = put_texts(wish.author, self._grid(wish.sheet), wish.cells)
+            grid = self._grid(wish.sheet)
+            changed, inverse = put_texts(wish.author, grid, wish.cells)
+            wish.changed = replace(changed, grown=tuple(grid.fill_up()))
             self._steps.did(wish.author, inverse)
         self._keep_rows()
 
@@ -283,11 +313,11 @@ class Document:
         self.version += 1
         return kept
 
-    def _synchronise(self) -> list[Changed]:
+    def _synchronise(self) -> None:
         if not self._file.has_changed():
-            return []
+            return
         self.version += 1
-        return self._take_over()
+        self._outside += self._take_over()
 
     def _open(self) -> None:
         """The sheets as they stand there. Only where a sheet is nobody's yet must the whole be understood for that."""
@@ -302,7 +332,10 @@ class Document:
         reading = self.reading
         tables = {*reading.workbook.tables, *self._added}
         self.grids, changes = take_over(self.grids, self._file.whole(tables), tables)
-        self.own = tuple(name for name in reading.workbook.sheets if name not in self.grids)
+        own = tuple(name for name in reading.workbook.sheets if name not in self.grids)
+        changes += [Changed(n, change=SheetChange("added", n)) for n in own if n not in self.own]
+        changes += [Changed(n, change=SheetChange("deleted", n)) for n in self.own if n not in reading.workbook.sheets]
+        self.own = own
         return changes
 
     def _renew(self, grids: Mapping[str, Grid]) -> Mapping[str, Grid]:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import difflib
 import secrets
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import time
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
+from rrp_sheets.documents.changes import Changed
+from rrp_sheets.documents.matching import match
 from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows
 from rrp_sheets.workbook.headers import Recognised
 from rrp_sheets.workbook.raw import RawSheet
 
-BLANK_ROWS = 20  # below the last filled row, so that there is always room to go on
+BLANK_ROWS = 20  # at least, below the last filled row, so that there is always room to go on
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +35,8 @@ class Grid:
         rows: the rows' ids, in order; the row at place i has the number `first + i`.
         texts: by row id, by column number; blank cells are not there.
         authors: who changed a cell last, by (row id, column), since the document was opened.
+        version: grows when rows have come, gone or moved, and over a restart; read before `rows`, these are of that
+            version or a later one.
     """
 
     name: str
@@ -42,6 +46,8 @@ class Grid:
     rows: list[str] = field(default_factory=list)
     texts: dict[str, dict[int, str]] = field(default_factory=dict)
     authors: dict[tuple[str, int], str] = field(default_factory=dict)
+    version: int = field(default_factory=lambda: time.time_ns() // 1_000_000, compare=False)
+    _below: dict[str, str | None] = field(default_factory=dict, compare=False)
     _count: int = 0
     _mine: str = field(default_factory=lambda: secrets.token_hex(3), compare=False)
 
@@ -78,31 +84,47 @@ class Grid:
         """The row at a place, or None beyond the end."""
         return self.rows[place] if place < len(self.rows) else None
 
-    def add_blank(self, count: int) -> list[str]:
-        """Blank rows at the end; nothing changes in the file."""
-        added = [self.new_id() for _ in range(count)]
-        self.rows += added
+    def knows(self, row: str) -> bool:
+        """Whether there is such a row, or was one until it was deleted."""
+        return self.has(row) or row in self._below
+
+    def place(self, row: str | None) -> int:
+        """Where a row stands, counted from 0; of a deleted row, where the next one below it stands. None: the end."""
+        while row is not None and not self.has(row):
+            row = self._below.get(row)
+        return len(self.rows) if row is None else self.rows.index(row)
+
+    def add_blank(self, count: int, ids: Iterable[str] = ()) -> list[str]:
+        """Blank rows at the end; nothing changes in the file. `ids`: of the rows, when they have some already."""
+        added = list(ids) or [self.new_id() for _ in range(count)]
         self.texts.update((row, {}) for row in added)
+        self.rows = [*self.rows, *added]
+        self.version += 1
         return added
+
+    def fill_up(self) -> list[str]:
+        """The blank rows that were missing below the last filled row, and are there now."""
+        blank = next((i for i, row in enumerate(reversed(self.rows)) if self.texts[row]), len(self.rows))
+        return self.add_blank(BLANK_ROWS - blank) if blank < BLANK_ROWS else []
 
     def carry_out(self, edit: InsertRows | DeleteRows | MoveRows, ids: Iterable[str] = ()) -> list[str]:
         """The same as the edit does in the file; the rows that came, went or moved. `ids`: of rows that come back."""
         if isinstance(edit, InsertRows):
             place, given = edit.before - self.first, list(ids)
             new = given or [self.new_id() for _ in range(edit.count)]
-            self.rows[place:place] = new
             self.texts.update((row, {}) for row in new)
+            self.rows = [*self.rows[:place], *new, *self.rows[place:]]
+            self.version += 1
             return new
         place = edit.first - self.first
         block, others = self.rows[place : place + edit.count], self.rows[:place] + self.rows[place + edit.count :]
         if isinstance(edit, DeleteRows):
-            self.rows = others
-            for row in block:
-                del self.texts[row]
+            self._drop(block, others)
             return block
         to = edit.before - self.first
         to -= edit.count if to > place else 0
         self.rows = others[:to] + block + others[to:]
+        self.version += 1
         return block
 
     def adopt(self, ids: Sequence[str], edits: Iterable[Edit]) -> None:
@@ -123,26 +145,57 @@ class Grid:
         lines = [self.texts[row] for row in self.rows] + [{} for _ in range(len(kept.rows) - len(self.rows))]
         self.rows = kept.rows + more
         self.texts = dict(zip(self.rows, lines, strict=True))
+        self.version += 1
+        self.fill_up()
 
-    def load(self, sheet: RawSheet) -> bool:
-        """Take over what the file says now; rows that are the same keep their ids. True when anything is new."""
+    def _drop(self, gone: Sequence[str], others: Sequence[str]) -> None:
+        """Take rows away; what is said to stand before one of them stands before the next row that is left."""
+        left, below = set(others), None
+        for row in reversed(self.rows):
+            if row in left:
+                below = row
+            else:
+                self._below[row] = below
+        self.rows = list(others)
+        for row in gone:
+            del self.texts[row]
+        self.version += 1
+
+    def load(self, sheet: RawSheet) -> Changed | None:
+        """Take over what the file says now; rows that are the same keep their ids. Gives what is new, if anything."""
         found = dict(_lines(sheet, self.first, self.columns))
         last = max(found, default=self.first - 1)
         lines = [found.get(n, {}) for n in range(self.first, last + 1)]
-        old = [self.texts[row] for row in self.rows]
-        while old and not old[-1]:
-            old.pop()
-        if lines == old and self.rows:
-            return False
-        ids: list[str] = []
-        matcher = difflib.SequenceMatcher(None, [_tag(c) for c in old], [_tag(c) for c in lines], autojunk=False)
-        for op, a, b, c, d in matcher.get_opcodes():
-            kept = self.rows[a:b] if op in ("equal", "replace") else []
-            ids += kept[: d - c] + [self.new_id() for _ in range(d - c - len(kept))]
-        self.rows = ids
-        self.texts = dict(zip(ids, lines, strict=True))
-        self.add_blank(BLANK_ROWS)
-        return True
+        was = self.rows
+        filled = len(was) - next((i for i, row in enumerate(reversed(was)) if self.texts[row]), len(was))
+        old = [self.texts[row] for row in was[:filled]]
+        if lines == old and was:
+            return None
+        places = match(old, lines)
+        matched = 1 + max((place for place in places if place is not None), default=-1)
+        ending = len(lines) - next((i for i, place in enumerate(reversed(places)) if place is not None), len(lines))
+        # below the last row that is still there, rows are told by their numbers: blank ones too
+        below = was[matched:]
+        given = [was[place] if place is not None else self.new_id() for place in places[:ending]]
+        given += [*below[: len(lines) - ending], *(self.new_id() for _ in range(len(lines) - ending - len(below)))]
+        rows = given + below[len(lines) - ending :]
+        new = dict(zip(rows, lines, strict=False))
+        touched = tuple(row for row in rows if row in self.texts and self.texts[row] != new.get(row, {}))
+        before, followers = set(was), dict(zip(rows, [*rows[1:], None], strict=False))
+        came = tuple((row, followers[row]) for row in reversed(rows) if row not in before)
+        left = set(rows)
+        gone = tuple(row for row in was if row not in left)
+        for row in touched:
+            for column in {*self.texts[row], *new.get(row, {})}:
+                if self.texts[row].get(column) != new.get(row, {}).get(column):
+                    self.authors.pop((row, column), None)
+        self.texts.update({row: new.get(row, {}) for row in rows})
+        if gone:
+            self._drop(gone, [row for row in was if row in left])
+        if came:
+            self.rows = rows
+            self.version += 1
+        return Changed(self.name, touched, inserted=came, removed=gone, grown=tuple(self.fill_up()))
 
 
 def make_grid(sheet: RawSheet, found: Recognised, kind: str) -> Grid:
@@ -162,7 +215,3 @@ def _lines(sheet: RawSheet, first: int, columns: tuple[Column, ...]) -> Iterator
             texts = {c: cell.typed for c, cell in cells.items() if c in known and cell.typed}
             if texts:
                 yield number, texts
-
-
-def _tag(cells: Mapping[int, str]) -> tuple[tuple[int, str], ...]:
-    return tuple(sorted(cells.items()))

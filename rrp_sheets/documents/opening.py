@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
-from rrp_sheets.documents.changes import Changed
+from rrp_sheets.documents.changes import Changed, SheetChange
 from rrp_sheets.documents.grid import Grid, make_grid
 from rrp_sheets.model.names import key
 from rrp_sheets.workbook.headers import recognise
@@ -41,13 +41,15 @@ def take_over(
         old = grids.get(sheet.name)
         if old is None or (old.kind, old.first, old.columns) != (fresh.kind, fresh.first, fresh.columns):
             found[sheet.name] = fresh
-            changes.append(Changed(sheet.name))
+            what = "added" if old is None else "reshaped"
+            changes.append(Changed(sheet.name, change=SheetChange(what, sheet.name, fresh.kind)))
             continue
         found[sheet.name] = old
-        rows = list(old.rows)
-        if old.load(sheet):
-            kept = set(old.rows)
-            changes.append(Changed(sheet.name, removed=tuple(r for r in rows if r not in kept)))
+        changed = old.load(sheet)
+        if changed is not None:
+            changes.append(changed)
+    gone = (name for name in grids if name not in found)
+    changes += [Changed(name, change=SheetChange("deleted", name)) for name in gone]
     return found, changes
 
 

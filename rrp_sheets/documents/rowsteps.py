@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import groupby
 
 from rrp_sheets.documents.changes import Changed, Refused
@@ -17,7 +18,7 @@ Store = Callable[[str, Sequence[Edit]], object]
 
 def bring(store: Store, author: str, grid: Grid, step: Gone) -> tuple[Changed, Step]:
     """Insert rows, with their texts when they were deleted before."""
-    place = grid.rows.index(step.before) if step.before and grid.has(step.before) else len(grid.rows)
+    place = grid.place(step.before)
     number = grid.first + place
     ids = [row for row, _ in step.rows]
     insert = InsertRows(grid.name, number, len(ids))
@@ -31,16 +32,19 @@ def bring(store: Store, author: str, grid: Grid, step: Gone) -> tuple[Changed, S
     for row, cells in step.rows:
         for column, text in cells.items():
             grid.put(row, column, text)
-    return Changed(grid.name, inserted=tuple((row, step.before) for row in ids)), Added(grid.name, tuple(ids))
+    back = Added(grid.name, tuple(ids), tuple(cells for _, cells in step.rows))
+    return Changed(grid.name, inserted=tuple((row, step.before) for row in ids)), back
 
 
 def remove(store: Store, author: str, grid: Grid, step: Added) -> tuple[Changed, Step]:
-    """Delete rows."""
-    blocks = _blocks(sorted(grid.number(row) for row in step.rows))
-    if len(blocks) > 1:
-        raise Refused("Only rows that follow each other can be deleted at once.", "Delete them one block at a time.")
-    first, count = blocks[0]
-    place = first - grid.first
+    """Delete rows that follow each other.
+
+    Raises:
+        Refused: when somebody has changed one of them since it came.
+    """
+    _unchanged(author, grid, step)
+    place, count = grid.place(step.rows[0]), len(step.rows)
+    first = grid.first + place
     gone = tuple((row, dict(grid.texts[row])) for row in grid.rows[place : place + count])
     removal = DeleteRows(grid.name, first, count)
     store(author, [removal])
@@ -50,13 +54,10 @@ def remove(store: Store, author: str, grid: Grid, step: Added) -> tuple[Changed,
 
 
 def shift(store: Store, author: str, grid: Grid, step: Moved) -> tuple[Changed, Step]:
-    """Move rows."""
-    blocks = _blocks(sorted(grid.number(row) for row in step.rows))
-    if len(blocks) > 1:
-        raise Refused("Only rows that follow each other can be moved at once.", "Move them one block at a time.")
-    first, count = blocks[0]
-    after = grid.before(first - grid.first + count)
-    target = grid.number(step.before) if step.before and grid.has(step.before) else grid.first + len(grid.rows)
+    """Move rows that follow each other."""
+    place, count = grid.place(step.rows[0]), len(step.rows)
+    first, after = grid.first + place, grid.before(place + count)
+    target = grid.first + grid.place(step.before)
     move = MoveRows(grid.name, first, count, target)
     if move.moves:
         store(author, [move])
@@ -64,14 +65,24 @@ def shift(store: Store, author: str, grid: Grid, step: Moved) -> tuple[Changed, 
     return Changed(grid.name, moved=tuple((row, step.before) for row in step.rows)), Moved(grid.name, step.rows, after)
 
 
-def _blocks(numbers: list[int]) -> list[tuple[int, int]]:
-    """Consecutive numbers as (first, count).
+def blocks(grid: Grid, step: Added | Moved) -> list[Added] | list[Moved]:
+    """A step of rows as one step for each of those that follow each other: others may have come between them."""
+    places = sorted({grid.place(row) for row in step.rows})
+    groups = [list(group) for _, group in groupby(enumerate(places), lambda pair: pair[1] - pair[0])]
+    parts = [tuple(grid.rows[place] for _, place in group) for group in groups]
+    if isinstance(step, Moved):
+        return [replace(step, rows=rows) for rows in parts]
+    if step.texts is None:
+        return [replace(step, rows=rows) for rows in parts]
+    texts = dict(zip(step.rows, step.texts, strict=True))
+    return [replace(step, rows=rows, texts=tuple(texts[row] for row in rows)) for rows in parts]
 
-    >>> _blocks([2, 3, 5])
-    [(2, 2), (5, 1)]
-    """
-    blocks = []
-    for _, group in groupby(enumerate(numbers), lambda pair: pair[1] - pair[0]):
-        members = [n for _, n in group]
-        blocks.append((members[0], len(members)))
-    return blocks
+
+def _unchanged(author: str, grid: Grid, step: Added) -> None:
+    for row, texts in zip(step.rows, step.texts or (), strict=False):
+        now = grid.texts[row]
+        others = (grid.authors.get((row, c)) for c in {*now, *texts} if now.get(c, "") != texts.get(c, ""))
+        by = next((who for who in others if who != author), author)
+        if by != author:
+            who = by or "Another program"
+            raise Refused(f"{who} has changed row {grid.number(row)} since, so it stays.", "Delete it if it is to go.")

@@ -21,10 +21,11 @@ class Cells:
 
 @dataclass(frozen=True, slots=True)
 class Added:
-    """Rows were inserted: delete them again."""
+    """Rows were inserted: delete them again; `texts` are those that they had then, None where that does not matter."""
 
     sheet: str
     rows: tuple[str, ...]
+    texts: tuple[dict[int, str], ...] | None = None
 
 
 @dataclass(frozen=True, slots=True)
