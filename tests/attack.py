@@ -36,7 +36,7 @@ _WHO = {"client": "c", "name": "Anna", "tag": "t"}
 _PLACE = {**_WHO, "sheet": SHEET, "row": "ROW", "column": 6}
 JSON: dict[str, dict[str, Any]] = {
     "editing.change cells": {**_WHO, "sheet": SHEET, "cells": [{"row": "ROW", "column": 6, "text": "x", "was": None}]},
-    "editing.change insert": {**_WHO, "sheet": SHEET, "before": "ROW", "count": 1},
+    "editing.change insert": {**_WHO, "sheet": SHEET, "before": "ROW", "rows": [{"id": "wabcd-1"}]},
     "editing.change delete": {**_WHO, "sheet": SHEET, "rows": ["ROW"]},
     "editing.change move": {**_WHO, "sheet": SHEET, "rows": ["ROW"], "before": None},
     "editing.change undo": {**_WHO, "sheet": SHEET},

@@ -75,12 +75,14 @@ def person(url: str, name: str) -> str:
     return str(ask(url, "POST", "/login", "", form, **kind).headers["Set-Cookie"]).split(";")[0]
 
 
+JSON = {"X-RRP": "grid", "Content-Type": "application/json"}
+
+
 def put(url: str, cookie: str, text: str, client: str = "other") -> None:
     row = re.findall(r'<tr role="row" id="([^"]+)"', ask(url, "GET", "/book/b.xlsx", cookie).body)[0]
     cells = [{"row": row, "column": 6, "text": text, "was": None}]
     body = json.dumps({"sheet": "T", "client": client, "name": "n", "tag": "t", "cells": cells})
-    kind = {"X-RRP": "grid", "Content-Type": "application/json"}
-    assert "rows" in json.loads(ask(url, "POST", "/book/b.xlsx/cells", cookie, body, **kind).body)
+    assert "rows" in json.loads(ask(url, "POST", "/book/b.xlsx/cells", cookie, body, **JSON).body)
 
 
 def test_one_who_logged_in_has_only_so_many_pages_and_the_others_theirs(url: str) -> None:
@@ -142,6 +144,14 @@ def test_a_page_that_comes_back_gets_what_it_missed_and_only_that(url: str) -> N
         lost = Line(url, cookie, had=strange)
         assert "event: reload" in lost.until("event: people"), strange
         lost.close()
+
+
+@pytest.mark.parametrize(
+    "rows", [[{"id": "row 1"}], [{"id": "wabcd-9", "texts": {"x": "y"}}], [{"id": "wabcd-9"}] * 2, [], "x", [1], None]
+)
+def test_rows_that_no_page_makes_are_refused(url: str, rows: object) -> None:
+    sent = json.dumps({"client": "c", "tag": "t", "name": "Anna", "sheet": "T", "before": None, "rows": rows})
+    assert ask(url, "POST", "/book/b.xlsx/insert", owner(url), sent, **JSON).status == 400
 
 
 def late(route: Any) -> None:

@@ -6,7 +6,7 @@ import threading
 from typing import Any
 
 from rrp_sheets.web.listeners import Listener, Told
-from rrp_sheets.web.seats import Seats
+from rrp_sheets.web.seats import Seats, identity
 
 
 class Audience:
@@ -34,9 +34,10 @@ class Audience:
             self.listeners.append(listener)
 
     def is_of(self, client: str, person: str) -> bool:
-        """Whether a page is of this session, or of nobody."""
+        """Whether a page is of this session, or of nobody; also when it was loaded again."""
+        mine = identity(client)
         with self._lock:
-            return all(one.person == person for one in self.listeners if one.client == client)
+            return all(one.person == person for one in self.listeners if identity(one.client) == mine)
 
     def part(self, client: str) -> None:
         """A page says that it is being closed."""

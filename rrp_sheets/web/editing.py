@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import partial
 from typing import Any
 
@@ -27,6 +28,8 @@ MOST_ROWS = 5_000
 _ACTIONS = (
     "cells", "insert", "delete", "move", "undo", "redo", "lock", "unlock", "stand", "part", "fix", "test",
 )  # fmt: skip
+_ROW_ID = re.compile(r"w[0-9a-f]{4,32}-[0-9]{1,9}", re.ASCII)
+_COLUMN = re.compile(r"[0-9]{1,5}", re.ASCII)
 PIECE = 1_000  # rows that are sent at once
 
 
@@ -68,6 +71,9 @@ def _add_pages(pages: Blueprint, room_of: RoomOf) -> None:
         sheet = room.document.current(sheet)
         if sheet not in room.document.grids:
             abort(404)
+        grid, after = room.document.grids[sheet], request.args.get("after", "")
+        if grid.knows(after):  # the last row that the page has, which may stand elsewhere now, or be gone
+            first = grid.place(after) + grid.has(after)
         return str(room.maker(sheet).rows(first, PIECE))
 
     @pages.get("/book/<name>/vocabulary")
@@ -155,14 +161,29 @@ def _make(document: Document, author: str, action: str, given: Asked) -> Changed
     if before is not None and not isinstance(before, str):
         raise BadRequest
     if action == "insert":
-        count = given.get("count")
-        if not isinstance(count, int) or not 1 <= count <= MOST_ROWS:
-            raise BadRequest
-        return document.insert(author, sheet, before, count)
+        return document.insert(author, sheet, before, _new_rows(given))
     rows = given.get("rows")
     if not isinstance(rows, list) or not rows or not all(isinstance(r, str) for r in rows):
         raise BadRequest
     return document.delete(author, sheet, rows) if action == "delete" else document.move(author, sheet, rows, before)
+
+
+def _new_rows(given: Asked) -> list[tuple[str, dict[int, str]]]:
+    """Rows that a page has made: their ids, and their texts by column."""
+    rows = given.get("rows")
+    if not isinstance(rows, list) or not 1 <= len(rows) <= MOST_ROWS:
+        raise BadRequest
+    made = []
+    for one in rows:
+        texts = one.get("texts", {}) if isinstance(one, dict) else None
+        if not isinstance(texts, dict) or not all(
+            _COLUMN.fullmatch(c) and isinstance(t, str) for c, t in texts.items()
+        ):
+            raise BadRequest
+        made.append((text_of(one, "id"), {int(column): text for column, text in texts.items() if text}))
+    if not all(_ROW_ID.fullmatch(row) for row, _ in made) or len(dict(made)) < len(made):
+        raise BadRequest
+    return made
 
 
 def _seat(room: Room, client: str, name: str, given: Asked, *, take: bool) -> Asked:

@@ -39,6 +39,7 @@ def grid_page(room: Room, name: str, sheet: str) -> GridPage:
     beside = panels(room, name, sheet)  # before the rows: a page that says "checked" must not have older rows
     look = room.look()
     maker = room.maker(sheet) if sheet else None
+    version = grids[sheet].version if sheet else 0  # before the rows, which are of that version or of a later one
     rows = maker.rows(0, FIRST_ROWS) if maker else Markup("")
     return GridPage(
         name=name,
@@ -57,6 +58,7 @@ def grid_page(room: Room, name: str, sheet: str) -> GridPage:
         hindered=hindrance(room.document.path),
         errors=look.errors,
         told=told,
+        version=version,
     )
 
 

@@ -248,6 +248,7 @@ class GridPage:
         live: this is the run panel.
         acts: what the scene's things can be made to do by hand, as JSON.
         told: the number of the newest change that the page shows already.
+        version: of the order of its rows.
     """
 
     template: ClassVar[str] = "grid.html"
@@ -270,6 +271,7 @@ class GridPage:
     live: bool = False
     acts: Markup | None = None
     told: str = ""
+    version: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -37,7 +38,7 @@ class Room(Audience):
         self._trouble = ""
         self._hindered = ""
         self.author = ""  # of the newest edit
-        self._made = 0  # how often rows were made: of two looks of a row, a page keeps the one that was made later
+        self._made = time.time_ns() // 1_000_000  # grows with each look of a row: a page keeps the later one of two
         self.about_run: Callable[[], str] = str  # the run that goes on, as it is sent to a page that joins
         self.after_check: Callable[[], None] = lambda: None
         self.after_edit: Callable[[], None] = lambda: None
@@ -97,6 +98,7 @@ class Room(Audience):
             return {"message": ""}
         self.author = author
         self.after_edit()
+        self._tell_outside()
         rows = [self._rows(one) for one in (changed, *changed.then)]
         for one in rows:
             self.tell("grid", {**one, "tag": tag}, but=client)
@@ -136,6 +138,11 @@ class Room(Audience):
             entry["remove"] = list(changed.removed)
         if changed.moved:
             entry["move"] = [{"id": row, "before": before} for row, before in changed.moved]
+        if changed.grown:
+            entry["grown"] = list(maker.html(changed.grown).values())
+        if changed.inserted or changed.removed or changed.moved or changed.grown:
+            version = maker.grid.version  # before the rows, which are of that version or of a later one
+            entry["order"] = {"version": version, "rows": maker.grid.rows}
         return entry
 
     def _now(self, sheet: str) -> dict[str, Any]:
@@ -209,6 +216,10 @@ class Room(Audience):
             had: the number of what it was told last; what it has missed since then follows.
             person: the key of the session.
         """
+        with self._lock:
+            left = self.seats.again(client)
+        for place in left:
+            self._tell_row(place, but=client)
         listener = Listener(client, name, person)
         listener.tell(message("program", {"version": program()}))
         if not knows and self.look().checked:  # the check has ended between the page and its event stream
@@ -261,6 +272,21 @@ class Room(Audience):
                 self.tell("trouble", {"message": trouble})
             return
         self._trouble = ""
+        self._tell_changes(changes)
+
+    def _tell_outside(self) -> None:
+        """Tell everyone what another program has changed, when an edit has found that before `poll` did."""
+        self._tell_changes(self.document.outside())
+
+    def _tell_changes(self, changes: Sequence[Changed]) -> None:
+        """Tell everyone what another program has changed: the rows; pages whose sheet must be shown anew load again."""
+        anew = dict.fromkeys(one.sheet for one in changes if one.change and one.change.what == "reshaped")
+        for sheet in (*anew, *self.document.own) if changes else ():
+            self.tell("reload", {"why": "The file was changed by another program.", "sheet": sheet})
+        for one in changes:
+            if one.change is None:
+                self.tell("grid", self._rows(one))
+            elif one.sheet not in anew:
+                self.tell("sheets", {**asdict(one.change), "by": "Another program"})
         if changes:
-            self.tell("reload", {"why": "The file was changed by another program."})
             self.check_soon()

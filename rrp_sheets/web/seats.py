@@ -9,6 +9,15 @@ Place = tuple[str, str, int]
 """Sheet, row's id, column."""
 
 
+def identity(client: str) -> str:
+    """What stays the same of a page's name when the page is loaded again: all before its last dot.
+
+    >>> identity("4f1c.2")
+    '4f1c'
+    """
+    return client.rpartition(".")[0] or client
+
+
 class Seats:
     """The cells that are taken for editing; its room locks it."""
 
@@ -25,7 +34,7 @@ class Seats:
     def take(self, client: str, name: str, place: Place) -> str:
         """Take a cell; who has it already, or an empty text."""
         holder = self.taken().get(place)
-        if holder is not None and self._taken[place][0] != client:
+        if holder is not None and identity(self._taken[place][0]) != identity(client):
             return holder
         self._taken[place] = (client, name, time.monotonic())
         return ""
@@ -39,6 +48,14 @@ class Seats:
         """Somebody's page was closed."""
         self._taken = {p: held for p, held in self._taken.items() if held[0] != client}
 
+    def again(self, client: str) -> list[Place]:
+        """A page is loaded again, and edits nothing yet: give free what it had; the places."""
+        mine = identity(client)
+        old = [p for p, held in self._taken.items() if held[0] != client and identity(held[0]) == mine]
+        for place in old:
+            del self._taken[place]
+        return old
+
     def rename(self, old: str, new: str) -> None:
         """A sheet has another name now."""
         self._taken = {(new if p[0] == old else p[0], *p[1:]): held for p, held in self._taken.items()}
@@ -50,4 +67,4 @@ class Seats:
     def others(self, client: str, sheet: str) -> list[str]:
         """Who else is editing a cell of a sheet."""
         taken = self.taken(sheet)
-        return sorted({name for place, name in taken.items() if self._taken[place][0] != client})
+        return sorted({name for place, name in taken.items() if identity(self._taken[place][0]) != identity(client)})

@@ -22,10 +22,28 @@ export class Clipboard {
     document.addEventListener("paste", (event) => {
       if (!mine()) return;
       event.preventDefault();
-      const text = event.clipboardData.getData("text/plain");
-      if (text) this.paste(parse(text));
-      else grid.say("There is no text to paste.");
+      this.pasted(event.clipboardData.getData("text/plain"));
     });
+  }
+
+  /** The same as the events do, when they had to wait; gives what was copied. */
+  copy() {
+    const text = this.copied();
+    navigator.clipboard?.writeText(text).catch(() => {});
+    this.grid.say(`${counted(this.grid.selection.box())} copied.`);
+    return text;
+  }
+
+  cut() {
+    const text = this.copy();
+    this.grid.clear();
+    this.grid.say(`${counted(this.grid.selection.box())} cut.`);
+    return text;
+  }
+
+  pasted(text) {
+    if (text) this.paste(parse(text));
+    else this.grid.say("There is no text to paste.");
   }
 
   /** The selected cells as text. */
@@ -35,7 +53,7 @@ export class Clipboard {
   }
 
   /** Lines of texts into the cells from the selection's first cell on; one value fills the whole selection. */
-  async paste(lines) {
+  paste(lines) {
     const { grid } = this;
     const { selection, table } = grid;
     const box = selection.box();
@@ -52,8 +70,8 @@ export class Clipboard {
     const height = box.bottom - box.top + 1;
     const times = height % block.lines.length === 0 ? height / block.lines.length : 1;
     const all = Array.from({ length: times }, () => block.lines).flat();
-    const missing = box.top + all.length - table.rows.length;
-    if (missing > 0) await grid.server.send("insert", { before: null, count: missing });
+    if (grid.waits(box.top + all.length, () => this.paste(lines))) return;
+    grid.rows.reserve(Math.max(0, box.top + all.length - table.rows.length + table.room()));
     const pairs = all.flatMap((line, i) => line.slice(0, table.width - left).map((text, j) => [
       table.cell(table.rows[box.top + i], left + j), text,
     ]));

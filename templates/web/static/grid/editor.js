@@ -19,14 +19,16 @@ export class Editor {
     return this.field !== null;
   }
 
-  /** Begin to edit a cell: with what it holds, or (as when typing starts) with a first text. */
-  open(cell, first) {
+  /** Begin to edit a cell: with what it holds, or (as when typing starts) with a first text; or go on with a text that was
+   *  begun when the cell held `was`. */
+  open(cell, first, was) {
     if (this.isOpen || !cell || this.context.refuses()) return;
     const k = this.table.column(cell);
     this.rowId = cell.parentElement.id;
     this.k = k;
-    this.was = this.table.value(cell);
-    this.mode = first === undefined ? "edit" : "enter";
+    this.contested = false;
+    this.was = was ?? this.table.value(cell);
+    this.mode = first === undefined || was !== undefined ? "edit" : "enter";
     this.build(cell, k);
     this.field.value = first ?? this.was;
     this.place(cell);
@@ -116,7 +118,7 @@ export class Editor {
   /** Look again at what could be meant. */
   update(typed) {
     this.grow();
-    this.context.typing(this.field.value);
+    this.context.typing();
     const row = this.table.row(this.rowId);
     const where = { kind: this.kind(this.k), name: this.table.name(this.k), row, table: this.table };
     const before = this.field.value.slice(0, this.field.selectionStart);
@@ -211,7 +213,7 @@ export class Editor {
     this.context.editing(this.rowId, this.k, false);
     const row = this.table.row(this.rowId);
     if (row) this.done(this.table.cell(row, this.k), keep ? text : this.was, this.was, move);
-    else if (keep && text !== this.was) this.context.say(`The row was deleted meanwhile; your text was: ${text}`);
+    else if (keep && text !== this.was) this.context.lost("The row was deleted meanwhile. Copy your text, and paste it where it belongs.", text);
   }
 
   /** The table has changed around the editor. */
@@ -223,7 +225,13 @@ export class Editor {
       const cell = this.table.cell(row, this.k);
       this.place(cell);
       this.scold(cell);
-      this.box.classList.toggle("contested", this.table.value(cell) !== this.was);
+      this.box.classList.toggle("contested", this.contested || this.table.value(cell) !== this.was);
     }
+  }
+
+  /** Somebody else is editing the cell too. */
+  contest() {
+    this.contested = true;
+    this.mend();
   }
 }

@@ -4,7 +4,9 @@ import { Clipboard } from "./clipboard.js";
 import { Columns } from "./columns.js";
 import { comments, spoken as aboutComment } from "./comments.js";
 import { conflict, lost } from "./conflict.js";
+import { Drafts } from "./drafts.js";
 import { Editor } from "./editor.js";
+import { Held } from "./held.js";
 import { keys } from "./keys.js";
 import { Mending } from "./mending.js";
 import { pointer } from "./pointer.js";
@@ -18,17 +20,21 @@ import { Table } from "./table.js";
 import { Unfinished } from "./unfinished.js";
 
 export class Grid {
-  constructor(scroll) {
+  /** `page`: who this page is, see identity.js. */
+  constructor(scroll, page) {
     this.scroll = scroll;
     const element = scroll.querySelector("[role=grid]");
     this.table = new Table(element);
     this.bar = document.getElementById("formula-bar");
     this.words = JSON.parse(document.getElementById("vocabulary").textContent);
     this.selection = new Selection(this.table, scroll, () => this.look());
-    this.server = new Server(element, this.table, {
+    this.held = new Held(this);
+    this.whole = false; // whether all rows are here: those of a long sheet come in pieces
+    this.loaded = new Promise((resolve) => (this.complete = resolve)).then(() => (this.whole = true));
+    this.server = new Server(element, this.table, page.client, {
       before: () => this.selection.indexes(),
-      after: (before, change) => {
-        if (change?.insert?.length || change?.remove?.length || change?.move?.length) this.spoken.renumbered();
+      after: (before, change, moved) => {
+        if (moved) this.spoken.renumbered();
         this.selection.mend(before);
         this.editor.mend();
         this.look();
@@ -40,9 +46,14 @@ export class Grid {
       say: (text) => this.say(text, "error"), // with a text that is nowhere else
       refuses: () => this.refuses(),
       editing: (row, k, on) => this.taking(row, k, on),
-      typing: () => this.tell(), // a long text has more room in the bar
+      typing: () => {
+        this.fillBar(); // a long text has more room there
+        this.drafts.keep();
+      },
+      lost: (why, text) => lost(this, why, [{ text }]),
     }, (cell, text, was, move) => this.edited(cell, text, was, move));
-    this.spoken = new Spoken(this);
+    this.drafts = new Drafts(this, page);
+    this.spoken = new Spoken(this, page);
     this.unfinished = new Unfinished(this);
     this.mending = new Mending(this);
     this.comments = comments(this);
@@ -63,15 +74,16 @@ export class Grid {
     status(text, typeof kind === "string" ? kind : kind ? "warning" : "told");
   }
 
-  /** Take a cell for editing, or give it free; when somebody else has it, the editor closes again. */
+  /** Take a cell for editing, or give it free; when somebody else has it, that is told. */
   async taking(row, k, on) {
     const comment = on ? aboutComment(this.table, this.table.cell(this.table.row(row), k)) : "";
     if (on) this.spoken.say(`Editing ${this.table.name(k)}. ${comment || "Enter keeps, Escape takes back."}`);
-    const answer = await this.server.send(on ? "lock" : "unlock", { row, column: this.table.sheetColumn(k) });
+    const column = this.table.sheetColumn(k);
+    if (!on) this.drafts.drop();
+    const answer = await this.server[on ? "lock" : "unlock"](row, column);
     if (answer.taken && this.editor.isOpen && this.editor.rowId === row && this.editor.k === k) {
-      const text = this.editor.field.value;
-      this.editor.close(false, null);
-      if (text !== this.table.value(this.table.cell(this.table.row(row), k))) this.say(`${answer.message} You had typed: ${text}`, "error");
+      this.editor.contest();
+      this.say(`${answer.message} Whoever ends second is asked which text stays.`, true);
     }
   }
 
@@ -106,7 +118,7 @@ export class Grid {
 
   look() {
     const { row, cell } = this.selection;
-    if (!cell || !this.bar) return;
+    if (!cell) return;
     const k = this.selection.head.k;
     const here = `${row.id} ${k}`;
     if (here !== this.here) this.server.stand(row.id, k);
@@ -117,16 +129,15 @@ export class Grid {
     this.told = told;
     this.mending.place();
     this.bar.querySelector("b").textContent = this.table.address(cell);
-    this.tell();
+    this.fillBar();
     this.bar.classList.toggle("at-comment", row.classList.contains("comment"));
     document.dispatchEvent(new CustomEvent("rrp:row", { detail: { number: Number(row.cells[0].textContent) } }));
   }
 
   /** What the cell holds, or what is being typed into it. */
-  tell() {
-    const { cell } = this.selection;
-    if (!cell || !this.bar) return;
-    this.bar.querySelector("code").textContent = this.editor.isOpen ? this.editor.field.value : this.table.value(cell);
+  fillBar() {
+    const text = this.editor.isOpen ? this.editor.field.value : this.table.value(this.selection.cell);
+    this.bar.querySelector("code").textContent = text;
   }
 
   /** Change cells: `[cell, text]` pairs; those that stay as they are are left out. */
@@ -139,13 +150,19 @@ export class Grid {
       changes.push({ row: cell.parentElement.id, k: this.table.column(cell), text, was });
       this.table.put(cell, text);
     }
-    if (changes.length) this.server.cells(changes);
+    if (changes.length) this.store(changes);
     done();
+    this.look();
+  }
+
+  /** Send changes that are shown already. */
+  store(changes) {
+    this.rows.reserve(0);
+    this.server.cells(changes);
     for (const { row, k } of changes) {
       this.spoken.nameCell(this.table.cell(this.table.row(row), k));
       this.comments.look(this.table.row(row));
     }
-    this.look();
   }
 
   edited(cell, text, was, move) {
@@ -153,9 +170,7 @@ export class Grid {
       const change = { row: cell.parentElement.id, k: this.table.column(cell), text, was };
       this.table.put(cell, text);
       this.unfinished.typed(change.row);
-      this.comments.look(cell.parentElement);
-      this.spoken.nameCell(cell);
-      this.server.cells([change]);
+      this.store([change]);
       done();
     }
     const { row } = this.selection;
@@ -163,9 +178,18 @@ export class Grid {
     if (move === null) {
       if (document.activeElement === document.body) this.selection.go(row, k);
     } else this.move(move, row, k);
-    this.look();
     this.spoken.moved(text !== was ? "Kept" : move === null ? "Taken back" : "Unchanged");
     this.look();
+  }
+
+  /** Whether an action has to wait for rows of a long sheet that are not here yet; it is done when they are. */
+  waits(rows, action) {
+    if (this.whole || rows <= this.table.rows.length) return false;
+    this.held.until(async () => {
+      await this.loaded;
+      action();
+    });
+    return true;
   }
 
   /** Where a key leads: an arrow's direction, `tab` or `back` (Tab), `enter` or `raise` (Enter). As in a spreadsheet, Enter
@@ -197,31 +221,40 @@ export class Grid {
   }
 
   clear() {
+    if (this.held.takes(() => this.clear())) return;
     this.change(this.selection.cells().flat().map((cell) => [cell, ""]));
   }
 
   /** The first row of the selection into the others (Ctrl+D). */
   fillDown() {
+    if (this.held.takes(() => this.fillDown())) return;
     const [first, ...others] = this.selection.cells();
     this.change(others.flatMap((line) => line.map((cell, j) => [cell, this.table.value(first[j])])));
   }
 
-  async undo(again = false) {
-    const answer = await this.server.send(again ? "redo" : "undo", {});
-    if (answer.sheets) document.dispatchEvent(new CustomEvent("rrp:sheets", { detail: { ...answer.sheets, undone: true } }));
-    else if (answer.rows) retrace(this, answer.rows, again);
+  /** Take back one's newest edit: which that is, and what it changes, only the server knows. */
+  undo(again = false) {
+    if (this.held.takes(() => this.undo(again))) return;
+    this.held.until(async () => {
+      const answer = await this.server.send(again ? "redo" : "undo", {});
+      if (answer.sheets) document.dispatchEvent(new CustomEvent("rrp:sheets", { detail: { ...answer.sheets, undone: true } }));
+      else if (answer.rows?.length) retrace(this, answer.rows, again);
+    });
   }
 
   redo() {
-    return this.undo(true);
+    this.undo(true);
   }
 
-  async fix(button) {
+  fix(button) {
     const { code, place, title } = button.dataset;
-    const answer = await this.server.send("fix", { code, place, title });
-    if (!answer.rows) return;
-    this.selection.cell?.focus({ preventScroll: true });
-    const others = [...new Set(answer.rows.map((r) => r.sheet))].filter((name) => name !== this.server.sheet);
-    this.say(`Done: ${title}${others.length ? ` (also in ${others.join(", ")})` : ""}. Ctrl+Z takes it back.`);
+    if (this.held.takes(() => this.fix(button))) return;
+    this.held.until(async () => {
+      const answer = await this.server.send("fix", { code, place, title });
+      if (!answer.rows?.length) return;
+      this.selection.cell?.focus({ preventScroll: true });
+      const others = [...new Set(answer.rows.map((r) => r.sheet))].filter((name) => name !== this.server.sheet);
+      this.say(`Done: ${title}${others.length ? ` (also in ${others.join(", ")})` : ""}. Ctrl+Z takes it back.`);
+    });
   }
 }

@@ -4,6 +4,7 @@ import { Grid } from "./grid.js";
 import { diagram } from "./diagram.js";
 import { finder } from "./find.js";
 import { help } from "./help.js";
+import { identity } from "./identity.js";
 import { listening } from "./listening.js";
 import { menu } from "./menu.js";
 import { people } from "./people.js";
@@ -14,7 +15,8 @@ import { tests } from "./tests.js";
 
 const scroll = document.getElementById("grid-scroll");
 const listen = document.getElementById("listen");
-const grid = scroll.querySelector("[role=grid]") ? new Grid(scroll) : null;
+const page = identity();
+const grid = scroll.querySelector("[role=grid]") ? new Grid(scroll, page) : null;
 
 diagram(document.getElementById("panels"));
 if (grid) {
@@ -32,7 +34,11 @@ if (grid) {
   renewed(grid, listen);
   tests(grid, listen);
   fetchWords();
-  fetchRest(grid.table).then(() => document.body.toggleAttribute("data-ready", true));
+  fetchRest(grid).catch(() => {}).then(() => {
+    grid.complete();
+    document.body.toggleAttribute("data-ready", true);
+    grid.drafts.offer();
+  });
   const [id, place] = decodeURIComponent(location.hash.slice(1)).split("~"); // a row, perhaps with the cell in it
   const wanted = id && document.getElementById(id);
   const first = (wanted && wanted.closest("tr")) || grid.table.rows.find((row) => !row.classList.contains("comment")) || grid.table.rows[0];
@@ -41,18 +47,21 @@ if (grid) {
   grid.selection.go(first, Math.max(at < 0 ? begin : at, 0), false, Boolean(wanted) || !(location.hash || document.getElementById("session")));
 }
 
-// a long sheet comes in pieces: its beginning is in the page
-async function fetchRest(table) {
+// a long sheet comes in pieces: its beginning is in the page, and each piece begins below the last row of the one before
+async function fetchRest({ table, server }) {
   const url = table.grid.dataset.more.replace(/0$/, "");
   const wanted = Number(table.grid.dataset.count);
-  while (table.rows.length < wanted) {
-    const response = await fetch(`${url}${table.rows.length}`);
+  let last = table.rows.at(-1)?.id;
+  for (let count = table.rows.length; count < wanted;) {
+    const response = await fetch(`${url}${count}?after=${last}`);
     const html = response.ok ? await response.text() : "";
-    if (!html) return;
     const holder = document.createElement("template");
     holder.innerHTML = html;
-    for (const row of holder.content.querySelectorAll("tr")) if (document.getElementById(row.id)) row.remove();
-    table.append([...holder.content.children]);
+    const rows = [...holder.content.querySelectorAll("tr")];
+    if (!rows.length) return;
+    last = rows.at(-1).id;
+    count += rows.length;
+    server.piece([...holder.content.children]);
     await new Promise((resume) => setTimeout(resume, 0));
   }
 }
@@ -73,7 +82,10 @@ async function fetchWords() {
 }
 
 // who closes the page is gone for the others at once; a page that comes back from the browser's memory begins anew
-window.addEventListener("pagehide", () => grid?.server.part());
+window.addEventListener("pagehide", () => {
+  page.leave();
+  grid?.server.part();
+});
 window.addEventListener("pageshow", (event) => event.persisted && location.reload());
 if (!grid) listen.addEventListener("reload", () => location.reload());
 listen.addEventListener("notice", (event) => {

@@ -11,7 +11,7 @@ export function people(grid, listen) {
   own.hidden = "visitor" in document.documentElement.dataset; // who has logged in has said it there
   own.addEventListener("click", ask);
   listen.addEventListener("people", (event) => {
-    others = JSON.parse(event.detail.data).people.filter((p) => p.client !== grid.server.client);
+    others = JSON.parse(event.detail.data).people.filter((p) => !grid.spoken.own(p.client));
     line.textContent = others.length ? `${others.map(told).join(", ")} ${others.length > 1 ? "are" : "is"} here too` : "";
     mark();
   });

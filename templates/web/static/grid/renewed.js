@@ -9,7 +9,10 @@ export function renewed(grid, listen) {
     const { program } = listen.dataset;
     if (program && JSON.parse(detail.data).version !== program) wait("The program was renewed.");
   });
-  listen.addEventListener("reload", ({ detail }) => wait(JSON.parse(detail.data).why ?? "This page is not up to date."));
+  listen.addEventListener("reload", ({ detail }) => {
+    const { sheet, why } = JSON.parse(detail.data);
+    if (!sheet || sheet === grid.server.sheet) wait(why ?? "This page is not up to date.");
+  });
 
   function wait(why) {
     if (waits) return;

@@ -1,8 +1,14 @@
-// Whole rows: inserted, deleted, moved, duplicated.
+// Whole rows: inserted, deleted, moved, duplicated. Each is shown at once, and sent after what was done before.
+
+const ROOM = 20; // blank rows below the last filled one, at least: as many as the server keeps
+const MORE = 20; // added beyond that, so that not every row needs some
+const MOST = 5000; // rows that are sent at once
 
 export class Rows {
   constructor(grid) {
     this.grid = grid;
+    this.mark = [...crypto.getRandomValues(new Uint8Array(6))].map((b) => b.toString(16).padStart(2, "0")).join("");
+    this.count = 0;
   }
 
   selected() {
@@ -17,36 +23,82 @@ export class Rows {
   }
 
   /** Insert as many rows as are selected; the selection then stands on the new ones, as in Excel. */
-  async insert(below = false) {
+  insert(below = false) {
+    if (this.grid.held.takes(() => this.insert(below))) return;
     const rows = this.selected();
     if (!rows.length || this.grid.refuses()) return;
     const box = this.grid.selection.box();
-    const before = below ? this.beyond(rows, 1) : rows[0];
-    const place = below ? box.bottom + 1 : box.top;
-    const answer = await this.grid.server.send("insert", { before: before?.id ?? null, count: rows.length });
-    if (answer.rows) this.grid.say(`${rows.length === 1 ? "A row" : `${rows.length} rows`} inserted.`);
-    if (answer.rows) this.grid.selection.spread(place, box.left, place + rows.length - 1, box.right);
+    this.put(below, rows, rows.map(() => []), box);
+    this.grid.say(`${rows.length === 1 ? "A row" : `${rows.length} rows`} inserted.`);
   }
 
-  async remove() {
-    const rows = this.selected().map((row) => row.id);
-    if (!rows.length || this.grid.refuses()) return;
-    const answer = await this.grid.server.send("delete", { rows });
-    if (answer.rows) this.grid.say(`${rows.length === 1 ? "The row is" : `${rows.length} rows are`} deleted.`);
+  /** Insert rows with texts above or below those that are selected. */
+  put(below, rows, texts, box) {
+    const { table, server, selection } = this.grid;
+    if (below && this.grid.waits(box.bottom + 2, () => this.put(below, rows, texts, box))) return;
+    if (below) this.reserve(Math.max(this.blank(box.bottom), this.beyond(rows, 1) ? 0 : table.room() - ROOM + 1));
+    const before = (below ? this.beyond(rows, 1) : rows[0])?.id ?? null;
+    const place = below ? box.bottom + 1 : box.top;
+    const made = texts.map((line) => this.make(line));
+    server.step("insert", {
+      before,
+      rows: made.map((row, i) => ({ id: row.id, texts: Object.fromEntries(texts[i].map((text, k) => [table.sheetColumn(k), text])) })),
+    }, { insert: made.map((row) => row.id), before }, made.map((row) => row.id));
+    for (const row of made) this.grid.comments.look(row);
+    selection.spread(place, box.left, place + made.length - 1, box.right);
+  }
+
+  make(texts = []) {
+    const { table, server } = this.grid;
+    const row = table.blank(`w${this.mark}-${++this.count}`);
+    texts.forEach((text, k) => text && table.put(table.cell(row, k), text));
+    server.order.came([row]);
+    return row;
+  }
+
+  /** How many of the blank rows at the end there are down to a place. */
+  blank(place) {
+    const { table } = this.grid;
+    return Math.max(0, place - (table.rows.length - 1 - table.room()));
+  }
+
+  /** Let there be room below the last filled row before so many of the blank rows are filled or go. */
+  reserve(used) {
+    const { table, server } = this.grid;
+    const missing = used + ROOM - table.room();
+    if (missing <= 0 || !this.grid.whole) return;
+    for (let left = missing + MORE; left > 0; left -= MOST) {
+      const insert = Array.from({ length: Math.min(left, MOST) }, () => this.make().id);
+      server.step("insert", { before: null, rows: insert.map((id) => ({ id })) }, { insert, before: null });
+    }
+  }
+
+  remove() {
+    if (this.grid.held.takes(() => this.remove())) return;
+    const selected = this.selected();
+    if (!selected.length || this.grid.refuses()) return;
+    this.reserve(Math.min(selected.length, this.blank(this.grid.selection.box().bottom)));
+    const rows = selected.map((row) => row.id);
+    this.grid.server.step("delete", { rows }, { remove: rows });
+    this.grid.say(`${rows.length === 1 ? "The row is" : `${rows.length} rows are`} deleted.`);
   }
 
   move(by) {
+    if (this.grid.held.takes(() => this.move(by))) return;
     const rows = this.selected();
-    if (!rows.length || this.grid.refuses() || !this.beyond(rows, by)) return null;
-    const before = this.beyond(rows, by < 0 ? -1 : 2);
-    return this.grid.server.send("move", { rows: rows.map((row) => row.id), before: before?.id ?? null });
+    if (!rows.length || this.grid.refuses() || !this.beyond(rows, by)) return;
+    this.reserve(by > 0 ? 1 : this.blank(this.grid.selection.box().top) ? rows.length : 0);
+    const before = this.beyond(rows, by < 0 ? -1 : 2)?.id ?? null;
+    const move = rows.map((row) => row.id);
+    this.grid.server.step("move", { rows: move, before }, { move, before });
   }
 
-  async duplicate() {
+  duplicate() {
+    if (this.grid.held.takes(() => this.duplicate())) return;
     const rows = this.selected();
-    const texts = rows.map((row) => this.grid.table.headers.map((_, k) => this.grid.table.value(this.grid.table.cell(row, k))));
-    const last = this.grid.table.at(rows.at(-1));
-    await this.insert(true);
-    this.grid.change(texts.flatMap((line, i) => line.map((text, k) => [this.grid.table.cell(this.grid.table.rows[last + 1 + i], k), text])));
+    if (!rows.length || this.grid.refuses()) return;
+    const { table } = this.grid;
+    const texts = rows.map((row) => table.headers.map((_, k) => table.value(table.cell(row, k))));
+    this.put(true, rows, texts, this.grid.selection.box());
   }
 }

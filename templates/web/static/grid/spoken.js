@@ -4,10 +4,12 @@ const PAUSE = 150; // milliseconds: when the cursor runs, only where it stops is
 const MOST = 500; // rows whose cells all have names; in a longer sheet only the one with the cursor
 
 export class Spoken {
-  constructor(grid) {
+  constructor(grid, page) {
     this.grid = grid;
+    this.page = page;
     this.line = document.getElementById("spoken");
     this.taken = new Set();
+    this.untag([grid.table.grid]);
     this.name(grid.table.rows);
     grid.table.grid.addEventListener("rrp:rows", ({ detail }) => this.came(detail.came));
   }
@@ -63,13 +65,17 @@ export class Spoken {
   }
 
   /** Nobody is told of what this very page edits: a row made meanwhile may arrive when the editor is closed again. */
-  untag(rows) {
-    for (const row of rows) {
-      for (const tag of row.querySelectorAll(`.name-tag[data-client="${this.grid.server.client}"]`)) {
-        tag.parentElement.classList.remove("taken");
-        tag.remove();
-      }
+  untag(parts) {
+    for (const tag of parts.flatMap((part) => [...part.querySelectorAll(".name-tag")])) {
+      if (!this.own(tag.dataset.client)) continue;
+      tag.parentElement.classList.remove("taken");
+      tag.remove();
     }
+  }
+
+  /** Whether a page is this very one, perhaps before it was loaded again. */
+  own(client) {
+    return client.startsWith(`${this.page.id}.`);
   }
 
   /** Name the cells of rows by column and row. */

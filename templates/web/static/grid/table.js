@@ -53,6 +53,25 @@ export class Table {
     return cell?.dataset.v ?? "";
   }
 
+  /** A new blank row, as the server makes it. */
+  blank(id) {
+    const row = document.createElement("tr");
+    row.id = id;
+    row.setAttribute("role", "row");
+    const head = document.createElement("th");
+    head.className = "number";
+    head.scope = "row";
+    head.setAttribute("role", "rowheader");
+    row.append(head, ...[...this.grid.tHead.rows[0].cells].slice(1).map((header) => {
+      const cell = document.createElement("td");
+      cell.setAttribute("role", "gridcell");
+      cell.className = header.dataset.kind ?? "example";
+      if (header.dataset.c) cell.tabIndex = -1;
+      return cell;
+    }));
+    return row;
+  }
+
   /** Show a text at once; the server's rendering of the row follows. */
   put(cell, text) {
     if (text === "") delete cell.dataset.v;
@@ -100,10 +119,14 @@ export class Table {
 
   /** The last row that has something in it, or the first row. */
   lastFilled() {
-    for (let i = this.rows.length - 1; i >= 0; i--) {
-      for (let k = 0; k < this.width; k++) if (this.value(this.cell(this.rows[i], k))) return this.rows[i];
-    }
-    return this.rows[0];
+    return this.rows[Math.max(this.rows.length - 1 - this.room(), 0)];
+  }
+
+  /** How many blank rows there are below the last filled one. */
+  room() {
+    let i = this.rows.length - 1;
+    while (i >= 0 && this.places.every((at) => !this.value(this.rows[i].cells[at]))) i--;
+    return this.rows.length - 1 - i;
   }
 
   /** Rows come and go by these four only, so that whoever shows something about rows is told (`rrp:rows`). */
@@ -159,8 +182,10 @@ export class Table {
     let number = this.first;
     for (const row of this.rows) {
       const head = row.cells[0];
-      if (head.textContent !== String(number)) head.textContent = number;
-      row.setAttribute("aria-rowindex", number - this.first + 2);
+      if (head.textContent !== String(number)) {
+        head.textContent = number;
+        row.setAttribute("aria-rowindex", number - this.first + 2);
+      }
       number++;
     }
     this.grid.setAttribute("aria-rowcount", this.rows.length + 1);

@@ -1,0 +1,542 @@
+"""What is typed goes where the person sees it: while answers are slow, while others edit, and while the file changes."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+from typing import Any
+
+import pytest
+from grid_books import ROWS, Books, Shared
+from playwright.sync_api import expect
+from slow_answers import SlowAnswers
+
+from rrp_sheets.workbook.editing import edit, read_sheets
+from rrp_sheets.workbook.edits import DeleteRows, InsertRows, SetCell
+
+EDITOR = ".editor textarea"
+BLANK_ROWS = 20
+
+
+def texts(path: Path, sheet: str = "T") -> list[tuple[str, ...]]:
+    """What stands in the rows of a sheet, blank ones too, as far as the last filled one."""
+    (found,) = (s for s in read_sheets(path) if s.name == sheet)
+    last = max((row for row, _ in found.cells), default=1)
+    return [
+        tuple(found.cells[n, c].typed if (n, c) in found.cells else "" for c in range(1, 7)) for n in range(2, last + 1)
+    ]
+
+
+def outside(grid: Shared, *edits: Any) -> None:
+    """Another program writes the file, and the server sees it."""
+    grid.saved()
+    edit(grid.path, list(edits))
+    assert grid.page.request.get(grid.page.url).ok
+
+
+# ---- another program changes the file
+
+
+def test_an_editor_stays_open_while_another_program_changes_another_cell(shelf: Books) -> None:
+    grid = shelf.open()
+    grid.go("B7")
+    grid.page.keyboard.type("Gree")
+    outside(grid, SetCell("T", 2, 6, "by Excel"))
+    grid.expect("F2", "by Excel")
+    grid.page.keyboard.type("n ball")
+    assert grid.page.locator(EDITOR).input_value() == "Green ball"
+    grid.press("Tab")
+    grid.type("map")
+    grid.expect("B7", "Green ball")
+    grid.saved()
+    found = texts(grid.path)
+    assert found[0] == ("", "Red ball", "map", "redBall.distance", "Distance", "by Excel")
+    assert found[5] == ("", "Green ball", "map", "", "", "")
+
+
+def test_the_editor_goes_with_its_row_and_keeps_caret_and_selection(shelf: Books) -> None:
+    grid = shelf.open()
+    grid.go("F3")
+    grid.press("F2")
+    grid.page.locator(EDITOR).evaluate("field => field.setSelectionRange(1, 3)")
+    outside(grid, InsertRows("T", 2, 2), SetCell("T", 2, 6, "new"), SetCell("T", 5, 4, "distance < 0.7"))
+    grid.expect("D5", "distance < 0.7")
+    assert grid.here == "F5"
+    grid.page.keyboard.type("ev")
+    grid.press("Enter")
+    grid.saved()
+    assert [row[5] for row in texts(grid.path)] == ["new", "", "", "nevr", ""]
+
+
+def test_a_selection_stays_while_another_program_deletes_a_row_above(shelf: Books) -> None:
+    grid = shelf.open()
+    grid.go("B3")
+    grid.press("Shift+ArrowRight", "Shift+ArrowDown")
+    outside(grid, DeleteRows("T", 2, 1))
+    grid.expect("C2", "filter")
+    assert grid.here == "C3"
+    selected = grid.page.locator("td[aria-selected]")
+    expect(selected).to_have_count(4)
+    grid.press("Delete")
+    grid.saved()
+    assert [row[1:3] for row in texts(grid.path)] == [("", ""), ("", "")]
+
+
+def test_a_text_whose_row_another_program_deletes_can_be_copied(shelf: Books) -> None:
+    grid = shelf.open()
+    grid.go("F3")
+    grid.page.keyboard.type("not to be lost")
+    outside(grid, DeleteRows("T", 3, 1))
+    grid.expect("C3", "subscribe")
+    grid.press("Enter")
+    expect(grid.page.locator("dialog textarea")).to_have_value("not to be lost")
+
+
+def test_an_edit_that_finds_the_file_changed_shows_what_changed(shelf: Books) -> None:
+    aya, mika = shelf.two()
+    aya.saved()
+    edit(aya.path, [SetCell("T", 2, 6, "by Excel"), InsertRows("T", 3, 1)])
+    mika.go("F4")
+    mika.type("mine")
+    for page in (aya, mika):
+        page.expect("F2", "by Excel")
+        page.expect("D4", "distance < 0.5")
+        page.expect("F5", "mine")
+
+
+# ---- answers are slow
+
+
+def insert_above(grid: Shared) -> None:
+    grid.press("Control++")
+
+
+def test_keys_after_insert_above_go_into_the_new_row(shelf: Books) -> None:
+    grid = shelf.open()
+    with SlowAnswers(grid.page) as slow:
+        grid.go("B3")
+        insert_above(grid)
+        for text in ("Face", "map", "1", "Name"):
+            grid.type(text, "Tab")
+        assert (grid.text("B3"), grid.text("B4")) == ("Face", "Distance")
+        slow.release()
+    assert [row[1:5] for row in texts(grid.path)][1:3] == [("Face", "map", "1", "Name"), tuple(ROWS[1][1:5])]
+
+
+def test_keys_after_undo_wait_for_what_it_brings_back(shelf: Books) -> None:
+    grid = shelf.open()
+    grid.go("F3")
+    grid.type("far")
+    grid.saved()
+    with SlowAnswers(grid.page) as slow:
+        grid.go("B6")
+        grid.press("Control+z")
+        grid.type("very close")
+        grid.type("below")
+        assert (grid.text("F3"), grid.text("B6")) == ("far", "")
+        slow.release()
+    grid.expect("F3", "very close")
+    grid.expect("F4", "below")
+    assert not grid.text("B6")
+
+
+def test_what_is_not_for_the_grid_does_not_wait_for_an_undo(shelf: Books) -> None:
+    grid = shelf.open()
+    grid.go("F3")
+    grid.type("far")
+    grid.saved()
+    with SlowAnswers(grid.page) as slow:
+        grid.page.get_by_role("button", name="Undo").click()
+        grid.page.locator("[data-do=find]").press("Enter")
+        grid.page.keyboard.type("Di")
+        expect(grid.page.locator("#find-bar [name=find]")).to_have_value("Di")
+        grid.press("Escape")
+        grid.page.locator("[data-do=undo]").focus()
+        grid.press("n", "o", "Tab")
+        grid.page.mouse.click(*centre(grid, "E4"))
+        grid.page.evaluate(PASTE, "pasted")
+        assert grid.text("F3") == "far"
+        slow.release()
+    grid.expect("E4", "pasted")
+    assert (texts(grid.path)[1][5], grid.here) == ("no", "E4")
+
+
+def centre(grid: Shared, address: str) -> tuple[float, float]:
+    box = grid.cell(address).bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def test_what_is_refused_is_taken_back_and_what_was_typed_into_it_can_be_copied(shelf: Books) -> None:
+    grid = shelf.open()
+    with SlowAnswers(grid.page) as slow:
+        grid.go("B3")
+        insert_above(grid)
+        grid.type("Face")
+        grid.expect("B3", "Face")
+        slow.refuse("The file is open in Excel.")
+        slow.settle()
+    grid.expect("B3", "Distance")
+    expect(grid.page.locator("dialog textarea")).to_have_value("Face")
+    grid.saved()
+    assert [row[1] for row in texts(grid.path)] == [row[1] for row in ROWS]
+
+
+def test_rows_of_two_people_come_to_the_same_order_whatever_arrives_first(shelf: Books) -> None:
+    """Aya's answer comes before what Mika did earlier, and after what Mika did later."""
+    aya, mika = shelf.two()
+    with SlowAnswers(aya.page) as slow:
+        mika.go("B3")
+        insert_above(mika)
+        mika.type("M1")
+        mika.saved()
+        aya.go("B3")
+        insert_above(aya)
+        aya.type("A1")
+        slow.settle()
+        mika.go("B3")
+        insert_above(mika)
+        mika.type("M2")
+        mika.saved()
+        slow.events()
+    wanted = [row[1] for row in texts(aya.path)]
+    assert sorted(wanted) == sorted(["M1", "A1", "M2", *(row[1] for row in ROWS)])
+    for page in (aya, mika):
+        for number, text in enumerate(wanted, 2):
+            page.expect(f"B{number}", text)
+
+
+def test_two_who_edit_the_same_cell_are_both_heard_however_late_the_answers(shelf: Books) -> None:
+    aya, mika = shelf.two()
+    with SlowAnswers(aya.page) as slow:
+        aya.go("F3")
+        aya.page.keyboard.type("from A")
+        mika.go("F3")
+        mika.page.keyboard.type("from M")
+        slow.settle()
+        aya.status("Mika is editing this cell")
+        aya.page.keyboard.type("ya")
+        mika.page.keyboard.type("ika")
+        mika.press("Enter")
+        mika.saved()
+        aya.press("Enter")
+        slow.release()
+        expect(aya.page.locator("dialog[open]")).to_contain_text("from Mika")
+        expect(aya.page.locator("dialog[open]")).to_contain_text("from Aya")
+
+
+def test_an_undo_that_would_delete_what_another_has_typed_is_refused_and_the_keys_after_it_count(shelf: Books) -> None:
+    aya, mika = shelf.two()
+    aya.go("B3")
+    insert_above(aya)
+    aya.saved()
+    mika.expect("B4", "Distance")
+    mika.go("F3")
+    mika.type("theirs")
+    mika.saved()
+    with SlowAnswers(aya.page) as slow:
+        aya.press("Control+z", "ArrowRight")
+        aya.type("map")
+        slow.release()
+        aya.status("Mika has changed row 3 since")
+    assert texts(aya.path)[1] == ("", "", "map", "", "", "theirs")
+
+
+def test_500_rows_are_pasted_and_gone_on_below_before_any_answer(shelf: Books) -> None:
+    grid = shelf.open()
+    grid.go("B5")
+    with SlowAnswers(grid.page) as slow:
+        grid.page.evaluate(PASTE, "\n".join(f"S{n}\tmap" for n in range(500)) + "\n")
+        grid.press("Control+End", "Enter")
+        grid.type("the end")
+        grid.page.evaluate(CHOOSE, "Insert above")
+        grid.type("after it")
+        slow.release()
+    found = texts(grid.path)
+    assert (found[3][1], found[502][1], len(found)) == ("S0", "S499", 505)
+    assert (found[503][5], found[504][5]) == ("the end", "after it")
+
+
+def test_a_sheet_that_can_only_be_read_stays_as_it_is(shelf: Books) -> None:
+    grid = shelf.open()
+    before = shown(grid)
+    grid.page.evaluate("() => (document.querySelector('[role=grid]').ariaReadOnly = 'true')")
+    grid.go("B3")
+    for action in MENU:
+        grid.page.evaluate(CHOOSE, action)
+    grid.page.evaluate(PASTE, "x\ty\n" * 40)
+    grid.press("a", "Delete")
+    grid.status("only be read here")
+    assert shown(grid) == before
+
+
+# ---- there is always room below
+
+
+def room(grid: Shared) -> int:
+    return int(
+        grid.page.evaluate("""() => {
+      const rows = [...document.querySelectorAll("#grid-scroll tbody tr")];
+      return rows.length - 1 - rows.findLastIndex((row) => row.querySelector("td[data-v]"));
+    }""")
+    )
+
+
+def test_there_are_blank_rows_below_whatever_is_filled(shelf: Books) -> None:
+    grid = shelf.open()
+    grid.go("F20")
+    with SlowAnswers(grid.page) as slow:
+        grid.page.evaluate(PASTE, "y\n" * 30)
+        assert room(grid) >= BLANK_ROWS
+        grid.press("Control+End", "Enter")
+        grid.type("below")
+        grid.press("Shift+Enter", "Control+d", "Alt+ArrowDown")
+        slow.release()
+    grid.expect("F51", "below")
+    for _ in range(2):
+        assert room(grid) >= BLANK_ROWS
+        grid.press("Control+End", "Alt+ArrowDown", "ArrowDown", "Control+-")
+        grid.saved()
+    assert room(grid) >= BLANK_ROWS
+    outside(grid, SetCell("T", 75, 6, "far below"))
+    grid.expect("F75", "far below")
+    assert room(grid) >= BLANK_ROWS
+    grid.page.reload()
+    grid.expect("F75", "far below")
+    assert room(grid) >= BLANK_ROWS
+
+
+# ---- the page goes while something is typed
+
+DIALOG = "dialog[aria-label='You were typing']"
+
+
+def typing(grid: Shared, cell: str, text: str) -> None:
+    grid.go(cell)
+    grid.page.keyboard.type(text)
+    expect(grid.page.locator(EDITOR)).to_have_value(text)
+
+
+def test_what_is_typed_survives_a_reload_and_one_is_nobody_else(shelf: Books) -> None:
+    aya, mika = shelf.two()
+    typing(aya, "F4", "half a no")
+    mika.page.wait_for_selector("td.taken:has-text('Aya is editing')")
+    aya.page.evaluate("() => window.fetch = () => new Promise(() => {})")  # nobody is told that the page goes
+    aya.page.reload()
+    expect(aya.page.locator(f"{DIALOG} textarea")).to_have_value("half a no")
+    expect(aya.page.locator(".name-tag")).to_have_count(0)
+    mika.page.wait_for_selector("td.taken", state="detached")
+    aya.page.get_by_role("button", name="Go on typing").click()
+    mika.page.wait_for_selector("td.taken:has-text('Aya is editing')")
+    aya.page.keyboard.type("te")
+    aya.press("Enter")
+    mika.expect("F4", "half a note")
+    aya.saved()
+    aya.page.reload()
+    aya.page.wait_for_selector("body[data-ready]")
+    expect(aya.page.locator(DIALOG)).to_have_count(0)
+
+
+def test_what_is_typed_survives_going_back_and_is_thrown_away_when_asked(shelf: Books) -> None:
+    grid = shelf.open()
+    typing(grid, "F4", "half")
+    grid.page.goto(shelf.url)
+    grid.page.go_back()
+    expect(grid.page.locator(f"{DIALOG} textarea")).to_have_value("half")
+    grid.page.get_by_role("button", name="Throw it away").click()
+    grid.page.reload()
+    grid.page.wait_for_selector("body[data-ready]")
+    expect(grid.page.locator(DIALOG)).to_have_count(0)
+    assert not grid.text("F4")
+
+
+def test_what_was_typed_into_a_row_that_is_gone_can_be_copied(shelf: Books) -> None:
+    aya, mika = shelf.two()
+    typing(aya, "F4", "not to be lost")
+    aya.page.goto(shelf.url)
+    mika.go("B4")
+    mika.press("Control+-")
+    mika.saved()
+    aya.page.go_back()
+    expect(aya.page.locator(f"{DIALOG} textarea")).to_have_value("not to be lost")
+    expect(aya.page.locator(DIALOG)).to_contain_text("F4, and its row is gone")
+    expect(aya.page.get_by_role("button", name="Go on typing")).to_have_count(0)
+
+
+def test_what_somebody_changed_meanwhile_is_asked_about(shelf: Books) -> None:
+    aya, mika = shelf.two()
+    typing(aya, "F3", "mine")
+    aya.page.goto(shelf.url)
+    mika.go("F3")
+    mika.type("theirs")
+    mika.saved()
+    aya.page.go_back()
+    aya.page.get_by_role("button", name="Go on typing").click()
+    aya.press("Enter")
+    expect(aya.page.locator("dialog[open]")).to_contain_text("Somebody else was quicker")
+
+
+def test_a_duplicated_tab_is_another_page_and_does_not_offer_what_the_first_one_types(shelf: Books) -> None:
+    grid = shelf.open()
+    typing(grid, "F4", "half")
+    with grid.context.expect_page() as opened:
+        grid.page.evaluate(
+            "() => { window.open(location.href); }"
+        )  # takes the session's storage along, as a duplicate does
+    other = opened.value
+    try:
+        other.wait_for_selector("td.taken:has-text('Somebody is editing')")
+        other.wait_for_function("() => !Object.keys(sessionStorage).some((name) => name.startsWith('drafts:'))")
+        expect(other.locator(DIALOG)).to_have_count(0)
+        grid.page.keyboard.type(" a note")
+        grid.press("Enter")
+        grid.saved()
+    finally:
+        other.close()
+    assert grid.text("F4") == "half a note"
+
+
+def test_what_a_crashed_tab_was_typing_is_offered(shelf: Books) -> None:
+    grid = shelf.open()
+    typing(grid, "F4", "half")
+    kept = grid.page.evaluate("() => ({ ...sessionStorage })")
+    grid.press("Escape")
+    grid.page.goto(shelf.url)
+    grid.page.evaluate(
+        "kept => { for (const [name, text] of Object.entries(kept)) sessionStorage.setItem(name, text); }", kept
+    )
+    grid.page.go_back()
+    expect(grid.page.locator(f"{DIALOG} textarea")).to_have_value("half")
+
+
+# ---- the property: whatever the order of the answers, the file is as if there were no delay
+
+WORDS = ("Face", "q 1", "0.5", "two words", "Näh", "x")
+KEYS = ("Enter", "Tab", "ArrowUp", "ArrowDown", "ArrowLeft", "ArrowRight", "Shift+Enter", "Shift+Tab")
+MENU = ("Insert above", "Insert below", "Duplicate", "Move up", "Move down", "Delete rows", "Fill down")
+CHOOSE = """name => {
+  document.querySelector("[data-do=rows]").click();
+  [...document.querySelectorAll("[role=menuitem]")].find((item) => item.textContent.startsWith(name)).click();
+}"""
+PASTE = """text => {
+  const clipboardData = new DataTransfer();
+  clipboardData.setData("text/plain", text);
+  document.activeElement.dispatchEvent(new ClipboardEvent("paste", { clipboardData, bubbles: true, cancelable: true }));
+}"""
+Action = tuple[str, Any]
+
+
+def drawn_action(drawn: random.Random) -> Action:
+    """Something that a person does."""
+    kind = drawn.choices(
+        ("type", "key", "menu", "undo", "redo", "paste", "clear", "select", "edit", "insert"),
+        (8, 8, 5, 2, 1, 2, 1, 2, 1, 2),
+    )[0]
+    if kind == "type":
+        return kind, (drawn.choice(WORDS), drawn.choice(KEYS[:6]))
+    if kind == "key":
+        return kind, drawn.choice(KEYS)
+    if kind == "menu":
+        return kind, drawn.choice(MENU)
+    if kind == "paste":
+        rows = drawn.choice((1, 2, 3, 30))
+        return kind, "\n".join("\t".join(drawn.choice(WORDS) for _ in range(2)) for _ in range(rows)) + "\n"
+    if kind == "select":
+        return kind, drawn.choice(("Shift+ArrowDown", "Shift+ArrowUp", "Shift+ArrowRight"))
+    return kind, drawn.choice(WORDS)
+
+
+def do(grid: Shared, action: Action) -> None:
+    kind, value = action
+    if kind == "type":
+        grid.page.keyboard.type(value[0])
+        grid.press(value[1])
+    elif kind in ("key", "select"):
+        grid.press(value)
+    elif kind == "menu":
+        grid.page.evaluate(CHOOSE, value)
+    elif kind == "paste":
+        grid.page.evaluate(PASTE, value)
+    elif kind == "edit":
+        grid.press("F2", "Home")
+        grid.page.keyboard.type(value)
+        grid.press("Delete", "Enter")
+    else:
+        grid.press({"undo": "Control+z", "redo": "Control+y", "clear": "Delete", "insert": "Control++"}[kind])
+
+
+def same_words(grid: Shared) -> Shared:
+    """What is suggested does not depend on when the check has ended."""
+    grid.page.evaluate(
+        "() => document.querySelector('#listen').addEventListener('checked', (e) => e.stopImmediatePropagation(), true)"
+    )
+    return grid
+
+
+def shown(grid: Shared) -> list[list[str]]:
+    """What the page shows, blank rows at the end left out."""
+    script = """() => [...document.querySelectorAll("#grid-scroll tbody tr")].map((row) =>
+      [...row.cells].filter((cell) => !cell.matches("th, .example")).map((cell) => cell.dataset.v ?? ""))"""
+    rows = [list(row) for row in grid.page.evaluate(script)]
+    while rows and not any(rows[-1]):
+        rows.pop()
+    return rows
+
+
+def compared(slow: Shared, plain: Shared, answers: SlowAnswers, seed: int, count: int, rounds: int) -> None:
+    """Do the same on both pages, on one of them with answers that are held; the files are the same after each round."""
+    drawn = random.Random(seed)
+    done: list[Action] = []
+    for _ in range(rounds):
+        for _ in range(count):
+            action = drawn_action(drawn)
+            done.append(action)
+            do(plain, action)
+            plain.saved()
+            do(slow, action)
+            answers.draw(drawn)
+        answers.release()
+        told = f"seed {seed}: {done}"
+        assert texts(slow.path) == texts(plain.path), told
+        assert shown(slow) == shown(plain), told
+        assert slow.here == plain.here, told
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_any_sequence_with_held_answers_gives_the_file_of_the_same_without_delay(shelf: Books, seed: int) -> None:
+    slow, plain = (same_words(shelf.open(name=name)) for name in ("Slow", "Plain"))
+    for page in (slow, plain):
+        page.go("B3")
+    with SlowAnswers(slow.page) as answers:
+        compared(slow, plain, answers, seed, count=14, rounds=2)
+
+
+LATE = """seed => {
+  let state = seed + 1;
+  const late = () => new Promise((done) => setTimeout(done, (state = (state * 48271) % 2147483647) % 1000));
+  const send = window.fetch.bind(window);
+  window.fetch = async (address, ...more) => {
+    await late();
+    const answer = await send(address, ...more);
+    await late();
+    return answer;
+  };
+}"""
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", range(100, 120))
+def test_any_sequence_with_answers_up_to_two_seconds_late_gives_the_same_file(shelf: Books, seed: int) -> None:
+    late, plain = (same_words(shelf.open(name=name)) for name in ("Slow", "Plain"))
+    late.page.evaluate(LATE, seed)
+    for page in (late, plain):
+        page.go("B3")
+    drawn = random.Random(seed)
+    actions = [drawn_action(drawn) for _ in range(20)]
+    for action in actions:
+        do(plain, action)
+        plain.saved()
+    for action in actions:
+        do(late, action)
+    late.page.wait_for_selector("body:not([data-saving])", timeout=300_000)
+    assert texts(late.path) == texts(plain.path), actions
+    assert (shown(late), late.here) == (shown(plain), plain.here), actions
