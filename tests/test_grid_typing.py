@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from chromium import until
 from grid_books import ROWS, Books, Shared
 from playwright.sync_api import expect
 from slow_answers import SlowAnswers
@@ -208,11 +209,16 @@ def test_rows_of_two_people_come_to_the_same_order_whatever_arrives_first(shelf:
 def test_two_who_edit_the_same_cell_are_both_heard_however_late_the_answers(shelf: Books) -> None:
     aya, mika = shelf.two()
     with SlowAnswers(aya.page) as slow:
-        aya.go("F3")
-        aya.page.keyboard.type("from A")
         mika.go("F3")
         mika.page.keyboard.type("from M")
-        slow.settle()
+        mika.page.wait_for_selector(".editor")
+        mika.page.wait_for_function(
+            "() => performance.getEntriesByType('resource').some((e) => e.name.endsWith('/lock'))"
+        )
+        aya.go("F3")
+        aya.page.keyboard.type("from A")
+        for _ in ("request", "answer"):
+            until(aya.page, slow.step)
         aya.status("Mika is editing this cell")
         aya.page.keyboard.type("ya")
         mika.page.keyboard.type("ika")

@@ -112,7 +112,8 @@ export class Unsent {
     if (line) line.textContent = !unsent ? "Saved" : this.box ? "Not saved" : "Saving …";
     line?.classList.toggle("is-warning", unsent && Boolean(this.box));
     document.body.toggleAttribute("data-saving", unsent);
-    if (this.box) this.box.querySelector("b").textContent = this.entries.length === 1 ? "1 change is not saved." : `${this.entries.length} changes are not saved.`;
+    const count = this.entries.filter((entry) => this.told(entry)).length;
+    if (this.box) this.box.querySelector("b").textContent = count === 1 ? "1 change is not saved." : `${count} changes are not saved.`;
   }
 
   /** Say what is wrong, and offer what can be done; an empty text when nothing is any more. */
@@ -133,7 +134,7 @@ export class Unsent {
 
   /** All texts that are not saved, to be copied or given up. */
   offer() {
-    const lines = this.entries.map((entry) => this.told(entry)).join("\n");
+    const lines = this.entries.map((entry) => this.told(entry)).filter(Boolean).join("\n");
     const area = make("textarea", lines);
     area.readOnly = true;
     area.rows = Math.min(10, lines.split("\n").length + 1);
@@ -155,6 +156,7 @@ export class Unsent {
 
   told({ action, text }) {
     const sent = JSON.parse(text);
+    if (action === "insert" && sent.before === null) return ""; // blank rows at the end, which no person asked for
     if (action === "cells") return sent.cells.map((cell) => `${this.place(cell)}: ${cell.text}`).join("\n");
     const rows = sent.rows?.length ?? sent.count;
     return { insert: `Insert rows: ${rows}`, delete: `Delete rows: ${rows}`, move: `Move rows: ${rows}`, undo: "Undo", redo: "Redo", fix: `Fix: ${sent.title}` }[action] ?? action;
