@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import until
+from chromium import becomes, until
 from grid_books import ROWS, Books, Shared
 from playwright.sync_api import expect
 from slow_answers import SlowAnswers
@@ -45,7 +45,7 @@ def test_an_editor_stays_open_while_another_program_changes_another_cell(shelf: 
     outside(grid, SetCell("T", 2, 6, "by Excel"))
     grid.expect("F2", "by Excel")
     grid.page.keyboard.type("n ball")
-    assert grid.page.locator(EDITOR).input_value() == "Green ball"
+    expect(grid.page.locator(EDITOR)).to_have_value("Green ball")
     grid.press("Tab")
     grid.type("map")
     grid.expect("B7", "Green ball")
@@ -62,7 +62,7 @@ def test_the_editor_goes_with_its_row_and_keeps_caret_and_selection(shelf: Books
     grid.page.locator(EDITOR).evaluate("field => field.setSelectionRange(1, 3)")
     outside(grid, InsertRows("T", 2, 2), SetCell("T", 2, 6, "new"), SetCell("T", 5, 4, "distance < 0.7"))
     grid.expect("D5", "distance < 0.7")
-    assert grid.here == "F5"
+    becomes(lambda: grid.here, "F5")
     grid.page.keyboard.type("ev")
     grid.press("Enter")
     grid.saved()
@@ -75,7 +75,7 @@ def test_a_selection_stays_while_another_program_deletes_a_row_above(shelf: Book
     grid.press("Shift+ArrowRight", "Shift+ArrowDown")
     outside(grid, DeleteRows("T", 2, 1))
     grid.expect("C2", "filter")
-    assert grid.here == "C3"
+    becomes(lambda: grid.here, "C3")
     selected = grid.page.locator("td[aria-selected]")
     expect(selected).to_have_count(4)
     grid.press("Delete")
@@ -119,7 +119,7 @@ def test_keys_after_insert_above_go_into_the_new_row(shelf: Books) -> None:
         insert_above(grid)
         for text in ("Face", "map", "1", "Name"):
             grid.type(text, "Tab")
-        assert (grid.text("B3"), grid.text("B4")) == ("Face", "Distance")
+        becomes(lambda: (grid.text("B3"), grid.text("B4")), ("Face", "Distance"))
         slow.release()
     assert [row[1:5] for row in texts(grid.path)][1:3] == [("Face", "map", "1", "Name"), tuple(ROWS[1][1:5])]
 
@@ -134,11 +134,11 @@ def test_keys_after_undo_wait_for_what_it_brings_back(shelf: Books) -> None:
         grid.press("Control+z")
         grid.type("very close")
         grid.type("below")
-        assert (grid.text("F3"), grid.text("B6")) == ("far", "")
+        becomes(lambda: (grid.text("F3"), grid.text("B6")), ("far", ""))
         slow.release()
     grid.expect("F3", "very close")
     grid.expect("F4", "below")
-    assert not grid.text("B6")
+    becomes(lambda: grid.text("B6"), "")
 
 
 def test_what_is_not_for_the_grid_does_not_wait_for_an_undo(shelf: Books) -> None:
@@ -156,10 +156,10 @@ def test_what_is_not_for_the_grid_does_not_wait_for_an_undo(shelf: Books) -> Non
         grid.press("n", "o", "Tab")
         grid.page.mouse.click(*centre(grid, "E4"))
         grid.page.evaluate(PASTE, "pasted")
-        assert grid.text("F3") == "far"
+        becomes(lambda: grid.text("F3"), "far")
         slow.release()
     grid.expect("E4", "pasted")
-    assert (texts(grid.path)[1][5], grid.here) == ("no", "E4")
+    becomes(lambda: (texts(grid.path)[1][5], grid.here), ("no", "E4"))
 
 
 def centre(grid: Shared, address: str) -> tuple[float, float]:
@@ -352,7 +352,7 @@ def test_what_is_typed_survives_going_back_and_is_thrown_away_when_asked(shelf: 
     grid.page.reload()
     grid.page.wait_for_selector("body[data-ready]")
     expect(grid.page.locator(DIALOG)).to_have_count(0)
-    assert not grid.text("F4")
+    becomes(lambda: grid.text("F4"), "")
 
 
 def test_what_was_typed_into_a_row_that_is_gone_can_be_copied(shelf: Books) -> None:
@@ -398,7 +398,7 @@ def test_a_duplicated_tab_is_another_page_and_does_not_offer_what_the_first_one_
         grid.saved()
     finally:
         other.close()
-    assert grid.text("F4") == "half a note"
+    becomes(lambda: grid.text("F4"), "half a note")
 
 
 def test_what_a_crashed_tab_was_typing_is_offered(shelf: Books) -> None:
@@ -504,7 +504,7 @@ def compared(slow: Shared, plain: Shared, answers: SlowAnswers, seed: int, count
         told = f"seed {seed}: {done}"
         assert texts(slow.path) == texts(plain.path), told
         assert shown(slow) == shown(plain), told
-        assert slow.here == plain.here, told
+        becomes(lambda: slow.here, plain.here, told)
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -545,4 +545,4 @@ def test_any_sequence_with_answers_up_to_two_seconds_late_gives_the_same_file(sh
         do(late, action)
     late.page.wait_for_selector("body:not([data-saving])", timeout=300_000)
     assert texts(late.path) == texts(plain.path), actions
-    assert (shown(late), late.here) == (shown(plain), plain.here), actions
+    becomes(lambda: (shown(late), late.here), (shown(plain), plain.here), actions)
