@@ -40,7 +40,9 @@ export function pointer(grid) {
 
   // the first click may have ended an edit, which can make its row higher: meant is the cell that was there then
   let pressed = { time: -1e9 };
-  scroll.addEventListener("keydown", () => { pressed = { time: -1e9 }; }, true); // there is no key within a double click
+  const forget = () => { pressed = { time: -1e9 }; };
+  scroll.addEventListener("keydown", forget, true); // within a double click there is no key, and no press on a menu
+  document.addEventListener("pointerdown", ({ target }) => table.grid.contains(target) || forget(), true);
   const soonAfter = (event) => event.timeStamp - pressed.time < 500
     && Math.hypot(event.clientX - pressed.x, event.clientY - pressed.y) < 5;
   table.grid.addEventListener("dblclick", (event) => {
