@@ -12,10 +12,12 @@ import pytest
 from browser import TOKEN, let_in
 
 from rrp_sheets.documents import CellText
+from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import Act, Happening, State
 from rrp_sheets.model.values import Failure, record_from_mapping
 from rrp_sheets.runs.view import RunStart
 from rrp_sheets.runs.worker import CheckWorker, Findings
+from rrp_sheets.web import desk as desk_module
 from rrp_sheets.web.app import create_app
 from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.listeners import Listener, message
@@ -202,6 +204,35 @@ def test_nobody_else_can_stop_a_run(client) -> None:
     where = "/book/b.xlsx/run/stop"
     assert client.post(where, json={}).status_code == 403
     assert client.post(where, json={}, headers={"X-RRP": "grid", "Origin": "http://evil.test"}).status_code == 403
+
+
+def test_stop_does_not_wait_for_a_workbook_that_is_being_opened(tmp_path: Path, monkeypatch) -> None:
+    for name in ("b.xlsx", "large.xlsx"):
+        make_workbook({"T": [["Input streams", "Connector", "Formula", "Output stream"]]}, tmp_path / name)
+    client = let_in(create_app(tmp_path, TOKEN))
+    opening, go_on = threading.Event(), threading.Event()
+
+    def slowly(*_: object) -> None:
+        opening.set()
+        go_on.wait(30)
+        raise SheetsError("It was too large.", "")
+
+    monkeypatch.setattr(desk_module, "Document", slowly)
+    page = threading.Thread(target=lambda: client.get("/book/large.xlsx"))
+    page.start()
+    try:
+        assert opening.wait(10)
+        headers = {"X-RRP": "grid", "Origin": "http://localhost"}
+        answered = []
+        asked = threading.Thread(
+            target=lambda: answered.append(client.post("/book/b.xlsx/run/stop", json={}, headers=headers)), daemon=True
+        )
+        asked.start()
+        asked.join(10)
+        assert [answer.status_code for answer in answered] == [409]  # there is no run
+    finally:
+        go_on.set()
+        page.join()
 
 
 # ---- edits while it runs

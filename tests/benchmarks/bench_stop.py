@@ -1,7 +1,6 @@
 """Stop, by the wall clock: until the robot is on its way to rest, and until everything is written.
 
-The real server, engine and simulator. Each figure is printed beside its bound. Not here: Stop beside many idle
-connections, which belongs to whoever bounds those.
+The real server, engine and simulator. Each figure is printed beside its bound.
 """
 
 from __future__ import annotations
@@ -9,13 +8,16 @@ from __future__ import annotations
 import os
 import re
 import signal
+import socket
 import sys
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import pytest
+from browser import COOKIE
 from chromium import GridPage, browsing, serving
 from panel import BOOKS, LIVE, row, run, told_of_stop, trace
 from playwright.sync_api import expect
@@ -54,6 +56,27 @@ def test_stop_is_heard_within_a_fifth_of_a_second(tmp_path: Path) -> None:
             assert len(trace(tmp_path, "long")) > 100, "there was no flood"
             at.close()
     tell("Esc Esc on a flooded page until the robot goes to rest", took, REST)
+
+
+def test_stop_beside_idle_connections(tmp_path: Path) -> None:
+    """60 event streams and 40 requests of which only the beginning was sent, all from this computer."""
+    make_workbook(BOOKS["long.xlsx"], tmp_path / "long.xlsx")
+    took: list[float] = []
+    with serving(tmp_path) as url, browsing() as browser:
+        host, _, port = url.removeprefix("http://").partition(":")
+        events = f"GET /book/long.xlsx/events?client=%s HTTP/1.1\r\nHost: {host}:{port}\r\nCookie: {COOKIE}\r\n\r\n"
+        for _ in range(TIMES):
+            at = GridPage(browser, url, "long.xlsx", name="Aya")
+            run(at.page)
+            expect(row(at.page, 6).locator(LIVE)).to_have_text(re.compile(r"^\d"), timeout=15_000)
+            with ExitStack() as idle:
+                for n in range(100):
+                    line = idle.enter_context(socket.create_connection((host, int(port))))
+                    line.sendall((events % f"idle{n}" if n < 60 else "POST /book/long").encode())
+                told = told_of_stop(at.page)
+            took.append(told.get("finishing", told.get("ended", float("inf"))))
+            at.close()
+    tell("Esc Esc beside 60 event streams and 40 half-sent requests until the robot goes to rest", took, REST)
 
 
 @pytest.mark.parametrize(("what", "body", "more"), [

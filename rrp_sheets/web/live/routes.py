@@ -35,9 +35,24 @@ def make_live(library: Library, desk: Desk, floor: Floor) -> Blueprint:
     """The routes of the run panel."""
     pages = Blueprint("live", __name__)
 
+    _add_stop(pages, library, floor)
     _add_panel(pages, rooms(library, desk), floor)
     _add_views(pages, floor)
     return pages
+
+
+def _add_stop(pages: Blueprint, library: Library, floor: Floor) -> None:
+    @pages.post("/book/<name>/run/stop")
+    def stop(name: str) -> tuple[Response, int]:
+        """Stop the run, whose workbook it is does not matter; the workbook is not asked for, as that may take long."""
+        if not library.has(name):
+            abort(404)
+        session = floor.session
+        if session is None:
+            return jsonify({"message": "No run is going."}), 409
+        if session.is_going:  # else it has ended while Stop was pressed: nothing is wrong
+            session.stop(_by(asked()))
+        return jsonify({}), 200
 
 
 def _add_panel(pages: Blueprint, room_of: RoomOf, floor: Floor) -> None:
@@ -72,9 +87,7 @@ def _add_panel(pages: Blueprint, room_of: RoomOf, floor: Floor) -> None:
             floor.clear(room)
             return jsonify({}), 200
         session = floor.session
-        if action == "stop" and session is not None and not session.is_going:
-            return jsonify({}), 200  # it has ended while Stop was pressed: nothing is wrong
-        if session is None or (session.room is not room and action != "stop") or not session.is_going:
+        if session is None or session.room is not room or not session.is_going:
             return jsonify({"message": "No run of this workbook is going."}), 409
         _ACTIONS[action](session, _by(sent), sent)
         return jsonify({}), 200
@@ -150,7 +163,6 @@ def _put(session: Session, by: str, sent: Asked) -> None:
 
 
 _ACTIONS: dict[str, Callable[[Session, str, Asked], None]] = {
-    "stop": lambda session, by, sent: session.stop(by),
     "restart": lambda session, by, sent: session.restart(by),
     "pause": lambda session, by, sent: session.process.pause(by),
     "resume": lambda session, by, sent: session.process.resume(by),
