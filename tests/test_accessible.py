@@ -60,6 +60,8 @@ class Tour:
     def enter(self) -> None:
         if not self.page.context.cookies():
             let_in(self.page.context, self.url)
+        else:  # what one screen leaves to be typed on is not offered on the next
+            self.page.evaluate("sessionStorage.clear()")
 
     def open(self, address: str, ready: str = "body") -> None:
         self.page.goto(f"{self.url}{address}")
@@ -110,6 +112,13 @@ def editing(tour: Tour) -> None:
     tour.sheet("all.xlsx", "Tracking")
     tour.page.keyboard.type("r")
     tour.page.wait_for_selector("[role=option]")
+
+
+def offered(tour: Tour) -> None:
+    """What was being typed when the page was loaded again."""
+    editing(tour)
+    tour.page.reload()
+    tour.page.wait_for_selector("dialog[open] textarea")
 
 
 def menu(tour: Tour) -> None:
@@ -213,7 +222,7 @@ def at(address: str, ready: str = "body") -> Callable[[Tour], None]:
 SCREENS: dict[str, Callable[[Tour], None]] = {
     "shelf": shelf, "shelf, told what is wrong": shelf_told,
     **{f"sheet {name}": sheet(name) for name in SHEETS},
-    "sheet with problems": wrong, "editing with suggestions": editing, "menu of rows": menu, "find": finding,
+    "sheet with problems": wrong, "editing with suggestions": editing, "draft offered": offered, "menu of rows": menu, "find": finding,
     "name": naming, "help in the grid": helped, "conflict": conflict,
     "run dialog": asked, "run panel, running": running, "run panel, paused": paused, "run panel, ended": ended,
     "runs": at("/runs"), "record": record, "looking back": lookback, "replay": replay, "deleting runs": deleting,

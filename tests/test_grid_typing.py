@@ -348,7 +348,7 @@ def test_what_is_typed_survives_going_back_and_is_thrown_away_when_asked(shelf: 
     grid.page.goto(shelf.url)
     grid.page.go_back()
     expect(grid.page.locator(f"{DIALOG} textarea")).to_have_value("half")
-    grid.page.get_by_role("button", name="Throw it away").click()
+    grid.page.get_by_role("button", name="Discard").click()
     grid.page.reload()
     grid.page.wait_for_selector("body[data-ready]")
     expect(grid.page.locator(DIALOG)).to_have_count(0)

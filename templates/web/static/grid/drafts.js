@@ -107,7 +107,7 @@ export class Drafts {
           editor.open(selection.cell, draft.text, draft.was);
         });
       }
-      ends(cell && !fixed ? "Throw it away" : "Close", () => {});
+      ends(cell && !fixed ? "Discard" : "Close", () => {});
       dialog.querySelector("button").focus();
     });
   }
