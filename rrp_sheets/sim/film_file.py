@@ -13,6 +13,7 @@ from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PIL import GifImagePlugin, Image
@@ -24,7 +25,8 @@ FRAME_MS = 333  # ms, of a film picture
 SAME = 255  # the palette's place for what stays as it was; palettes have fewer colours
 OFF, MOST_OFF = 40, 0.0005  # a colour is wrong by so much (of 255); of so many pixels, the film needs other colours
 MOST_SAMPLES = 6  # pictures that a palette is made from
-STRIP_EVERY = 5.0  # s (wall clock) between two strips; the last one is written when the robot rests
+STRIP_EVERY = 5.0  # s (wall clock) between two strips at least; the last one is written when the robot rests
+STRIP_SHARE = 20  # and so many times as long as the last one took, so that strips cost little on a busy machine
 _END = b";"
 
 
@@ -99,8 +101,8 @@ class FilmFile:
 
 def _is_off(frame: Image.Image, packed: Image.Image) -> bool:
     """Whether a picture has colours that its palette does not have."""
-    wanted, given = np.asarray(frame).astype(np.int16), np.asarray(packed.convert("RGB"))
-    return bool((np.abs(wanted - given).max(axis=2) > OFF).mean() > MOST_OFF)
+    wrong = cv2.absdiff(np.asarray(frame), np.asarray(packed.convert("RGB"))) > OFF
+    return bool((wrong[..., 0] | wrong[..., 1] | wrong[..., 2]).mean() > MOST_OFF)
 
 
 def _encoded(picture: _Picture, before: _Picture | None) -> bytes:
@@ -144,6 +146,7 @@ class FilmWriter:
         self._work: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
         self._error: Exception | None = None
         self._strip_at = time.monotonic() + STRIP_EVERY
+        self._strip_waits = False
         self._thread = threading.Thread(target=self._write, name="film", daemon=True)
         self._thread.start()
 
@@ -159,8 +162,8 @@ class FilmWriter:
             self._work.put(partial(self._file.keep, now))
         else:
             self._work.put(partial(self._file.add, now[-1]))
-        if time.monotonic() >= self._strip_at:
-            self._strip_at = time.monotonic() + STRIP_EVERY
+        if time.monotonic() >= self._strip_at and not self._strip_waits:
+            self._strip_waits = True
             self._work.put(partial(self._write_strip, now))
 
     def finish(self, shots: Sequence[Shot]) -> None:
@@ -174,12 +177,14 @@ class FilmWriter:
             raise self._error
 
     def _write_strip(self, shots: Sequence[Shot]) -> None:
-        half = self._strip.with_suffix(".part.png")
+        half, began = self._strip.with_suffix(".part.png"), time.monotonic()
         try:
             write_strip(half, shots, self._title)
             half.replace(self._strip)
         finally:
             half.unlink(missing_ok=True)
+            self._strip_at = time.monotonic() + max(STRIP_EVERY, STRIP_SHARE * (time.monotonic() - began))
+            self._strip_waits = False
 
     def _write(self) -> None:
         while (work := self._work.get()) is not None:

@@ -47,11 +47,11 @@ def _add_stop(pages: Blueprint, library: Library, floor: Floor) -> None:
         """Stop the run, whose workbook it is does not matter; the workbook is not asked for, as that may take long."""
         if not library.has(name):
             abort(404)
-        session = floor.session
+        by, session = _by(asked()), floor.session
         if session is None:
             return jsonify({"message": "No run is going."}), 409
         if session.is_going:  # else it has ended while Stop was pressed: nothing is wrong
-            session.stop(_by(asked()))
+            session.stop(by)
         return jsonify({}), 200
 
 
