@@ -56,7 +56,7 @@ JSON: dict[str, dict[str, Any]] = {
     "live.start": {
         **_WHO, "mode": "simulated", "participant": "", "condition": "", "operator": "", "until": "scene", "speed": 1,
     },
-    "live.act stop": _WHO,
+    "live.stop": _WHO,
     "live.act restart": _WHO,
     "live.act pause": _WHO,
     "live.act resume": _WHO,
