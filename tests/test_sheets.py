@@ -170,6 +170,7 @@ def test_a_device_sheet_that_comes_back_anew_feeds_the_drop_downs_again(made: di
     assert openpyxl.load_workbook(path).defined_names["List_streams"].attr_text.startswith("'My devices'!$A$2:$A$")
 
 
+@pytest.mark.soak  # LibreOffice is not among the packages that the tests install
 def test_libreoffice_opens_what_was_made(made: dict[str, Path], tmp_path: Path, office: str) -> None:
     soffice = shutil.which("soffice")
     if not soffice:
