@@ -14,9 +14,10 @@ from pathlib import Path
 import hypothesis
 import pytest
 
-if "HYPOTHESIS_PROFILE" not in os.environ:  # how long one example takes says more about the machine than about us
-    hypothesis.settings.register_profile("patient", deadline=None)
-    hypothesis.settings.load_profile("patient")
+# No deadline in either: how long one example takes says more about the machine than about the program.
+hypothesis.settings.register_profile("ci", derandomize=True, database=None, deadline=None)
+hypothesis.settings.register_profile("patient", deadline=None)
+hypothesis.settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "patient"))
 
 if os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):
     # The hundreds of processes that the tests start would each compile the program anew. (Not PYTHONPYCACHEPREFIX: what

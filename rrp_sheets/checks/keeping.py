@@ -1,4 +1,4 @@
-"""What a run keeps, and whether the Protocol sheet's field Data kept names all of it."""
+"""Compare the data that a run keeps with the Protocol sheet's field Data kept."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _NOT = re.compile(r"\b(?:no|not|none|nothing|never|neither|nor|without)\b|n't\b|
 
 
 def channel(robot: Robot, device: DeviceType | None) -> str:
-    """Through what a sensor perceives: `camera`, `touch`, `microphone`, `operator`, `clock`, …, `other`."""
+    """Return the source of a sensor's values: `camera`, `touch`, `microphone`, `operator`, `clock`, …, `other`."""
     entry: Mapping[str, Any] = next(
         (s for s in robot.data["sensor"] if device is not None and s["name"] == device.name), {}
     )
@@ -47,7 +47,7 @@ def channel(robot: Robot, device: DeviceType | None) -> str:
 
 
 def kept_kinds(robot: Robot, graph: Graph, run: RunPlan) -> list[str]:
-    """What a run of the rows keeps: `events`, `words`, `camera`, `film`, `speech`, `faces`."""
+    """List the kinds of data that a run stores: `events`, `words`, `camera`, `film`, `speech`, `faces`."""
     steps = [s for b in graph.behaviours for s in b.steps if s.active]
     streams = [graph.streams[i] for i in dict.fromkeys(i for s in steps for i in s.inputs)]
     sensors = [s for s in streams if s.kind is StreamKind.SENSOR and s.device is not None]
@@ -67,14 +67,14 @@ def kept_kinds(robot: Robot, graph: Graph, run: RunPlan) -> list[str]:
 
 
 def names_of(kinds: Iterable[str]) -> str:
-    """What is kept, in words, in the language of who reads it."""
+    """Return the kinds of data as a list in words, in the reader's language."""
     return listed([Phrase(_NAMES[kind]) for kind in kinds], "and")
 
 
 def unnamed(text: str, kinds: Iterable[str]) -> list[str]:
-    """The kinds that a text about what is kept does not name; what it denies is not named.
+    """Return the kinds of data that a text does not mention, or mentions only to deny them.
 
-    A text that has none of the words that are known may be in another language: nothing is said of it.
+    A text without any known word may be in another language; it counts as complete.
 
     >>> unnamed("Every value; no sound of a person, no pictures", ["events", "camera"])
     ['camera']

@@ -1,4 +1,4 @@
-"""Whether a catalogue that a stranger sends keeps the limits of the program's own robot of that name.
+"""Check that a robot catalogue from outside stays within the limits of the built-in robot of the same name.
 
 It may narrow what a joint or a device can do, never widen it: whoever runs the workbook relies on the limits of the
 robot that it names. Postures, gestures and texts may be its own, as far as they stay within these limits.
@@ -14,12 +14,12 @@ from typing import Any
 from rrp_sheets.devices.catalogue import REST_POSTURE, Joint, Robot
 from rrp_sheets.devices.device import Setting
 from rrp_sheets.devices.gestures import Gesture
-from rrp_sheets.devices.own_shape import Refused, Shape
+from rrp_sheets.devices.own_shape import CatalogueError, Shape
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.names import key
 
 _SAME = ("engine", "knowledge", "perception", "resources", "resources_by", "unit", "names_of", "record")
-"""What of a device's entry cannot be another: what it needs for itself, and whether it perceives or knows."""
+"""The fields of a device that must equal those of the built-in robot: its resources and how it gets its values."""
 _WIDEST, _FASTEST = 2 * math.pi, 30.0  # rad and rad/s, of a joint of a robot that the program does not know
 _MOST_SHOWN = 10  # things that a scene has for one sensor
 _NEAR = 1e-3  # rad: our own postures are rounded to four places
@@ -32,7 +32,7 @@ _HEIGHT = (0.1, 3.0)  # m
 
 
 def judge_limits(robot: Robot, shape: Shape, model: Robot, model_shape: Shape) -> None:
-    """Raise Refused unless a robot stays within the limits of another one.
+    """Raise CatalogueError unless a robot stays within the limits of another one.
 
     Args:
         robot: the stranger's.
@@ -44,15 +44,15 @@ def judge_limits(robot: Robot, shape: Shape, model: Robot, model_shape: Shape) -
     for joint in model.joints.values():
         own = robot.joints[key(joint.name)]
         if (own.chain, own.unit) != (joint.chain, joint.unit):
-            raise Refused(Phrase("joint {joint} has another chain or unit than in the program", joint=own.name))
+            raise CatalogueError(Phrase("joint {joint} has another chain or unit than in the program", joint=own.name))
         _judge_joint(own, joint, known=known)
     _judge_shape(shape, model_shape, known=known)
     _judge_head(robot, model, known=known)
     if robot.data["chains"] != model.data["chains"]:
-        raise Refused(Phrase("its chains are other ones than those of {robot}", robot=model.title))
+        raise CatalogueError(Phrase("its chains are other ones than those of {robot}", robot=model.title))
     for name, members in model.groups.items():
         if robot.groups.get(name) != members:
-            raise Refused(
+            raise CatalogueError(
                 Phrase("its group {name} has other joints than that of {robot}", name=name, robot=model.title)
             )
     _judge_devices(robot, model)
@@ -73,9 +73,12 @@ def _judge_joint(own: Joint, model: Joint, *, known: bool) -> None:
 
 def _within(joint: str, what: str, value: float, low: float, high: float, unit: str = "") -> None:
     if not low <= value <= high:
-        raise Refused(Phrase("joint {joint} has {name} {value}{unit}; this catalogue may only narrow it, from {low} to "
-                             "{high}", joint=joint, name=what, value=f"{value:g}", unit=unit, low=f"{low:g}",
-                             high=f"{high:g}"))  # fmt: skip
+        raise CatalogueError(
+            Phrase(
+                "joint {joint} has {name} {value}{unit}; this catalogue may only narrow it, from {low} to {high}",
+                joint=joint, name=what, value=f"{value:g}", unit=unit, low=f"{low:g}", high=f"{high:g}",
+            )
+        )  # fmt: skip
 
 
 def _judge_shape(shape: Shape, model: Shape, *, known: bool) -> None:
@@ -83,10 +86,14 @@ def _judge_shape(shape: Shape, model: Shape, *, known: bool) -> None:
     for joint in model.joints:
         mine = own.pop(joint.name, None)
         if mine is None or mine.fixed != joint.fixed:
-            raise Refused(Phrase("joint {joint} is missing in its shape, or is placed elsewhere", joint=joint.name))
+            raise CatalogueError(
+                Phrase("joint {joint} is missing in its shape, or is placed elsewhere", joint=joint.name)
+            )
         for name, limit in joint.limits.items() if known else ():
             if name not in mine.limits:
-                raise Refused(Phrase("joint {joint} has no limit “{name}” in its shape", joint=joint.name, name=name))
+                raise CatalogueError(
+                    Phrase("joint {joint} has no limit “{name}” in its shape", joint=joint.name, name=name)
+                )
             low, high = (joint.limits["lower"], joint.limits["upper"]) if name in ("lower", "upper") else (0.0, limit)
             _within(joint.name, name, mine.limits[name], low, high)
         if mine.limits.get("lower", 0.0) > mine.limits.get(
@@ -94,9 +101,9 @@ def _judge_shape(shape: Shape, model: Shape, *, known: bool) -> None:
         ):  # the simulator takes that for no limits at all
             _within(joint.name, "upper", mine.limits.get("upper", 0.0), mine.limits.get("lower", 0.0), _WIDEST)
     if own:
-        raise Refused(Phrase("joint {joint} of its shape cannot be simulated here", joint=next(iter(own))))
+        raise CatalogueError(Phrase("joint {joint} of its shape cannot be simulated here", joint=next(iter(own))))
     if missing := set(model.links) - set(shape.links):
-        raise Refused(Phrase("the link {name} is missing in its shape", name=min(missing)))
+        raise CatalogueError(Phrase("the link {name} is missing in its shape", name=min(missing)))
 
 
 def _judge_head(robot: Robot, model: Robot, *, known: bool) -> None:
@@ -107,7 +114,7 @@ def _judge_head(robot: Robot, model: Robot, *, known: bool) -> None:
     if not (2 <= len(yaws) == len(own["lower"]) == len(own["upper"])) or any(
         a >= b for a, b in itertools.pairwise(yaws)
     ):
-        raise Refused(
+        raise CatalogueError(
             Phrase("its table {name} does not rise, or has columns of different lengths", name="head_pitch_by_yaw")
         )
     for yaw in sorted({*yaws, *other["yaw"]}) if known else ():
@@ -132,14 +139,16 @@ def _judge_devices(robot: Robot, model: Robot) -> None:
         for own in robot.data[kind]:
             other = entries.get((kind, own["name"]))
             if other is None or any(own.get(k) != other.get(k) for k in _SAME):
-                raise Refused(Phrase("the device {name} is not what it is in the program", name=str(own["name"])[:80]))
+                raise CatalogueError(
+                    Phrase("the device {name} is not what it is in the program", name=str(own["name"])[:80])
+                )
             if len(own.get("shows", ())) > _MOST_SHOWN:
-                raise Refused(Phrase("the device {name} shows too many things", name=str(own["name"])[:80]))
+                raise CatalogueError(Phrase("the device {name} shows too many things", name=str(own["name"])[:80]))
     for found in robot.names.values():
         settings = model.devices[key(found.type.name)].settings
         for k, setting in found.type.settings.items():
             if k in settings and not _narrower(setting, settings[k], found.preset.get(k)):
-                raise Refused(Phrase("the setting {name} of {device} is wider than in the program",
+                raise CatalogueError(Phrase("the setting {name} of {device} is wider than in the program",
                                      name=setting.name[:80], device=found.type.name))  # fmt: skip
 
 
@@ -156,35 +165,41 @@ def _judge_postures(robot: Robot) -> None:
     start = str(robot.data["robot"]["start_posture"])
     for name in (start, REST_POSTURE):
         if lacking := {j.name for j in robot.joints.values()} - set(postures.get(name, ())):
-            raise Refused(Phrase("the posture {name} says nothing about {joint}", name=name[:80], joint=min(lacking)))
+            raise CatalogueError(
+                Phrase("the posture {name} says nothing about {joint}", name=name[:80], joint=min(lacking))
+            )
     for name, angles in postures.items():
         for named, angle in angles.items():
             joint = robot.joints.get(key(named))
             if joint is None:
-                raise Refused(
+                raise CatalogueError(
                     Phrase("the posture {name} has a joint {joint} that there is not", name=name, joint=named[:80])
                 )
             if not joint.lower - _NEAR <= angle <= joint.upper + _NEAR:
-                raise Refused(Phrase("the posture {name} brings {joint} to {value}, outside of its limits", name=name,
-                                     joint=joint.name, value=f"{angle:g}"))  # fmt: skip
+                raise CatalogueError(
+                    Phrase(
+                        "the posture {name} brings {joint} to {value}, outside of its limits",
+                        name=name, joint=joint.name, value=f"{angle:g}",
+                    )
+                )  # fmt: skip
     ways: Mapping[str, str] = robot.data.get("posture_ways", {})
     for name in ways:
         path = [name]
         while path[-1] in ways and len(path) <= len(ways):
             path.append(ways[path[-1]])
         if path[-1] in ways or not set(path) <= set(postures):
-            raise Refused(Phrase("the way to the posture {name} has no beginning", name=name[:80]))
+            raise CatalogueError(Phrase("the way to the posture {name} has no beginning", name=name[:80]))
     if any(abs(lean) > math.pi / 2 + 0.1 for lean in robot.data.get("posture_leans", {}).values()):
-        raise Refused(Phrase("a posture leans farther than lying down"))
+        raise CatalogueError(Phrase("a posture leans farther than lying down"))
 
 
 def _judge_gesture(gesture: Gesture) -> None:
     times = [0.0, *(frame.at for frame in gesture.frames)]
     if len(times) < 2 or any(b <= a for a, b in itertools.pairwise(times)) or times[-1] > _LONGEST:
-        raise Refused(Phrase("the times of the gesture {name} do not rise, or go beyond {longest} s",
+        raise CatalogueError(Phrase("the times of the gesture {name} do not rise, or go beyond {longest} s",
                              name=gesture.name[:80], longest=f"{_LONGEST:g}"))  # fmt: skip
     if gesture.tempo and not _TEMPOS[0] <= gesture.tempo <= _TEMPOS[1]:
-        raise Refused(Phrase("the gesture {name} has a tempo that no music has", name=gesture.name[:80]))
+        raise CatalogueError(Phrase("the gesture {name} has a tempo that no music has", name=gesture.name[:80]))
 
 
 def _judge_places(data: Mapping[str, Any]) -> None:
@@ -196,7 +211,7 @@ def _judge_places(data: Mapping[str, Any]) -> None:
     right &= all(0.01 <= data["legs"][bone] <= 1.0 for bone in ("thigh", "tibia"))
     right &= all(0.001 <= pad["radius"] <= 0.5 for pad in data.get("touch", {}).get("pads", ()))
     if not right or not all(_near(data.get(name)) for name in _PLACES):
-        raise Refused(Phrase("its height, or a place or size of one of its parts, is one that no robot has"))
+        raise CatalogueError(Phrase("its height, or a place or size of one of its parts, is one that no robot has"))
 
 
 def _near(value: Any) -> bool:

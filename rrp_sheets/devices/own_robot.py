@@ -16,7 +16,7 @@ from typing import Any
 
 from rrp_sheets.devices.catalogue import CATALOGUE, Robot, load_robot, robot_in, robot_names
 from rrp_sheets.devices.own_limits import judge_limits
-from rrp_sheets.devices.own_shape import PLAIN, Refused, Shape, judge_solids, read_shape
+from rrp_sheets.devices.own_shape import PLAIN, CatalogueError, Shape, judge_solids, read_shape
 from rrp_sheets.diagnostics.catalogue import CODES
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.errors import UnreadableFile
@@ -47,8 +47,8 @@ def own_robot(folder: Path, name: str) -> Robot | None:
     try:
         files = _files(place)
         return _judged(place, name, tuple((p.name, p.stat().st_mtime_ns, p.stat().st_size) for p in files))
-    except (Refused, OSError) as problem:
-        why = problem.args[0] if isinstance(problem, Refused) else problem.strerror or "it cannot be read"
+    except (CatalogueError, OSError) as problem:
+        why = problem.args[0] if isinstance(problem, CatalogueError) else problem.strerror or "it cannot be read"
         entry = CODES["FILE019"]
         message = Phrase(entry.message, name=f"{FOLDER}/{name}", why=why)
         raise UnreadableFile("FILE019", message, entry.remedy) from None
@@ -65,14 +65,16 @@ def _files(place: Path) -> list[Path]:
     """What there is in the folder."""
     found = sorted(place.iterdir())[: _MOST_FILES + 1]
     if len(found) > _MOST_FILES:
-        raise Refused(Phrase("it has more than {most} files", most=_MOST_FILES))
+        raise CatalogueError(Phrase("it has more than {most} files", most=_MOST_FILES))
     for path in found:
         if path.is_symlink() or not path.is_file():
             if path.is_dir() and not path.is_symlink():
                 continue  # examples, say: nothing reads them
-            raise Refused(Phrase("“{file}” is a link and no file", file=path.name))
+            raise CatalogueError(Phrase("“{file}” is a link and no file", file=path.name))
         if path.stat().st_size > _MOST_BYTES:
-            raise Refused(Phrase("“{file}” is larger than {most} MB", file=path.name, most=_MOST_BYTES // 1_000_000))
+            raise CatalogueError(
+                Phrase("“{file}” is larger than {most} MB", file=path.name, most=_MOST_BYTES // 1_000_000)
+            )
     return [p for p in found if p.is_file()]
 
 
@@ -86,10 +88,10 @@ def _judged(place: Path, name: str, stamp: tuple[tuple[str, int, int], ...]) -> 
     data = tables[CATALOGUE]
     _judge_likeness(data, model.data, "")
     if [j.get("name") for j in data["joints"]] != [j.name for j in model.joints.values()]:
-        raise Refused(Phrase("its joints are other ones than those that can be simulated here"))
+        raise CatalogueError(Phrase("its joints are other ones than those that can be simulated here"))
     shape = str(data["robot"]["urdf"])
     if not PLAIN.fullmatch(shape) or not (place / shape).is_file():
-        raise Refused(Phrase("“{file}” is no file of its folder", file=shape[:80]))
+        raise CatalogueError(Phrase("“{file}” is no file of its folder", file=shape[:80]))
     body = read_shape(place / shape)
     judge_solids(place, body.meshes)
     try:
@@ -97,7 +99,7 @@ def _judged(place: Path, name: str, stamp: tuple[tuple[str, int, int], ...]) -> 
         judge_limits(robot, body, model, _shape_of(model.name))
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as problem:
         told = f"{type(problem).__name__}: {problem}"[:160]
-        raise Refused(Phrase("its tables do not fit together ({problem})", problem=told)) from None
+        raise CatalogueError(Phrase("its tables do not fit together ({problem})", problem=told)) from None
     return robot
 
 
@@ -112,22 +114,24 @@ def _table(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError, ValueError) as problem:
-        raise Refused(Phrase("“{file}” is no table ({problem})", file=path.name, problem=str(problem)[:100])) from None
+        raise CatalogueError(
+            Phrase("“{file}” is no table ({problem})", file=path.name, problem=str(problem)[:100])
+        ) from None
 
 
 def _judge_values(value: Any, where: str, depth: int = 0) -> None:
     """Texts and numbers of sensible size, and nothing else."""
     if depth > _DEEPEST:
-        raise Refused(Phrase("“{file}” is nested too deeply", file=where))
+        raise CatalogueError(Phrase("“{file}” is nested too deeply", file=where))
     match value:
         case bool():
             return
         case int() | float():
             if not math.isfinite(value) or abs(value) > _LARGEST:
-                raise Refused(Phrase("“{file}” has a number that no robot has", file=where))
+                raise CatalogueError(Phrase("“{file}” has a number that no robot has", file=where))
         case str():
             if len(value) > _MOST_TEXT or any(not c.isprintable() and c not in "\n\t" for c in value):
-                raise Refused(Phrase("“{file}” has a text that cannot be shown", file=where))
+                raise CatalogueError(Phrase("“{file}” has a text that cannot be shown", file=where))
         case list():
             for entry in value:
                 _judge_values(entry, where, depth + 1)
@@ -136,13 +140,15 @@ def _judge_values(value: Any, where: str, depth: int = 0) -> None:
                 _judge_values(k, where, depth + 1)
                 _judge_values(entry, where, depth + 1)
         case _:
-            raise Refused(Phrase("“{file}” has a date, which no robot has", file=where))
+            raise CatalogueError(Phrase("“{file}” has a date, which no robot has", file=where))
 
 
 def _judge_likeness(found: Any, model: Any, where: str) -> None:
     """Whether a table has the tables, and values of the kinds, that the one of the program has."""
     if _kind(found) is not _kind(model):
-        raise Refused(Phrase("“{file}” is not what it is in the program's own catalogue", file=where or CATALOGUE))
+        raise CatalogueError(
+            Phrase("“{file}” is not what it is in the program's own catalogue", file=where or CATALOGUE)
+        )
     if isinstance(model, Mapping):
         named = where in _NAMED
         for k, part in model.items():
@@ -150,13 +156,13 @@ def _judge_likeness(found: Any, model: Any, where: str) -> None:
             if k in found:
                 _judge_likeness(found[k], part, at)
             elif not named and not (not where and k in _OPTIONAL):
-                raise Refused(
+                raise CatalogueError(
                     Phrase("“{file}” is missing; it was perhaps made for another version of the program", file=at)
                 )
     elif isinstance(model, Sequence) and not isinstance(model, str):
         kinds = {_kind(part) for part in model}
         if len(kinds) == 1 and {_kind(part) for part in found} - kinds:
-            raise Refused(Phrase("“{file}” is not what it is in the program's own catalogue", file=where))
+            raise CatalogueError(Phrase("“{file}” is not what it is in the program's own catalogue", file=where))
 
 
 def _kind(value: Any) -> type:

@@ -1,4 +1,4 @@
-"""The shape of a robot that a stranger sends: its URDF and the solids which that names.
+"""Read and check the URDF, and the solids that it names, of a robot catalogue from outside.
 
 The simulator's libraries read these files. So only parts and numbers that a robot has are taken, and no file may name
 another one that does not lie beside it.
@@ -54,8 +54,8 @@ _CORNER = r"\d{1,6}(?:/\d{0,6}){0,2}"
 _OBJ_LINE = re.compile(rf"(?:#.*|(?:v|vn)(?: {_NUMBER}){{3}}|vt(?: {_NUMBER}){{2,3}}|f(?: {_CORNER}){{3,4}}|)\r?")
 
 
-class Refused(Exception):
-    """Why a catalogue is not used: a Phrase that goes on after the name of its folder."""
+class CatalogueError(Exception):
+    """Raised when a catalogue is not used; its Phrase follows the name of the catalogue's folder."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def read_shape(path: Path) -> Shape:
     """Read a URDF.
 
     Raises:
-        Refused: it has parts, numbers or files that are not taken, or no joints.
+        CatalogueError: it has parts, numbers or files that are not taken, or no joints.
     """
     root = _tree(path)
     meshes: dict[str, int] = {}
@@ -100,23 +100,23 @@ def read_shape(path: Path) -> Shape:
     links = tuple(link.get("name", "") for link in root.findall("link"))
     joints = tuple(_joint(joint) for joint in root.findall("joint"))
     if not links or not joints:
-        raise Refused(Phrase("“{file}” has no links and joints: there is no robot in it", file=path.name))
+        raise CatalogueError(Phrase("“{file}” has no links and joints: there is no robot in it", file=path.name))
     for names in (links, [joint.name for joint in joints]):
         if len(set(names)) != len(names):
-            raise Refused(Phrase("“{file}” has two parts of one name", file=path.name))
+            raise CatalogueError(Phrase("“{file}” has two parts of one name", file=path.name))
     coloured = {m.get("name") for m in root.findall("material") if len(m)}
     used = [m for visual in root.iter("visual") for m in visual.findall("material") if not len(m)]
     shapes = [part.find("geometry") for part in (*root.iter("visual"), *root.iter("collision"))]
     if any(s is None or len(s) != 1 for s in shapes) or any(m.get("name") not in coloured for m in used):
-        raise Refused(Phrase("“{file}” has a part without a shape, or without its colour", file=path.name))
+        raise CatalogueError(Phrase("“{file}” has a part without a shape, or without its colour", file=path.name))
     return Shape(links, joints, meshes)
 
 
 def judge_solids(folder: Path, meshes: Mapping[str, int]) -> None:
-    """Raise Refused unless every solid is corners and faces, and all of them together are not too large."""
+    """Raise CatalogueError unless every solid is corners and faces, and all of them together are not too large."""
     lines = sum(_judge_solid(folder / name) * often for name, often in sorted(meshes.items()))
     if lines > _MOST_SOLIDS:
-        raise Refused(
+        raise CatalogueError(
             Phrase("its solids have {n} lines together; at most {most} are taken", n=lines, most=_MOST_SOLIDS)
         )
 
@@ -135,34 +135,38 @@ def _tree(path: Path) -> Any:
                 root = element
             count += 1
             if len(above) >= _DEEPEST or count > _MOST_ELEMENTS:
-                raise Refused(Phrase("“{file}” is too large", file=path.name))
+                raise CatalogueError(Phrase("“{file}” is too large", file=path.name))
             _judge_part(element, above[-1] if above else None, path.name)
             above.append(element)
     except (ParseError, DefusedXmlException, UnicodeDecodeError, LookupError, ValueError) as problem:
         kind = type(problem).__name__
-        raise Refused(Phrase("“{file}” cannot be read ({kind_of_error})", file=path.name, kind_of_error=kind)) from None
+        raise CatalogueError(
+            Phrase("“{file}” cannot be read ({kind_of_error})", file=path.name, kind_of_error=kind)
+        ) from None
     return root
 
 
 def _judge_part(element: Any, above: Any, file: str) -> None:
     tag = str(element.tag)
     if (above.tag if above is not None else "") not in _PARENTS.get(tag, ()):
-        raise Refused(Phrase("“{file}” has a part “{tag}” that is not taken there", file=file, tag=tag[:40]))
+        raise CatalogueError(Phrase("“{file}” has a part “{tag}” that is not taken there", file=file, tag=tag[:40]))
     if tag not in _OFTEN and above is not None and sum(part.tag == tag for part in above) > 1:
-        raise Refused(Phrase("“{file}” has a part “{tag}” twice in one place", file=file, tag=tag))
+        raise CatalogueError(Phrase("“{file}” has a part “{tag}” twice in one place", file=file, tag=tag))
     for name, value in element.attrib.items():
         if tag == "mesh" and name == "filename":
             if not PLAIN.fullmatch(value) or not value.endswith(".obj"):
-                raise Refused(Phrase("“{file}” names the file “{name}”, which is not in its folder",
+                raise CatalogueError(Phrase("“{file}” names the file “{name}”, which is not in its folder",
                                      file=file, name=value[:80]))  # fmt: skip
         elif (tag, name) in _NUMBERS:
             _judge_numbers(value, tag, name, above, file)
         elif name == "filename" or not _TEXT.fullmatch(value):
-            raise Refused(Phrase("“{file}” has a value that is not taken: {value}", file=file, value=repr(value[:40])))
+            raise CatalogueError(
+                Phrase("“{file}” has a value that is not taken: {value}", file=file, value=repr(value[:40]))
+            )
     for (part, name), _ in _NUMBERS.items():
         needed = part == tag and part not in ("origin", "dynamics", "limit") and name not in ("scale", *_MIXED)
         if needed and name not in element.attrib:
-            raise Refused(Phrase("“{file}” has a part “{tag}” without {name}", file=file, tag=tag, name=name))
+            raise CatalogueError(Phrase("“{file}” has a part “{tag}” without {name}", file=file, tag=tag, name=name))
 
 
 _MIXED = ("ixy", "ixz", "iyz")
@@ -174,10 +178,10 @@ def _judge_numbers(value: str, tag: str, name: str, above: Any, file: str) -> No
     if len(words) == count and all(_FIGURE.fullmatch(w) and low <= float(w) <= high for w in words):
         return
     if above is not None and above.tag == "joint":
-        raise Refused(Phrase("joint {joint} has {name} {value}; from {low} to {high} {unit} is possible",
+        raise CatalogueError(Phrase("joint {joint} has {name} {value}; from {low} to {high} {unit} is possible",
                              joint=above.get("name", "")[:80], name=f"{tag} {name}", value=value[:40], low=f"{low:g}",
                              high=f"{high:g}", unit=unit))  # fmt: skip
-    raise Refused(Phrase("“{file}” has {name} {value}; from {low} to {high} {unit} is possible", file=file,
+    raise CatalogueError(Phrase("“{file}” has {name} {value}; from {low} to {high} {unit} is possible", file=file,
                          name=f"{tag} {name}", value=value[:40], low=f"{low:g}", high=f"{high:g}",
                          unit=unit))  # fmt: skip
 
@@ -200,23 +204,23 @@ def _judge_solid(path: Path) -> int:
     try:
         lines = path.read_text(encoding="ascii").split("\n")
     except (OSError, UnicodeDecodeError):
-        raise Refused(Phrase("“{file}” is missing, or no text", file=path.name)) from None
+        raise CatalogueError(Phrase("“{file}” is missing, or no text", file=path.name)) from None
     if len(lines) > _MOST_LINES:
-        raise Refused(Phrase("“{file}” is too large", file=path.name))
+        raise CatalogueError(Phrase("“{file}” is too large", file=path.name))
     corners = sum(line.startswith("v ") for line in lines)
     normals = sum(line.startswith("vn ") for line in lines)
     for line in lines:
         if not _OBJ_LINE.fullmatch(line):
-            raise Refused(
+            raise CatalogueError(
                 Phrase("“{file}” has a line that is not taken: {value}", file=path.name, value=repr(line[:40]))
             )
         words = line.split()
         if line.startswith("v") and any(abs(float(word)) > _LARGEST_CORNER for word in words[1:]):
-            raise Refused(
+            raise CatalogueError(
                 Phrase("“{file}” has a line that is not taken: {value}", file=path.name, value=repr(line[:40]))
             )
         for word in words[1:] if line.startswith("f") else ():
             corner, *rest = word.split("/")
             if not 1 <= int(corner) <= corners or any(r and not 1 <= int(r) <= max(normals, corners) for r in rest):
-                raise Refused(Phrase("“{file}” has a face with a corner that there is not", file=path.name))
+                raise CatalogueError(Phrase("“{file}” has a face with a corner that there is not", file=path.name))
     return len(lines)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Collection, Sequence
+from contextlib import ExitStack
 from functools import partial
 
 from rrp_sheets.errors import RunBroken, SheetsError
@@ -60,11 +61,10 @@ class LiveCourse:
         self._hands: dict[str, Hand] = {}
         self._engine: EventEngine | None = None
         self._paused = False
-        try:
+        with ExitStack() as unless_started:
+            unless_started.callback(self.stop)  # also after Ctrl-C: no sensor or actuator stays running
             self._start(wire)
-        except BaseException:  # Ctrl-C too: nothing is left running
-            self.stop()
-            raise
+            unless_started.pop_all()
 
     @property
     def engine(self) -> EventEngine:

@@ -11,7 +11,7 @@ import json
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from rrp_sheets.errors import RunBroken, UnreadableFile
 from rrp_sheets.graph import Stream, StreamKind
@@ -19,7 +19,9 @@ from rrp_sheets.model.exchange import Act, Happening
 from rrp_sheets.model.values import Failure, Value, to_json
 from rrp_sheets.private import private_text
 from rrp_sheets.runtime.holding import hold
-from rrp_sheets.runtime.plan import Plan
+
+if TYPE_CHECKING:
+    from rrp_sheets.runtime.plan import Plan
 
 FORMAT = 1
 LONGEST_SECONDS = 366 * 24 * 3600.0  # a year: longer is no run

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 from rrp_sheets.errors import MissingPart, SheetsError
 from rrp_sheets.private import only_for_this_user
 from rrp_sheets.processes import SharedCell, end_with_starter, line
-from rrp_sheets.sim.messages import BEATS, BUSY, IDLE, OPENING, PLACES, STATE, Outcome, Refused, Spec
+from rrp_sheets.sim.messages import BEATS, BUSY, IDLE, OPENING, PLACES, STATE, OpenFailure, Outcome, Spec
 
 if TYPE_CHECKING:
     from rrp_sheets.sim.world import SimWorld
@@ -65,7 +65,7 @@ class _Server:
             try:
                 self._open(*arguments)
             except SheetsError as error:  # something that the user can mend
-                answer, going = Refused(error.message, error.remedy, isinstance(error, MissingPart)), False
+                answer, going = OpenFailure(error.message, error.remedy, isinstance(error, MissingPart)), False
         elif request == "stop":
             answer = self._rest()
         elif request == "advance" and self._outcome is not None:

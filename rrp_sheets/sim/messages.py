@@ -55,7 +55,7 @@ class Spec:
 
 
 @dataclass(frozen=True, slots=True)
-class Refused:
+class OpenFailure:
     """Why a world cannot be made; `missing` when a part of the program is not installed."""
 
     message: str

@@ -61,11 +61,11 @@ class Pointing:
         return "L" if left >= 0 else "R"
 
 
-class Course:
+class MotionPredictor:
     """Where something that is seen now and then will be a moment later, if it goes on as it did.
 
-    >>> course = Course()
-    >>> for us in (0, 100_000, 200_000, 300_000): ahead = course.seen(us, np.array([us / 1e6, 0.0]))
+    >>> predictor = MotionPredictor()
+    >>> for us in (0, 100_000, 200_000, 300_000): ahead = predictor.seen(us, np.array([us / 1e6, 0.0]))
     >>> 0.42 < float(ahead[0]) < 0.46
     True
     """

@@ -18,7 +18,7 @@ from rrp_sheets.errors import MissingPart, RunBroken, SheetsError
 from rrp_sheets.model.exchange import Command, Happening
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.processes import Child, Lines, Liveness, SharedCell, cpu_clock
-from rrp_sheets.sim.messages import BEATS, OPENING, PLACES, STATE, Outcome, Refused, Shown, Spec, State
+from rrp_sheets.sim.messages import BEATS, OPENING, PLACES, STATE, OpenFailure, Outcome, Shown, Spec, State
 
 if TYPE_CHECKING:  # numpy may be missing; then there is no simulator
     from rrp_sheets.sim.camera import Image
@@ -195,9 +195,9 @@ class SimProcess:
             requests = self._simulator.requests
         self._link = Connection(requests.detach())
         try:
-            refused = self._ask("open", self._spec)
-            if isinstance(refused, Refused):
-                raise (MissingPart if refused.missing else SheetsError)(refused.message, refused.remedy)
+            failure = self._ask("open", self._spec)
+            if isinstance(failure, OpenFailure):
+                raise (MissingPart if failure.missing else SheetsError)(failure.message, failure.remedy)
         except BaseException:  # Ctrl-C too: no process is left behind, and what happened is told further up
             self.kill()
             raise

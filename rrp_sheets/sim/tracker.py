@@ -16,7 +16,7 @@ from rrp_sheets.model.exchange import Command
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record, Value
 from rrp_sheets.sim.body import EASY, STEP, Body, Pose, Vector
-from rrp_sheets.sim.pointing import Course, Pointing
+from rrp_sheets.sim.pointing import MotionPredictor, Pointing
 from rrp_sheets.sim.stance import Stance
 
 HEAD_VELOCITY, HEAD_ACCELERATION = 2.5, 18.0  # rad/s, rad/s²: brisk, without jerks
@@ -74,8 +74,8 @@ class Tracker:
     pointing: str = ""
     leaving: str = ""  # the arms that are lowered soon, as another one has taken over
     leaves_us: int = 0
-    course: Course = field(default_factory=Course)  # of the target, in the world
-    sight: Course = field(default_factory=Course)  # of the head that would look at it: yaw and pitch
+    course: MotionPredictor = field(default_factory=MotionPredictor)  # of the target, in the world
+    sight: MotionPredictor = field(default_factory=MotionPredictor)  # of the head that would look at it: yaw and pitch
     seen_us: int = -1
     ordered_us: int = -1
 

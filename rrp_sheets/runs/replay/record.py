@@ -56,7 +56,7 @@ NO_DETAIL: Mapping[str, Any] = {}
 _NO_LINE = (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError)  # what comes of a bad one
 
 
-class Course:
+class Entries:
     """Entries in the order of time that can be gone through again and again, and are made anew each time."""
 
     def __init__(self, make: Callable[[], Iterable[Entry]]) -> None:
@@ -82,7 +82,7 @@ class Recorded:
 
     path: Path
     header: Mapping[str, Any]
-    entries: Course
+    entries: Entries
     tail: tuple[Entry, ...]
     before_us: int
     summary: Mapping[str, Any] | None
@@ -151,7 +151,7 @@ def read_record(path: Path) -> Recorded:
     if not header:
         raise _no_trace(file)
     streams = {str(s["stream"]): str(s.get("kind")) for s in header["streams"]}
-    return Recorded(file, header, Course(lambda: islice(_entries(file), count)), tuple(tail), before, summary, streams)
+    return Recorded(file, header, Entries(lambda: islice(_entries(file), count)), tuple(tail), before, summary, streams)
 
 
 def _entries(file: Path) -> Iterator[Entry]:

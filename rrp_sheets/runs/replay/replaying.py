@@ -18,7 +18,7 @@ from rrp_sheets.runs.replay.ends import Ends
 from rrp_sheets.runs.replay.matching import Matching, itself, matching
 from rrp_sheets.runs.replay.matching import remarks as other_remarks
 from rrp_sheets.runs.replay.play import Played, Player, Script, Told
-from rrp_sheets.runs.replay.record import ACT, ERROR, EVENT, HAPPENING, Course, Entry, Recorded, moments, read_record
+from rrp_sheets.runs.replay.record import ACT, ERROR, EVENT, HAPPENING, Entries, Entry, Recorded, moments, read_record
 from rrp_sheets.runs.replay.result import Replayed, Spoken
 from rrp_sheets.runs.replay.source import Source, another, remarks, the_one_that_ran
 from rrp_sheets.runs.replay.telling import ending, unknown
@@ -74,7 +74,7 @@ def _exactly(recorded: Recorded, source: Source, told: Told) -> Replayed:
     script = _script(recorded, entries, found)
     played = Player(source, script, Editions, told=told).play()
     tally = _Tally(engines)
-    expected = Course(lambda: tally.expected(entries, lambda e: e.kind in (EVENT, ERROR) or engines(e)))
+    expected = Entries(lambda: tally.expected(entries, lambda e: e.kind in (EVENT, ERROR) or engines(e)))
     came = _named(played, found)
     if recorded.ended == "cut":
         came = _as_long(came, expected)
@@ -103,9 +103,9 @@ def _otherwise(recorded: Recorded, ran: Source | None, source: Source, told: Tol
     played = Player(source, script, editions, ends, told=told).play()
     own = _own(source, found)
     tally = _Tally(engines)
-    expected = Course(lambda: tally.expected(entries, lambda e: _is_rows(e, own) or engines(e)))
+    expected = Entries(lambda: tally.expected(entries, lambda e: _is_rows(e, own) or engines(e)))
     everything = _named(played, found)
-    came = Course(lambda: (e for e in everything if _is_rows(e, own) or e.kind == HAPPENING))
+    came = Entries(lambda: (e for e in everything if _is_rows(e, own) or e.kind == HAPPENING))
     back = {there: here for here, there in found.rows.items()}
     ids = {s.ref for s in source.plan.steps}
     compared = Comparer(
@@ -138,7 +138,7 @@ class _Tally:
         self.streams: set[str] = set()
         self.world: Counter[str] = Counter()
 
-    def expected(self, entries: Course, is_wanted: Callable[[Entry], bool]) -> Iterator[Entry]:
+    def expected(self, entries: Entries, is_wanted: Callable[[Entry], bool]) -> Iterator[Entry]:
         """The entries that are compared; counted anew."""
         self._begin()
         for entry in entries:
@@ -175,7 +175,7 @@ def _spoken(source: Source) -> Iterator[tuple[str, str]]:
 
 
 # ---- the script
-def _whole(recorded: Recorded) -> tuple[Course, str]:
+def _whole(recorded: Recorded) -> tuple[Entries, str]:
     """The lines that are played, and what is left out of a run that broke off."""
     if recorded.ended != "broken":
         return recorded.entries, ""
@@ -185,10 +185,10 @@ def _whole(recorded: Recorded) -> tuple[Course, str]:
     words = Phrase("The run broke off at {at}. That last moment is not replayed.", at=at)
     if why:
         words = Phrase("The run broke off at {at}: {message} That last moment is not replayed.", at=at, message=why)
-    return Course(lambda: (e for e in recorded.entries if e.us < last)), words
+    return Entries(lambda: (e for e in recorded.entries if e.us < last)), words
 
 
-def _script(recorded: Recorded, entries: Course, found: Matching) -> Script:
+def _script(recorded: Recorded, entries: Entries, found: Matching) -> Script:
     at_end = _at_end(recorded)
     gone = {e.number for e in at_end or ()}
     until = recorded.last_us
@@ -242,12 +242,12 @@ def _is_engines(entry: Entry, source: Source, found: Matching) -> bool:
     return entry.what == "error" and found.streams.get(entry.stream) in source.plan.own
 
 
-def _named(played: Played, found: Matching) -> Course:
+def _named(played: Played, found: Matching) -> Entries:
     """What came, with streams called as in the record."""
-    return Course(lambda: played.entries.named(found.names))
+    return Entries(lambda: played.entries.named(found.names))
 
 
-def _as_long(came: Course, expected: Course) -> Course:
+def _as_long(came: Entries, expected: Entries) -> Entries:
     """Without what came after the record was cut off, in the middle of a moment perhaps."""
     last = most = 0
     for entry in expected:
@@ -261,4 +261,4 @@ def _as_long(came: Course, expected: Course) -> Course:
                 return
             yield entry
 
-    return Course(until)
+    return Entries(until)
