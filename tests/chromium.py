@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import random
 import shutil
 import subprocess
 import threading
@@ -33,10 +35,24 @@ FLAGS_3D = (*_PLAIN, "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsa
 """Of one that draws 3D without a graphics card, and all else as plainly as it can: that takes a third."""
 
 
+LATEST_ANSWER = float(os.environ.get("LATEST_ANSWER", "0"))
+"""Seconds, up to which each answer is late by a random time; 0 answers at once. Set by who wants to try that."""
+
+
+def _late(answer: Callable[..., Any]) -> Callable[..., Any]:
+    def answer_late(environ: Any, start_response: Any) -> Any:
+        time.sleep(random.uniform(0, LATEST_ANSWER))
+        return answer(environ, start_response)
+
+    return answer_late
+
+
 @contextmanager
 def serving(folder: Path, lan: Lan | None = None) -> Iterator[str]:
     """A server on a folder; gives its address."""
     app = create_app(folder, TOKEN, lan)
+    if LATEST_ANSWER:
+        app.wsgi_app = _late(app.wsgi_app)  # type: ignore[method-assign]
     server = make_server(app, bind(["127.0.0.1"], None))
     thread = threading.Thread(target=server.run, daemon=True)
     thread.start()

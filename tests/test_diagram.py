@@ -244,6 +244,7 @@ def test_a_hundred_rows_are_quick():
     assert time.perf_counter() - start < 2 * crowded()
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize("whole", [False, True])
 def test_a_thousand_rows_are_drawn_in_time(whole):
     graph = graph_of(*chains(1000))
