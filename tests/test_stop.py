@@ -26,13 +26,15 @@ pytest.importorskip("pybullet")
 
 from busy import crowded
 from PIL import Image
+from motion import use
 from play import rows
 from test_watchdog import EVENT_LOOP, head_top
 
 from rrp_sheets.devices import load_robot
-from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.exchange import Command, Happening
 from rrp_sheets.runs.apart import Ended, RunProcess
 from rrp_sheets.runs.view import RunSettings, RunView
+from rrp_sheets.sim.espeak import espeak
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.process import Simulator
 
@@ -221,6 +223,32 @@ def test_an_engine_that_floods_the_simulator_does_not_delay_its_rest() -> None:
     simulator.close(20)
 
 
+def test_stop_does_not_wait_until_a_long_text_has_become_sound() -> None:
+    simulator = Simulator()
+    with Connection(simulator.requests.detach()) as requests:
+        requests.send((0, "open", (Spec(load_robot(), actuators=(use("say", "SayInput"),)),)))
+        assert requests.recv() == (0, None)
+        requests.send((1, "start", ()))
+        requests.recv()
+        wait_until(lambda: not simulator.working)
+        requests.send((2, "advance", (33_333, (Command("say", "1234567 " * 250),))))
+        wait_until(lambda: simulator.working)
+        begun = time.monotonic()
+        simulator.rest()
+        wait_until(lambda: simulator.hear() or simulator.resting)
+        took = time.monotonic() - begun
+        outcome = requests.recv()[1]
+    simulator.close(20)
+    assert took < 0.3 * crowded()
+    assert [notice.kind for notice in outcome.notices][:1] == ["say"]
+
+
+def test_no_more_of_a_text_becomes_sound_after_stop() -> None:
+    library = espeak()
+    assert len(library.say("1234567 " * 20, 200, 100)) > 10 * library.rate
+    assert len(library.say("1234567 " * 20, 200, 100, halted=lambda: True)) < library.rate
+
+
 def test_a_simulator_without_a_robot_is_not_taken_for_a_frozen_one() -> None:
     simulator = Simulator()
     simulator.rest()
@@ -302,6 +330,7 @@ SIMULATOR = """
 import os, sys, time
 from pathlib import Path
 from rrp_sheets.devices import load_robot
+from rrp_sheets.sim.espeak import espeak
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.process import Simulator
 from multiprocessing.connection import Connection

@@ -21,6 +21,7 @@ UTF8 = 1
 BY_CHARACTER = 1
 IPA = 2
 OK = 0
+ABORT = 1
 _UNSPEAKABLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff]")  # the library stops at the first, or refuses them
 
 
@@ -53,12 +54,13 @@ class Espeak:
         if self.rate <= 0:
             raise NoSpeech("the speech library did not start")
         self._parts: list[Audio] = []
+        self._halted: Callable[[], bool] = lambda: False
         kind = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.POINTER(ctypes.c_short), ctypes.c_int, ctypes.c_void_p)
 
         def take(wave: Any, count: int, _events: Any) -> int:
             if count > 0 and wave:
                 self._parts.append(np.ctypeslib.as_array(wave, shape=(count,)).copy())
-            return 0
+            return ABORT if self._halted() else 0
 
         self._callback: Callable[..., int] = kind(take)  # kept alive as long as the library may call it
         self._lib.espeak_SetSynthCallback(self._callback)
@@ -68,8 +70,24 @@ class Espeak:
         """Choose a language (`de`) or a voice of it (`en-us+f2`); False when there is none of that name."""
         return bool(self._lib.espeak_SetVoiceByName(name.encode("utf-8", "replace")) == OK)
 
-    def say(self, text: str, words_a_minute: float, volume: float, pitch: int = USUAL_PITCH) -> Audio:
-        """The audio of a text, of which at most `LONGEST` letters are spoken; volume in percent, pitch 0 to 100."""
+    def say(
+        self,
+        text: str,
+        words_a_minute: float,
+        volume: float,
+        pitch: int = USUAL_PITCH,
+        halted: Callable[[], bool] = lambda: False,
+    ) -> Audio:
+        """Return the audio of a text, of which at most `LONGEST` letters are spoken.
+
+        Args:
+            text: in the language of the chosen voice.
+            words_a_minute: the speed.
+            volume: in percent.
+            pitch: 0 to 100.
+            halted: asked after each 0.2 s of audio; when it says yes, the rest is left out.
+        """
+        self._halted = halted
         self._lib.espeak_SetParameter(RATE, round(words_a_minute), 0)
         self._lib.espeak_SetParameter(VOLUME, round(volume), 0)
         self._lib.espeak_SetParameter(PITCH, pitch, 0)

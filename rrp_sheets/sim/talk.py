@@ -184,7 +184,7 @@ class Talk:
         voice, pitch = voice_of(action.thing, person.voice if person is not None else "")
         if not library.voice(voice):
             library.voice("en")
-        audio = library.say(text, SPEED, 100, pitch)
+        audio = library.say(text, SPEED, 100, pitch, self._speech.halted)
         library.voice("en")
         return audio
 

@@ -18,10 +18,16 @@ NO_SPEECH = "There is no sound: the package espeakng-loader is not installed. Du
 
 
 class Speech:
-    """The speech library that the robot and the persons share, loaded when somebody first speaks."""
+    """The speech library that the robot and the persons share, loaded when somebody first speaks.
 
-    def __init__(self, tell: Tell) -> None:
+    Args:
+        tell: takes what is to be told.
+        halted: whether the robot is to rest, so that no speech is wanted any more.
+    """
+
+    def __init__(self, tell: Tell, halted: Callable[[], bool] = lambda: False) -> None:
         self._tell = tell
+        self.halted = halted
         self._library: Espeak | None = None
         self._missing = False
 
@@ -97,7 +103,7 @@ class Voice:
             library.voice(FALLBACK)
             told = f"There is no voice for the language “{language}”; it is spoken in English."
             self._tell(Happening("error", told, order.stream, order.row))
-        self._now.audio = library.say(text, speed, float(settings["volume"]))
+        self._now.audio = library.say(text, speed, float(settings["volume"]), halted=self._speech.halted)
         self._now.rate = library.rate
         self._begin(self._now, us)
 

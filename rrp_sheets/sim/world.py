@@ -91,7 +91,7 @@ class SimWorld:
         self.sight = Sight(Eye(self._b, lens), Eye(self._b, fine), self.body, self.stage)
         self.faces = make_faces(spec, self.sight, self.stage, heads, fine, models)
         self.eyes = Eyes(self.body)
-        speech = Speech(self._tell)
+        speech = Speech(self._tell, halted)
         self.voice = Voice(out, self._tell, speech)
         self.talk = Talk(self.stage, speech, out, self._tell, spec.seed)
         self.hearing = Hearing(self.talk, speech, self._tell, spec.sensors)
