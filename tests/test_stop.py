@@ -25,8 +25,8 @@ import pytest
 pytest.importorskip("pybullet")
 
 from busy import crowded
-from PIL import Image
 from motion import use
+from PIL import Image
 from play import rows
 from test_watchdog import EVENT_LOOP, head_top
 
