@@ -60,6 +60,17 @@ def test_a_formula_may_begin_with_a_minus(order):
     assert formula("-x + 3", "--input", "x=2").output == "1\n" and formula("-3").output == "-3\n"
 
 
+def test_all_that_is_wrong_with_a_formula_is_told():
+    result = formula("foo(1) + bar + baz", "--input", "x=0")
+    assert result.exit_code == 1
+    marks = [line.index("^") - 2 for line in result.output.splitlines() if "^" in line]
+    assert marks == [0, 9, 15]
+    answer = json.loads(formula("foo(1) + bar + baz", "--input", "x=0", "--json").output)
+    assert [(o["code"], o["column"]) for o in (answer, *answer["others"])] == [
+        ("FORM005", 0), ("FORM004", 9), ("FORM004", 15)
+    ]  # fmt: skip
+
+
 def test_one_formula_answered_in_json():
     result = formula("x^2", "--input", "x=5", "--json")
     assert (result.exit_code, json.loads(result.output)) == (0, {"outcome": "ok", "value": 25})

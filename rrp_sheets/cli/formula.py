@@ -27,7 +27,7 @@ def command(text: str | None, inputs: tuple[str, ...], as_json: bool) -> None:
 
     With --json and without TEXT: reads objects {"formula": "x + 1", "inputs": {"x": 5}}, one a line, and answers
     one object a line: {"outcome": "ok", "value": 6}, or {"outcome": "rejected" (or "error"), "code": "FORM004",
-    "message": "…", "column": 0}; columns are counted from 0, -1 is none.
+    "message": "…", "column": 0}; columns are counted from 0, -1 is none; "others" has what else is wrong, if anything.
 
     Exit code: 0 it has a value (with --json and without TEXT: every line was answered), 1 it has none.
     """
@@ -42,7 +42,8 @@ def command(text: str | None, inputs: tuple[str, ...], as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(answer.as_dict()))
     else:
-        _show(text, _with_input(text, answer, inputs))
+        for one in (answer, *answer.others):
+            _show(text, _with_input(text, one, inputs))
     sys.exit(0 if answer.outcome == "ok" else 1)
 
 

@@ -31,6 +31,7 @@ class Answer:
         value: when it is ok.
         code, message, remedy: when it is not.
         column, length: the place in the formula as typed, counted from 0; -1 when it has none.
+        others: what else is wrong with it.
     """
 
     outcome: str
@@ -40,12 +41,14 @@ class Answer:
     remedy: str = ""
     column: int = -1
     length: int = 1
+    others: tuple[Answer, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """As `formula --json` answers."""
         if self.outcome == "ok":
             return {"outcome": "ok", "value": to_json(self.value)}
-        return {"outcome": self.outcome, "code": self.code, "message": self.message, "column": self.column}
+        told = {"outcome": self.outcome, "code": self.code, "message": self.message, "column": self.column}
+        return {**told, "others": [other.as_dict() for other in self.others]} if self.others else told
 
 
 def try_formula(text: str, inputs: Mapping[str, Any], interpreter: GuardedInterpreter | None = None) -> Answer:
@@ -65,7 +68,7 @@ def try_formula(text: str, inputs: Mapping[str, Any], interpreter: GuardedInterp
         scope = make_scope([(n, v.type if isinstance(v, Record) else None) for n, v in values.items()], kinds=kinds)
         evaluate = compile_formula(text, scope, condition=False).prepare(interpreter or GuardedInterpreter())
     except FormulaProblem as problem:
-        return Answer("rejected", None, problem.code, problem.message, problem.remedy, problem.column, problem.length)
+        return _rejected(problem)
     result = evaluate(*values.values())
     if isinstance(result, Failure):
         remedy = CODES[result.code].remedy
@@ -82,14 +85,14 @@ def answer_line(line: str, interpreter: GuardedInterpreter | None = None) -> Ans
     try:
         request = json.loads(line, parse_constant=_no_constant)
     except ValueError as error:
-        return _rejected(str(error) if type(error) is ValueError else "it is not JSON")
+        return _no_request(str(error) if type(error) is ValueError else "it is not JSON")
     except RecursionError:
-        return _rejected("it is nested too deeply")
+        return _no_request("it is nested too deeply")
     if not isinstance(request, dict) or not isinstance(request.get("formula"), str):
-        return _rejected('it is no object with a text as its "formula"')
+        return _no_request('it is no object with a text as its "formula"')
     inputs = request.get("inputs", {})
     if not isinstance(inputs, dict):
-        return _rejected('its "inputs" are no object')
+        return _no_request('its "inputs" are no object')
     return try_formula(request["formula"], inputs, interpreter)
 
 
@@ -107,9 +110,14 @@ def typed_value(text: str) -> Any:
     return value_of(text)
 
 
-def _rejected(reason: str) -> Answer:
-    problem = FormulaProblem("FORM022", reason=reason)
-    return Answer("rejected", None, problem.code, problem.message, problem.remedy)
+def _rejected(problem: FormulaProblem) -> Answer:
+    others = tuple(map(_rejected, problem.others))
+    place = problem.column, problem.length
+    return Answer("rejected", None, problem.code, problem.message, problem.remedy, *place, others)
+
+
+def _no_request(reason: str) -> Answer:
+    return _rejected(FormulaProblem("FORM022", reason=reason))
 
 
 def _no_constant(name: str) -> None:
