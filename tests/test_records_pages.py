@@ -51,9 +51,10 @@ def test_a_run_is_looked_into(page: Any, folder: Path) -> None:
     assert violations(page) == []
     page.locator(".log li", has_text="Kai laughs").get_by_role("button").click()
     expect(page.locator("#marbles [name=from]")).to_have_value("1")
-    page.get_by_text("All rows", exact=True).click()
+    page.get_by_text("Rows", exact=True).click()
     page.get_by_label("4 map").check()
     page.locator("#marbles").get_by_role("button", name="Show").click()
+    expect(page.get_by_label("4 map")).to_be_hidden()  # the list would cover the marbles
     lanes = page.locator("#marbles .lane")
     expect(lanes).to_have_count(3)
     becomes(

@@ -241,7 +241,7 @@ def test_without_a_speech_library_nobody_speaks(monkeypatch):
 
 @pytest.mark.parametrize(("words", "expected"), [
     ("yes, no", []), ("blood test, x-ray", []), ("yes, はい", [("DEV011", "C2")]), ("🙂", [("DEV011", "C2")]),
-    ("да", [("DEV011", "C2")]), ("yes, please; no", [("DEV013", "C2")]), ('"yes, please"; no', []), ("yes; please", []), (", ;", [("DEV004", "C2")]), ("café", []),
+    ("да", [("DEV011", "C2")]), ("yes, please; no", [("DEV013", "C2")]), ('"yes, please"; no', []), ("yes; please", []), ("no, Thank you", [("DEV014", "C2")]), ('"no, thank you"', []), (", ;", [("DEV004", "C2")]), ("café", []),
 ])  # fmt: skip
 def test_words_that_cannot_be_heard_are_told_at_their_cell(words, expected):
     book = rows("| Heard | subscribe | heard.word | Print |",

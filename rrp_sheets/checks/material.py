@@ -9,7 +9,7 @@ from rrp_sheets.devices import Robot
 from rrp_sheets.devices.sound_files import SUFFIX, BadSoundError, is_plain, look_at
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.phrase import Phrase
-from rrp_sheets.graph.settings import doubtful_phrase, understand
+from rrp_sheets.graph.settings import divided_phrase, doubtful_phrase, understand
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.names import nearest
 from rrp_sheets.model.workbook import Workbook
@@ -39,6 +39,9 @@ def check_device_material(workbook: Workbook, robot: Robot, folder: Path, report
                     report.add("DEV011", cell.address, word=word)
                 if (phrase := doubtful_phrase(cell.text)) and not wrong:
                     report.add("DEV013", cell.address, phrase=phrase)
+                whole, count = divided_phrase(cell.text)
+                if whole and not wrong:
+                    report.add("DEV014", cell.address, phrase=whole, count=count)
             elif setting.kind == "sound file":
                 _check_sound(cell, folder, report)
 

@@ -18,6 +18,9 @@ _HEX = re.compile(r"#[0-9a-f]{6}", re.IGNORECASE)
 _DEGREES = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)\s*°")
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
 _WEAK, _STRONG = re.compile("[,，、]"), re.compile("[;；\n]")
+_ENDS = frozenset(
+    {"please", "thanks", "thank you", "robot", "nao", "too", "sir", "madam", "darling", "everybody", "everyone"}
+)
 _QUOTED = re.compile(r"""["“”„«][^"“”„«»]*["“”»]""")
 LONGEST_SETTING = 1_000  # characters: minutes of speech
 COLOURS = ("white", "red", "green", "blue", "yellow", "magenta", "cyan", "orange", "purple", "pink", "black")
@@ -101,6 +104,21 @@ def doubtful_phrase(text: str) -> str:
         return ""
     quoted = {m[0][1:-1].strip() for m in _QUOTED.finditer(text)}
     return next((phrase for phrase in phrases(text) if _WEAK.search(phrase) and phrase not in quoted), "")
+
+
+def divided_phrase(text: str) -> tuple[str, int]:
+    """Return a list that commas divide although it may be one phrase, and the number of its parts; else a blank one.
+
+    A part such as `please` is seldom a word of its own.
+
+    >>> divided_phrase("yes, please"), divided_phrase("yes, no"), divided_phrase('"yes, please"')
+    (('yes, please', 2), ('', 0), ('', 0))
+    """
+    bare = _QUOTED.sub("", text)
+    if _STRONG.search(bare) or not _WEAK.search(bare):
+        return "", 0
+    parts = phrases(text)
+    return (text.strip(), len(parts)) if any(part.casefold() in _ENDS for part in parts[1:]) else ("", 0)
 
 
 def _sound_file(name: str) -> tuple[Value, str]:

@@ -23,6 +23,8 @@ _DEVICES: tuple[Code, ...] = (
     Code("DEV012", _W, "Sound cannot be played", "The file “{name}” {problem}.", "{remedy}"),
     Code("DEV013", _W, "Comma in a phrase", "Semicolons or line breaks divide this list, so “{phrase}” is one phrase.",
          "If it is one phrase, put it in quotation marks. If not, write the same sign between all words."),
+    Code("DEV014", _I, "Phrase divided at a comma", "Commas divide this list: “{phrase}” is {count} words or phrases.",
+         "If it is one phrase, put it in quotation marks. If not, write semicolons between the words."),
 )  # fmt: skip
 _SCENE: tuple[Code, ...] = (
     Code(

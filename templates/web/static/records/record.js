@@ -51,6 +51,7 @@ export function record(root) {
     const at = event.target.closest("[data-at]");
     if (at) show(Number(at.dataset.at));
   });
+  root.addEventListener("submit", ({ target }) => target.querySelector(".choose-rows")?.removeAttribute("open"));
   const writing = root.querySelector("[data-writing]");
   if (writing) look(writing.dataset.writing);
   const reading = root.querySelector("[data-reading]");
