@@ -52,7 +52,16 @@ def test_no_address_opens_one(client: FlaskClient, name: str) -> None:
         answer = get(client, f"{book(name)}{page}")
         assert answer.status_code == 422 and f"“{name}” is not a workbook" in answer.text, page
     text = get(client, f"/compare?first=book/{name}&second=book/good.md").text
-    assert f"“{name}” is not a workbook: no table in it is a sheet of one." in text
+    assert f"“{name}” is not a workbook but a text for people." in text
+
+
+def test_a_readme_that_shows_rows_is_still_a_text(tmp_path: Path) -> None:
+    (tmp_path / "Readme.md").write_text(GOOD, encoding="utf-8")
+    (tmp_path / "good.md").write_text(GOOD, encoding="utf-8")
+    client = visit(tmp_path)
+    assert 'value="book/Readme.md"' not in get(client, "/compare").text
+    assert get(client, book("Readme.md")).status_code == 422
+    assert f'href="{book("Readme.md")}"' not in get(client, "/").text
 
 
 def test_one_is_not_taken_in(client: FlaskClient, folder: Path) -> None:

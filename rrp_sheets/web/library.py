@@ -86,14 +86,17 @@ class Library:
         return [name for name in self.names() if not self.is_text(name)]
 
     def is_text(self, name: str) -> bool:
-        """Whether a file of the folder can be read, and is a text for people, not a workbook."""
+        """Whether a file of the folder can be read, and is a text for people, not a workbook.
+
+        A README is one also when it shows a table of rows as an example.
+        """
         path = self.folder / name
         stamp = None if path.suffix.casefold() == ".xlsx" else _stamp(path)
         if stamp is None or not path.resolve().is_relative_to(self.folder.resolve()):
             return False
         known = self._prose.get(name)
         if known is None or known[0] != stamp:
-            known = self._prose[name] = stamp, _is_text(path)
+            known = self._prose[name] = stamp, path.stem.casefold() == "readme" or _is_text(path)
         return known[1]
 
     def path(self, name: str) -> Path:
@@ -152,8 +155,8 @@ def is_prose(reading: Reading) -> bool:
 def refuse_text(library: Library, name: str) -> None:
     """Raise SheetsError for a file that is a text for people: it has nothing to edit, run, compare or print."""
     if library.is_text(name):
-        message = f"“{printable(name)}” is not a workbook: no table in it is a sheet of one."
-        raise SheetsError(message, "Choose a workbook from the shelf.")
+        message = f"“{printable(name)}” is not a workbook but a text for people."
+        raise SheetsError(message, "Choose a workbook from the shelf, or give the file another name.")
 
 
 def _is_text(path: Path) -> bool:

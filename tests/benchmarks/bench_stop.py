@@ -29,7 +29,7 @@ from rrp_sheets.workbook.maker import make_workbook
 TIMES = 5
 REST, ALONE, END = 200.0, 1000.0, 3000.0
 """Milliseconds: until the robot begins its rest; that without Stop, when the server has died; until all is over."""
-TEXTS = "\n".join(f"| {n} | {'x' * 2200} |" for n in range(990))
+TEXTS = "\n".join(f"| {n} | {'x' * 2000} |" for n in range(990))
 TABLE = f"## Parts\n| Key | A |\n|---|---|\n{TEXTS}\n"
 SLOW = "\n".join(
     f"| Red ball | map | LEN([PICK(Parts[A]) for i in RANGE(18)]) | L{n} |\n| L{n} | subscribe | | Print |"
