@@ -29,7 +29,7 @@ serve: setup  ## open the grid on copies of the workbooks, in my-workbooks
 
 test: setup  ## install what the tests need, and run them
 	@sh .ci/apt-packages
-	$(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest -n 4 --dist loadfile --no-loadscope-reorder
 
 lint: setup  ## style, types, layers
 	$(BIN)/ruff check .

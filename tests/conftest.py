@@ -55,13 +55,17 @@ _files_in_memory()
 
 # The files that take longest go first, so that no worker is left with one of them while the others have ended.
 LONGEST = (
-    "test_workbooks.py", "test_run.py", "test_tasks.py", "test_accessible.py", "test_killed_server.py",
-    "test_run_panel.py", "test_run_panel_changes.py", "test_web_attack_texts.py", "test_run_robot.py",
-    "test_sim_run.py", "test_watchdog.py", "test_sim_dones.py", "test_diff_forms.py", "test_tasks_together.py",
-    "test_web_attack_bodies.py", "test_web_attack_paths.py", "test_gestures_grid.py", "test_faces.py",
-    "test_grid_problems.py", "test_sar_workbooks.py", "test_run_views.py", "test_documents.py",
-    "test_writing_text.py", "test_sheets_web.py", "test_full_disk.py", "test_records.py", "test_grid_people.py",
-    "test_records_pages.py", "test_lookback_page.py", "test_hostile_files.py", "test_sim_pictures.py",
+    "test_workbooks.py", "test_run.py", "test_accessible.py", "test_grid_typing.py", "test_web_attack_texts.py",
+    "test_tasks.py", "test_web_attack_bodies.py", "test_web_attack_paths.py", "test_grid_restart.py",
+    "test_sim_run.py", "test_run_robot.py", "test_run_panel_changes.py", "test_killed_server.py",
+    "test_writing_text.py", "test_sim_dones.py", "test_watchdog.py", "test_stop.py", "test_tasks_together.py",
+    "test_run_control.py", "test_run_panel.py", "test_grid_words.py", "test_grid_long.py", "test_gestures.py",
+    "test_hostile_files.py", "test_documents.py", "test_full_disk.py", "test_mistakes.py", "test_records_pages.py",
+    "test_grid_people.py", "test_gestures_grid.py", "test_diff_forms.py", "test_grid_paste.py", "test_faces.py",
+    "test_grid_files.py", "test_bundle.py", "test_run_control_live.py", "test_falling.py", "test_records.py",
+    "test_grid.py", "test_faces_files.py", "test_tutorial.py", "test_lookback_page.py", "test_diagram.py",
+    "test_web_connections.py", "test_sheets_web.py", "test_workbook_tests_run.py", "test_words.py",
+    "test_writing_commands.py", "test_print.py",
 )  # fmt: skip
 
 

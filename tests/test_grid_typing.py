@@ -141,6 +141,21 @@ def test_keys_after_undo_wait_for_what_it_brings_back(shelf: Books) -> None:
     becomes(lambda: grid.text("B6"), "")
 
 
+def test_a_menu_that_waits_for_an_undo_ends_the_edit_before_it(shelf: Books) -> None:
+    grid = shelf.open()
+    grid.go("F3")
+    grid.type("a note")
+    grid.saved()
+    with SlowAnswers(grid.page) as slow:
+        grid.press("Control+z", "ArrowLeft", "ArrowLeft")
+        grid.page.keyboard.type("x")  # in a formula, where an arrow moves within the text
+        grid.page.evaluate(CHOOSE, "Fill down")
+        grid.press("ArrowLeft")
+        grid.type("map")
+        slow.release()
+    assert texts(grid.path)[1][2:4] == ("map", "x")
+
+
 def test_what_is_not_for_the_grid_does_not_wait_for_an_undo(shelf: Books) -> None:
     grid = shelf.open()
     grid.go("F3")

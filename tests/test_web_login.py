@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from browser import GOOD, TOKEN, book
+from busy import crowded
 from flask.testing import FlaskClient
 from werkzeug.test import TestResponse
 
@@ -212,7 +213,7 @@ def test_a_flood_of_tries_neither_stalls_the_server_nor_locks_others_out(folder:
             one.join()
         server.close()
         server.task_dispatcher.shutdown(timeout=1)
-    assert status == 303 and seconds < 15
+    assert status == 303 and seconds < 15 * crowded()
 
 
 class _Elsewhere:

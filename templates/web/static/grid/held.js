@@ -61,10 +61,13 @@ export class Held {
     });
   }
 
-  /** Whether an action has to wait; it is done later then. */
+  /** Whether an action of a menu or a button has to wait; it is done later then, and first ends an edit as a click does. */
   takes(action) {
     if (!this.jobs || this.playing) return false;
-    this.actions.push(action);
+    this.actions.push(() => {
+      if (this.grid.editor.isOpen) this.grid.editor.close(true, null);
+      action();
+    });
     return true;
   }
 
