@@ -1,4 +1,4 @@
-"""How busy and how fast the machine is, for limits of time."""
+"""Factors for limits of time, from the load and the speed of the machine."""
 
 from __future__ import annotations
 

@@ -155,27 +155,27 @@ def until(page: Any, holds: Callable[[], object], seconds: float = 15.0) -> None
 
 def eventually(holds: Callable[[], object], about: object = "", seconds: float = 15.0) -> None:
     """Wait until something that is read from a page holds: what a page shows may come a moment later."""
-    deadline = time.monotonic() + seconds
-    while not holds():
-        assert time.monotonic() < deadline, f"it does not hold after {seconds:g} s {about}"
-        time.sleep(0.02)
+    assert _waited(holds, bool, seconds), f"it does not hold after {seconds:g} s {about}"
 
 
 def becomes(read: Callable[[], object], wanted: object, about: object = "", seconds: float = 15.0) -> None:
     """Wait until what is read from a page is as wanted."""
-    deadline = time.monotonic() + seconds
-    while (now := read()) != wanted:
-        if time.monotonic() > deadline:
-            assert now == wanted, about
-        time.sleep(0.02)
+    now = _waited(read, lambda found: found == wanted, seconds)
+    assert now == wanted, about
 
 
 def some(read: Callable[[], Any]) -> Any:
     """Wait until there is something to be read from a page, and give it."""
-    deadline = time.monotonic() + 15
-    while not (now := read()):
-        assert time.monotonic() < deadline, f"there is nothing after 15 s but {now!r}"
-        time.sleep(0.02)
+    now = _waited(read, bool, 15.0)
+    assert now, f"there is nothing after 15 s but {now!r}"
+    return now
+
+
+def _waited(read: Callable[[], Any], wanted: Callable[[Any], bool], seconds: float) -> Any:
+    """Read again and again until the value is as wanted or the time is over; return the last value."""
+    deadline = time.monotonic() + seconds
+    while not wanted(now := read()) and time.monotonic() < deadline:
+        time.sleep(0.02)  # another process is waited for
     return now
 
 

@@ -14,10 +14,9 @@ from pathlib import Path
 import hypothesis
 import pytest
 
-# No deadline in either: how long one example takes says more about the machine than about the program.
-hypothesis.settings.register_profile("ci", derandomize=True, database=None, deadline=None)
+# How long one example takes says more about the machine than about the program.
 hypothesis.settings.register_profile("patient", deadline=None)
-hypothesis.settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "patient"))
+hypothesis.settings.load_profile("patient")
 
 if os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):
     # The hundreds of processes that the tests start would each compile the program anew. (Not PYTHONPYCACHEPREFIX: what

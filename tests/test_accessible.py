@@ -115,7 +115,7 @@ def editing(tour: Tour) -> None:
 
 
 def offered(tour: Tour) -> None:
-    """What was being typed when the page was loaded again."""
+    """Type into a cell, load the page again, and wait for the offered draft."""
     editing(tour)
     tour.page.reload()
     tour.page.wait_for_selector("dialog[open] textarea")

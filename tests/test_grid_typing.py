@@ -124,11 +124,17 @@ def test_keys_after_insert_above_go_into_the_new_row(shelf: Books) -> None:
     assert [row[1:5] for row in texts(grid.path)][1:3] == [("Face", "map", "1", "Name"), tuple(ROWS[1][1:5])]
 
 
-def test_keys_after_undo_wait_for_what_it_brings_back(shelf: Books) -> None:
+def noted(shelf: Books, text: str) -> Shared:
+    """Open a grid and save a text in F3."""
     grid = shelf.open()
     grid.go("F3")
-    grid.type("far")
+    grid.type(text)
     grid.saved()
+    return grid
+
+
+def test_keys_after_undo_wait_for_what_it_brings_back(shelf: Books) -> None:
+    grid = noted(shelf, "far")
     with SlowAnswers(grid.page) as slow:
         grid.go("B6")
         grid.press("Control+z")
@@ -142,10 +148,7 @@ def test_keys_after_undo_wait_for_what_it_brings_back(shelf: Books) -> None:
 
 
 def test_a_menu_that_waits_for_an_undo_ends_the_edit_before_it(shelf: Books) -> None:
-    grid = shelf.open()
-    grid.go("F3")
-    grid.type("a note")
-    grid.saved()
+    grid = noted(shelf, "a note")
     with SlowAnswers(grid.page) as slow:
         grid.press("Control+z", "ArrowLeft", "ArrowLeft")
         grid.page.keyboard.type("x")  # in a formula, where an arrow moves within the text
@@ -157,10 +160,7 @@ def test_a_menu_that_waits_for_an_undo_ends_the_edit_before_it(shelf: Books) -> 
 
 
 def test_what_is_not_for_the_grid_does_not_wait_for_an_undo(shelf: Books) -> None:
-    grid = shelf.open()
-    grid.go("F3")
-    grid.type("far")
-    grid.saved()
+    grid = noted(shelf, "far")
     with SlowAnswers(grid.page) as slow:
         grid.page.get_by_role("button", name="Undo").click()
         grid.page.locator("[data-do=find]").press("Enter")

@@ -89,7 +89,7 @@ def stop(server: Served) -> tuple[int, float]:
 
 
 def closed_within(line: socket.socket, seconds: float) -> bool:
-    """Whether the server closes a connection in that time, whatever it still sends."""
+    """Read from a connection and return True when the server closes it within some seconds."""
     deadline = time.monotonic() + seconds
     try:
         while (left := deadline - time.monotonic()) > 0:

@@ -161,7 +161,7 @@ def late(route: Any) -> None:
 
 
 def people(url: str, cookie: str) -> str:
-    """Who is there, as a page is told."""
+    """Return the server's event that lists the people with this workbook open."""
     ask(url, "GET", "/book/b.xlsx", cookie)  # the server then looks who has gone
     line = Line(url, cookie)
     try:

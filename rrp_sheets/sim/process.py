@@ -11,6 +11,7 @@ import importlib.util
 import platform
 import socket
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
 
@@ -194,13 +195,12 @@ class SimProcess:
             self._simulator = Simulator()
             requests = self._simulator.requests
         self._link = Connection(requests.detach())
-        try:
+        with ExitStack() as unless_open:
+            unless_open.callback(self.kill)  # also after Ctrl-C: no process is left behind
             failure = self._ask("open", self._spec)
             if isinstance(failure, OpenFailure):
                 raise (MissingPart if failure.missing else SheetsError)(failure.message, failure.remedy)
-        except BaseException:  # Ctrl-C too: no process is left behind, and what happened is told further up
-            self.kill()
-            raise
+            unless_open.pop_all()
 
     def start(self) -> Outcome:
         """The outcome of time 0."""

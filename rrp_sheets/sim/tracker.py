@@ -74,7 +74,7 @@ class Tracker:
     pointing: str = ""
     leaving: str = ""  # the arms that are lowered soon, as another one has taken over
     leaves_us: int = 0
-    course: MotionPredictor = field(default_factory=MotionPredictor)  # of the target, in the world
+    target: MotionPredictor = field(default_factory=MotionPredictor)  # of the target, in the world
     sight: MotionPredictor = field(default_factory=MotionPredictor)  # of the head that would look at it: yaw and pitch
     seen_us: int = -1
     ordered_us: int = -1
@@ -175,7 +175,7 @@ class Trackers:
         self.body.go("HeadPitch", min(max(pitch, low), high), HEAD_VELOCITY, HEAD_ACCELERATION)
 
     def _point(self, tracker: Tracker, d: Detection) -> None:
-        target = tracker.course.seen(d.us, d.point())
+        target = tracker.target.seen(d.us, d.point())
         sides = tracker.arms or tracker.chosen or self.arms.nearer(target, tracker.pointing[:1])
         if tracker.pointing not in (sides, ""):
             # One arm goes up first; then the other one is lowered.

@@ -86,17 +86,14 @@ class Library:
         return [name for name in self.names() if not self.is_text(name)]
 
     def is_text(self, name: str) -> bool:
-        """Whether a file of the folder can be read, and is a text for people, not a workbook.
-
-        A README is one also when it shows a table of rows as an example.
-        """
+        """Return True for a readable Markdown file that is a text for people, such as a README, and not a workbook."""
         path = self.folder / name
         stamp = None if path.suffix.casefold() == ".xlsx" else _stamp(path)
         if stamp is None or not path.resolve().is_relative_to(self.folder.resolve()):
             return False
         known = self._prose.get(name)
         if known is None or known[0] != stamp:
-            known = self._prose[name] = stamp, path.stem.casefold() == "readme" or _is_text(path)
+            known = self._prose[name] = stamp, _is_text(path)
         return known[1]
 
     def path(self, name: str) -> Path:
@@ -156,10 +153,18 @@ def refuse_text(library: Library, name: str) -> None:
     """Raise SheetsError for a file that is a text for people: it has nothing to edit, run, compare or print."""
     if library.is_text(name):
         message = f"“{printable(name)}” is not a workbook but a text for people."
-        raise SheetsError(message, "Choose a workbook from the shelf, or give the file another name.")
+        raise SheetsError(
+            message, "A workbook needs another name." if _is_readme(name) else "Choose a workbook from the shelf."
+        )
+
+
+def _is_readme(name: str) -> bool:
+    return Path(name).stem.casefold() == "readme"
 
 
 def _is_text(path: Path) -> bool:
+    if _is_readme(path.name):  # also when it shows a table of rows as an example
+        return True
     try:
         return is_prose(api.read(path))
     except UnreadableFile as error:
