@@ -8,31 +8,31 @@ import time
 from pathlib import Path
 
 from rrp_sheets.checks import check_workbook
-from rrp_sheets.model.exchange import Shown, State
+from rrp_sheets.engine.command_queue import CommandQueue, OperatorCommand
+from rrp_sheets.engine.scripted_world import ScriptedWorld
+from rrp_sheets.model.exchange import State, WorldSnapshot
 from rrp_sheets.runs import RunSettings, RunView
 from rrp_sheets.runs.running import run
-from rrp_sheets.runtime.control import Control, Wish
-from rrp_sheets.runtime.virtual import VirtualWorld
 from rrp_sheets.workbook import read
 
 
-def wish(kind: str, by: str = "Anna", **what: object) -> Wish:
+def wish(kind: str, by: str = "Anna", **what: object) -> OperatorCommand:
     """Something that somebody wants."""
-    return Wish(kind, by, what)
+    return OperatorCommand(kind, by, what)
 
 
-class Things(VirtualWorld):
+class Things(ScriptedWorld):
     """A world with a ball in it."""
 
     def show(self, picture):
-        return Shown(State({}, (), (), "", {"Red ball": (1.0, 0.0, 0.4)}), b"jpeg" if picture else b"")
+        return WorldSnapshot(State({}, (), (), "", {"Red ball": (1.0, 0.0, 0.4)}), b"jpeg" if picture else b"")
 
 
 class Script(RunView):
     """Does what a test says at some frames (by their numbers), and as often as the run stands still; keeps all it is told."""
 
     def __init__(self, frames=None, standing=()):
-        self.control = Control()
+        self.control = CommandQueue()
         self.frames = dict(frames or {})
         self.waiting = list(standing)
         self.acts, self.refusals, self.pauses, self.events, self.states, self.pictures = [], [], [], [], [], []
@@ -41,7 +41,7 @@ class Script(RunView):
 
     def _do(self, what):
         for one in what if isinstance(what, (list, tuple)) else [what]:
-            self.control.ask(one) if isinstance(one, Wish) else one(self.control)
+            self.control.ask(one) if isinstance(one, OperatorCommand) else one(self.control)
 
     def started(self, start):
         self.start = start

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rrp_sheets.devices import load_robot
-from rrp_sheets.model.exchange import Command, DeviceUse, Happening
+from rrp_sheets.model.exchange import Command, DeviceUse, Notice
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.world import SimWorld
@@ -33,7 +33,7 @@ class Robot:
         self.world = SimWorld(Spec(ROBOT, tuple(sensors), tuple(actuators), tuple(scene), dones=dones))
         self.body, self.stance = self.world.body, self.world.stance
         self.steps = 0
-        self.told: list[Happening] = []
+        self.told: list[Notice] = []
         self.events: list[tuple[str, Any]] = list(self.world.start().events)
         self._sensors = tuple(s.stream for s in sensors)
 

@@ -9,13 +9,13 @@ from tempfile import TemporaryDirectory
 from rrp_sheets import api
 from rrp_sheets.checks import Checked
 from rrp_sheets.devices import load_robot
+from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.frame_runner import run_loop
+from rrp_sheets.engine.plan import make_plan
+from rrp_sheets.engine.scripted_world import ScriptedWorld
+from rrp_sheets.engine.trace import stream_label
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record
-from rrp_sheets.runtime.frame import FrameEngine
-from rrp_sheets.runtime.loop import run_loop
-from rrp_sheets.runtime.plan import make_plan
-from rrp_sheets.runtime.trace import stream_label
-from rrp_sheets.runtime.virtual import VirtualWorld
 
 HEADER = "| Input streams | Connector | Formula | Output stream |\n|---|---|---|---|\n"
 
@@ -74,6 +74,6 @@ def play(markdown: str, events: list[tuple[float, str, object]], until_ms: float
     assert not checked.report.errors, [d.as_dict() for d in checked.report.errors]
     played = Played(checked)
     engine = FrameEngine(make_plan(checked), played)
-    world = VirtualWorld((round(ms * 1000), key(stream), value) for ms, stream, value in events)
+    world = ScriptedWorld((round(ms * 1000), key(stream), value) for ms, stream, value in events)
     run_loop(engine, world, world.start(), round(until_ms * 1000))
     return played

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rrp_sheets.model.exchange import Command, Happening
+from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.sim.arbitration import Arbiter, Job
 
 STREAMS = {  # what each uses, the joints it moves, how long it takes (None: endless)
@@ -34,7 +34,7 @@ class Table:
     going: dict[str, Job] = field(default_factory=dict)
     commanded: list[int] = field(default_factory=list)
     updates: dict[int, int] = field(default_factory=dict)  # of endless commands: by what the command was first
-    told: list[Happening] = field(default_factory=list)
+    told: list[Notice] = field(default_factory=list)
     ended: list[tuple[int, bool, float]] = field(default_factory=list)
 
     def __post_init__(self):

@@ -39,9 +39,9 @@ def test_another_workbook_is_not_overwritten(option: list[str], tmp_path: Path) 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
 def test_a_trace_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     from rrp_sheets import api
+    from rrp_sheets.engine.plan import make_plan
+    from rrp_sheets.engine.trace import TraceWriter
     from rrp_sheets.errors import RunBroken
-    from rrp_sheets.runtime.plan import make_plan
-    from rrp_sheets.runtime.trace import TraceWriter
 
     plan = make_plan(api.check(WORKBOOK))
     for path in (Path("/dev/full"), tmp_path / "no" / "folder"):

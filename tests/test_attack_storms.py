@@ -7,11 +7,11 @@ import json
 import pytest
 
 from rrp_sheets.checks import Checked
+from rrp_sheets.engine.event_queue import MOST_WAITING, EventQueue
+from rrp_sheets.engine.events import EventEngine
+from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.errors import RunBroken
-from rrp_sheets.runtime.events import EventEngine
-from rrp_sheets.runtime.frame import FrameEngine
-from rrp_sheets.runtime.mail import MOST_WAITING, Mail
-from rrp_sheets.runtime.plan import make_plan
 from tests.play import check, example, play, rows
 
 DOUBLING_CIRCLE = """
@@ -73,7 +73,7 @@ def test_many_rows_on_one_stream_are_no_storm() -> None:
 
 
 def test_events_that_pile_up_end_the_run() -> None:
-    mail = Mail()
+    mail = EventQueue()
     mail.begin()
     for i in range(MOST_WAITING):
         mail.event("redball", i)

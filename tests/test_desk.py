@@ -11,9 +11,9 @@ import pytest
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.worker import CheckWorker
-from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.live.floor import Floor
 from rrp_sheets.web.live.session import Wish
+from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.workbook.maker import make_workbook
 
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
@@ -26,15 +26,15 @@ def book(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def desk(book: Path, tmp_path: Path) -> Iterator[Desk]:
+def desk(book: Path, tmp_path: Path) -> Iterator[OpenWorkbooks]:
     (tmp_path / book.name).write_bytes(book.read_bytes())
     with CheckWorker() as worker:
-        made = Desk(tmp_path, worker)
+        made = OpenWorkbooks(tmp_path, worker)
         yield made
         made.close()
 
 
-def test_no_run_begins_of_a_workbook_whose_file_has_another_name_by_then(desk: Desk) -> None:
+def test_no_run_begins_of_a_workbook_whose_file_has_another_name_by_then(desk: OpenWorkbooks) -> None:
     path = desk.folder / "b.xlsx"
     floor, room = Floor(desk), desk.room(path)
     renaming, goes_on = threading.Event(), threading.Event()
@@ -65,7 +65,7 @@ def test_no_run_begins_of_a_workbook_whose_file_has_another_name_by_then(desk: D
     assert told == ["This workbook was renamed or moved meanwhile."] and floor.session is None
 
 
-def test_nobody_opens_a_workbook_while_its_file_goes_away(desk: Desk) -> None:
+def test_nobody_opens_a_workbook_while_its_file_goes_away(desk: OpenWorkbooks) -> None:
     path = desk.folder / "b.xlsx"
     opened = threading.Event()
 
@@ -83,7 +83,7 @@ def test_nobody_opens_a_workbook_while_its_file_goes_away(desk: Desk) -> None:
     thread.join(20)
 
 
-def test_a_rename_that_fails_leaves_the_workbook_usable(desk: Desk) -> None:
+def test_a_rename_that_fails_leaves_the_workbook_usable(desk: OpenWorkbooks) -> None:
     path = desk.folder / "b.xlsx"
     page = desk.room(path).join("a", "Aya")
     with pytest.raises(OSError, match="there is such a file"), desk.without(path.name):
@@ -94,9 +94,9 @@ def test_a_rename_that_fails_leaves_the_workbook_usable(desk: Desk) -> None:
 
 @pytest.mark.parametrize("end", ["closed", "forgotten"])
 def test_what_looks_after_the_files_ends(end: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rrp_sheets.web.desk.POLL_EVERY", 0.01)
+    monkeypatch.setattr("rrp_sheets.web.open_workbooks.POLL_EVERY", 0.01)
     before = set(threading.enumerate())
-    desk: Desk | None = Desk(tmp_path, CheckWorker())
+    desk: OpenWorkbooks | None = OpenWorkbooks(tmp_path, CheckWorker())
     (thread,) = set(threading.enumerate()) - before
     if end == "closed" and desk is not None:
         desk.close()

@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from play import check, findings, play, rows
 
+from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.frame_runner import run_loop
+from rrp_sheets.engine.plan import make_plan
+from rrp_sheets.engine.scripted_world import ScriptedWorld
 from rrp_sheets.model.names import key
-from rrp_sheets.runtime.frame import FrameEngine
-from rrp_sheets.runtime.loop import run_loop
-from rrp_sheets.runtime.plan import make_plan
-from rrp_sheets.runtime.virtual import VirtualWorld
 
 YAW, PITCH = "Head yaw", "Head pitch"
 
@@ -99,7 +99,7 @@ def test_watching_a_run_does_not_change_it(events):
     events = sorted(events, key=lambda e: e[0])
     watched = play(checked, events, 3000)
     engine = FrameEngine(make_plan(checked))
-    world = VirtualWorld((ms * 1000, key(stream), value) for ms, stream, value in events)
+    world = ScriptedWorld((ms * 1000, key(stream), value) for ms, stream, value in events)
     run_loop(engine, world, world.start(), 3_000_000)
     assert {i: s.arrived for i, s in engine.streams.items()} == {
         i: len(watched[name]) for i, name in ((s, watched.names[s].split("!")[-1]) for s in engine.streams)

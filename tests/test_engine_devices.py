@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from play import check, example, play, rows
 
-from rrp_sheets.runtime.events import EventEngine
-from rrp_sheets.runtime.frame import FrameEngine
-from rrp_sheets.runtime.plan import make_plan
+from rrp_sheets.engine.events import EventEngine
+from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.plan import make_plan
 
 YAW, PITCH = "Head yaw", "Head pitch"
 

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from play import Played, check
 from play import rows as workbook
 
+from rrp_sheets.engine.events import EventEngine
+from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.model.names import argument_name, key
-from rrp_sheets.runtime.events import EventEngine
-from rrp_sheets.runtime.frame import FrameEngine
-from rrp_sheets.runtime.plan import make_plan
 
 SENSORS = ("Head yaw", "Head pitch", "L shoulder pitch")
 END = 3_000_000

@@ -13,17 +13,17 @@ import pytest
 from busy import crowded
 from play import Played, check, rows
 
+from rrp_sheets.engine import realtime_runner
+from rrp_sheets.engine.event_queue import EventQueue
+from rrp_sheets.engine.events import EventEngine
+from rrp_sheets.engine.frame_runner import RunObserver
+from rrp_sheets.engine.plan import make_plan
+from rrp_sheets.engine.ports import Arrivals
+from rrp_sheets.engine.realtime import RealtimeAdapter
+from rrp_sheets.engine.realtime_runner import RealtimeRunner
+from rrp_sheets.engine.timeouts import ActuatorThread
 from rrp_sheets.errors import RunBroken
-from rrp_sheets.model.exchange import Command, Happening
-from rrp_sheets.runtime import live
-from rrp_sheets.runtime.bounded import Hand
-from rrp_sheets.runtime.events import EventEngine
-from rrp_sheets.runtime.live import LiveCourse
-from rrp_sheets.runtime.loop import Hooks
-from rrp_sheets.runtime.mail import Mail
-from rrp_sheets.runtime.plan import make_plan
-from rrp_sheets.runtime.ports import Arrivals
-from rrp_sheets.runtime.pump import PumpedWorld
+from rrp_sheets.model.exchange import Command, Notice
 
 BOOK = """
 | Head yaw | map | headYaw * 10 | A |
@@ -81,7 +81,7 @@ class World:
         self.log.append(("close",))
 
 
-class Until(Hooks):
+class Until(RunObserver):
     """Lets a loop run until the test says so, or for a second at most."""
 
     def __init__(self):
@@ -102,7 +102,7 @@ def course(world, book=BOOK, observer=None):
         world.log.append(("wired",))
         return EventEngine(plan, observer)
 
-    return LiveCourse(plan, world, wire)
+    return RealtimeRunner(plan, world, wire)
 
 
 def go(made, hooks, until_us=5_000_000):
@@ -140,7 +140,7 @@ def test_a_device_that_does_not_start_is_told_with_its_cell_and_nothing_is_left_
 
 
 def test_a_device_that_hangs_at_its_start_is_told(monkeypatch):
-    monkeypatch.setattr(live, "START_WITHIN", 0.2)
+    monkeypatch.setattr(realtime_runner, "START_WITHIN", 0.2)
     world = World(headyaw={"start": hang})
     with pytest.raises(RunBroken, match="did not start within"):
         course(world)
@@ -184,7 +184,7 @@ def test_values_of_many_threads_are_settled_one_by_one_in_order_of_arrival():
 
 
 def test_a_hanging_actuator_stops_neither_the_run_nor_stop(monkeypatch):
-    monkeypatch.setattr(live, "REST_WITHIN", 0.3)
+    monkeypatch.setattr(realtime_runner, "REST_WITHIN", 0.3)
     taken = threading.Event()
     world = World(say={"take": hang}, print={"take": lambda value: taken.set()})
     made = course(world)
@@ -204,7 +204,7 @@ def test_a_hanging_actuator_stops_neither_the_run_nor_stop(monkeypatch):
 
 
 def test_a_hanging_sensor_does_not_keep_the_actuators_from_their_rest(monkeypatch):
-    monkeypatch.setattr(live, "STOP_WITHIN", 0.2)
+    monkeypatch.setattr(realtime_runner, "STOP_WITHIN", 0.2)
     world = World(headyaw={"stop": hang})
     made = course(world)
     assert ["Head yaw" in h.text for h in made.stop()] == [True]
@@ -219,7 +219,7 @@ def test_what_waits_for_an_actuator_at_stop_is_dropped():
         leave.wait(5)
 
     part = Part("print", [], take=slow)
-    hand = Hand("Print", part, Mail())
+    hand = ActuatorThread("Print", part, EventQueue())
     hand.start()
     for value in range(5):
         hand.give(Command("print", value))
@@ -271,7 +271,7 @@ class Lockstep:
         self.steps, self.got, self.stopped = [], [], False
 
     def start(self):
-        return Arrivals([("headyaw", 0)], [Happening("note", "ready")])
+        return Arrivals([("headyaw", 0)], [Notice("note", "ready")])
 
     def advance(self, now_us, commands):
         self.steps.append(now_us)
@@ -285,13 +285,13 @@ class Lockstep:
 def test_a_world_in_lockstep_goes_with_the_wall_clock():
     world = Lockstep()
     plan = make_plan(check(rows(BOOK)))
-    made = LiveCourse(plan, PumpedWorld(world, 30), lambda: EventEngine(plan))
+    made = RealtimeRunner(plan, RealtimeAdapter(world, 30), lambda: EventEngine(plan))
     hooks = Until()
     before = time.monotonic()
     assert made.go(500_000, hooks) == (500_000, "time")
     assert 0.5 <= time.monotonic() - before < 3 * crowded()
     made.stop()
-    assert world.stopped and hooks.told == [Happening("note", "ready")]
+    assert world.stopped and hooks.told == [Notice("note", "ready")]
     assert world.steps == [n * 1_000_000 // 30 for n in range(1, len(world.steps) + 1)]
     assert 2 <= len(world.steps) <= 16
     assert world.got[:2] == [("print", 1), ("print", 12)]

@@ -15,8 +15,8 @@ from chromium import becomes, listening, some
 from test_killed_server import HEADER, NOTES, Served
 
 from rrp_sheets import api
+from rrp_sheets.engine.trace import read_trace
 from rrp_sheets.resources import bundled
-from rrp_sheets.runtime.trace import read_trace
 from rrp_sheets.workbook.editing import read_sheets
 from rrp_sheets.workbook.maker import make_workbook
 

@@ -175,9 +175,9 @@ def test_random_rows_make_a_graph_or_findings_and_never_raise(rows_, devices):
     for step in behaviour.steps:
         assert {*step.inputs, step.output} <= graph.streams.keys()
         assert step.inputs
-        if step.active and step.connector.drives:
+        if step.active and step.connector.is_sink:
             assert graph.streams[step.output].kind is StreamKind.ACTUATOR
-    ranks = {s.output: s.rank for s in behaviour.steps if s.active and not s.connector.drives}
+    ranks = {s.output: s.rank for s in behaviour.steps if s.active and not s.connector.is_sink}
     assert report.errors or all(
         ranks.get(i, -1) < s.rank for s in behaviour.steps if s.active for i in s.inputs
     )  # fmt: skip

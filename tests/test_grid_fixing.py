@@ -13,8 +13,8 @@ from rrp_sheets.diagnostics.fix import Fix, Insert, Put, Replace
 from rrp_sheets.documents import Document, Refused
 from rrp_sheets.documents.journal import Journal
 from rrp_sheets.model.cells import Address
+from rrp_sheets.web.analysis import Analysis, no_analysis
 from rrp_sheets.web.fixing import make_fix
-from rrp_sheets.web.looks import Look, no_look
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.maker import make_workbook
 
@@ -29,11 +29,11 @@ def document(tmp_path: Path) -> Document:
     return Document(tmp_path / "b.xlsx", Journal(tmp_path))
 
 
-def look_with(fix: Fix) -> Look:
+def look_with(fix: Fix) -> Analysis:
     """What a check says that offers one fix."""
     code = CODES["GRAPH001"]
     found = Diagnostic(code.id, code.severity, Address("T", 2, 1), "m", "r", fixes=(fix,))
-    return replace(no_look(), findings=(found,))
+    return replace(no_analysis(), findings=(found,))
 
 
 def texts(document: Document) -> dict[str, list[list[str]]]:

@@ -19,15 +19,15 @@ from rrp_sheets.cli.formula import command as formula_command
 from rrp_sheets.devices import load_robot
 from rrp_sheets.diagnostics import CODES, Severity
 from rrp_sheets.diagnostics.page import PAGES, completed, load_page, parse_page
+from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.frame_runner import run_loop
+from rrp_sheets.engine.plan import make_plan
+from rrp_sheets.engine.scripted_world import ScriptedWorld
 from rrp_sheets.formulas import compile_formula, make_scope
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.functions import define
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.registry import Registry
-from rrp_sheets.runtime.frame import FrameEngine
-from rrp_sheets.runtime.loop import run_loop
-from rrp_sheets.runtime.plan import make_plan
-from rrp_sheets.runtime.virtual import VirtualWorld
 
 HERE = Path(__file__).name
 WITH_PAGE = sorted(path.stem for path in PAGES.glob("*.md"))
@@ -72,7 +72,7 @@ def codes_of_a_run(markdown: str) -> set[str]:
     checked = check(markdown)
     played = Played(checked)
     sensors = [s for s in checked.graph.streams.values() if s.kind is StreamKind.SENSOR]
-    world = VirtualWorld((1000, s.id, example(s.name) if s.device.type.payload else 0.1) for s in sensors)
+    world = ScriptedWorld((1000, s.id, example(s.name) if s.device.type.payload else 0.1) for s in sensors)
     run_loop(FrameEngine(make_plan(checked), played), world, world.start(), 100_000)
     return {error for _, _, error in played.errors}
 

@@ -11,11 +11,11 @@ from typing import Any
 import pytest
 from recorded import END, EVENT, HEADER, write_run
 
+from rrp_sheets.engine.trace import read_trace
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.runs.records.facts import facts_of
 from rrp_sheets.runs.records.table import write_xlsx
 from rrp_sheets.runs.replay.record import read_record
-from rrp_sheets.runtime.trace import read_trace
 
 _VALUE = '{"t": 9, "stream": "Tracking!Distance", "row": "Tracking!2", "value": %s}'
 HOSTILE = {

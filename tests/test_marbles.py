@@ -16,6 +16,9 @@ from hypothesis import strategies as st
 from rrp_sheets import api
 from rrp_sheets.cli.marbles import command
 from rrp_sheets.connectors import connectors
+from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.plan import make_plan
+from rrp_sheets.engine.trace import TraceWriter
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.render.marble_output import write_marbles
@@ -26,9 +29,6 @@ from rrp_sheets.render.measure import columns
 from rrp_sheets.render.score import Bar, Group, Lane, Marble, Score
 from rrp_sheets.render.style import LANDSCAPE, LEAST_SCALE
 from rrp_sheets.resources import bundled
-from rrp_sheets.runtime.frame import FrameEngine
-from rrp_sheets.runtime.plan import make_plan
-from rrp_sheets.runtime.trace import TraceWriter
 from rrp_sheets.testing import run_tests
 from rrp_sheets.testing.example import example_score, example_svg
 from rrp_sheets.testing.marbles import around_failures, scores

@@ -14,6 +14,7 @@ from play import rows
 
 from rrp_sheets import api
 from rrp_sheets.checks import check_workbook
+from rrp_sheets.engine.scripted_world import ScriptedWorld
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.resources import bundled
@@ -22,7 +23,6 @@ from rrp_sheets.runs.replay.record import Entry
 from rrp_sheets.runs.replay.replaying import replay
 from rrp_sheets.runs.replay.wording import as_text
 from rrp_sheets.runs.running import run as start_run
-from rrp_sheets.runtime.virtual import VirtualWorld
 from rrp_sheets.workbook import read
 
 ROWS = """
@@ -319,7 +319,7 @@ def a_session(folder: Path, seconds: int) -> Path:
     ]
     events += [(n * 60_000, "headyaw", round(math.sin(n / 11), 3)) for n in range(seconds * 16)]
     settings = RunSettings(seconds=seconds, fast=True, out=folder)
-    start_run(reading, checked, settings, world=lambda plan, scene, seed, place: VirtualWorld(events))
+    start_run(reading, checked, settings, world=lambda plan, scene, seed, place: ScriptedWorld(events))
     return folder
 
 

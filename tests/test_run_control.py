@@ -13,14 +13,14 @@ from hypothesis import example as also
 from hypothesis import strategies as st
 from play import check, example, rows
 
+from rrp_sheets.engine.pacing import FramePacer, SnapshotThrottle
+from rrp_sheets.engine.plan import make_plan
+from rrp_sheets.engine.trace import read_trace
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.runs.marbles import trace_scores
 from rrp_sheets.runs.records.tidy import tidy
 from rrp_sheets.runs.starting import start_of
 from rrp_sheets.runs.watchdog import Watchdog
-from rrp_sheets.runtime.pace import Pace, Showing
-from rrp_sheets.runtime.plan import make_plan
-from rrp_sheets.runtime.trace import read_trace
 
 BOOK = rows(
     """
@@ -91,7 +91,7 @@ def test_steps_go_on_one_frame_each(tmp_path, untouched):
 
 def test_time_that_was_paused_is_not_caught_up_with_and_speeds_count_from_now():
     now = [100.0]
-    pace = Pace(1.0, lambda: now[0])
+    pace = FramePacer(1.0, lambda: now[0])
     assert pace.left(500_000) == pytest.approx(0.5)
     now[0] += 0.2
     pace.pause()
@@ -370,7 +370,7 @@ def test_whatever_people_do_a_run_goes_to_its_end_and_can_be_read(tmp_path_facto
 # ---- the display
 def test_a_display_is_shown_the_world_by_the_wall_clock_and_again_after_a_change():
     now = [0.0]
-    showing = Showing(lambda: now[0])
+    showing = SnapshotThrottle(lambda: now[0])
     assert showing.due() is None
     showing.want(True, None)
     due = []

@@ -20,18 +20,18 @@ from hypothesis import strategies as st
 from play import check, rows
 
 from rrp_sheets import api
+from rrp_sheets.engine.command_queue import CommandQueue
+from rrp_sheets.engine.events import EventEngine
+from rrp_sheets.engine.observer import RunObserver
+from rrp_sheets.engine.plan import make_plan
+from rrp_sheets.engine.ports import Arrivals
+from rrp_sheets.engine.realtime import RealtimeAdapter
+from rrp_sheets.engine.realtime_runner import RealtimeRunner
 from rrp_sheets.errors import RunBroken
-from rrp_sheets.model.exchange import Shown, State
+from rrp_sheets.model.exchange import State, WorldSnapshot
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs import RunSettings, RunView
 from rrp_sheets.runs.apart import RunProcess
-from rrp_sheets.runtime.control import Control
-from rrp_sheets.runtime.events import EventEngine
-from rrp_sheets.runtime.hooks import Hooks
-from rrp_sheets.runtime.live import LiveCourse
-from rrp_sheets.runtime.plan import make_plan
-from rrp_sheets.runtime.ports import Arrivals
-from rrp_sheets.runtime.pump import PumpedWorld
 
 BOOK = rows(
     """
@@ -63,22 +63,24 @@ class Lockstep:
         self.acted += actions
 
     def show(self, picture):
-        return Shown(State({}, (), (), "", {"Red ball": (float(len(self.acted)), 0, 0)}))
+        return WorldSnapshot(State({}, (), (), "", {"Red ball": (float(len(self.acted)), 0, 0)}))
 
     def stop(self):
         pass
 
 
-class Live(Hooks):
+class Live(RunObserver):
     """An event loop on a thread of its own."""
 
     def __init__(self, book=BOOK):
-        self.world, self.control = Lockstep(), Control()
+        self.world, self.control = Lockstep(), CommandQueue()
         self.acts, self.refusals, self.places, self.ended, self.changed = [], [], [], [], threading.Condition()
         self.frames = 0
         plan = make_plan(check(book))
         self.events = []
-        self.course = LiveCourse(plan, PumpedWorld(self.world, 30), lambda: EventEngine(plan, self), self.control)
+        self.course = RealtimeRunner(
+            plan, RealtimeAdapter(self.world, 30), lambda: EventEngine(plan, self), self.control
+        )
         self.thread = threading.Thread(target=self._go, daemon=True)
         self.thread.start()
 

@@ -6,9 +6,9 @@ import pytest
 from acting import Run, Script, wish
 from play import check, rows
 
+from rrp_sheets.engine.editing import compare
+from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runtime.editing import compare
-from rrp_sheets.runtime.plan import make_plan
 
 ROWS = """
 | Head yaw | accumulate | total + headYaw | Sum |

@@ -13,18 +13,18 @@ from browser import TOKEN, let_in
 
 from rrp_sheets.documents import CellText
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.exchange import Act, Happening, State
+from rrp_sheets.model.exchange import Notice, OperatorAction, State
 from rrp_sheets.model.values import Failure, record_from_mapping
 from rrp_sheets.runs.view import RunStart
 from rrp_sheets.runs.worker import CheckWorker, Findings
-from rrp_sheets.web import desk as desk_module
+from rrp_sheets.web import open_workbooks as desk_module
 from rrp_sheets.web.app import create_app
-from rrp_sheets.web.desk import Desk
-from rrp_sheets.web.listeners import Listener, message
 from rrp_sheets.web.live.floor import Floor
 from rrp_sheets.web.live.hub import Hub
 from rrp_sheets.web.live.session import Wish
-from rrp_sheets.web.room import Room
+from rrp_sheets.web.open_workbooks import OpenWorkbooks
+from rrp_sheets.web.sse import EventStream, message
+from rrp_sheets.web.workbook_session import WorkbookSession
 from rrp_sheets.workbook.maker import make_workbook
 
 START = RunStart(
@@ -84,10 +84,13 @@ def test_the_log_tells_commands_once_and_what_is_said_with_its_sound(hub: Hub) -
         hub.event(us, "headtracker", "A!5", 0.5)
     hub.event(3_000_000, "headtracker", "A!5", None)
     hub.event(3_100_000, "say", "A!3", "Hello")
-    hub.happening(3_200_000, Happening("say", "Hello", "say", "A!3", "say-001.wav"))
-    hub.acted(3_300_000, Act("mark", "Kai laughs", "Mika"))
+    hub.happening(3_200_000, Notice("say", "Hello", "say", "A!3", "say-001.wav"))
+    hub.acted(3_300_000, OperatorAction("mark", "Kai laughs", "Mika"))
     for us in range(3_400_000, 4_000_000, 100_000):
-        hub.acted(us, Act("scene", "Red ball is put to 1, 0, 0 m.", "Mika", {"thing": "Red ball", "put": [1, 0, 0]}))
+        hub.acted(
+            us,
+            OperatorAction("scene", "Red ball is put to 1, 0, 0 m.", "Mika", {"thing": "Red ball", "put": [1, 0, 0]}),
+        )
         hub.refused("put", "Blue ball cannot be put there.", "")
     lines = hub.news()[1]
     assert [(n["kind"], n["text"], n["by"], n["sound"]) for n in lines] == [
@@ -100,7 +103,7 @@ def test_the_log_tells_commands_once_and_what_is_said_with_its_sound(hub: Hub) -
 
 def test_a_thing_that_is_dragged_is_one_line_that_tells_its_last_place(hub: Hub) -> None:
     def put(us: int, x: int, by: str = "Mika") -> None:
-        act = Act("scene", f"Red ball is put to {x}, 0, 0 m.", by, {"thing": "Red ball", "put": [x, 0, 0]})
+        act = OperatorAction("scene", f"Red ball is put to {x}, 0, 0 m.", by, {"thing": "Red ball", "put": [x, 0, 0]})
         hub.acted(us, act)
 
     put(0, 1)
@@ -109,7 +112,7 @@ def test_a_thing_that_is_dragged_is_one_line_that_tells_its_last_place(hub: Hub)
         put(n * 100_000, n)
         hub.event(n * 100_000, "headtracker", "A!5", n / 10)  # what the robot does meanwhile does not divide it
     assert all(line["kind"] == "command" for line in hub.news()[1]), "told again when it stands"
-    hub.acted(3_000_000, Act("mark", "Kai laughs", "Ken"))
+    hub.acted(3_000_000, OperatorAction("mark", "Kai laughs", "Ken"))
     moved, mark = (line for line in hub.news()[1] if line["kind"] != "command")
     assert (moved["text"], moved["t"], moved["instead"]) == ("Red ball is dragged to 29, 0, 0 m.", 2.9, first["i"])
     assert mark["text"] == "Kai laughs"
@@ -124,7 +127,7 @@ def test_a_thing_that_is_dragged_is_one_line_that_tells_its_last_place(hub: Hub)
 def test_memory_stays_small_however_long_a_run_is(hub: Hub) -> None:
     for us in range(0, 4_000_000_000, 1_000_000):
         hub.event(us, "a!distance", "A!2", us / 1e9)
-        hub.acted(us, Act("mark", "x" * 500, "Mika"))
+        hub.acted(us, OperatorAction("mark", "x" * 500, "Mika"))
         hub.state(us, State({}, (0,) * 6, (0, 0, 0), "", {}, {"head": f"A!{us % 7}"}))
         hub.frame(us)
         hub.news()
@@ -148,7 +151,7 @@ def test_who_drives_what_goes_over_short_pauses(hub: Hub) -> None:
 
 
 def test_a_page_that_lags_behind_is_told_the_newest_instead_of_everything() -> None:
-    listener = Listener("a", "Mika")
+    listener = EventStream("a", "Mika")
     for number in range(200):
         listener.tell_live(message("live", {"t": number}))
     listener.tell(message("run", {"phase": "stopping"}))
@@ -255,10 +258,10 @@ def test_a_mistake_that_is_mended_before_its_check_has_ended_does_not_stay_unuse
     rows = [["", "Red ball", "map", "redBall.distance", "Distance", ""], ["", "Distance", "subscribe", "", "Print", ""]]
     make_workbook({"T": [HEADER, *rows]}, tmp_path / "b.xlsx")
     worker = Held()
-    desk = Desk(tmp_path, worker)
+    desk = OpenWorkbooks(tmp_path, worker)
     floor, room = Floor(desk), desk.room(tmp_path / "b.xlsx")
     page = room.join("a", "Aya")
-    room.look()  # begins the first check
+    room.analysis()  # begins the first check
     hear(page, "checked")
     session = floor.start(room, "b.xlsx", Wish("Aya", speed=0))
     hear(page, '"phase":"running"')
@@ -273,13 +276,13 @@ def test_a_mistake_that_is_mended_before_its_check_has_ended_does_not_stay_unuse
     assert '"restart":""' in hear(page, '"phase":"ended"')
 
 
-def put(room: Room, text: str) -> None:
+def put(room: WorkbookSession, text: str) -> None:
     grid = room.document.grids["T"]
     cell = CellText(grid.rows[0], 4, text)
     assert not room.change("b", "Aya", "", lambda document: document.set_cells("Aya", "T", [cell])).get("message")
 
 
-def hear(page: Listener, words: str) -> str:
+def hear(page: EventStream, words: str) -> str:
     """What a page is told, until some words come."""
     heard, until = "", time.monotonic() + 90
     while words not in heard:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from rrp_sheets import api
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError, UnreadableFile
-from rrp_sheets.model.exchange import Act, Happening, State
+from rrp_sheets.model.exchange import Notice, OperatorAction, State
 from rrp_sheets.model.values import Failure, Record, record_from_mapping
 from rrp_sheets.processes import Lines
 from rrp_sheets.resources import bundled
@@ -108,9 +108,11 @@ def test_everything_that_a_view_is_told_arrives_in_order():
     for view in (here, telling.Reporter(box)):
         view.event(1, "redball", "", record_from_mapping("Red ball", {"x": 1}))
         view.error(2, "T!3", Failure("FORM101", "This divides by zero.", 3), (1, "a"))
-        view.happening(3, Happening("say", "Grüß dich", "say", "T!4", "say-001.wav"))
+        view.happening(3, Notice("say", "Grüß dich", "say", "T!4", "say-001.wav"))
         view.frame(4)
-        view.acted(5, Act("scene", "Red ball is put …", "Anna", {"thing": "Red ball", "put": [1.0, 0.0, 0.4]}))
+        view.acted(
+            5, OperatorAction("scene", "Red ball is put …", "Anna", {"thing": "Red ball", "put": [1.0, 0.0, 0.4]})
+        )
         view.refused("send", "No such stream.", "Did you mean …?")
         view.paused(5, True)
         view.standing(5)
@@ -135,7 +137,7 @@ def test_a_watcher_that_does_not_read_does_not_stop_the_run():
         reporter.frame(us)
     waiting = len(box._waiting)
     reporter.picture(20_000, bytes(20_000))  # would be old when it is seen
-    reporter.acted(20_000, Act("mark", "he laughs"))  # is never left out
+    reporter.acted(20_000, OperatorAction("mark", "he laughs"))  # is never left out
     assert 0 < len(box._waiting) - waiting < 200
     reporter.finishing()  # nor is this
     assert box.missed > 1_000

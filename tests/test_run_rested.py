@@ -10,16 +10,16 @@ import pytest
 from panel import HEADER
 
 from rrp_sheets.checks import check_workbook
+from rrp_sheets.engine.scripted_world import ScriptedWorld
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.runs.running import run
 from rrp_sheets.runs.view import RunSettings, RunView, Summary
 from rrp_sheets.runs.worker import CheckWorker
-from rrp_sheets.runtime.virtual import VirtualWorld
-from rrp_sheets.web.desk import Desk
-from rrp_sheets.web.listeners import Listener
 from rrp_sheets.web.live.ending import failed
 from rrp_sheets.web.live.floor import Floor
 from rrp_sheets.web.live.session import Wish
+from rrp_sheets.web.open_workbooks import OpenWorkbooks
+from rrp_sheets.web.sse import EventStream
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.maker import make_workbook
 
@@ -59,7 +59,7 @@ def test_at_rest_everything_is_recorded_and_the_files_come_after(tmp_path: Path)
 
 def test_the_next_run_is_not_disturbed_by_the_end_of_the_one_before(tmp_path: Path) -> None:
     make_workbook({"T": ROWS}, tmp_path / "b.xlsx")
-    desk = Desk(tmp_path, CheckWorker())
+    desk = OpenWorkbooks(tmp_path, CheckWorker())
     floor, room = Floor(desk), desk.room(tmp_path / "b.xlsx")
     page = Ear(room.join("a", "Aya"))
     first = floor.start(room, "b.xlsx", Wish("Aya", speed=0))
@@ -82,7 +82,7 @@ def test_the_next_run_is_not_disturbed_by_the_end_of_the_one_before(tmp_path: Pa
 class Ear:
     """Takes what a page is told, until some words come; what came after them is for the next time."""
 
-    def __init__(self, page: Listener) -> None:
+    def __init__(self, page: EventStream) -> None:
         self.page = page
         self.told = ""
 
@@ -107,11 +107,11 @@ def test_a_run_for_which_there_is_no_room_leaves_no_folder(tmp_path: Path, monke
 
     monkeypatch.setattr("rrp_sheets.runs.folder.shutil.copyfile", full)
     with pytest.raises(SheetsError, match="No space left on device") as caught:
-        run(reading, checked, RunSettings(fast=True), world=lambda *_: VirtualWorld([]))
+        run(reading, checked, RunSettings(fast=True), world=lambda *_: ScriptedWorld([]))
     assert list((tmp_path / "runs").iterdir()) == [], "it would be told for ever that it cannot be read"
     assert failed(caught.value)["remedy"] == "Make room.", "no option of the command line in the browser"
     (kept := tmp_path / "kept").mkdir()
     (kept / "mine.txt").touch()
     with pytest.raises(SheetsError, match="No space left on device"):
-        run(reading, checked, RunSettings(fast=True, out=kept), world=lambda *_: VirtualWorld([]))
+        run(reading, checked, RunSettings(fast=True, out=kept), world=lambda *_: ScriptedWorld([]))
     assert (kept / "mine.txt").exists(), "a folder that was there stays"

@@ -24,6 +24,8 @@ from recorded import END, EVENT, HEADER, HOSTILE, write_run
 
 from rrp_sheets.cli.main import group
 from rrp_sheets.documents.journal import Journal
+from rrp_sheets.engine import file_lock
+from rrp_sheets.engine.file_lock import lock, locked
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.stamped import png_with
 from rrp_sheets.resources import bundled
@@ -31,8 +33,6 @@ from rrp_sheets.runs.faces import kept
 from rrp_sheets.runs.records.deleting import delete, plan
 from rrp_sheets.runs.records.facts import facts_of
 from rrp_sheets.runs.records.traces_left import places_of
-from rrp_sheets.runtime import holding
-from rrp_sheets.runtime.holding import held, hold
 from rrp_sheets.sim.face_memory import FaceMemory, write_memory
 
 CODE = "P-07"
@@ -191,7 +191,7 @@ def test_a_run_that_goes_on_is_refused(folder: Path) -> None:
     trace = write_run(folder, "8-now", HEADER | {"participant": CODE}, EVENT) / "trace.jsonl"
     with trace.open("a") as written:
         assert facts_of(trace.parent).ended == "cut"
-        hold(written)
+        lock(written)
         assert facts_of(trace.parent).ended == "going"  # although nothing was written for long
         with pytest.raises(SheetsError, match="8-now goes on"):
             plan(folder, CODE)
@@ -200,7 +200,7 @@ def test_a_run_that_goes_on_is_refused(folder: Path) -> None:
     with pytest.raises(SheetsError, match="1-a goes on"):
         plan(folder, CODE, going={"1-a"})
     with trace.open("a") as written:
-        hold(written)
+        lock(written)
         with pytest.raises(SheetsError, match="8-now goes on"):
             delete(planned)
     assert (folder / "runs" / "1-a").is_dir()  # nothing went before that was seen
@@ -210,9 +210,9 @@ def test_a_run_is_held_although_somebody_looks_whether_it_is(tmp_path: Path, mon
     with tmp_path.joinpath("looked at").open("w") as file:
         looking = os.open(file.name, os.O_RDONLY)
         fcntl.flock(looking, fcntl.LOCK_SH)
-        monkeypatch.setattr(holding.time, "sleep", lambda seconds: os.close(looking))  # that takes no longer
-        hold(file)
-        assert holding.is_held(Path(file.name))
+        monkeypatch.setattr(file_lock.time, "sleep", lambda seconds: os.close(looking))  # that takes no longer
+        lock(file)
+        assert file_lock.is_locked(Path(file.name))
 
 
 def test_what_was_half_deleted_is_gone_on_with(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -370,7 +370,7 @@ def test_a_run_that_begins_is_told_when_it_may_be_of_the_code(study: Path) -> No
     planned = plan(study, CODE)
     new = study / "runs" / "8-new"
     new.mkdir()
-    with held(new):
+    with locked(new):
         with pytest.raises(SheetsError, match="8-new is just beginning"):
             plan(study, CODE)
         with pytest.raises(SheetsError, match="8-new is just beginning"):
@@ -382,7 +382,7 @@ def test_a_run_that_begins_is_told_when_it_may_be_of_the_code(study: Path) -> No
 
 
 def test_a_run_whose_last_files_are_written_is_refused(study: Path) -> None:
-    with held(study / "runs" / "1-a"), pytest.raises(SheetsError, match="1-a goes on, or is still being written"):
+    with locked(study / "runs" / "1-a"), pytest.raises(SheetsError, match="1-a goes on, or is still being written"):
         plan(study, CODE)
     assert len(plan(study, CODE).runs) == 1
 
@@ -457,7 +457,7 @@ def test_faces_wait_for_a_run_that_would_write_them_again(tmp_path: Path) -> Non
     other = write_run(tmp_path, "2", of("P-08"), EVENT) / "trace.jsonl"
     remember(tmp_path, "Guest 1")
     with other.open("a") as written:
-        hold(written)
+        lock(written)
         with pytest.raises(SheetsError, match="would write the remembered faces again"):
             delete(plan(tmp_path, CODE))
     assert kept(tmp_path) == ["Guest 1"] and (tmp_path / "runs" / "1").is_dir()

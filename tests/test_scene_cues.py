@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from test_run_control import BOOK, FRAME, Run, Script, wish
 
+from rrp_sheets.engine.scene_triggers import SceneTriggers
 from rrp_sheets.model.scene import SceneAction
-from rrp_sheets.runtime.cues import Cues
 
 S = 1_000_000
 ROWS = {
@@ -28,7 +28,7 @@ def test_when_a_row_that_waits_has_its_turn(case: str) -> None:
     for row, text in enumerate(times, start=2):
         cue, plus, seconds = text.rpartition("+")
         actions.append(SceneAction(round(float(seconds) * S), "Mia", "say", row=row, cue=(cue or "+") if plus else ""))
-    cues = Cues(actions)
+    cues = SceneTriggers(actions)
     for second in events:
         cues.heard("ask", second * S)
     due = [(str(a.row), a.time_us / S) for a in cues.take()]

@@ -21,7 +21,7 @@ from rrp_sheets.devices.scene import parse_scene
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.model.cells import Address, Cell
-from rrp_sheets.model.exchange import Command, DeviceUse, Happening
+from rrp_sheets.model.exchange import Command, DeviceUse, Notice
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import to_json
 from rrp_sheets.model.workbook import SceneRow
@@ -46,7 +46,7 @@ def scene_of(table: str) -> tuple[SceneAction, ...]:
 @dataclass
 class Played:
     events: list[tuple[float, str, Any]] = field(default_factory=list)
-    happenings: list[tuple[float, Happening]] = field(default_factory=list)
+    happenings: list[tuple[float, Notice]] = field(default_factory=list)
     states: dict[int, Any] = field(default_factory=dict)  # by whole second
 
     def said(self, kind: str) -> list[str]:

@@ -31,7 +31,7 @@ from play import rows
 from test_watchdog import EVENT_LOOP, head_top
 
 from rrp_sheets.devices import load_robot
-from rrp_sheets.model.exchange import Command, Happening
+from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.runs.apart import Ended, RunProcess
 from rrp_sheets.runs.view import RunSettings, RunView
 from rrp_sheets.sim.espeak import espeak
@@ -105,7 +105,7 @@ class Panel(RunView):
         """The robot has begun its rest."""
         self.finished.append(time.monotonic())
 
-    def happening(self, us: int, happening: Happening) -> None:
+    def happening(self, us: int, happening: Notice) -> None:
         """Something is told."""
         self.notes.append(happening.text)
 

@@ -7,14 +7,14 @@ import json
 import pytest
 from play import check, rows
 
+from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.frame_runner import run_loop
+from rrp_sheets.engine.plan import make_plan
+from rrp_sheets.engine.scripted_world import ScriptedWorld
+from rrp_sheets.engine.trace import TraceWriter, read_trace
 from rrp_sheets.errors import UnreadableFile
-from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.exchange import Notice
 from rrp_sheets.runs.records.tidy import tidy
-from rrp_sheets.runtime.frame import FrameEngine
-from rrp_sheets.runtime.loop import run_loop
-from rrp_sheets.runtime.plan import make_plan
-from rrp_sheets.runtime.trace import TraceWriter, read_trace
-from rrp_sheets.runtime.virtual import VirtualWorld
 
 BOOK = rows(
     """
@@ -32,9 +32,9 @@ def trace(tmp_path):
     path = tmp_path / "trace.jsonl"
     writer = TraceWriter(path, plan, {"seed": 7})
     engine = FrameEngine(plan, writer)
-    world = VirtualWorld([(0, "headyaw", 2), (33_333, "headyaw", 0)])
+    world = ScriptedWorld([(0, "headyaw", 2), (33_333, "headyaw", 0)])
     run_loop(engine, world, world.start(), 66_666)
-    writer.happening(66_666, Happening("say", "Hello", "print", "T!4"))
+    writer.happening(66_666, Notice("say", "Hello", "print", "T!4"))
     writer.close({"ended": "time"})
     return path
 

@@ -18,8 +18,8 @@ from rrp_sheets import api
 from rrp_sheets.checks.expecting import half_of_last_digit
 from rrp_sheets.checks.parts import fields, in_quotes, literal
 from rrp_sheets.cli.test import command
+from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.resources import bundled
-from rrp_sheets.runtime.plan import make_plan
 from rrp_sheets.testing import run_tests
 from rrp_sheets.testing.holds import equal
 from rrp_sheets.testing.judge import _Lane

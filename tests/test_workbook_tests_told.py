@@ -7,8 +7,8 @@ import pytest
 from tested import TRACKING, held, ran, sheet, wrong
 
 from rrp_sheets import api
+from rrp_sheets.engine.clock import FrameClock
 from rrp_sheets.resources import bundled
-from rrp_sheets.runtime.clock import FrameClock
 from rrp_sheets.testing import run_tests
 
 FOLDER = bundled("workbooks")

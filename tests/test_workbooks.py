@@ -11,8 +11,8 @@ import pytest
 
 from rrp_sheets import api
 from rrp_sheets.devices.scene import scene_end_us
+from rrp_sheets.engine.trace import read_trace
 from rrp_sheets.resources import bundled
-from rrp_sheets.runtime.trace import read_trace
 
 FOLDER = bundled("workbooks")
 NAMES = [

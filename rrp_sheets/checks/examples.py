@@ -71,7 +71,7 @@ class Examples:
             return _PASSES[name](step, facts), None
         if formula is not None:
             return self._mapped(step, formula, facts)
-        return (_merged(facts) if step.connector.drives else Fact()), None
+        return (_merged(facts) if step.connector.is_sink else Fact()), None
 
     # ---- connectors with a formula
     def _mapped(self, step: Step, formula: Formula, facts: Sequence[Fact]) -> tuple[Fact, Trouble | None]:

@@ -104,7 +104,7 @@ class _Compiler:
             return
         facts = [self.facts.get(i, Fact()) for i in step.inputs]
         fact, trouble = self.examples.work_out(step, facts, formula)
-        self.facts[step.ref if step.connector.drives else step.output] = fact
+        self.facts[step.ref if step.connector.is_sink else step.output] = fact
         if trouble is not None and step.active:
             self.troubles[step.ref] = trouble
 
@@ -141,7 +141,7 @@ class _Compiler:
     def _duration(self, step: Step) -> str:
         """A time such as `8 s` that is sent to Wait, as the text that it is; else nothing."""
         device, typed = self.graph.streams[step.output].device, step.row.formula.text.strip()
-        waits = step.connector.drives and device is not None and device.type.name == "Wait"
+        waits = step.connector.is_sink and device is not None and device.type.name == "Wait"
         return f'"{typed}"' if waits and typed[-1:].isalpha() and parse_duration(typed) else ""
 
     def _propose_sheet(self, problem: FormulaProblem, scope: Scope | None) -> None:

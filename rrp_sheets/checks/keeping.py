@@ -55,7 +55,7 @@ def kept_kinds(robot: Robot, graph: Graph, run: RunPlan) -> list[str]:
     used = {
         resource
         for s in steps
-        if s.connector.drives and (device := graph.streams[s.output].device) is not None
+        if s.connector.is_sink and (device := graph.streams[s.output].device) is not None
         for resource in device.type.resources
     }
     sees_faces = any("person" in s.device.type.shows for s in sensors if s.device)

@@ -69,9 +69,9 @@ class Routes:
             for step in sorted(behaviour.steps, key=lambda s: s.rank):
                 if step.active and step.inputs:
                     self._steps[step.ref] = step
-                    if filters and not step.connector.drives:
+                    if filters and not step.connector.is_sink:
                         self._follow(step)
-                    self.of[step.ref if step.connector.drives else step.output] = self._through(step)
+                    self.of[step.ref if step.connector.is_sink else step.output] = self._through(step)
 
     # ---- routes
     def _through(self, step: Step) -> tuple[Route, ...] | None:
@@ -85,7 +85,7 @@ class Routes:
             return self._filtered(step, first)
         if name == "accumulate":
             return self._accumulated(step)
-        every = name in ("combineLatest", "merge") or (step.connector.drives and not step.row.formula)
+        every = name in ("combineLatest", "merge") or (step.connector.is_sink and not step.row.formula)
         if not every:
             return first
         found = [self.of.get(i, ()) for i in step.inputs]

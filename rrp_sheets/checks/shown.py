@@ -14,7 +14,7 @@ def row_examples(checked: Checked) -> dict[str, Fact]:
     found: dict[str, Fact] = {}
     for behaviour in checked.graph.behaviours:
         for step in behaviour.steps:
-            fact = checked.facts.get(step.ref if step.connector.drives else step.output)
+            fact = checked.facts.get(step.ref if step.connector.is_sink else step.output)
             if step.row.on and fact is not None and fact.has_example:
                 found[step.ref] = fact
     return found

@@ -9,7 +9,7 @@ import click
 from rrp_sheets.cli.check import print_findings
 from rrp_sheets.cli.main import mute
 from rrp_sheets.cli.plain import plain_text
-from rrp_sheets.model.exchange import DONE, Happening
+from rrp_sheets.model.exchange import DONE, Notice
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.runs import RunResult, RunStart, RunView
 from rrp_sheets.runs.commands import Commands
@@ -76,7 +76,7 @@ class Watch(RunView):
             given = ", ".join(show(v) for v in values)
             self._line(us, f"error in {row}: {failure.message} (it got {given})", "red")
 
-    def happening(self, us: int, happening: Happening) -> None:
+    def happening(self, us: int, happening: Notice) -> None:
         """Speech, clamped commands, notes."""
         verb = {"say": "says", "sound": "plays"}.get(happening.kind)
         colour = "green" if verb else {"person": "cyan", "error": "red", "clamp": "yellow"}.get(happening.kind)

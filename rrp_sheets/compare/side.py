@@ -159,16 +159,16 @@ class Side:
 
     def _drives(self, row: Row) -> bool:
         connector = connectors().get(row.connector.text)
-        return connector is not None and connector.drives
+        return connector is not None and connector.is_sink
 
     def _view(self, row: Row, sheet: str, step: Step | None, made: set[str], above: tuple[str, ...]) -> RowView:
         if step is not None:
             formula = self.checked.formulas.get(step.ref)
             connector = step.connector
-            return RowView(row, sheet, step, connector.name, connector.drives, step.inputs, step.output, formula)
+            return RowView(row, sheet, step, connector.name, connector.is_sink, step.inputs, step.output, formula)
         found, home = connectors().get(row.connector.text), key(sheet)
         inputs = tuple(f"{home}!{k}" if (k := key(c.text)) in made else k for c in row.inputs) or above
-        drives = found is not None and found.drives
+        drives = found is not None and found.is_sink
         output = f"{home}!{key(row.output.text)}" if row.output else f"{home}!#{row.number}"
         name = found.name if found else key(row.connector.text)
         return RowView(row, sheet, None, name, drives, inputs, key(row.output.text) if drives else output, None)

@@ -6,14 +6,14 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
-from rrp_sheets.connectors.wiring import Wiring, by_input, settle
+from rrp_sheets.connectors.wiring import ConnectorContext, batch_per_instant, by_input
 from rrp_sheets.model.values import Failure, Value
 
 if TYPE_CHECKING:
     from reactivex import Observable
 
 
-def build(wiring: Wiring) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> Observable[Value]:
     """Once per event, by input order, then arrival: the result becomes the total and is emitted.
 
     The formula sees `total`, `value` (the event's) and the inputs: the event's own has its value, the others are
@@ -37,13 +37,13 @@ def build(wiring: Wiring) -> Observable[Value]:
                 total = result
             emit(total)
 
-    return settle(wiring, flush)
+    return batch_per_instant(wiring, flush)
 
 
 ACCUMULATE = Connector(
     name="accumulate",
-    least=1,
-    most=None,
+    min_inputs=1,
+    max_inputs=None,
     parameter=Parameter.OPTIONAL_FORMULA,
     icon=('<path d="M9.6 2.8V1.3H2.2L6.4 6l-4.2 4.7h7.4V9.2"/>'),
     help="Works out a total anew with each value of its inputs, from the total so far; without formula it counts.",

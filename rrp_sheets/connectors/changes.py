@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
-from rrp_sheets.connectors.wiring import Wiring
+from rrp_sheets.connectors.wiring import ConnectorContext
 from rrp_sheets.model.values import Value, identity
 
 if TYPE_CHECKING:
     from reactivex import Observable
 
 
-def build(wiring: Wiring) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> Observable[Value]:
     """The values that differ from the one before them."""
     from reactivex import operators as ops
 
@@ -21,8 +21,8 @@ def build(wiring: Wiring) -> Observable[Value]:
 
 CHANGES = Connector(
     name="changes",
-    least=1,
-    most=1,
+    min_inputs=1,
+    max_inputs=1,
     parameter=Parameter.NONE,
     icon=(
         '<path d="M.8 9h3.4V3h3.4v6H11"/>'

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
-from rrp_sheets.connectors.wiring import Wiring, settle
+from rrp_sheets.connectors.wiring import ConnectorContext, batch_per_instant
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Failure, Field, Record, RecordType, Value
 
@@ -20,7 +20,7 @@ def together(names: tuple[str, ...]) -> RecordType:
     return RecordType("Combination", fields, positions=tuple(key(f.name) for f in fields))
 
 
-def build(wiring: Wiring) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> Observable[Value]:
     """After every input has had a value: one result per instant in which an input changed."""
     count = len(wiring.inputs)
     latest: list[Value] = [None] * count
@@ -44,13 +44,13 @@ def build(wiring: Wiring) -> Observable[Value]:
         else:
             emit(result)
 
-    return settle(wiring, flush)
+    return batch_per_instant(wiring, flush)
 
 
 COMBINE_LATEST = Connector(
     name="combineLatest",
-    least=2,
-    most=None,
+    min_inputs=2,
+    max_inputs=None,
     parameter=Parameter.OPTIONAL_FORMULA,
     icon=('<path d="M1 2.2h2.6l3 3M1 9.8h2.6l3-3M8.5 6H12"/><circle cx="7.2" cy="6" r="1.9" class="f"/>'),
     help="Joins the latest values of its inputs whenever one of them changes, once each of them has had a value.",

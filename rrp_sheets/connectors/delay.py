@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
-from rrp_sheets.connectors.wiring import Wiring
+from rrp_sheets.connectors.wiring import ConnectorContext
 from rrp_sheets.model.values import Value
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
 
 
-def build(wiring: Wiring) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> Observable[Value]:
     """Every value after the period; their order and their distances are kept."""
     from reactivex import Observable
 
@@ -30,8 +30,8 @@ def build(wiring: Wiring) -> Observable[Value]:
 
 DELAY = Connector(
     name="delay",
-    least=1,
-    most=1,
+    min_inputs=1,
+    max_inputs=1,
     parameter=Parameter.PERIOD,
     icon=(
         '<circle cx="2.2" cy="3" r="1.2"/><path d="M2.2 7.2h6M6.2 5.2l2 2-2 2"/>'

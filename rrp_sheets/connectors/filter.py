@@ -6,14 +6,14 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
-from rrp_sheets.connectors.wiring import Wiring, first_with_latest
+from rrp_sheets.connectors.wiring import ConnectorContext, first_with_latest
 from rrp_sheets.model.values import Failure, Value, show
 
 if TYPE_CHECKING:
     from reactivex import Observable
 
 
-def build(wiring: Wiring) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> Observable[Value]:
     """The first input's values for which the formula gives TRUE or a number other than 0."""
     from reactivex import operators as ops
 
@@ -50,8 +50,8 @@ def build(wiring: Wiring) -> Observable[Value]:
 
 FILTER = Connector(
     name="filter",
-    least=1,
-    most=None,
+    min_inputs=1,
+    max_inputs=None,
     parameter=Parameter.FORMULA,
     icon=('<path d="M1 1.5h10L7.2 6.2v4.3L4.8 9V6.2z"/>'),
     help="Lets a value of the first input pass when the formula holds; further inputs give their latest value.",

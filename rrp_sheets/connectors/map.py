@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
-from rrp_sheets.connectors.wiring import Wiring, evaluated
+from rrp_sheets.connectors.wiring import ConnectorContext, evaluated
 from rrp_sheets.model.values import Failure, Value
 
 if TYPE_CHECKING:
     from reactivex import Observable
 
 
-def build(wiring: Wiring) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> Observable[Value]:
     """The formula's result for each value of the first input, the others with their latest."""
     from reactivex import compose
     from reactivex import operators as ops
@@ -38,8 +38,8 @@ def _held(result: Value) -> bool:
 
 MAP = Connector(
     name="map",
-    least=1,
-    most=None,
+    min_inputs=1,
+    max_inputs=None,
     parameter=Parameter.FORMULA,
     icon=('<path d="M1 6h6.5M5.2 3.4 7.8 6 5.2 8.6"/><rect x="9" y="4.2" width="2.6" height="3.6" class="f"/>'),
     help="Works out a new value for each value of the first input; further inputs give their latest value.",

@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable
 from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
-from rrp_sheets.connectors.wiring import Wiring, settle
+from rrp_sheets.connectors.wiring import ConnectorContext, batch_per_instant
 from rrp_sheets.model.values import Failure, Value, identity
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ MOST_KEYS = 100_000
 """Of more, the oldest are forgotten: a run of hours must not fill the memory."""
 
 
-def build(wiring: Wiring) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> Observable[Value]:
     """Values of the first input whose key has not passed since the last value of any other input.
 
     In one instant the other inputs come first, as with `map` and `filter`: `Right, Part | once` takes a right answer
@@ -49,13 +49,13 @@ def build(wiring: Wiring) -> Observable[Value]:
             passed[key] = None
             emit(value)
 
-    return settle(wiring, flush)
+    return batch_per_instant(wiring, flush)
 
 
 ONCE = Connector(
     name="once",
-    least=1,
-    most=None,
+    min_inputs=1,
+    max_inputs=None,
     parameter=Parameter.OPTIONAL_FORMULA,
     icon=('<circle cx="6" cy="6" r="4.8"/><path d="M4.6 4.4 6.2 3v6M4.6 9h3.2"/>'),
     help="Lets a value of the first input pass only the first time (for each result of the formula, if there is one); "

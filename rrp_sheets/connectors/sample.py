@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
-from rrp_sheets.connectors.wiring import Wiring
+from rrp_sheets.connectors.wiring import ConnectorContext
 from rrp_sheets.model.values import Value
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
 
 
-def build(wiring: Wiring) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> Observable[Value]:
     """Ticks have absolute due times (no drift); a value of the tick's own instant counts."""
     from reactivex import Observable
     from reactivex.disposable import SingleAssignmentDisposable
@@ -55,8 +55,8 @@ def build(wiring: Wiring) -> Observable[Value]:
 
 SAMPLE = Connector(
     name="sample",
-    least=1,
-    most=1,
+    min_inputs=1,
+    max_inputs=1,
     parameter=Parameter.PERIOD,
     icon=('<path d="M.8 9.5h2.4v-7h2.8v7h2.8v-7h2.4"/>'),
     help="At a fixed pace, the latest value, if one has arrived since the last time.",

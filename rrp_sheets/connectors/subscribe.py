@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors import merge
 from rrp_sheets.connectors.spec import Connector, Parameter
-from rrp_sheets.connectors.wiring import Wiring, evaluated
+from rrp_sheets.connectors.wiring import ConnectorContext, evaluated
 from rrp_sheets.model.values import Value
 
 if TYPE_CHECKING:
     from reactivex import Observable
 
 
-def build(wiring: Wiring) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> Observable[Value]:
     """Without formula every value of every input, with one as `map` does. The engine hands them to the actuator.
 
     Always at the row's own place in the order, so that of two rows the later one has the last word.
@@ -23,13 +23,13 @@ def build(wiring: Wiring) -> Observable[Value]:
 
 SUBSCRIBE = Connector(
     name="subscribe",
-    least=1,
-    most=None,
+    min_inputs=1,
+    max_inputs=None,
     parameter=Parameter.OPTIONAL_FORMULA,
     icon=('<path d="M.8 6h5.6M4.2 3.6 6.6 6 4.2 8.4"/><path d="M9.4 1.5v9" stroke-width="2.4"/>'),
     help="Drives the actuator stream named as output. A blank value stops what it is doing.",
     sentence="{Input}: {does}.",
     build=build,
-    drives=True,
+    is_sink=True,
     example=("1-2--3",),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
-from rrp_sheets.connectors.wiring import Wiring
+from rrp_sheets.connectors.wiring import ConnectorContext
 from rrp_sheets.model.values import Value
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
 
 
-def build(wiring: Wiring) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> Observable[Value]:
     """A value passes and begins a period in which nothing else does; one at the period's end passes."""
     from reactivex import Observable
 
@@ -35,8 +35,8 @@ def build(wiring: Wiring) -> Observable[Value]:
 
 THROTTLE = Connector(
     name="throttle",
-    least=1,
-    most=1,
+    min_inputs=1,
+    max_inputs=1,
     parameter=Parameter.PERIOD,
     icon=('<path d="M1 1.5v9M11 1.5v9M1 6h3"/><circle cx="5" cy="6" r="1" class="f"/><path d="M7.6 6h.2M9.2 6h.2"/>'),
     help="Lets one value pass and drops those that come within the period after it.",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
-from rrp_sheets.connectors.wiring import Taker, Wiring
+from rrp_sheets.connectors.wiring import ConnectorContext, Taker
 from rrp_sheets.model.values import Value
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
 
 
-def build(wiring: Wiring) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> Observable[Value]:
     """A value of the first input arms the clock, one of any other disarms it; when it runs out, the armed value.
 
     In one instant: disarm, arm, fire. So what comes at the last moment is in time.
@@ -64,8 +64,8 @@ def build(wiring: Wiring) -> Observable[Value]:
 
 TIMEOUT = Connector(
     name="timeout",
-    least=1,
-    most=None,
+    min_inputs=1,
+    max_inputs=None,
     parameter=Parameter.PERIOD,
     icon=('<circle cx="6" cy="6.8" r="4.3"/><path d="M6 4.2v2.8M4.6 1h2.8M6 1v1.4"/><circle cx="6" cy="8.8" r=".5"/>'),
     help="Gives the first input's value when the period has passed since it came, unless another input has had a value "

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
-from rrp_sheets.connectors.wiring import Wiring
+from rrp_sheets.connectors.wiring import ConnectorContext
 from rrp_sheets.model.values import Field, Record, RecordType, Value
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ TIMED = RecordType(
 )
 
 
-def build(wiring: Wiring) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> Observable[Value]:
     """A record of `value` (`v`) and `timestamp` (`t`, in seconds on the run's one clock)."""
     from reactivex import operators as ops
 
@@ -29,8 +29,8 @@ def build(wiring: Wiring) -> Observable[Value]:
 
 TIMESTAMP = Connector(
     name="timestamp",
-    least=1,
-    most=1,
+    min_inputs=1,
+    max_inputs=1,
     parameter=Parameter.NONE,
     icon=('<circle cx="6" cy="6" r="4.8"/><path d="M6 3v3.2l2.2 1.3"/>'),
     help="Adds the time to each value: a record with the fields value (v) and timestamp (t, seconds).",

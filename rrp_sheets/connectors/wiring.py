@@ -31,7 +31,7 @@ class Clock(Protocol):
 
 
 @dataclass
-class Wiring:
+class ConnectorContext:
     """The parts of one row.
 
     Attributes:
@@ -56,8 +56,8 @@ class Wiring:
     edited: Callable[[], None] = lambda: None
 
 
-def settle(
-    wiring: Wiring, flush: Callable[[list[tuple[int, Value]], Callable[[Value], None]], None]
+def batch_per_instant(
+    wiring: ConnectorContext, flush: Callable[[list[tuple[int, Value]], Callable[[Value], None]], None]
 ) -> Observable[Value]:
     """An observable that collects what the inputs emit and calls `flush` once per instant, at the row's rank.
 
@@ -94,7 +94,7 @@ def by_input(batch: list[tuple[int, Value]]) -> list[tuple[int, Value]]:
 
 
 def first_with_latest(
-    wiring: Wiring, use: Callable[[tuple[Value, ...], Callable[[Value], None]], None]
+    wiring: ConnectorContext, use: Callable[[tuple[Value, ...], Callable[[Value], None]], None]
 ) -> Observable[Value]:
     """For each value of the first input: `use` it and the latest values of the others, this instant's too.
 
@@ -115,10 +115,10 @@ def first_with_latest(
             if number == 0:
                 use((value, *latest[1:]), emit)
 
-    return settle(wiring, flush)
+    return batch_per_instant(wiring, flush)
 
 
-def evaluated(wiring: Wiring) -> Observable[Value]:
+def evaluated(wiring: ConnectorContext) -> Observable[Value]:
     """The formula's result for each value of the first input, at the row's place in the order."""
     evaluate, fail = wiring.evaluate, wiring.fail
     assert evaluate is not None

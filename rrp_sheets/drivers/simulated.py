@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rrp_sheets.devices.catalogue import Robot
+from rrp_sheets.engine.ports import Arrivals, World
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.exchange import DONE, Command, DeviceUse, Shown
+from rrp_sheets.model.exchange import DONE, Command, DeviceUse, WorldSnapshot
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.private import private_folder
-from rrp_sheets.runtime.ports import Arrivals, World
 from rrp_sheets.sim.messages import Outcome, Spec, State
 from rrp_sheets.sim.process import SimProcess
 
@@ -119,7 +119,7 @@ class SimulatedWorld(World):
         """Let something happen in the world now, by hand."""
         self._process.act(actions)
 
-    def show(self, picture: bool) -> Shown:
+    def show(self, picture: bool) -> WorldSnapshot:
         """The world for a display, with what the robot sees when that is wanted."""
         return self._process.show(picture)
 

@@ -109,7 +109,7 @@ class _Builder:
                     steps.append(step)
             self.failed = self.failed or not usable
             if row.on:  # "above" skips rows that are switched off
-                drives = connector is not None and connector.drives
+                drives = connector is not None and connector.is_sink
                 above = inputs if drives else (self.names.output_id(row, connector),)
                 above_refused = drives and refused
         return steps
@@ -156,14 +156,18 @@ class _Builder:
             return replace(step, active=False, period_us=parse_duration(row.formula.text))
         before = len(self.report)
         count = len(inputs)
-        if count < connector.least:
+        if count < connector.min_inputs:
             self.report.add(
-                "CONN003", row.inputs_cell.address, connector=connector.name, least=connector.least, count=count
+                "CONN003", row.inputs_cell.address, connector=connector.name, least=connector.min_inputs, count=count
             )
         if len(set(inputs)) < count:
             self.report.add("CONN009", row.inputs_cell.address)
-        elif connector.most is not None and count > connector.most:
-            most = "one input stream" if connector.most == 1 else Phrase("{most} input streams", most=connector.most)
+        elif connector.max_inputs is not None and count > connector.max_inputs:
+            most = (
+                "one input stream"
+                if connector.max_inputs == 1
+                else Phrase("{most} input streams", most=connector.max_inputs)
+            )
             self.report.add("CONN004", row.inputs_cell.address, connector=connector.name, most=most, count=count)
         period = self._parameter(row, connector)
         self.failed = self.failed or len(self.report) > before

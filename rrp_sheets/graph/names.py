@@ -50,10 +50,10 @@ class Names:
         self._told: set[str] = set()  # keys of names that nothing gives: each is told once, where it stands first
         self._read = {key(cell.text) for row in behaviour.rows if row.on for cell in row.inputs}
         pairs = list(zip(behaviour.rows, connectors, strict=True))
-        self._driven_names = {key(row.output.text) for row, c in pairs if row.on and c is not None and c.drives}
+        self._driven_names = {key(row.output.text) for row, c in pairs if row.on and c is not None and c.is_sink}
         for on in (True, False):
             for row, connector in pairs:
-                if row.on is on and row.output and not (connector and connector.drives):
+                if row.on is on and row.output and not (connector and connector.is_sink):
                     self.made.setdefault(key(row.output.text), row)
 
     def output_id(self, row: Row, connector: Connector | None) -> str:
@@ -167,7 +167,7 @@ class Names:
     def output(self, row: Row, connector: Connector, taken: bool) -> str | None:
         """The stream id of a row's output, or None when it is refused."""
         cell = row.output
-        if connector.drives:
+        if connector.is_sink:
             return self._driven(cell, row)
         if not cell:
             if not taken:

@@ -22,7 +22,7 @@ def set_in_order(
     `complete` is False when rows are missing because they could not be understood: what seems to go nowhere may
     then go into one of those, and nothing is said about it.
     """
-    maker = {s.output: i for i, s in enumerate(steps) if s.row.on and not s.connector.drives}
+    maker = {s.output: i for i, s in enumerate(steps) if s.row.on and not s.connector.is_sink}
     needs: dict[int, list[int]] = {
         i: list(dict.fromkeys(maker[source] for source in s.inputs if source in maker)) if s.row.on else []
         for i, s in enumerate(steps)
@@ -85,7 +85,7 @@ def _active(order: list[int], steps: list[Step], streams: dict[str, Stream], in_
 
 def _fed(step: Step, inputs: list[bool]) -> bool:
     """Whether enough of a row's inputs are fed for it to be of use."""
-    if step.connector.any_input or (step.connector.drives and not step.row.formula):
+    if step.connector.any_input or (step.connector.is_sink and not step.row.formula):
         return any(inputs)
     return inputs[0] if step.connector.first_input else all(inputs)
 
@@ -111,7 +111,7 @@ def _mark_streams(steps: tuple[Step, ...], streams: dict[str, Stream]) -> None:
 def _tell_unused(steps: tuple[Step, ...], streams: dict[str, Stream], report: Report, in_circle: set[int]) -> None:
     read = {source for s in steps if s.row.on for source in s.inputs}
     for i, step in enumerate(steps):
-        if step.row.on and not step.connector.drives and step.output not in read and i not in in_circle:
+        if step.row.on and not step.connector.is_sink and step.output not in read and i not in in_circle:
             stream = streams[step.output]
             if stream.kind is StreamKind.ORDINARY:
                 report.add("GRAPH011", step.row.output.address, name=stream.name)

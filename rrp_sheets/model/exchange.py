@@ -77,7 +77,7 @@ class Command:
 
 
 @dataclass(frozen=True, slots=True)
-class Happening:
+class Notice:
     """Something to tell besides the events: `kind` is `say`, `sound`, `person`, `clamp`, `note` or `error`.
 
     A `person` is somebody who speaks to the robot; a `sound` is what it plays.
@@ -94,7 +94,7 @@ class Happening:
 
 
 @dataclass(frozen=True, slots=True)
-class Act:
+class OperatorAction:
     """What somebody did to a run while it was going.
 
     Attributes:
@@ -137,7 +137,7 @@ class State:
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class WorldSnapshot:
     """The world for a display: its state, and what the robot sees as a JPEG picture, empty when none was wanted."""
 
     state: State

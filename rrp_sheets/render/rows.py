@@ -112,7 +112,7 @@ class Rows:
         """When a row does something."""
         get = self.texts.get
         inputs = list(dict.fromkeys(step.inputs))
-        triggers = inputs if step.connector.drives and not step.row.formula.text else inputs[:1]
+        triggers = inputs if step.connector.is_sink and not step.row.formula.text else inputs[:1]
         stream = self.graph.streams[triggers[0]]
         if len(triggers) == 1 and stream.kind is StreamKind.SENSOR:
             says, name = device_says(stream, self.texts), self.noun(stream.id)

@@ -176,7 +176,7 @@ def _follows(step: Step, before: Step) -> bool:
 def _when(test: Step, act: Step, chained: bool, chain: _Chain, rows: Rows, words: Texts) -> str:
     """A filter and the one row that takes what it lets through, in one sentence."""
     condition = rows.wording(test, pronoun=chained).condition(test.row.formula.text)
-    if act.connector.drives:
+    if act.connector.is_sink:
         return rows.sentence_of_subscribe(act, event=words.get("chain.does", condition=condition))
     work = rows.wording(act, pronoun=True).work(act.row.formula.text)
     return words.get("chain.when", condition=condition, work=work, **{"as": _name(act, chain, rows)})

@@ -16,15 +16,15 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.engine.heartbeat import RANK
 from rrp_sheets.errors import RunBroken, SheetsError
-from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.exchange import Notice
 from rrp_sheets.runs.mending import close_trace
 from rrp_sheets.runs.office import RunOffice, readable
 from rrp_sheets.runs.telling import pack_settings, show, unpack_result, unpack_start
 from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView
 from rrp_sheets.runs.watchdog import FINISHED_AFTER, PREPARED_AFTER, SILENT_AFTER, Watchdog
 from rrp_sheets.runs.wire import unpack_error, unpack_finding
-from rrp_sheets.runtime.progress import RANK
 from rrp_sheets.sim.process import REMEDY_DIED, Simulator, require
 
 LOOK_EVERY = 0.05  # s: how often the processes are looked at, and Ctrl-C is passed on
@@ -307,7 +307,7 @@ class RunProcess:
         notices, hindrance = self._await_rest(view)
         if error is None and hindrance is None:
             words = f"The rows did not end within {ROWS_END_WITHIN:g} s of Stop, so the engine was ended"
-            notices = (*notices, Happening("note", f"{words}{where}."))
+            notices = (*notices, Notice("note", f"{words}{where}."))
         error = error or hindrance
         by = self._stopped_by if self._asked is not None else ""
         summary = close_trace(start, row, error, notices, by)
@@ -318,7 +318,7 @@ class RunProcess:
         files, problems = self._finish(start.folder)
         return Ended(result=RunResult(start.folder, files, summary, error, problems))
 
-    def _await_rest(self, view: RunView) -> tuple[tuple[Happening, ...], RunBroken | None]:
+    def _await_rest(self, view: RunView) -> tuple[tuple[Notice, ...], RunBroken | None]:
         """Wait until the robot has come to its rest; what the simulator tells, and why the robot could not rest."""
         simulator = self._simulator
         while not simulator.gone and simulator.rested is None:

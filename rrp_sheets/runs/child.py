@@ -16,6 +16,8 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any
 
+from rrp_sheets.engine.command_queue import CommandQueue, OperatorCommand
+from rrp_sheets.engine.heartbeat import PLACES
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.values import show
 from rrp_sheets.private import only_for_this_user
@@ -25,8 +27,6 @@ from rrp_sheets.runs.limits import lift_limit
 from rrp_sheets.runs.telling import Reporter, pack_result, unpack_settings
 from rrp_sheets.runs.view import Summary
 from rrp_sheets.runs.wire import Outbox, pack_error, pack_finding
-from rrp_sheets.runtime.control import Control, Wish
-from rrp_sheets.runtime.progress import PLACES
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
@@ -60,7 +60,7 @@ class _Process:
         self._ending: SimpleQueue[str] = SimpleQueue()  # why the simulator has ended
         self.box = Outbox(link)
         self._reporter = _RunReporter(self.box)
-        self._control = Control()
+        self._control = CommandQueue()
         self._running = threading.Event()
         self._requests: SimpleQueue[list[Any]] = SimpleQueue()
 
@@ -86,7 +86,7 @@ class _Process:
             if message[0] == "stop":
                 self._control.stop(*message[1:])
             elif message[0] == "wish":
-                self._control.ask(Wish(*message[1:]))
+                self._control.ask(OperatorCommand(*message[1:]))
             elif message[0] == "simulator ended":
                 self._ending.put(message[1])
             else:

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rrp_sheets.checks import Checked
+from rrp_sheets.engine.file_lock import lock_folder, locked, unlock
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.private import private_folder
 from rrp_sheets.runs.beside import material, own_catalogue
 from rrp_sheets.runs.records.stamping import stamp_pictures
-from rrp_sheets.runtime.holding import held, hold_folder, let_go
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
@@ -61,7 +61,7 @@ class RunFolder:
         """Make the folder; raises SheetsError when that cannot be done."""
         try:
             private_folder(self.path)
-            self._held = hold_folder(self.path)
+            self._held = lock_folder(self.path)
         except OSError as error:
             message = f"The folder “{self.path}” cannot be made ({error.strerror})."
             raise SheetsError(message, "Name another folder with --out.") from None
@@ -115,7 +115,7 @@ class RunFolder:
 
     def let_go(self) -> None:
         """Nothing more will be written."""
-        let_go(self._held)
+        unlock(self._held)
         self._held = None
 
 
@@ -125,7 +125,7 @@ def finish_folder(path: Path, checked: Checked) -> tuple[dict[str, str], tuple[s
     A diagram that cannot be drawn must not take the rest of the run with it.
     """
     problems = []
-    with held(path):  # when its own process has been ended, nobody holds it any more
+    with locked(path):  # when its own process has been ended, nobody holds it any more
         for name, make in (("run.xlsx", _table), ("diagram.svg", _draw)):
             half = path / f".{name}"  # this process may be ended any time
             try:

@@ -11,6 +11,7 @@ from typing import Any
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import load_robot, robot_names
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.engine.trace import read_trace, stream_label
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.graph import Graph
 from rrp_sheets.graph.build import build_graph
@@ -21,7 +22,6 @@ from rrp_sheets.model.values import Field, Record, RecordType, Value
 from rrp_sheets.render.score import KINDS, Group, Lane, Marble, Score, make_score
 from rrp_sheets.render.texts import texts
 from rrp_sheets.runs.records.stamp import stamp_of
-from rrp_sheets.runtime.trace import read_trace, stream_label
 
 _LONGEST_US = 366 * 24 * 3_600_000_000  # a year: longer is no run
 _ACTS = ("mark", "switch", "press", "scene", "edit")  # of what people do: what changes a run, and their marks

@@ -7,14 +7,14 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
+from rrp_sheets.engine.trace import notice_entry
 from rrp_sheets.errors import RunBroken
-from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.exchange import Notice
 from rrp_sheets.runs.view import RunStart, Summary
-from rrp_sheets.runtime.trace import notice_entry
 
 
 def close_trace(
-    start: RunStart, row: str, error: RunBroken | None, notices: Sequence[Happening] = (), by: str = ""
+    start: RunStart, row: str, error: RunBroken | None, notices: Sequence[Notice] = (), by: str = ""
 ) -> Summary:
     """Make a trace readable to its end.
 

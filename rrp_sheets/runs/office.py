@@ -12,10 +12,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from typing import Any
 
+from rrp_sheets.engine.heartbeat import NO_ROW, PLACES, RANK
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.processes import Child, Lines, SharedCell, cpu_clock, line
 from rrp_sheets.runs.wire import unpack_error
-from rrp_sheets.runtime.progress import NO_ROW, PLACES, RANK
 
 
 class NoAnswer(SheetsError):

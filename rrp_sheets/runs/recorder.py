@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import time
 
-from rrp_sheets.model.exchange import Act, Happening, Shown
+from rrp_sheets.engine.command_handler import switched
+from rrp_sheets.engine.command_queue import CommandQueue
+from rrp_sheets.engine.engine import Engine
+from rrp_sheets.engine.observer import RunObserver
+from rrp_sheets.engine.trace import TraceWriter
+from rrp_sheets.model.exchange import Notice, OperatorAction, WorldSnapshot
 from rrp_sheets.model.values import Failure, Value
 from rrp_sheets.runs.view import RunView
-from rrp_sheets.runtime.acts import switched
-from rrp_sheets.runtime.control import Control
-from rrp_sheets.runtime.engine import Engine
-from rrp_sheets.runtime.hooks import Hooks
-from rrp_sheets.runtime.trace import TraceWriter
 
 _ROBOT = "the robot itself"  # where an error is counted that is no row's: it has fallen
 
 
-class Recorder(Hooks):
+class Recorder(RunObserver):
     """An engine's observer and a loop's hooks: tells the trace and the view. The trace comes when the run begins."""
 
-    def __init__(self, view: RunView, control: Control) -> None:
+    def __init__(self, view: RunView, control: CommandQueue) -> None:
         self.view = view
         self.control = control
         self.trace: TraceWriter | None = None
@@ -51,7 +51,7 @@ class Recorder(Hooks):
             self.trace.error(us, row, failure, values)
         self.view.error(us, row, failure, values)
 
-    def happening(self, us: int, happening: Happening) -> None:
+    def happening(self, us: int, happening: Notice) -> None:
         """Something besides the events."""
         if self.trace is not None:
             self.trace.happening(us, happening)
@@ -76,7 +76,7 @@ class Recorder(Hooks):
                 self.view.acted(us, switched(behaviour.name, on))
         self._on = set(engine.on)
 
-    def acted(self, us: int, act: Act) -> None:
+    def acted(self, us: int, act: OperatorAction) -> None:
         """Somebody did something."""
         if self.trace is not None:
             self.trace.act(us, act, self.wall)
@@ -97,7 +97,7 @@ class Recorder(Hooks):
         """Nothing goes on."""
         self.view.standing(us)
 
-    def shown(self, us: int, shown: Shown) -> None:
+    def shown(self, us: int, shown: WorldSnapshot) -> None:
         """The world, for a display."""
         self.view.shown(us, shown)
 

@@ -16,25 +16,25 @@ from rrp_sheets.checks.check import folder_of
 from rrp_sheets.devices.default_scene import default_scene
 from rrp_sheets.devices.scene import scene_end_us
 from rrp_sheets.devices.scene_draw import draw_scene
+from rrp_sheets.engine.command_queue import CommandQueue
+from rrp_sheets.engine.engine import Engine
+from rrp_sheets.engine.events import EventEngine
+from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.frame_runner import FrameRunner
+from rrp_sheets.engine.heartbeat import Heartbeat
+from rrp_sheets.engine.observer import Runner
+from rrp_sheets.engine.plan import Plan, make_plan
+from rrp_sheets.engine.ports import World
+from rrp_sheets.engine.realtime import RealtimeAdapter
+from rrp_sheets.engine.realtime_runner import RealtimeRunner
+from rrp_sheets.engine.trace import TraceWriter, stream_label
 from rrp_sheets.errors import RunBroken, SheetsError
-from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.exchange import Notice
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.runs.folder import RunFolder, faces_file
 from rrp_sheets.runs.recorder import Recorder
 from rrp_sheets.runs.starting import start_of
 from rrp_sheets.runs.view import RunResult, RunSettings, RunView, Summary
-from rrp_sheets.runtime.control import Control
-from rrp_sheets.runtime.engine import Engine
-from rrp_sheets.runtime.events import EventEngine
-from rrp_sheets.runtime.frame import FrameEngine
-from rrp_sheets.runtime.hooks import Course
-from rrp_sheets.runtime.live import LiveCourse
-from rrp_sheets.runtime.loop import FrameCourse
-from rrp_sheets.runtime.plan import Plan, make_plan
-from rrp_sheets.runtime.ports import World
-from rrp_sheets.runtime.progress import Cell
-from rrp_sheets.runtime.pump import PumpedWorld
-from rrp_sheets.runtime.trace import TraceWriter, stream_label
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
@@ -51,8 +51,8 @@ def run(
     settings: RunSettings | None = None,
     view: RunView | None = None,
     world: WorldMaker | None = None,
-    cell: Cell | None = None,
-    control: Control | None = None,
+    cell: Heartbeat | None = None,
+    control: CommandQueue | None = None,
     simulator: socket.socket | None = None,
     ending: Callable[[], str] | None = None,
 ) -> RunResult:
@@ -82,7 +82,7 @@ def run(
         scene = default_scene(plan.outer_sensors, checked.robot)
     folder = RunFolder(reading, settings.out, settings.home)
     until = _until(checked, settings)
-    recorder = Recorder(view, control or Control())
+    recorder = Recorder(view, control or CommandQueue())
     try:
         live = (world or _simulated(settings, simulator, ending))(plan, scene, seed, folder.path)
         course = _begin(plan, live, recorder, seed, settings, cell)
@@ -96,7 +96,7 @@ def run(
         trace = TraceWriter(folder.path / "trace.jsonl", plan, _header(reading, checked, settings, seed))
         recorder.begin(trace, course.engine)
         for one in drawn:
-            recorder.happening(0, Happening("note", one.text, row=f"Scene!{one.row}"))
+            recorder.happening(0, Notice("note", one.text, row=f"Scene!{one.row}"))
     except SheetsError:
         with suppress(RunBroken):  # what is told is why the run does not begin
             course.stop()
@@ -135,17 +135,19 @@ def _header(reading: Reading, checked: Checked, settings: RunSettings, seed: int
     }  # fmt: skip
 
 
-def _begin(plan: Plan, world: World, recorder: Recorder, seed: int, settings: RunSettings, cell: Cell | None) -> Course:
+def _begin(
+    plan: Plan, world: World, recorder: Recorder, seed: int, settings: RunSettings, cell: Heartbeat | None
+) -> Runner:
     """Start the devices and wire the rows, for the engine that the Protocol asks for."""
     if plan.checked.run.engine == "frame":
-        return FrameCourse(
+        return FrameRunner(
             world, lambda: FrameEngine(plan, recorder, seed, cell), paced=not settings.fast, control=recorder.control
         )
-    pumped = PumpedWorld(world, plan.checked.run.frame_rate)
-    return LiveCourse(plan, pumped, lambda: EventEngine(plan, recorder, seed, cell), recorder.control)
+    pumped = RealtimeAdapter(world, plan.checked.run.frame_rate)
+    return RealtimeRunner(plan, pumped, lambda: EventEngine(plan, recorder, seed, cell), recorder.control)
 
 
-def _go(course: Course, until: int, trace: TraceWriter, recorder: Recorder) -> tuple[Summary, RunBroken | None]:
+def _go(course: Runner, until: int, trace: TraceWriter, recorder: Recorder) -> tuple[Summary, RunBroken | None]:
     """The loop between starting and stopping; whatever happens, the world is stopped and the trace is closed."""
     began = time.monotonic()
     broken: RunBroken | None = None

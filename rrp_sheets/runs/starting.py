@@ -7,14 +7,14 @@ from pathlib import Path
 
 from rrp_sheets.checks.facts import sensor_fact
 from rrp_sheets.devices.catalogue import Robot
+from rrp_sheets.engine.command_handler import buttons, label_of
+from rrp_sheets.engine.plan import Plan
+from rrp_sheets.engine.trace import stream_label
+from rrp_sheets.engine.value_injector import OPEN_KINDS
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Record, Value, show
 from rrp_sheets.runs.view import RunStart
-from rrp_sheets.runtime.acts import buttons, label_of
-from rrp_sheets.runtime.plan import Plan
-from rrp_sheets.runtime.stimulus import OPEN_KINDS
-from rrp_sheets.runtime.trace import stream_label
 
 _STANDS = ("appear", "seen")  # verbs that bring a thing into the scene
 Thing = tuple[str, str, tuple[float, float, float] | None]

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import RunBroken
-from rrp_sheets.model.exchange import Act, Happening, State
+from rrp_sheets.model.exchange import Notice, OperatorAction, State
 from rrp_sheets.model.values import Failure, Value
 from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView, Summary
 from rrp_sheets.runs.wire import Outbox, pack, pack_error, pack_finding, unpack, unpack_error, unpack_finding
@@ -71,7 +71,7 @@ class Reporter(RunView):
         failed = [failure.code, failure.message, failure.column]
         self._box.post_event(["error", us, row, failed, [pack(v) for v in values]])
 
-    def happening(self, us: int, happening: Happening) -> None:
+    def happening(self, us: int, happening: Notice) -> None:
         """Something to tell."""
         self._box.post_event(["happening", us, *(getattr(happening, f.name) for f in fields(happening))])
 
@@ -80,7 +80,7 @@ class Reporter(RunView):
         self._box.post_event(["frame", us])
         self._box.flush()
 
-    def acted(self, us: int, act: Act) -> None:
+    def acted(self, us: int, act: OperatorAction) -> None:
         """Somebody did something."""
         self._box.post(["acted", us, act.kind, act.text, act.by, dict(act.detail)])
         self._box.flush()
@@ -133,7 +133,7 @@ def show(message: list[Any], view: RunView) -> None:
         view.error(us, row, Failure(*failed), tuple(unpack(v) for v in values))
     elif kind == "happening":
         us, *words = rest
-        view.happening(us, Happening(*words))
+        view.happening(us, Notice(*words))
     elif kind == "frame":
         view.frame(rest[0])
     elif kind == "finishing":
@@ -150,7 +150,7 @@ def _show_state(
 
 
 _SHOWN: dict[str, Callable[..., None]] = {
-    "acted": lambda view, us, *act: view.acted(us, Act(*act)),
+    "acted": lambda view, us, *act: view.acted(us, OperatorAction(*act)),
     "refused": lambda view, *words: view.refused(*words),
     "rested": lambda view, summary, broken: view.rested(Summary(**summary), _broken(broken)),
     "paused": lambda view, us, is_paused: view.paused(us, is_paused),

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.engine.observer import RunObserver
 from rrp_sheets.errors import RunBroken
-from rrp_sheets.model.exchange import Shown, State
+from rrp_sheets.model.exchange import State, WorldSnapshot
 from rrp_sheets.model.values import Failure, Value
-from rrp_sheets.runtime.hooks import Hooks
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class RunStart:
     resources: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
-class RunView(Hooks):
+class RunView(RunObserver):
     """What somebody who watches a run is told; subclass it. Nothing here may take long."""
 
     def started(self, start: RunStart) -> None:
@@ -93,7 +93,7 @@ class RunView(Hooks):
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
         """A formula failed."""
 
-    def shown(self, us: int, shown: Shown) -> None:
+    def shown(self, us: int, shown: WorldSnapshot) -> None:
         """The world, about 12 times a second of wall time."""
         self.state(us, shown.state)
         if shown.picture:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 
+from rrp_sheets.engine.heartbeat import INSTANT, NO_ROW, RANK, SETTLING, Heartbeat
 from rrp_sheets.processes import Liveness
-from rrp_sheets.runtime.progress import INSTANT, NO_ROW, RANK, SETTLING, Cell
 
 ROW_WITHIN = 2.0
 """Seconds of processor time that one row may take. The budget of a formula ends within a tenth of a second, so that 2 s
@@ -35,7 +35,7 @@ class Watchdog:
         now: the wall clock in seconds.
     """
 
-    def __init__(self, cell: Cell, cpu: Callable[[], float], now: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, cell: Heartbeat, cpu: Callable[[], float], now: Callable[[], float] = time.monotonic) -> None:
         self._cell = cell
         self._row = Liveness(cpu, now)
         self._process = Liveness(cpu, now)

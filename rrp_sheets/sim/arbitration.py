@@ -11,11 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from rrp_sheets.model.exchange import Command, Happening, commanded
+from rrp_sheets.model.exchange import Command, Notice, commanded
 from rrp_sheets.model.values import Value
 
 QUEUES = frozenset({"voice"})  # resources for which a command of equal priority waits for its turn
-Tell = Callable[[Happening], None]
+Tell = Callable[[Notice], None]
 
 
 @dataclass(eq=False)
@@ -77,7 +77,7 @@ class Arbiter:
         if job.uses & barred:
             if (job.order.stream, job.order.row) not in self._told:
                 self._told.add((job.order.stream, job.order.row))
-                self._tell(Happening("error", why, job.order.stream, job.order.row))
+                self._tell(Notice("error", why, job.order.stream, job.order.row))
             self._done(job.order, False, 0.0)
             return
         mine = self._of(job.order.stream) if job.endless else None
@@ -166,7 +166,7 @@ class Arbiter:
         self._outranked.append(job)
 
     def _say_refused(self, job: Job) -> None:
-        self._tell(Happening("error", job.refused, job.order.stream, job.order.row))
+        self._tell(Notice("error", job.refused, job.order.stream, job.order.row))
 
     def _start(self, job: Job, us: int) -> None:
         rivals = [j for j in self._running if j.meets(job)]

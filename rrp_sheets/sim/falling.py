@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.exchange import Notice
 from rrp_sheets.sim.arbitration import Arbiter
 from rrp_sheets.sim.body import Body, Vector
 from rrp_sheets.sim.stance import Stance
@@ -37,7 +37,7 @@ class Falling:
     """
 
     def __init__(
-        self, bullet: Any, body: Body, stance: Stance, arbiter: Arbiter, tell: Callable[[Happening], None]
+        self, bullet: Any, body: Body, stance: Stance, arbiter: Arbiter, tell: Callable[[Notice], None]
     ) -> None:
         self._b, self._body, self._stance = bullet, body, stance
         self._arbiter, self._tell = arbiter, tell
@@ -78,7 +78,7 @@ class Falling:
         self._body.fallen = True
         self._body.rest()
         self._arbiter.bar(frozenset(self._body.robot.data["chains"].values()), LIES, us)
-        self._tell(Happening("error", FALLEN))
+        self._tell(Notice("error", FALLEN))
 
     def _catch(self, tilt: float, us: int) -> None:
         """Let the guide take the robot again, when it stands still."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rrp_sheets.model.exchange import Command, Happening
+from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Record, Value
 from rrp_sheets.sim.camera import FilmCamera, Image
@@ -83,7 +83,7 @@ class Film:
         self._step = 0
         self.over = False  # the run is over and the robot is brought to rest: less worth showing
 
-    def tell(self, notice: Happening) -> None:
+    def tell(self, notice: Notice) -> None:
         """Something happened: the next shot is worth showing."""
         self._hurry({"say": SPEAKS, "person": SHINES, "sound": SHINES, "note": NOTED}.get(notice.kind, TOLD))
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rrp_sheets.model.exchange import DeviceUse, Happening
+from rrp_sheets.model.exchange import DeviceUse, Notice
 from rrp_sheets.sim.pronouncing import Pronunciations, pieces
 from rrp_sheets.sim.talk import RATE, Said, Signal, Talk, Utterance
 from rrp_sheets.sim.voice import Speech, Tell
@@ -214,7 +214,7 @@ class Hearing:
             try:
                 self._ear = Ear([piece for word in wanted for piece in pieces(word)], speech)
             except ImportError as error:
-                self._tell(Happening("error", MISSING.format(package=error.name or "pocketsphinx")))
+                self._tell(Notice("error", MISSING.format(package=error.name or "pocketsphinx")))
 
     def listen(self, stream: str, words: Sequence[str]) -> Listener | None:
         """Listen for a sensor's words; None when nothing can be recognised."""
@@ -223,9 +223,9 @@ class Hearing:
         listener, deaf, same = self._ear.listener(f"s{len(self._listeners)}", words)
         if deaf:
             told = f"{', '.join(f'“{text}”' for text in deaf[:MOST_TOLD])} cannot be heard: {ENGLISH}"
-            self._tell(Happening("error", told, stream))
+            self._tell(Notice("error", told, stream))
         for one, other in same:
-            self._tell(Happening("note", f"“{other}” sounds like “{one}”: it is heard as “{one}”.", stream))
+            self._tell(Notice("note", f"“{other}” sounds like “{one}”: it is heard as “{one}”.", stream))
         self._listeners.append((tuple(words), listener))
         return listener
 
@@ -240,11 +240,11 @@ class Hearing:
                 said.heard = True
         return found
 
-    def notes(self) -> list[Happening]:
+    def notes(self) -> list[Notice]:
         """What people said of which nothing came, as notes; to be asked for after the sensors were."""
         self._heard.clear()
         return [
-            Happening("note", f"{said.action.thing} says “{said.text}”: {self._why(said, utterance)}",
+            Notice("note", f"{said.action.thing} says “{said.text}”: {self._why(said, utterance)}",
                       row=f"Scene!{said.action.row}" if said.action.row else "")
             for utterance in self._talk.over if utterance.is_last
             for said in utterance.said if not said.heard

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from rrp_sheets.devices.catalogue import Robot
-from rrp_sheets.model.exchange import DeviceUse, Happening, Shown, State
+from rrp_sheets.model.exchange import DeviceUse, Notice, State, WorldSnapshot
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Value
 
-__all__ = ["Outcome", "Shown", "Spec", "State"]
+__all__ = ["Outcome", "Spec", "State", "WorldSnapshot"]
 
 BEATS, STATE = range(2)
 """Places of the simulator's heartbeat: a number that grows while it goes on; what it does."""
@@ -68,4 +68,4 @@ class Outcome:
     """What came of one advance: sensor values (records as mappings of their fields) and notices, in order."""
 
     events: tuple[tuple[str, Value], ...] = ()
-    notices: tuple[Happening, ...] = ()
+    notices: tuple[Notice, ...] = ()

@@ -16,10 +16,10 @@ from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError
-from rrp_sheets.model.exchange import Command, Happening
+from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.processes import Child, Lines, Liveness, SharedCell, cpu_clock
-from rrp_sheets.sim.messages import BEATS, OPENING, PLACES, STATE, OpenFailure, Outcome, Shown, Spec, State
+from rrp_sheets.sim.messages import BEATS, OPENING, PLACES, STATE, OpenFailure, Outcome, Spec, State, WorldSnapshot
 
 if TYPE_CHECKING:  # numpy may be missing; then there is no simulator
     from rrp_sheets.sim.camera import Image
@@ -85,7 +85,7 @@ class Simulator:
         self._asked: float | None = None  # its processor time when it was told to rest
         self._still_before_rest = 0.0
         self.resting = self.gone = False
-        self.rested: tuple[Happening, ...] | None = None
+        self.rested: tuple[Notice, ...] | None = None
 
     @property
     def pid(self) -> int:
@@ -119,7 +119,7 @@ class Simulator:
                 if kind == "resting":
                     self.resting = True
                 elif kind == "rested":
-                    self.rested = tuple(Happening(*one) for one in words[0])
+                    self.rested = tuple(Notice(*one) for one in words[0])
 
     def failure(self) -> str:
         """Why it must be ended, as a sentence; empty while it works. Ask some ten times a second."""
@@ -220,10 +220,10 @@ class SimProcess:
         """Let something happen in the world now, by hand."""
         self._ask("act", tuple(actions))
 
-    def show(self, picture: bool) -> Shown:
+    def show(self, picture: bool) -> WorldSnapshot:
         """The world for a display, with what the robot sees when that is wanted."""
         shown = self._ask("show", picture)
-        assert isinstance(shown, Shown)
+        assert isinstance(shown, WorldSnapshot)
         return shown
 
     def look(self) -> Image:

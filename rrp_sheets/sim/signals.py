@@ -6,7 +6,7 @@ Knowledge, not perception: the catalogue marks the sensors that are fed from her
 from __future__ import annotations
 
 from rrp_sheets.devices.catalogue import Robot
-from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.exchange import Notice
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
 
@@ -64,12 +64,12 @@ class Signals:
         """A sensor has noticed something."""
         self._open = [(a, v, w) for a, v, w in self._open if (v, w) != (verb, what)]
 
-    def unnoticed(self) -> list[Happening]:
+    def unnoticed(self) -> list[Notice]:
         """What no sensor has noticed, as notes."""
         notes = []
         for action, verb, what in self._open:
             why = "no sensor of this workbook notices it."
-            notes.append(Happening("note", f"{action.thing} {_DOES.get(verb, verb)} {what}: {why}",
+            notes.append(Notice("note", f"{action.thing} {_DOES.get(verb, verb)} {what}: {why}",
                                    row=f"Scene!{action.row}" if action.row else ""))  # fmt: skip
         self._open.clear()
         return notes

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.exchange import Notice
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.sim.espeak import Audio, Espeak
@@ -115,7 +115,7 @@ class Talk:
     """
 
     def __init__(
-        self, stage: Stage, speech: Speech, out: Path | None, tell: Callable[[Happening], None], seed: int
+        self, stage: Stage, speech: Speech, out: Path | None, tell: Callable[[Notice], None], seed: int
     ) -> None:
         self._stage, self._speech, self._out, self._tell, self._seed = stage, speech, out, tell, seed
         self._busy: dict[str, int] = {}  # until when everybody speaks
@@ -159,7 +159,7 @@ class Talk:
         speaking = [name for name, until in self._busy.items() if until > us]
         if len(speaking) >= MOST_AT_ONCE:
             told = f"{action.thing} says “{text}”: nobody hears it, too many speak at the same time."
-            self._tell(Happening("note", told, row=row))
+            self._tell(Notice("note", told, row=row))
             return
         library = self._speech.library()
         audio = np.zeros(0, np.int16) if library is None else self._speak(library, action, text)
@@ -171,7 +171,7 @@ class Talk:
             file = f"person-{self._count:03}.wav"
             if self._out is not None:
                 keep(self._out / file, audio, rate, self._tell)
-        self._tell(Happening("person", f"{action.thing} says “{text}”", row=row, sound=file if self._out else ""))
+        self._tell(Notice("person", f"{action.thing} says “{text}”", row=row, sound=file if self._out else ""))
         sound = self._at_microphone(action, audio, rate)
         if self._open is None:
             self._open = Utterance(us, sound)

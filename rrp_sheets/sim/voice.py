@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from rrp_sheets.model.exchange import Command, Happening
+from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim.espeak import LONGEST, Audio, Espeak, NoSpeech, espeak
 from rrp_sheets.sim.sounds import louder, write_wave
 
-Tell = Callable[[Happening], None]
+Tell = Callable[[Notice], None]
 GUESSED_WORD_LENGTH = 6  # characters, with the space: for the duration when there is no speech library
 FALLBACK = "en"
 NO_SPEECH = "There is no sound: the package espeakng-loader is not installed. Durations are estimated."
@@ -38,7 +38,7 @@ class Speech:
                 self._library = espeak()
             except NoSpeech:
                 self._missing = True
-                self._tell(Happening("error", NO_SPEECH, stream, row))
+                self._tell(Notice("error", NO_SPEECH, stream, row))
         return self._library
 
 
@@ -92,7 +92,7 @@ class Voice:
         self._now = Sounding(text, order, True)
         if len(text) > LONGEST:
             told = f"Only the first {LONGEST:,} of {len(text):,} letters are said."
-            self._tell(Happening("clamp", told, order.stream, order.row))
+            self._tell(Notice("clamp", told, order.stream, order.row))
         speed = float(settings["speed"])
         library = self._speech.library(order.stream, order.row)
         if library is None:
@@ -102,7 +102,7 @@ class Voice:
         if not library.voice(language):
             library.voice(FALLBACK)
             told = f"There is no voice for the language “{language}”; it is spoken in English."
-            self._tell(Happening("error", told, order.stream, order.row))
+            self._tell(Notice("error", told, order.stream, order.row))
         self._now.audio = library.say(text, speed, float(settings["volume"]), halted=self._speech.halted)
         self._now.rate = library.rate
         self._begin(self._now, us)
@@ -136,7 +136,7 @@ class Voice:
         sounding.start_us, sounding.end_us = us, us + round(seconds * 1e6)
         file = sounding.file.name if sounding.file is not None else ""
         order = sounding.order
-        self._tell(Happening(kind, sounding.text, order.stream, order.row, file))
+        self._tell(Notice(kind, sounding.text, order.stream, order.row, file))
 
     def _cut(self, sounding: Sounding, us: int) -> None:
         """What was not heard any more is not in the file either."""
@@ -151,4 +151,4 @@ def keep(path: Path, audio: Audio, rate: int, tell: Tell) -> None:
         write_wave(path, audio, rate)
     except OSError as error:
         path.unlink(missing_ok=True)
-        tell(Happening("error", f"{path.name} could not be written ({error.strerror})."))
+        tell(Notice("error", f"{path.name} could not be written ({error.strerror})."))

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.devices.catalogue import REST_POSTURE
-from rrp_sheets.model.exchange import Command, Happening
+from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim.actuators import Eyes, Parts, make_actuator
@@ -24,7 +24,7 @@ from rrp_sheets.sim.film import STALE_US, Film
 from rrp_sheets.sim.heads import Heads
 from rrp_sheets.sim.hearing import Hearing
 from rrp_sheets.sim.keyframes import Motions
-from rrp_sheets.sim.messages import Outcome, Shown, Spec, State
+from rrp_sheets.sim.messages import Outcome, Spec, State, WorldSnapshot
 from rrp_sheets.sim.pushing import force
 from rrp_sheets.sim.quiet import quiet
 from rrp_sheets.sim.recording import Recording
@@ -74,7 +74,7 @@ class SimWorld:
         out = Path(spec.out) if spec.out else None
         self._step = 0
         self._us = 0
-        self._notices: list[Happening] = []
+        self._notices: list[Notice] = []
         self._told: dict[tuple[str, str, str], int] = {}
         self._film: Film | None = None
         self.body = Body(self._b, spec.robot)
@@ -175,9 +175,9 @@ class SimWorld:
         self.stage.by_hand(actions)
         self.sight.forget()
 
-    def show(self, picture: bool) -> Shown:
+    def show(self, picture: bool) -> WorldSnapshot:
         """The world for a display, with what the robot sees when that is wanted; nothing of the run depends on it."""
-        return Shown(self.state(), jpeg(self.sight.recent(STALE_US)) if picture else b"")
+        return WorldSnapshot(self.state(), jpeg(self.sight.recent(STALE_US)) if picture else b"")
 
     def state(self) -> State:
         """The world as it is."""
@@ -198,7 +198,7 @@ class SimWorld:
     def unwritten(self, what: str, error: Exception) -> None:
         """A file of the run's record cannot be written: whoever watches is told, and the run goes on without it."""
         why = error.strerror if isinstance(error, OSError) else ""
-        self._tell(Happening("note", f"{what} cannot be kept ({why or error}): make room before the next run."))
+        self._tell(Notice("note", f"{what} cannot be kept ({why or error}): make room before the next run."))
 
     def _by_people(self, action: SceneAction) -> None:
         """Somebody does something without moving: presses, touches, speaks, pushes."""
@@ -270,7 +270,7 @@ class SimWorld:
             self.body.position("HeadPitch"), self.sight.pose(),
         )  # fmt: skip
 
-    def _tell(self, notice: Happening) -> None:
+    def _tell(self, notice: Notice) -> None:
         if notice.kind in ("error", "clamp"):
             # A stream at camera rate must not fill the log with one complaint.
             which = (notice.kind, notice.stream, notice.row)

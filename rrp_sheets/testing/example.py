@@ -5,15 +5,15 @@ from __future__ import annotations
 import re
 
 from rrp_sheets.connectors import Connector
-from rrp_sheets.connectors.wiring import Wiring
+from rrp_sheets.connectors.wiring import ConnectorContext
+from rrp_sheets.engine.clock import FrameClock
+from rrp_sheets.engine.streams import LiveStream
 from rrp_sheets.formulas import compile_formula, make_scope
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.model.durations import parse_duration, show_duration
 from rrp_sheets.model.values import Failure, Value
 from rrp_sheets.render.marbles import draw_marbles
 from rrp_sheets.render.score import Bar, Group, Lane, Marble, Score
-from rrp_sheets.runtime.clock import FrameClock
-from rrp_sheets.runtime.streams import LiveStream
 
 MARK_US = 100_000
 """What one place of a row of marbles stands for."""
@@ -52,7 +52,7 @@ def example_score(connector: Connector) -> Score:
     elif connector.name == "forgetAfter":
         ticks = tuple(us for us, value in came if value is None)
     bar = Bar(0, names, connector.name, connector.icon, shown, ticks)
-    kind = "actuator" if connector.drives else "stream"
+    kind = "actuator" if connector.is_sink else "stream"
     marbles = [Marble(us, value) for us, value in came] + [Marble(us, None, "", words) for us, words in errors]
     groups.append(Group((bar,), Lane("Output", "Output", kind, tuple(sorted(marbles, key=lambda m: m.us)))))
     return Score(connector.name, tuple(groups), 0, last)
@@ -78,7 +78,7 @@ def _played(
     formula = None
     if parameter and period is None:
         formula = compile_formula(parameter, make_scope([(n, None) for n in names], extra=connector.extra))
-    wiring = Wiring(
+    wiring = ConnectorContext(
         inputs=inputs, clock=clock, rank=0, period_us=period or 0, fail=fail, names=names,
         evaluate=formula.prepare(GuardedInterpreter()) if formula else None,
     )  # fmt: skip

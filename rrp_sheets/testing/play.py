@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from rrp_sheets.checks.tests import Case, CaseRow
+from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.plan import Plan
+from rrp_sheets.engine.value_injector import Sender, ended_now, sensed_now
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.values import Failure, Value
-from rrp_sheets.runtime.frame import FrameEngine
-from rrp_sheets.runtime.plan import Plan
-from rrp_sheets.runtime.stimulus import Sender, ended_now, sensed_now
 from rrp_sheets.testing.frames import TOLERANCE, Frames
 from rrp_sheets.testing.judge import seconds
 from rrp_sheets.testing.results import Event, Fault, failure_words

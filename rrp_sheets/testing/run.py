@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from rrp_sheets.checks import Checked
 from rrp_sheets.checks.tests import Case
+from rrp_sheets.engine.plan import Plan, make_plan
+from rrp_sheets.engine.trace import stream_label
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runtime.plan import Plan, make_plan
-from rrp_sheets.runtime.trace import stream_label
 from rrp_sheets.testing.judge import judge, seconds
 from rrp_sheets.testing.play import Player
 from rrp_sheets.testing.results import CaseResult, RowResult

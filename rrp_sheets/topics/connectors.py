@@ -53,7 +53,7 @@ def one_connector(connector: Connector) -> Iterator[str]:
     yield heading(f"{connector.name} (connector{', advanced' if connector.advanced else ''})")
     yield paragraph(connector.help)
     facts = [("Input streams", _count(connector)), ("Formula", _CELLS[connector.parameter])]
-    facts.append(("Output stream", "an actuator" if connector.drives else "a new name"))
+    facts.append(("Output stream", "an actuator" if connector.is_sink else "a new name"))
     synonyms = [s for s in connector.synonyms if key(s) != key(connector.name)]
     if synonyms:
         facts.append(("Also called", ", ".join(synonyms)))
@@ -68,7 +68,7 @@ def one_connector(connector: Connector) -> Iterator[str]:
 def _example(connector: Connector) -> Iterator[str]:
     rows, parameter = parts(connector)
     names = ", ".join(input_names(len(rows)))
-    output = "Print" if connector.drives else "Output"
+    output = "Print" if connector.is_sink else "Output"
     cells = [("Input streams", names), ("Connector", connector.name), ("Formula", parameter), ("Output stream", output)]
     yield titled("For example", entries(cell for cell in cells if cell[1]))
     yield titled("In words", paragraph(_sentence(connector), 2))
@@ -89,7 +89,7 @@ def _sentence(connector: Connector) -> str:
 
 
 def _count(connector: Connector) -> str:
-    least, most = connector.least, connector.most
+    least, most = connector.min_inputs, connector.max_inputs
     if most == least:
         return {1: "one", 2: "two"}.get(least, str(least))
     words = {1: "one", 2: "two"}.get(least, str(least))

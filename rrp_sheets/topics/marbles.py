@@ -40,7 +40,7 @@ def workbook(connector: Connector) -> str:
     rows, parameter = parts(connector)
     names = input_names(len(rows))
     body = [f'| {name} sensor | map | IF(TRUE; value; "") | {name} |' for name in names]  # so it loses the joint's unit
-    if connector.drives:
+    if connector.is_sink:
         body.append(f"| {', '.join(names)} | {connector.name} | {parameter} | Print |")
     else:
         body += [
@@ -60,7 +60,7 @@ def marbles(connector: Connector) -> list[tuple[str, str]]:
     events = {name: _events(row) for name, row in zip(input_names(len(rows)), rows, strict=True)}
     came = _played(connector, events)
     length = max([len(row) for row in rows] + [at + 1 for at, _ in came])
-    shown = {**events, "Print" if connector.drives else "Output": came}
+    shown = {**events, "Print" if connector.is_sink else "Output": came}
     width = max(len(_mark(group)) for group in _grouped(shown.values()))
     return [(name, _line(found, length, width)) for name, found in shown.items()]
 
@@ -70,17 +70,17 @@ def _events(row: str) -> list[tuple[int, Value]]:
 
 
 def _played(connector: Connector, events: Mapping[str, Sequence[tuple[int, Value]]]) -> list[tuple[int, Value]]:
-    from rrp_sheets.runtime.frame import FrameEngine
-    from rrp_sheets.runtime.loop import run_loop
-    from rrp_sheets.runtime.plan import make_plan
-    from rrp_sheets.runtime.virtual import VirtualWorld
+    from rrp_sheets.engine.frame import FrameEngine
+    from rrp_sheets.engine.frame_runner import run_loop
+    from rrp_sheets.engine.plan import make_plan
+    from rrp_sheets.engine.scripted_world import ScriptedWorld
 
     book = checked(workbook(connector))
     names = {i: s.name for i, s in book.graph.streams.items()}
-    log = _Log(names, "Print" if connector.drives else "Output")
+    log = _Log(names, "Print" if connector.is_sink else "Output")
     engine = FrameEngine(make_plan(book), log)
     sent = [(at * MARK_MS * 1000, key(f"{n} sensor"), value) for n, found in events.items() for at, value in found]
-    world = VirtualWorld(sent)
+    world = ScriptedWorld(sent)
     last = max((us for us, _, _ in sent), default=0)
     run_loop(engine, world, world.start(), last + _AFTER_MS * 1000)
     return log.came

@@ -6,20 +6,20 @@ from collections.abc import Callable
 
 from flask import abort
 
-from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.library import Library, refuse_text
-from rrp_sheets.web.room import Room
+from rrp_sheets.web.open_workbooks import OpenWorkbooks
+from rrp_sheets.web.workbook_session import WorkbookSession
 
-RoomOf = Callable[[str], Room]
+RoomOf = Callable[[str], WorkbookSession]
 
 
-def rooms(library: Library, desk: Desk) -> RoomOf:
+def rooms(library: Library, desk: OpenWorkbooks) -> RoomOf:
     """What gives the room of a workbook by the name in an address; a name that the folder has not is answered 404.
 
     A Markdown file that is no workbook is refused with SheetsError.
     """
 
-    def room_of(name: str) -> Room:
+    def room_of(name: str) -> WorkbookSession:
         if not library.has(name):
             abort(404)
         if not desk.has(name):  # one that is open may have lost its last sheet, which undo brings back

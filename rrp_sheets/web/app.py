@@ -14,7 +14,6 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs.worker import CheckWorker
 from rrp_sheets.web.addressed import rooms
-from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.editing import make_editing
 from rrp_sheets.web.guard import Lan, UsedLink, protect
 from rrp_sheets.web.helping import make_helping
@@ -23,6 +22,7 @@ from rrp_sheets.web.library import Library, printable
 from rrp_sheets.web.live.floor import Floor
 from rrp_sheets.web.live.routes import make_live
 from rrp_sheets.web.login import make_login
+from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.pages import MessagePage, RefusedPage, show
 from rrp_sheets.web.pictures import picture
 from rrp_sheets.web.posing import make_posing
@@ -86,7 +86,7 @@ def create_app(
     app.jinja_env.globals["known"] = lambda endpoint: endpoint in app.view_functions
     app.jinja_env.globals["program"] = program
     worker = CheckWorker()
-    desk = Desk(folder, worker)
+    desk = OpenWorkbooks(folder, worker)
     library = Library(folder, worker)
     sessions = Sessions()
     protect(app, secret, lan, sessions, links or Links())

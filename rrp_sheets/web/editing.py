@@ -13,15 +13,15 @@ from werkzeug.wrappers import Response as BaseResponse
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.web.addressed import RoomOf, rooms
 from rrp_sheets.web.asked import Asked, asked, text_of
-from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.fixing import make_fix
 from rrp_sheets.web.gridpage import grid_page, panels
 from rrp_sheets.web.guard import visitor
 from rrp_sheets.web.library import Library, printable
-from rrp_sheets.web.listeners import stream
+from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.pages import MessagePage, show
-from rrp_sheets.web.room import Room
 from rrp_sheets.web.sessions import clean_name
+from rrp_sheets.web.sse import stream
+from rrp_sheets.web.workbook_session import WorkbookSession
 
 MOST_CELLS = 50_000
 MOST_ROWS = 5_000
@@ -33,7 +33,7 @@ _COLUMN = re.compile(r"[0-9]{1,5}", re.ASCII)
 PIECE = 1_000  # rows that are sent at once
 
 
-def make_editing(library: Library, desk: Desk) -> Blueprint:
+def make_editing(library: Library, desk: OpenWorkbooks) -> Blueprint:
     """The routes of the grid."""
     pages = Blueprint("editing", __name__)
 
@@ -80,10 +80,10 @@ def _add_pages(pages: Blueprint, room_of: RoomOf) -> None:
     def words(name: str) -> Response:
         from rrp_sheets.web.vocabulary import vocabulary
 
-        return jsonify(vocabulary(room_of(name).look()))
+        return jsonify(vocabulary(room_of(name).analysis()))
 
 
-def _add_events(pages: Blueprint, room_of: RoomOf, desk: Desk) -> None:
+def _add_events(pages: Blueprint, room_of: RoomOf, desk: OpenWorkbooks) -> None:
     @pages.get("/book/<name>/events")
     def events(name: str) -> Response:
         room = room_of(name)
@@ -130,7 +130,7 @@ def _add_edits(pages: Blueprint, room_of: RoomOf) -> None:
         if action == "fix":
             return jsonify(
                 room.change(
-                    client, author, tag, lambda document: make_fix(document, room.look(), author, given), request_id
+                    client, author, tag, lambda document: make_fix(document, room.analysis(), author, given), request_id
                 )
             )
         if action in ("lock", "unlock"):
@@ -186,7 +186,7 @@ def _new_rows(given: Asked) -> list[tuple[str, dict[int, str]]]:
     return made
 
 
-def _seat(room: Room, client: str, name: str, given: Asked, *, take: bool) -> Asked:
+def _seat(room: WorkbookSession, client: str, name: str, given: Asked, *, take: bool) -> Asked:
     place = _place(given)
     if not take:
         room.release(client, place)

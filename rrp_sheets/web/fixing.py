@@ -10,13 +10,13 @@ from rrp_sheets.diagnostics.fix import Fix, Insert, Put
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.grid import Grid
 from rrp_sheets.documents.undo import Cells, Gone
-from rrp_sheets.web.looks import Look
+from rrp_sheets.web.analysis import Analysis
 
 _OLD = "This is no longer what the check says."
 _LOOK = "Look at the problems again."
 
 
-def make_fix(document: Document, look: Look, author: str, asked: dict[str, Any]) -> Changed:
+def make_fix(document: Document, look: Analysis, author: str, asked: dict[str, Any]) -> Changed:
     """Apply the fix that somebody has chosen in the list of problems.
 
     `asked` holds `code`, `place` and `title` of the fix as the page showed them.

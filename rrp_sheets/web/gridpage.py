@@ -11,23 +11,23 @@ from rrp_sheets.devices.scene_words import KINDS, verbs_of
 from rrp_sheets.documents.hindrance import hindrance
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.sentences import explain
+from rrp_sheets.web.analysis import no_analysis
 from rrp_sheets.web.browserwords import in_browser
-from rrp_sheets.web.looks import no_look
 from rrp_sheets.web.ownsheets import own_page
 from rrp_sheets.web.pages import GridPage, Panels, Problem
 from rrp_sheets.web.pictures import MOST_ROWS
-from rrp_sheets.web.room import Room
 from rrp_sheets.web.shelf import counts
 from rrp_sheets.web.strip import strip_of
 from rrp_sheets.web.testing.panel import panel_of
 from rrp_sheets.web.vocabulary import vocabulary
 from rrp_sheets.web.words import words_of
+from rrp_sheets.web.workbook_session import WorkbookSession
 
 MOST_PROBLEMS = 300
 FIRST_ROWS = 200  # in the page itself; the others follow
 
 
-def grid_page(room: Room, name: str, sheet: str) -> GridPage:
+def grid_page(room: WorkbookSession, name: str, sheet: str) -> GridPage:
     """Everything that the page of a sheet shows; without a sheet, of the first behaviour."""
     told = room.told()
     grids = room.document.grids
@@ -37,7 +37,7 @@ def grid_page(room: Room, name: str, sheet: str) -> GridPage:
         return own_page(other, panels(room, name, sheet), room.document, sheet)
     sheet = sheet or first
     beside = panels(room, name, sheet)  # before the rows: a page that says "checked" must not have older rows
-    look = room.look()
+    look = room.analysis()
     maker = room.maker(sheet) if sheet else None
     version = grids[sheet].version if sheet else 0  # before the rows, which are of that version or of a later one
     rows = maker.rows(0, FIRST_ROWS) if maker else Markup("")
@@ -52,7 +52,7 @@ def grid_page(room: Room, name: str, sheet: str) -> GridPage:
         rows=rows,
         count=len(grids[sheet].rows) if sheet else 0,
         strip=strip_of(room.document, name, sheet),
-        vocabulary=_json(vocabulary(no_look())),
+        vocabulary=_json(vocabulary(no_analysis())),
         panels=beside,
         read_only=room.document.why,
         hindered=hindrance(room.document.path),
@@ -62,9 +62,9 @@ def grid_page(room: Room, name: str, sheet: str) -> GridPage:
     )
 
 
-def run_page(room: Room, name: str, sheet: str) -> GridPage:
+def run_page(room: WorkbookSession, name: str, sheet: str) -> GridPage:
     """The same as the run panel: with what is needed while a run goes on."""
-    zones = list(room.look().robot.touch_zones)
+    zones = list(room.analysis().robot.touch_zones)
     acts = {**{kind: verbs_of(kind) for kind in KINDS}, "zones": zones}
     page = grid_page(room, name, sheet)
     return replace(page, live=True, acts=_json(acts), strip=strip_of(room.document, name, page.sheet, live=True))
@@ -74,9 +74,9 @@ def _json(data: object) -> Markup:
     return Markup(json.dumps(data, ensure_ascii=False).replace("<", "\\u003c"))
 
 
-def panels(room: Room, name: str, sheet: str) -> Panels:
+def panels(room: WorkbookSession, name: str, sheet: str) -> Panels:
     """The diagram, the words and the problems."""
-    look = room.look()
+    look = room.analysis()
     grids = room.document.grids
     problems = []
     for number, d in enumerate(look.findings[:MOST_PROBLEMS], 1):

@@ -95,7 +95,7 @@ def make_helping(room_of: RoomOf) -> Blueprint:
 def _helper(room_of: RoomOf, book: str, asked: str) -> tuple[Part, ...]:
     """The help on a helper of a workbook, or nothing when it has been renamed or deleted."""
     wanted = key(asked.removeprefix(_HELPER))
-    helpers = room_of(book).look().workbook.helpers
+    helpers = room_of(book).analysis().workbook.helpers
     found = next((h for h in helpers if key(argument_name(h.name.text)) == wanted), None)
     return tuple(_parts(one_helper(found))) if found else ()
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from rrp_sheets import api
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.runs.worker import CheckWorker
-from rrp_sheets.web.looks import Look, look
+from rrp_sheets.web.analysis import Analysis, analyse
 from rrp_sheets.workbook import Reading
 
 SUFFIXES = (".xlsx", ".md", ".markdown")
@@ -35,7 +35,7 @@ class Book:
     path: Path
     changed: datetime
     reading: Reading
-    look: Look
+    look: Analysis
 
     @property
     def title(self) -> str:
@@ -133,7 +133,7 @@ def _read(name: str, path: Path, worker: CheckWorker) -> Book | SheetsError:
     try:
         reading = api.read(path)
         changed = datetime.fromtimestamp(path.stat().st_mtime)
-        return Book(name, path, changed, reading, look(path, reading, worker))
+        return Book(name, path, changed, reading, analyse(path, reading, worker))
     except UnreadableFile as error:
         return error
     except OSError as error:

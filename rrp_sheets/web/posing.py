@@ -20,11 +20,11 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
 from rrp_sheets.web.addressed import rooms
 from rrp_sheets.web.asked import asked, text_of
-from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.guard import visitor
 from rrp_sheets.web.library import Library
-from rrp_sheets.web.room import Room
+from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.sessions import clean_name
+from rrp_sheets.web.workbook_session import WorkbookSession
 
 RATE = 30  # pictures a second
 BETWEEN = 1.0  # s between a pose and the one before
@@ -32,7 +32,7 @@ DIGITS = 2  # of an angle, rad
 Joints = Mapping[str, float]
 
 
-def make_posing(library: Library, desk: Desk, now: Callable[[Room], Joints]) -> Blueprint:
+def make_posing(library: Library, desk: OpenWorkbooks, now: Callable[[WorkbookSession], Joints]) -> Blueprint:
     """The routes; `now` gives the joints of the robot that runs a room's workbook, none when none does."""
     pages = Blueprint("posing", __name__)
 

@@ -17,8 +17,8 @@ from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.cells import column_letters
 from rrp_sheets.model.names import key
 from rrp_sheets.model.truths import truth_of
+from rrp_sheets.web.analysis import Analysis
 from rrp_sheets.web.browserwords import in_browser
-from rrp_sheets.web.looks import Look
 from rrp_sheets.web.pages import Head
 from rrp_sheets.workbook.headers import KINDS as SHEET_KINDS
 
@@ -74,7 +74,7 @@ class RowMaker:
 
     def take(
         self,
-        look: Look,
+        look: Analysis,
         taken: Mapping[tuple[str, str, int], tuple[str, str]],
         marks: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
@@ -91,7 +91,7 @@ class RowMaker:
         if self.grid.kind != "behaviour" or behaviour is None:
             return
         self._streams = look.kinds(self.grid.name)
-        shown = [s for s in behaviour.steps if s.active and not s.connector.drives]
+        shown = [s for s in behaviour.steps if s.active and not s.connector.is_sink]
         self._examples = {s.number: look.examples[s.ref] for s in shown if s.ref in look.examples}
         streams = look.graph.streams
         anonymous = (s for s in behaviour.steps if s.output in streams)

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from rrp_sheets.runtime.holding import held, is_held
+from rrp_sheets.engine.file_lock import is_locked, locked
 
 _PREFIX = "rrp-sheets-server-"
 _NEW_S = 5  # so long may a server take from making its folder to holding it
@@ -25,8 +25,8 @@ _NEW_S = 5  # so long may a server take from making its folder to holding it
 def scratch() -> Iterator[Path]:
     """Have the temporary files of this process, and of those that it starts, in a folder of their own meanwhile."""
     system = tempfile.gettempdir()
-    with tempfile.TemporaryDirectory(prefix=_PREFIX, ignore_cleanup_errors=True) as name, held(Path(name)):
-        if is_held(Path(name)):  # else nobody can tell which of the others are in use
+    with tempfile.TemporaryDirectory(prefix=_PREFIX, ignore_cleanup_errors=True) as name, locked(Path(name)):
+        if is_locked(Path(name)):  # else nobody can tell which of the others are in use
             _remove_abandoned(Path(system))
         before, tempfile.tempdir = tempfile.tempdir, name
         try:
@@ -42,5 +42,5 @@ def _remove_abandoned(system: Path) -> None:
         with suppress(OSError):
             about = folder.lstat()
             ours = stat.S_ISDIR(about.st_mode) and about.st_uid == os.getuid() and about.st_mtime < limit
-            if ours and not is_held(folder):
+            if ours and not is_locked(folder):
                 shutil.rmtree(folder, ignore_errors=True)

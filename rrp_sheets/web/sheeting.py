@@ -10,19 +10,19 @@ from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.web.addressed import rooms
 from rrp_sheets.web.asked import Asked, asked, number_of, text_of
-from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.guard import visitor
 from rrp_sheets.web.library import Library
+from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.pages import show
-from rrp_sheets.web.room import Room
 from rrp_sheets.web.sessions import clean_name
 from rrp_sheets.web.strip import NAME, strip_of
+from rrp_sheets.web.workbook_session import WorkbookSession
 
 MOST_NAMED = 12  # places that are told before a sheet is deleted
 _COLUMNS = 2_000  # letters of a new table's columns
 
 
-def make_sheeting(library: Library, desk: Desk) -> Blueprint:
+def make_sheeting(library: Library, desk: OpenWorkbooks) -> Blueprint:
     """The routes of the tabs."""
     pages = Blueprint("sheeting", __name__)
 
@@ -73,17 +73,17 @@ def _of(document: Document, given: Asked) -> str:
     return document.current(text_of(given, "of"))
 
 
-def _add(room: Room, document: Document, author: str, given: Asked) -> Changed:
+def _add(room: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
     kind, name = text_of(given, "kind"), text_of(given, "title", NAME)
     columns = [text for part in text_of(given, "columns", _COLUMNS).split(",") if (text := " ".join(part.split()))]
     return document.sheets.add(author, kind, name, [columns] if kind == "table" and columns else ())
 
 
-def _rename(room: Room, document: Document, author: str, given: Asked) -> Changed:
+def _rename(room: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
     return document.sheets.rename(author, _of(document, given), text_of(given, "title", NAME))
 
 
-def _move(room: Room, document: Document, author: str, given: Asked) -> Changed | None:
+def _move(room: WorkbookSession, document: Document, author: str, given: Asked) -> Changed | None:
     """One place to the left or to the right, among the sheets of ours or among the user's own."""
     sheet, by = _of(document, given), 1 if number_of(given, "by", -1, 1) > 0 else -1
     group = list(document.grids) if sheet in document.grids else list(document.own)
@@ -95,11 +95,11 @@ def _move(room: Room, document: Document, author: str, given: Asked) -> Changed 
     return document.sheets.move(author, sheet, after[0] if after else "")
 
 
-def _duplicate(room: Room, document: Document, author: str, given: Asked) -> Changed:
+def _duplicate(room: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
     return document.sheets.duplicate(author, _of(document, given))
 
 
-def _delete(room: Room, document: Document, author: str, given: Asked) -> Changed:
+def _delete(room: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
     sheet = _of(document, given)
     people = room.seats.others(text_of(given, "client"), sheet)
     if people:
@@ -108,6 +108,6 @@ def _delete(room: Room, document: Document, author: str, given: Asked) -> Change
     return document.sheets.delete(author, sheet)
 
 
-_ACTIONS: dict[str, Callable[[Room, Document, str, Asked], Changed | None]] = {
+_ACTIONS: dict[str, Callable[[WorkbookSession, Document, str, Asked], Changed | None]] = {
     "add": _add, "rename": _rename, "move": _move, "duplicate": _duplicate, "delete": _delete,
 }  # fmt: skip

@@ -12,8 +12,8 @@ from rrp_sheets.documents.tutorial import begin
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.bundle.names import is_device
 from rrp_sheets.runs.bundle.unpacking import is_zip
-from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.library import SUFFIXES, Library, refuse_text
+from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.pages import show
 from rrp_sheets.web.shelf import ARCHIVE, archived, shelf_page
 from rrp_sheets.web.unbundling import take_in
@@ -25,7 +25,7 @@ _LONGEST = 100
 _MOST_UPLOADS = 20  # files at once
 
 
-def make_shelving(library: Library, desk: Desk) -> Blueprint:
+def make_shelving(library: Library, desk: OpenWorkbooks) -> Blueprint:
     """The routes of the shelf."""
     pages = Blueprint("shelving", __name__)
     actions = {
@@ -57,18 +57,18 @@ Done = tuple[str, str]
 """What was done, in words, and the file that is there now; empty for none."""
 
 
-def _new(library: Library, desk: Desk) -> Done:
+def _new(library: Library, desk: OpenWorkbooks) -> Done:
     path = _free(library, _name(request.form.get("name", "")))
     api.new(path, template=request.form.get("template", "guided"))
     return f"Made {path.name}.", path.name
 
 
-def _tutorial(library: Library, desk: Desk) -> Done:
+def _tutorial(library: Library, desk: OpenWorkbooks) -> Done:
     path = begin(library.folder)
     return f"Made {path.name}.", path.name
 
 
-def _copy(library: Library, desk: Desk) -> Done:
+def _copy(library: Library, desk: OpenWorkbooks) -> Done:
     source = library.path(request.form.get("book", ""))
     target = _numbered(source)
     if not source.is_file():  # of a pipe the end would be waited for
@@ -77,7 +77,7 @@ def _copy(library: Library, desk: Desk) -> Done:
     return f"Made {target.name}.", target.name
 
 
-def _rename(library: Library, desk: Desk) -> Done:
+def _rename(library: Library, desk: OpenWorkbooks) -> Done:
     source = library.path(request.form.get("book", ""))
     target = _free(library, _name(request.form.get("name", ""), source.suffix))
     with desk.without(source.name):
@@ -86,7 +86,7 @@ def _rename(library: Library, desk: Desk) -> Done:
     return f"{source.name} is now {target.name}.", target.name
 
 
-def _archive(library: Library, desk: Desk) -> Done:
+def _archive(library: Library, desk: OpenWorkbooks) -> Done:
     source = library.path(request.form.get("book", ""))
     folder = library.folder / ARCHIVE
     folder.mkdir(exist_ok=True)
@@ -98,7 +98,7 @@ def _archive(library: Library, desk: Desk) -> Done:
     return f"{source.name} is in the folder {ARCHIVE} now.", ""
 
 
-def _unarchive(library: Library, desk: Desk) -> Done:
+def _unarchive(library: Library, desk: OpenWorkbooks) -> Done:
     name = request.form.get("book", "")
     source = library.folder / ARCHIVE / name
     if name not in archived(library) or source.is_symlink():
@@ -110,7 +110,7 @@ def _unarchive(library: Library, desk: Desk) -> Done:
     return f"{target.name} is back on the shelf.", target.name
 
 
-def _upload(library: Library, desk: Desk) -> Done:
+def _upload(library: Library, desk: OpenWorkbooks) -> Done:
     files = [f for f in request.files.getlist("file") if f.filename]
     if not files:
         raise SheetsError("No file was chosen.", "Choose an .xlsx file, or a bundle (.zip).")

@@ -17,8 +17,8 @@ from rrp_sheets.model.workbook import Helper
 from rrp_sheets.render.contents import contents
 from rrp_sheets.topics.functions import examples, first_line, usage
 from rrp_sheets.topics.scene import TIMES
+from rrp_sheets.web.analysis import Analysis
 from rrp_sheets.web.cellwords import cell_words
-from rrp_sheets.web.looks import Look
 
 Word = dict[str, str]
 FIELDS = (
@@ -28,7 +28,7 @@ FIELDS = (
 )  # fmt: skip
 
 
-def vocabulary(look: Look) -> dict[str, Any]:
+def vocabulary(look: Analysis) -> dict[str, Any]:
     """All words for one workbook, as the grid's script wants them."""
     robot, graph, firsts = look.robot, look.graph, _firsts(look.robot)
     named = [s for s in graph.streams.values() if s.name]
@@ -100,15 +100,15 @@ def _helper(helper: Helper) -> Word:
     return {"text": name, "name": helper.name.text, "help": text, "label": usage}
 
 
-def _stream(stream: Stream, look: Look) -> Word:
+def _stream(stream: Stream, look: Analysis) -> Word:
     return {"text": stream.name, "kind": stream.kind.value, "help": _example(stream, look)}
 
 
-def _argument(stream: Stream, look: Look) -> Word:
+def _argument(stream: Stream, look: Analysis) -> Word:
     return {"text": argument_name(stream.name), "kind": stream.kind.value, "help": _example(stream, look)}
 
 
-def _example(stream: Stream, look: Look) -> str:
+def _example(stream: Stream, look: Analysis) -> str:
     example = look.stream_examples.get(stream.id, "")
     return f"for example {example}" if example else ""
 
@@ -121,7 +121,7 @@ def _record(record: RecordType) -> dict[str, Any]:
     return {"name": record.name, "fields": fields}
 
 
-def _devices(look: Look, firsts: Mapping[str, str], kind: str, wanted: StreamKind) -> list[Word]:
+def _devices(look: Analysis, firsts: Mapping[str, str], kind: str, wanted: StreamKind) -> list[Word]:
     robot = look.robot
     mine = [d.stream.text for d in look.workbook.devices if (f := robot.find(d.device.text)) and f.type.kind == kind]
     offered = [n for n in _offered(robot, firsts, kind) if key(n) not in {key(m) for m in mine}]

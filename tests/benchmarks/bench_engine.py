@@ -16,13 +16,13 @@ from asteval import Interpreter
 from play import example, rows
 
 from rrp_sheets import api
+from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.plan import make_plan
+from rrp_sheets.engine.trace import TraceWriter
 from rrp_sheets.formulas import read_formula
 from rrp_sheets.formulas.formula import Formula
 from rrp_sheets.model.values import Record
 from rrp_sheets.resources import bundled
-from rrp_sheets.runtime.frame import FrameEngine
-from rrp_sheets.runtime.plan import make_plan
-from rrp_sheets.runtime.trace import TraceWriter
 
 CHAIN = rows("| Red ball | map | redBall.distance | Distance |\n| Distance | filter | distance < 20 | Close |\n"
              "| Close | subscribe | | Print |")  # fmt: skip

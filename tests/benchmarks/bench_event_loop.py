@@ -14,10 +14,10 @@ import time
 import pytest
 from play import check, rows
 
-from rrp_sheets.runtime.events import EventEngine
-from rrp_sheets.runtime.live import LiveCourse
-from rrp_sheets.runtime.loop import Hooks
-from rrp_sheets.runtime.plan import make_plan
+from rrp_sheets.engine.events import EventEngine
+from rrp_sheets.engine.frame_runner import RunObserver
+from rrp_sheets.engine.plan import make_plan
+from rrp_sheets.engine.realtime_runner import RealtimeRunner
 
 JOINTS = ("Head yaw", "Head pitch", "L shoulder pitch", "L shoulder roll", "L elbow yaw", "L elbow roll",
           "R shoulder pitch", "R shoulder roll", "R elbow yaw", "R elbow roll")  # fmt: skip
@@ -90,7 +90,7 @@ def test_latency_of_the_event_loop(load):
     lines = [f"| {j} | filter | value >= 0 | |\n| | map | value + 0 | |\n| | subscribe | | Print |" for j in JOINTS]
     world = World()
     plan = make_plan(check(rows("\n".join(lines))))
-    course = LiveCourse(plan, world, lambda: EventEngine(plan))
+    course = RealtimeRunner(plan, world, lambda: EventEngine(plan))
     over = threading.Event()
 
     def compute():
@@ -100,7 +100,7 @@ def test_latency_of_the_event_loop(load):
     if load == "busy":
         threading.Thread(target=compute, daemon=True).start()
     try:
-        course.go(round((SECONDS + 0.5) * 1_000_000), Hooks())
+        course.go(round((SECONDS + 0.5) * 1_000_000), RunObserver())
     finally:
         over.set()
         course.stop()

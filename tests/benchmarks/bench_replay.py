@@ -11,10 +11,10 @@ import pytest
 
 from rrp_sheets import api
 from rrp_sheets.checks import check_workbook
+from rrp_sheets.engine.scripted_world import ScriptedWorld
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs import RunSettings
 from rrp_sheets.runs.running import run
-from rrp_sheets.runtime.virtual import VirtualWorld
 from rrp_sheets.workbook import read
 
 SECONDS = 600
@@ -39,7 +39,7 @@ def ten_minutes():
     with TemporaryDirectory() as folder:
         out = Path(folder) / "run"
         settings = RunSettings(seconds=SECONDS, fast=True, out=out)
-        run(reading, checked, settings, world=lambda plan, scene, seed, place: VirtualWorld(events))
+        run(reading, checked, settings, world=lambda plan, scene, seed, place: ScriptedWorld(events))
         yield out
 
 

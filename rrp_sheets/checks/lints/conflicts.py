@@ -90,7 +90,7 @@ def _tell(driver: _Driver, other: _Driver, resource: str, how: str, material: Ma
 def _drivers(material: Material) -> Iterator[_Driver]:
     for behaviour in material.behaviours():
         for step in behaviour.steps:
-            if not step.active or not step.connector.drives:
+            if not step.active or not step.connector.is_sink:
                 continue
             fact = material.fact(step.ref)
             uses = _uses(step, fact, material)

@@ -51,7 +51,7 @@ def _needs(step: Step) -> tuple[str, ...]:
 
 
 def _needs_all(step: Step) -> bool:
-    formula = step.connector.drives and bool(step.row.formula)
+    formula = step.connector.is_sink and bool(step.row.formula)
     return step.connector.name in _ALL or step.connector.name in _FIRST or formula
 
 

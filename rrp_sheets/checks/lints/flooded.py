@@ -21,7 +21,7 @@ def lint_flooded(material: Material) -> None:
         if step.connector.name == "accumulate" or counted.intersection(step.inputs):
             counted.add(step.output)  # a total decides about it: how often that is so cannot be said
         stream = material.graph.streams[step.output]
-        if not step.connector.drives or stream.device is None:
+        if not step.connector.is_sink or stream.device is None:
             continue
         fact = material.fact(step.ref)
         speaks = VOICE in stream.device.type.resources and fact.known.kind != BLANK

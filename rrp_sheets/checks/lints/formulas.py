@@ -112,7 +112,7 @@ def _use(stream: str, values: list[Value], material: Material, merge: Step, seen
             found = _use(reader.output, values, material, merge, seen)
             if found is not None:
                 return found
-        elif reader.connector.drives and formula is None:
+        elif reader.connector.is_sink and formula is None:
             target = material.graph.streams[reader.output]
             if _looks(target) and plain:
                 return ""

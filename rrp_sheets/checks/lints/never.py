@@ -19,7 +19,7 @@ def lint_never(material: Material) -> None:
     for step in material.steps():
         if step.connector.name == "filter":
             _filter(step, material)
-    driven = {s.output for s in material.steps() if s.connector.drives}
+    driven = {s.output for s in material.steps() if s.connector.is_sink}
     told: set[str] = set()
     for step in material.steps():
         for stream in step.inputs:

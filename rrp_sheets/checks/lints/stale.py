@@ -41,7 +41,7 @@ def lint_stale(material: Material) -> None:
     steps = {s.ref: s for s in material.steps()}
     for step in steps.values():
         inputs = [_pace(i, material, paces) for i in step.inputs]
-        if not step.connector.drives:
+        if not step.connector.is_sink:
             paces[step.output] = _after(step, inputs)
         if step.connector.name != "combineLatest":
             continue

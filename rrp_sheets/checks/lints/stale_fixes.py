@@ -104,7 +104,7 @@ def _opened(step: Step, material: Material) -> str:
 def _only_sent(step: Step, material: Material) -> bool:
     """Whether all that take what the row gives send it on to actuators as it is."""
     readers = material.readers.get(step.output, [])
-    return all(r.connector.drives and not r.row.formula for r in readers)
+    return all(r.connector.is_sink and not r.row.formula for r in readers)
 
 
 def _free(name: str, step: Step, material: Material) -> str:

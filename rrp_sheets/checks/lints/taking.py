@@ -46,7 +46,7 @@ def lint_taking(material: Material) -> None:
     ancestors: dict[str, frozenset[str]] = {}
     for step in material.steps():
         mine = frozenset().union(*(ancestors.get(i, frozenset({i})) for i in step.inputs))
-        if not step.connector.drives:
+        if not step.connector.is_sink:
             ancestors[step.output] = mine if len(mine) <= 50 else mine & seeing or frozenset(sorted(mine)[:1])
             continue
         stream = material.graph.streams[step.output]

@@ -92,7 +92,7 @@ class Source:
         return [
             Driver(name, s, streams[s.output], s.ref in facts and facts[s.ref].known.kind == BLANK)
             for name, s in self.active
-            if s.connector.drives and s.output in streams
+            if s.connector.is_sink and s.output in streams
         ]
 
     @cached_property

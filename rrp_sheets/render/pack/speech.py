@@ -47,7 +47,7 @@ class Speech:
         self._makers: dict[str, list[Step]] = {}
         for behaviour in self._graph.behaviours:
             for step in behaviour.steps:
-                if step.active and not step.connector.drives:
+                if step.active and not step.connector.is_sink:
                     self._makers.setdefault(step.output, []).append(step)
         self._found: dict[str, Texts] = {}
 

@@ -24,7 +24,7 @@ _MOST_ACTS = 20_000  # edits and switches
 _LONGEST_LINE = 1 << 22  # bytes
 _LONGEST_SECONDS = 366 * 24 * 3600.0
 
-# As `runtime/trace.py` writes an event; any other spelling of the same is read more slowly.
+# As `engine/trace.py` writes an event; any other spelling of the same is read more slowly.
 _EVENT = re.compile(rb'\{"t":([0-9.e+-]+),"stream":"([^"\\]*)","row":"([^"\\]*)","value":')
 _SENT = b'"stimulated":true'
 Entry = dict[str, Any]

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.devices import load_robot
+from rrp_sheets.engine.trace import read_trace
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import show
@@ -17,7 +18,6 @@ from rrp_sheets.runs.marbles import value_from_json
 from rrp_sheets.runs.records.dragging import Drag, dragged
 from rrp_sheets.runs.records.facts import TRACE, text_of
 from rrp_sheets.runs.records.tidy import units_of
-from rrp_sheets.runtime.trace import read_trace
 
 MOST_LINES = 2_000  # of the log
 MOST_POINTS = 1_200  # of a curve: two for each pixel of a wide screen's plot

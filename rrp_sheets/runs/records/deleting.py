@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from rrp_sheets.engine.file_lock import is_locked
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.runs import faces
@@ -22,7 +23,6 @@ from rrp_sheets.runs.records.facts import TRACE, Facts, facts_of
 from rrp_sheets.runs.records.listing import as_dict, chosen, runs_in, runs_place
 from rrp_sheets.runs.records.remembered import FaceFate, fates
 from rrp_sheets.runs.records.traces_left import Unsearched, places_of
-from rrp_sheets.runtime.holding import is_held
 
 
 @dataclass(frozen=True)
@@ -208,7 +208,7 @@ def _begun(part: Deletion) -> list[str]:
     head = f"{part.within}/" if part.within else ""
     return [
         head + f.run for place in runs_in(part.folder)
-        if (f := facts_of(place)).participant == part.participant or (not f.readable and is_held(place))
+        if (f := facts_of(place)).participant == part.participant or (not f.readable and is_locked(place))
     ]  # fmt: skip
 
 
@@ -234,7 +234,7 @@ def _named(names: Sequence[str], every: dict[str, Facts]) -> list[Facts]:
 
 def _require_ended(folder: Path, wanted: Sequence[Facts], going: Collection[str]) -> None:
     for facts in wanted:
-        if facts.ended == "going" or facts.run in going or is_held(runs_place(folder) / facts.run):
+        if facts.ended == "going" or facts.run in going or is_locked(runs_place(folder) / facts.run):
             raise SheetsError(
                 f"The run {facts.run} goes on, or is still being written.", "Stop it, and delete when it has ended."
             )
@@ -243,7 +243,7 @@ def _require_ended(folder: Path, wanted: Sequence[Facts], going: Collection[str]
 def _require_told(places: Sequence[Path]) -> None:
     """A run that is just beginning has no record yet, and may be anybody's."""
     for place in places:
-        if is_held(place) and not facts_of(place).readable:
+        if is_locked(place) and not facts_of(place).readable:
             raise SheetsError(
                 f"The run {place.name} is just beginning, and does not say yet whose it is.",
                 "Delete again in a few seconds.",

@@ -18,8 +18,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from rrp_sheets.engine.file_lock import is_locked
 from rrp_sheets.model.languages import known_language
-from rrp_sheets.runtime.holding import is_held
 
 RUNS = "runs"
 TRACE = "trace.jsonl"
@@ -120,7 +120,7 @@ def facts_of(place: Path, going: Collection[str] = ()) -> Facts:
         ended = text_of(summary.get("ended")) or "cut"
     else:
         fresh = 0 <= time.time() - about.st_mtime < STILL_WRITTEN
-        ended = "going" if run in going or fresh or is_held(trace) else "cut"
+        ended = "going" if run in going or fresh or is_locked(trace) else "cut"
     return Facts(
         run=run, began=_when(header.get("began")), workbook=text_of(header.get("name")),
         digest=text_of(header.get("workbook")), participant=text_of(header.get("participant")),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from rrp_sheets.engine.trace import read_trace
 from rrp_sheets.model.names import key
 from rrp_sheets.render.plots import Curve, draw_plots
 from rrp_sheets.render.texts import texts
@@ -14,7 +15,6 @@ from rrp_sheets.runs.records.course import course
 from rrp_sheets.runs.records.facts import TRACE, text_of
 from rrp_sheets.runs.records.stamp import stamp_of
 from rrp_sheets.runs.records.tidy import unreadable
-from rrp_sheets.runtime.trace import read_trace
 
 _MOST_STREAMS = 5_000
 

@@ -16,12 +16,12 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.devices import load_robot, robot_names
+from rrp_sheets.engine.trace import read_trace
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.names import key
 from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.runs.records.facts import text_of
 from rrp_sheets.runs.records.stamp import stamp_of
-from rrp_sheets.runtime.trace import read_trace
 
 
 class Seconds(float):

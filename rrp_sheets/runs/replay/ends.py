@@ -15,10 +15,10 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Any
 
+from rrp_sheets.engine.builtin_devices import MIN_DELAY_US
 from rrp_sheets.model.exchange import DONE, commanded
 from rrp_sheets.model.values import Value
 from rrp_sheets.runs.replay.record import EVENT, Entry, same_json
-from rrp_sheets.runtime.own import SOON_US
 
 
 @dataclass(eq=False)
@@ -88,7 +88,7 @@ class Ends:
             self.usual.append((stream, value, seconds))
             self._number += 1
             end = DONE.make(value=commanded(value), completed=True, seconds=seconds)
-            due = us + max(SOON_US, round(seconds * 1_000_000))
+            due = us + max(MIN_DELAY_US, round(seconds * 1_000_000))
             heapq.heappush(self._coming, (due, self._number, self._done[stream], end))
         else:
             self.unknown.append((stream, value))

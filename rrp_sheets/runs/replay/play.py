@@ -7,9 +7,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rrp_sheets.diagnostics.phrase import Phrase
+from rrp_sheets.engine.engine import Engine
+from rrp_sheets.engine.events import EventEngine
+from rrp_sheets.engine.frame import FrameEngine
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.graph import StreamKind
-from rrp_sheets.model.exchange import Happening
+from rrp_sheets.model.exchange import Notice
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Failure, Value, to_json
 from rrp_sheets.runs.replay.edits import Editions
@@ -18,9 +21,6 @@ from rrp_sheets.runs.replay.record import ACT, ERROR, EVENT, HAPPENING, Entry
 from rrp_sheets.runs.replay.sensed import Senses
 from rrp_sheets.runs.replay.source import Source
 from rrp_sheets.runs.replay.spool import Spool
-from rrp_sheets.runtime.engine import Engine
-from rrp_sheets.runtime.events import EventEngine
-from rrp_sheets.runtime.frame import FrameEngine
 
 MOST_CAME = 3_000_000  # events of one replay: a gigabyte
 _TOLD_EVERY = 200  # moments between two words to whoever waits
@@ -278,6 +278,6 @@ def _frame(us: int, rate: int) -> int:
     return -(-us * rate // 1_000_000)
 
 
-def happened(us: int, happening: Happening) -> Entry:
+def happened(us: int, happening: Notice) -> Entry:
     """What the engine's own devices tell, as a line of a trace has it."""
     return Entry(us, HAPPENING, happening.stream, happening.row, None, happening.kind, happening.text)

@@ -12,8 +12,8 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from rrp_sheets.engine.trace import read_trace
 from rrp_sheets.errors import UnreadableFile
-from rrp_sheets.runtime.trace import read_trace
 
 TRACE = "trace.jsonl"
 _LONGEST_US = 366 * 24 * 3_600_000_000  # a year: longer is no run

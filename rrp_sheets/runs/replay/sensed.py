@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from rrp_sheets.engine.plan import Plan
 from rrp_sheets.model.exchange import DONE, commanded
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record, RecordType, Value, record_from_mapping, to_json
 from rrp_sheets.runs.replay.record import same_json
-from rrp_sheets.runtime.plan import Plan
 
 
 class Senses:

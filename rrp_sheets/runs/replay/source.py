@@ -9,10 +9,10 @@ from rrp_sheets import __version__
 from rrp_sheets.checks import Checked
 from rrp_sheets.compare.opening import open_checked
 from rrp_sheets.diagnostics.phrase import Phrase
+from rrp_sheets.engine.plan import Plan, make_plan
+from rrp_sheets.engine.trace import stream_label
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.runs.replay.record import Recorded
-from rrp_sheets.runtime.plan import Plan, make_plan
-from rrp_sheets.runtime.trace import stream_label
 from rrp_sheets.workbook import Reading
 
 WORKBOOK = "protocol.xlsx"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from rrp_sheets.model.exchange import Command, DeviceUse, Happening
+from rrp_sheets.model.exchange import Command, DeviceUse, Notice
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value, show
 from rrp_sheets.sim.actuators.lamps import Eyes
@@ -21,7 +21,7 @@ from rrp_sheets.sim.stance import Stance
 from rrp_sheets.sim.tracker import Trackers
 from rrp_sheets.sim.voice import Voice
 
-Tell = Callable[[Happening], None]
+Tell = Callable[[Notice], None]
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class Base:
 
     def fail(self, order: Command, text: str, kind: str = "error") -> None:
         """Tell why an order is not carried out; it is over."""
-        self.parts.tell(Happening(kind, text, order.stream, order.row))
+        self.parts.tell(Notice(kind, text, order.stream, order.row))
         self.parts.arbiter.at_once(order, completed=False)
 
     @property
@@ -86,7 +86,7 @@ class Base:
         limited = min(max(value, limits[0]), limits[1])
         if limited != value:
             text = f"{what}: {value:.4g} → {limited:.4g}{unit}, its limit."
-            self.parts.tell(Happening("clamp", text, order.stream, order.row))
+            self.parts.tell(Notice("clamp", text, order.stream, order.row))
         return limited
 
 

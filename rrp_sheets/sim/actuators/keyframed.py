@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from rrp_sheets.model.exchange import Command, DeviceUse, Happening
+from rrp_sheets.model.exchange import Command, DeviceUse, Notice
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import show
 from rrp_sheets.sim.actuators.base import Base, Parts
@@ -93,7 +93,7 @@ class Keyframed(Base):
         while motion is not None and motion.clamped:
             c = motion.clamped.pop(0)
             text = f"{c.joint}: {c.wanted:.4g} → {c.given:.4g} rad, its limit there."
-            self.parts.tell(Happening("clamp", text, order.stream, order.row))
+            self.parts.tell(Notice("clamp", text, order.stream, order.row))
 
     def unknown(self, order: Command, what: str, name: str, names: Sequence[str]) -> None:
         """Tell that there is no posture or gesture of a name, with those that may be meant."""

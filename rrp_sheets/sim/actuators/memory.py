@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.exchange import Command, Happening
+from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.values import Record
 from rrp_sheets.sim.actuators.base import Base, as_number
 
@@ -25,9 +25,9 @@ class RememberFace(Base):
         if not remembered:
             self.fail(order, why, "note")
             return
-        self.parts.tell(Happening("note", f"The face is remembered as {remembered}.", order.stream, order.row))
+        self.parts.tell(Notice("note", f"The face is remembered as {remembered}.", order.stream, order.row))
         try:
             self.parts.faces.keep()
         except SheetsError as error:
-            self.parts.tell(Happening("note", str(error), order.stream, order.row))
+            self.parts.tell(Notice("note", str(error), order.stream, order.row))
         self.parts.arbiter.at_once(order)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from rrp_sheets.model.exchange import Command, DeviceUse, Happening
+from rrp_sheets.model.exchange import Command, DeviceUse, Notice
 from rrp_sheets.model.names import key
 from rrp_sheets.sim.actuators.base import Base, Parts, as_number
 from rrp_sheets.sim.arbitration import Job
@@ -89,7 +89,7 @@ class SetJointPosition(Base):
             asked, goals[name] = goals[name], goals[other]
             if asked != goals[other]:
                 text = f"{name}: {asked:.4g} → {goals[other]:.4g} rad, as one motor moves it together with {other}."
-                self.parts.tell(Happening("clamp", text, order.stream, order.row))
+                self.parts.tell(Notice("clamp", text, order.stream, order.row))
 
     def _move(self, order: Command, angles: dict[str, float]) -> None:
         body = self.parts.body

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rrp_sheets.model.exchange import Command, DeviceUse, Happening
+from rrp_sheets.model.exchange import Command, DeviceUse, Notice
 from rrp_sheets.model.values import show
 from rrp_sheets.sim.actuators.base import Base, Parts
 
@@ -14,12 +14,12 @@ class Print(Base):
         """Show it."""
         value = order.value
         text = value if isinstance(value, str) else show(value)
-        self.parts.tell(Happening("note", text, order.stream, order.row))
+        self.parts.tell(Notice("note", text, order.stream, order.row))
         self.parts.arbiter.at_once(order)
 
     def blank(self, order: Command, us: int) -> None:
         """A blank is shown like any other value."""
-        self.parts.tell(Happening("note", show(None), order.stream, order.row))
+        self.parts.tell(Notice("note", show(None), order.stream, order.row))
 
 
 class Later(Base):

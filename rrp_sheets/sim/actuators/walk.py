@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from rrp_sheets.model.exchange import Command, Happening
+from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.sim.actuators.base import Base, as_number
 from rrp_sheets.sim.arbitration import Job
 
@@ -81,7 +81,7 @@ class Walk(Base):
                     blocked = True
                     stance.stop_walking()
                     text = f"{self.spec.name} stops: {thing} is in the way."
-                    self.parts.tell(Happening("note", text, order.stream, order.row))
+                    self.parts.tell(Notice("note", text, order.stream, order.row))
             if stance.walking:
                 return None
             self._way = None

@@ -8,10 +8,10 @@ from typing import Any
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.told import clock
-from rrp_sheets.web.desk import Desk
-from rrp_sheets.web.listeners import message
 from rrp_sheets.web.live.session import Session, Wish
-from rrp_sheets.web.room import Room
+from rrp_sheets.web.open_workbooks import OpenWorkbooks
+from rrp_sheets.web.sse import message
+from rrp_sheets.web.workbook_session import WorkbookSession
 
 NONE: dict[str, Any] = {"phase": "none", "book": ""}
 
@@ -31,24 +31,24 @@ class Floor:
         desk: whose rooms are told.
     """
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: OpenWorkbooks) -> None:
         self._desk = desk
         self._lock = threading.Lock()
         self._unwritten: list[Session] = []  # the files of their folders are not all there yet
         self.session: Session | None = None
         desk.opened, desk.leaving = self._attach, self._leaving
 
-    def _attach(self, room: Room) -> None:
+    def _attach(self, room: WorkbookSession) -> None:
         room.about_run = lambda: self._about(room)
         room.after_check = lambda: self._checked(room)
         room.after_edit = lambda: self._edited(room)
 
-    def _leaving(self, room: Room) -> None:
+    def _leaving(self, room: WorkbookSession) -> None:
         session = self.session
         if session is not None and session.room is room and session.is_going:
             raise SheetsError(f"{session.wish.by} is running {session.book}.", "Stop the run first.")
 
-    def start(self, room: Room, book: str, wish: Wish) -> Session:
+    def start(self, room: WorkbookSession, book: str, wish: Wish) -> Session:
         """Start a run.
 
         Raises:
@@ -56,7 +56,7 @@ class Floor:
             MissingPart: when the simulator is not installed here.
             SheetsError: when the workbook has errors.
         """
-        errors = room.look().errors
+        errors = room.analysis().errors
         if errors:
             raise SheetsError("Run starts when there are no errors.", "Mend what is listed under Problems.")
         with self._lock:
@@ -80,7 +80,7 @@ class Floor:
         session = self.session
         return {session.folder} if session is not None and session.is_going and session.folder else set()
 
-    def joints(self, room: Room) -> Mapping[str, float]:
+    def joints(self, room: WorkbookSession) -> Mapping[str, float]:
         """The joints (rad) of the robot that runs a workbook now; none when none does."""
         session = self.session
         return session.hub.joints if session is not None and session.room is room and session.is_going else {}
@@ -89,7 +89,7 @@ class Floor:
         """The names of the folders of runs that are over, and whose table and pictures are still being written."""
         return {s.folder for s in list(self._unwritten) if s.folder and not s.is_going and not s.written}
 
-    def clear(self, room: Room) -> None:
+    def clear(self, room: WorkbookSession) -> None:
         """Forget the last run of a workbook: its values leave the grid."""
         with self._lock:
             session = self.session
@@ -114,7 +114,7 @@ class Floor:
         for room in self._desk.rooms():
             room.tell_all(own if room is session.room else others)
 
-    def _about(self, room: Room) -> str:
+    def _about(self, room: WorkbookSession) -> str:
         session = self.session
         if session is None:
             return message("run", NONE)
@@ -130,12 +130,12 @@ class Floor:
             except SheetsError as error:
                 session.room.tell("trouble", {"message": f"{error.message} {error.remedy}".strip()})
 
-    def _checked(self, room: Room) -> None:
+    def _checked(self, room: WorkbookSession) -> None:
         session = self.session
         if session is not None and session.room is room:
             session.follow_edits()
 
-    def _edited(self, room: Room) -> None:
+    def _edited(self, room: WorkbookSession) -> None:
         """The first edit after a run brings the examples back."""
         session = self.session
         if session is not None and session.room is room and not session.is_going:

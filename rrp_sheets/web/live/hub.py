@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from rrp_sheets.errors import RunBroken
-from rrp_sheets.model.exchange import Act, Happening, State
+from rrp_sheets.model.exchange import Notice, OperatorAction, State
 from rrp_sheets.model.values import Failure, Record, Value
 from rrp_sheets.runs.told import clock
 from rrp_sheets.runs.view import RunStart, RunView, Summary
@@ -100,7 +100,7 @@ class Hub(RunView):
             self._newest.failed(us, row, failure.message)
             self.log.trouble(us, "error", failure.message, row)
 
-    def happening(self, us: int, happening: Happening) -> None:
+    def happening(self, us: int, happening: Notice) -> None:
         """The robot speaks, clamps a command, notes something."""
         known = self._streams.get(happening.stream)
         name = known.name if known else ""
@@ -133,7 +133,7 @@ class Hub(RunView):
         self.jpeg, self._pictured = jpeg, time.monotonic()
         self.picture_number += 1
 
-    def acted(self, us: int, act: Act) -> None:
+    def acted(self, us: int, act: OperatorAction) -> None:
         """Somebody did something."""
         kind = {"press": "button", "pause": "note", "resume": "note", "step": "note", "speed": "note"}
         with self._lock:
@@ -151,7 +151,7 @@ class Hub(RunView):
         if act.kind in ("switch", "speed", "edit"):
             self._changed(act.kind)
 
-    def _edited(self, us: int, act: Act) -> None:
+    def _edited(self, us: int, act: OperatorAction) -> None:
         """Edited rows are used from now on; told at each of them, if anything that runs is another one."""
         rows = [str(row) for row in act.detail.get("rows", ())]
         for row in rows:

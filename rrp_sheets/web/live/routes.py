@@ -12,12 +12,12 @@ from rrp_sheets.devices import robot_names
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.web.addressed import RoomOf, rooms
 from rrp_sheets.web.asked import Asked, asked, number_of, text_of, truth_of
-from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.gridpage import run_page
 from rrp_sheets.web.guard import visitor
 from rrp_sheets.web.library import Library
 from rrp_sheets.web.live.floor import Floor, Taken
 from rrp_sheets.web.live.session import FOREVER, Session, Wish
+from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.pages import show
 from rrp_sheets.web.robotmodel import face_picture, robot_json
 from rrp_sheets.web.sessions import clean_name
@@ -31,7 +31,7 @@ MODES = ("simulated", "pilot")
 _SOUND = re.compile(r"(say|sound|person)-\d{3,6}\.wav")
 
 
-def make_live(library: Library, desk: Desk, floor: Floor) -> Blueprint:
+def make_live(library: Library, desk: OpenWorkbooks, floor: Floor) -> Blueprint:
     """The routes of the run panel."""
     pages = Blueprint("live", __name__)
 

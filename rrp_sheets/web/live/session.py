@@ -13,11 +13,11 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.apart import RunProcess
 from rrp_sheets.runs.told import unit_of
 from rrp_sheets.runs.view import RunSettings
-from rrp_sheets.web.listeners import message
 from rrp_sheets.web.live.ending import at_rest, failed, in_words, lost
 from rrp_sheets.web.live.hub import Hub
 from rrp_sheets.web.live.log import Line
-from rrp_sheets.web.room import Room
+from rrp_sheets.web.sse import message
+from rrp_sheets.web.workbook_session import WorkbookSession
 
 TELL_EVERY = 0.1  # seconds: as often as pages are told at most
 _WORK_SHARE = 4.0  # times as long as telling takes, the telling rests: a long sheet must leave the server time
@@ -58,7 +58,7 @@ class Session:
         MissingPart: when the simulator is not installed here.
     """
 
-    def __init__(self, room: Room, book: str, wish: Wish, tell: Callable[[Session], None]) -> None:
+    def __init__(self, room: WorkbookSession, book: str, wish: Wish, tell: Callable[[Session], None]) -> None:
         self.room, self.book, self.wish = room, book, wish
         self.id = secrets.token_hex(4)
         self.phase = "starting"
@@ -77,7 +77,7 @@ class Session:
         self._looking = False
         self._eyelid = threading.Lock()
         self._lock = threading.Lock()
-        look = room.look()
+        look = room.analysis()
         grids = room.document.grids.values()
         self.rows = {f"{g.name}!{n}": row for g in grids if g.kind == "behaviour" for row, n in g.numbers().items()}
         self.hub = Hub(self.rows, {ref: unit_of(text) for ref, text in look.examples.items()}, self._changed)
@@ -238,7 +238,7 @@ class Session:
         document = self.room.document
         if self.phase not in ("running", "paused") or document.version == self._version:
             return
-        if self.room.look().errors:  # perhaps of an older version: what was mended meanwhile is checked next
+        if self.room.analysis().errors:  # perhaps of an older version: what was mended meanwhile is checked next
             self.hub.unused("What was edited since then is not used while there are errors.")
             return
         self._version = document.version

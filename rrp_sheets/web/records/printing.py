@@ -18,8 +18,8 @@ from rrp_sheets.documents.journal import Version
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.languages import LANGUAGES, language_code
 from rrp_sheets.render.texts import texts
-from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.library import Library, printable, refuse_text
+from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.records.comparing import choices, path_of
 from rrp_sheets.web.records.pages import PrintPage, ProtocolPart, show
 from rrp_sheets.web.records.press import Press, Wanted
@@ -36,7 +36,7 @@ class Printer:
     """What the pages of a folder's workbooks print with."""
 
     library: Library
-    desk: Desk
+    desk: OpenWorkbooks
     runs: Runs
     press: Press
 
@@ -94,7 +94,7 @@ class Printer:
         return path, sha256(content).hexdigest()
 
 
-def add_paper(pages: Blueprint, library: Library, desk: Desk, runs: Runs) -> None:
+def add_paper(pages: Blueprint, library: Library, desk: OpenWorkbooks, runs: Runs) -> None:
     """The addresses of the printed page and its PDF."""
     printer = Printer(library, desk, runs, Press())
 

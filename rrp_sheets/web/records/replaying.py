@@ -14,8 +14,8 @@ from markupsafe import Markup
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.marbles import WORKBOOK
 from rrp_sheets.runs.records.facts import TRACE
-from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.library import Library, addressable
+from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.records.comparing import path_of
 from rrp_sheets.web.records.pages import Choice, RunLine
 from rrp_sheets.web.records.replays import Job, Replays
@@ -91,7 +91,7 @@ class ReplayResult:
     unknown: tuple[str, ...] = ()
 
 
-def add_replay(pages: Blueprint, library: Library, desk: Desk, runs: Runs) -> None:
+def add_replay(pages: Blueprint, library: Library, desk: OpenWorkbooks, runs: Runs) -> None:
     """The addresses."""
     replays = Replays()
 
@@ -111,7 +111,7 @@ def add_replay(pages: Blueprint, library: Library, desk: Desk, runs: Runs) -> No
         return render_template(piece.template, page=piece)
 
 
-def replay_page(library: Library, desk: Desk, runs: Runs, run: str, ref: str) -> ReplayPage:
+def replay_page(library: Library, desk: OpenWorkbooks, runs: Runs, run: str, ref: str) -> ReplayPage:
     """The page; the replay itself is asked for by it."""
     facts = runs.facts([run])[0]
     names = [n for n in library.workbooks() if addressable(n)]
@@ -135,7 +135,9 @@ def replay_page(library: Library, desk: Desk, runs: Runs, run: str, ref: str) ->
     return ReplayPage(line, trouble, tuple(g for g in groups if g[1]), ref)
 
 
-def replay_result(library: Library, desk: Desk, runs: Runs, replays: Replays, run: str, ref: str) -> ReplayResult:
+def replay_result(
+    library: Library, desk: OpenWorkbooks, runs: Runs, replays: Replays, run: str, ref: str
+) -> ReplayResult:
     """What came of it, or how far it is."""
     place = runs.place(run)
     named: dict[str, Any] = {"with": ref} if ref else {}
@@ -178,7 +180,9 @@ def _stamp(place: Path, library: Library, ref: str) -> tuple[float, ...]:
     return tuple(found)
 
 
-def _told(job: Job, address: str, library: Library, desk: Desk, runs: Runs, run: str, ref: str) -> ReplayResult:
+def _told(
+    job: Job, address: str, library: Library, desk: OpenWorkbooks, runs: Runs, run: str, ref: str
+) -> ReplayResult:
     told: dict[str, Any] = job.account or {}
     grids = _Grids(library, desk, runs, run, ref)
     look = url_for("records.lookback", run=run)
@@ -199,7 +203,7 @@ def _told(job: Job, address: str, library: Library, desk: Desk, runs: Runs, run:
 class _Grids:
     """Where rows stand in the grid, when their workbook is in the folder as it was replayed."""
 
-    def __init__(self, library: Library, desk: Desk, runs: Runs, run: str, ref: str) -> None:
+    def __init__(self, library: Library, desk: OpenWorkbooks, runs: Runs, run: str, ref: str) -> None:
         kind, _, name = ref.partition("/")
         self._book = name if kind == "book" else ""
         if not ref:

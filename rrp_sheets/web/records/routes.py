@@ -14,8 +14,8 @@ from rrp_sheets.resources import bundled
 from rrp_sheets.runs.records.archive import PROGRAM
 from rrp_sheets.runs.records.clerk import Clerk
 from rrp_sheets.web.addressed import RoomOf, rooms
-from rrp_sheets.web.desk import Desk
 from rrp_sheets.web.library import Library
+from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.records import versions as kept
 from rrp_sheets.web.records.bundling import add_bundles
 from rrp_sheets.web.records.comparing import compare_page, drawn_changes
@@ -32,7 +32,7 @@ _WORD = re.compile("[0-9a-f]{16}")
 _MOST_ROWS = 200  # that marbles are asked for
 
 
-def make_records(library: Library, desk: Desk) -> Blueprint:
+def make_records(library: Library, desk: OpenWorkbooks) -> Blueprint:
     """The routes."""
     pages = Blueprint("records", __name__)
     clerk, archive = Clerk(), Clerk(WITHIN, PROGRAM)
@@ -106,7 +106,7 @@ def _add_files(pages: Blueprint, runs: Runs, archive: Clerk) -> None:
         return everything(runs, archive, _have(runs, run))
 
 
-def _add_comparison(pages: Blueprint, library: Library, desk: Desk, runs: Runs, clerk: Clerk) -> None:
+def _add_comparison(pages: Blueprint, library: Library, desk: OpenWorkbooks, runs: Runs, clerk: Clerk) -> None:
     drawer = Clerk()  # a process of its own: whoever looks at a run does not wait for pictures
 
     @pages.get("/compare")

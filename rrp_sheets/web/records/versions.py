@@ -14,8 +14,8 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.web.guard import visitor
 from rrp_sheets.web.records.pages import VersionLine, VersionsPage
 from rrp_sheets.web.records.telling import when
-from rrp_sheets.web.room import Room
 from rrp_sheets.web.sessions import clean_name
+from rrp_sheets.web.workbook_session import WorkbookSession
 
 _LONGEST = 100
 _UNSAFE = re.compile(r'[\x00-\x1f/\\:*?"<>|]+')
@@ -29,7 +29,7 @@ def moment(version: Version) -> str:
         return version.at
 
 
-def versions_page(room: Room, name: str, notice: str = "", *, failed: bool = False) -> VersionsPage:
+def versions_page(room: WorkbookSession, name: str, notice: str = "", *, failed: bool = False) -> VersionsPage:
     """The list, with what has just been done, or why not."""
     kept = room.document.versions()
     now = "" if room.document.read_only else room.document.reading.digest
@@ -37,7 +37,7 @@ def versions_page(room: Room, name: str, notice: str = "", *, failed: bool = Fal
     return VersionsPage(name, lines, room.document.why, notice, failed)
 
 
-def keep(room: Room, name: str) -> VersionsPage:
+def keep(room: WorkbookSession, name: str) -> VersionsPage:
     """Keep the workbook as it is now under the name that was sent."""
     title = " ".join(request.form.get("title", "").split())[:_LONGEST]
     try:
@@ -50,7 +50,7 @@ def keep(room: Room, name: str) -> VersionsPage:
     return versions_page(room, name, f"Kept as “{title}”.")
 
 
-def restore(room: Room, name: str) -> VersionsPage:
+def restore(room: WorkbookSession, name: str) -> VersionsPage:
     """Bring a version back; refused while somebody edits a cell, whose text would be lost."""
     number = request.form.get("version", "")
     found = next((v for v in room.document.versions() if str(v.id) == number), None)
@@ -72,7 +72,7 @@ def restore(room: Room, name: str) -> VersionsPage:
     return versions_page(room, name, notice)
 
 
-def busy(room: Room) -> list[str]:
+def busy(room: WorkbookSession) -> list[str]:
     """Who is editing a cell just now."""
     return sorted(set(room.seats.taken().values()))
 

@@ -1,0 +1,261 @@
+"""What people do to a run while it goes on, done between two frames, and told as it is recorded.
+
+Whatever enters the run enters at a frame: a value that is sent in the next one, everything else after the one that is
+over. So a trace says all that is needed to do it again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Protocol
+
+from rrp_sheets.devices.scene import OPERATOR, parse_scene
+from rrp_sheets.devices.scene_draw import draw_scene
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.engine.command_queue import CommandQueue, OperatorCommand
+from rrp_sheets.engine.editing import Editor
+from rrp_sheets.engine.engine import Engine
+from rrp_sheets.engine.observer import RunObserver
+from rrp_sheets.engine.scene_entities import SceneEntities
+from rrp_sheets.engine.value_injector import ValueInjector
+from rrp_sheets.errors import RunBroken, SheetsError
+from rrp_sheets.model.cells import Address, Cell
+from rrp_sheets.model.exchange import DeviceUse, OperatorAction
+from rrp_sheets.model.names import key, nearest
+from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.values import show, to_json
+from rrp_sheets.model.workbook import SceneRow
+
+_BY_HAND = ("SCENE005", "SCENE009", "SCENE010")
+"""What the row alone does not know: what is there by now."""
+FARTHEST = 20.0  # m: nothing stands farther from the robot
+SLOWEST, FASTEST = 0.1, 100.0
+
+
+class RunController(Protocol):
+    """What a loop lets people do with its clock and its world."""
+
+    def pause(self, us: int) -> bool:
+        """Stand still; False when it does already."""
+        ...
+
+    def resume(self, us: int) -> bool:
+        """Go on; False when it does already."""
+        ...
+
+    def step(self, us: int) -> None:
+        """Go on for one frame, then stand still."""
+        ...
+
+    def speed(self, factor: float, us: int) -> None:
+        """Be so fast. Raises SheetsError when that cannot be."""
+        ...
+
+    def act(self, actions: Sequence[SceneAction]) -> None:
+        """Let something happen in the world."""
+        ...
+
+    def things(self) -> Collection[str] | None:
+        """What is in the world now; None when that is not known."""
+        ...
+
+    def watch(self, *, wanted: bool | None = None, look: bool | None = None) -> None:
+        """Whether a display wants the world, and pictures."""
+        ...
+
+
+class CommandHandler:
+    """Does what people want, between two frames.
+
+    Args:
+        engine: of the run.
+        ground: its loop.
+        hooks: told what was done, and what cannot be.
+        control: where wishes come from.
+    """
+
+    def __init__(self, engine: Engine, ground: RunController, hooks: RunObserver, control: CommandQueue) -> None:
+        self._engine = engine
+        self._ground = ground
+        self._hooks = hooks
+        self._control = control
+        self._robot = engine.plan.checked.robot
+        self._editor = Editor(engine, control)
+        self._stimulus = ValueInjector(engine)
+        self._cast = SceneEntities(engine.plan, engine.seed)
+        self._buttons = {key(label_of(use)): label_of(use) for use in buttons(engine.plan.sensors)}
+        self._do: dict[str, Callable[[int, OperatorCommand], OperatorAction | None]] = {
+            "pause": self._pause, "resume": self._resume, "step": self._step, "speed": self._speed,
+            "mark": self._mark, "switch": self._switch, "send": self._send, "press": self._press,
+            "scene": self._scene, "put": self._put, "apply": self._apply, "edited": self._edited,
+            "look": self._look, "show": self._look,
+        }  # fmt: skip
+
+    def between(self, us: int) -> bool:
+        """Do what is wanted after the frame of `us`; whether anything was.
+
+        Raises:
+            RunBroken: when a device has broken.
+        """
+        wishes = self._control.take()
+        for wish in wishes:
+            if self._control.stopped:
+                break
+            try:
+                act = self._do[wish.kind](us, wish)
+            except RunBroken:
+                raise
+            except SheetsError as error:
+                kind = "apply" if wish.kind == "edited" else wish.kind
+                self._hooks.refused(kind, error.message, error.remedy)
+            else:
+                if act is not None:
+                    self._hooks.acted(us, act)
+        return bool(wishes)
+
+    # ---- the clock
+    def _pause(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
+        if not self._ground.pause(us):
+            return None
+        self._hooks.paused(us, True)
+        return OperatorAction("pause", "Paused.", wish.by)
+
+    def _resume(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
+        if not self._ground.resume(us):
+            return None
+        self._hooks.paused(us, False)
+        return OperatorAction("resume", "Goes on.", wish.by)
+
+    def _step(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
+        if self._ground.pause(us):
+            self._hooks.paused(us, True)
+        self._ground.step(us)
+        return OperatorAction("step", "One frame.", wish.by)
+
+    def _speed(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
+        factor = float(wish.what["factor"])
+        if factor and not SLOWEST <= factor <= FASTEST:
+            raise SheetsError(
+                f"The speed {factor:g} is not possible.",
+                f"Choose one from {SLOWEST:g} to {FASTEST:g} times real time, or as fast as it can.",
+            )
+        self._ground.speed(factor, us)
+        words = f"Speed {factor:g}." if factor else "As fast as it can."
+        return OperatorAction("speed", words, wish.by, {"factor": factor})
+
+    # ---- the rows
+    def _mark(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
+        return OperatorAction("mark", str(wish.what["note"]).strip(), wish.by)
+
+    def _switch(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
+        name, on = str(wish.what["behaviour"]), bool(wish.what["on"])
+        plan = self._engine.plan
+        shown = {b.key: b.name for b in plan.checked.graph.behaviours}
+        if key(name) not in plan.behaviours:
+            if key(name) in shown:
+                raise SheetsError(
+                    f"The behaviour {shown[key(name)]} is not part of this run.",
+                    "Write its sheet's name into Run of the sheet Protocol, and run again.",
+                )
+            near = nearest(name, [shown[k] for k in plan.behaviours])
+            raise SheetsError(f"There is no behaviour “{name}”.", f"Did you mean {near}?" if near else "")
+        if not self._engine.turn(key(name), on):
+            return None
+        return switched(shown[key(name)], on, wish.by)
+
+    def _send(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
+        name, text = str(wish.what["stream"]), str(wish.what["text"])
+        stream, value = self._stimulus.read(name, text, self._editor.checked)
+        self._engine.stimulate(stream.id, value, wish.by)
+        detail = {"stream": stream.name, "text": text, "value": to_json(value)}
+        return OperatorAction("send", f"{stream.name}: {show(value)}", wish.by, detail)
+
+    def _apply(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
+        self._editor.read(str(wish.what["path"]), wish.by)
+        return None
+
+    def _edited(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
+        return self._editor.use(us, wish)
+
+    # ---- the world
+    def _press(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
+        label = str(wish.what["label"])
+        if key(label) not in self._buttons:
+            known = ", ".join(self._buttons.values())
+            remedy = f"The buttons are: {known}." if known else "Name an operator's button (Start button) in a row."
+            raise SheetsError(f"There is no button “{label}” in this run.", remedy)
+        label = self._buttons[key(label)]
+        self._ground.act((SceneAction(us, wish.by or OPERATOR, "press", {"label": label}),))
+        return OperatorAction("press", label, wish.by, {"label": label})
+
+    def _scene(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
+        parts = [str(wish.what[name]).strip() for name in ("thing", "verb", "value")]
+        here = Address("Scene")
+        row = SceneRow(Cell("0", here), *(Cell(text, here) for text in parts))
+        report = Report()
+        workbook = Path(self._engine.plan.checked.workbook.source)
+        actions = parse_scene((row,), report, self._robot, workbook if workbook.is_dir() else workbook.parent)
+        actions, _ = draw_scene(actions, self._engine.seed + us)
+        for finding in report:
+            if finding.code not in _BY_HAND:
+                raise SheetsError(finding.message, finding.remedy)
+        if "SCENE005" in [d.code for d in report]:
+            self._require(parts[0])
+        for action in actions:
+            if action.verb == "press":
+                return self._press(us, OperatorCommand("press", wish.by, action.values))
+        self._ground.act([replace(action, time_us=us, row=0) for action in actions])
+        self._cast.add(actions)
+        detail = dict(zip(("thing", "does", "value"), parts, strict=True))
+        return OperatorAction("scene", " ".join(p for p in parts if p), wish.by, detail)
+
+    def _put(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
+        thing, at = str(wish.what["thing"]), tuple(float(c) for c in wish.what["at"])
+        if len(at) != 3 or not all(math.isfinite(c) and abs(c) <= FARTHEST for c in at):
+            raise SheetsError(f"{thing} cannot be put there.", f"Put it within {FARTHEST:g} m of the robot.")
+        detail = {"thing": thing, "put": [round(c, 4) for c in at]}
+        move = SceneAction(us, thing, "move", {"to": at, "seconds": 0.0})
+        entry = None if self._is_there(thing) else self._cast.entry(thing)
+        if entry is None:
+            self._require(thing)
+            self._ground.act((move,))
+            return OperatorAction("scene", f"{thing} is put to {_spot(at)}.", wish.by, detail)
+        self._ground.act((replace(entry, time_us=us, row=0), move))  # it comes as it is, and stands there at once
+        return OperatorAction("scene", f"{entry.thing} appears at {_spot(at)}.", wish.by, {**detail, "appears": True})
+
+    def _is_there(self, thing: str) -> bool:
+        present = self._ground.things()
+        return present is None or key(thing) in {key(t) for t in present}
+
+    def _require(self, thing: str) -> None:
+        if not self._is_there(thing):
+            present = self._ground.things()
+            there = f"There are: {', '.join(present)}." if present else "Nothing is there."
+            raise SheetsError(f"“{thing}” is not in the scene now.", f"Let it appear first. {there}")
+
+    def _look(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
+        self._ground.watch(**{("look" if wish.kind == "look" else "wanted"): bool(wish.what["wanted"])})
+        return None
+
+
+def _spot(at: Sequence[float]) -> str:
+    return f"{', '.join(f'{c:.2f}' for c in at)} m"
+
+
+def switched(behaviour: str, on: bool, by: str = "") -> OperatorAction:
+    """A behaviour was switched, by somebody or by a row."""
+    words = f"The behaviour {behaviour} is switched {'on' if on else 'off'}."
+    return OperatorAction("switch", words, by, {"behaviour": behaviour, "on": on})
+
+
+def buttons(sensors: Collection[DeviceUse]) -> list[DeviceUse]:
+    """The operator's buttons among sensors."""
+    return [use for use in sensors if use.device == "OperatorButton"]
+
+
+def label_of(button: DeviceUse) -> str:
+    """What stands on an operator's button."""
+    return str(button.settings.get("label") or button.name)

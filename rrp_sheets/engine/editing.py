@@ -1,0 +1,236 @@
+"""Rows that were edited while they run: what of them the run can go on with, and what it cannot."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import zip_longest
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.checks import Checked, check_workbook
+from rrp_sheets.engine.command_queue import CommandQueue, OperatorCommand
+from rrp_sheets.engine.engine import Engine
+from rrp_sheets.engine.plan import Plan, make_plan
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.graph import Step
+from rrp_sheets.model.exchange import OperatorAction
+from rrp_sheets.model.names import key
+from rrp_sheets.model.workbook import Helper, Workbook
+
+REMEDY = "Restart the run to use them."
+SWITCH_SECONDS = 0.0005  # a tenth of Python's: a check beside the frames holds them up so long at a time
+
+
+@dataclass(frozen=True)
+class Edit:
+    """What is used from the next frame on.
+
+    Attributes:
+        checked: the edited workbook.
+        steps: the rows as they are now, by the refs that they have in the run.
+        renewed: those refs whose formula or period is another one.
+        changes: what was changed, in the order of the sheets: place, was, now; of helpers and tables what they are.
+    """
+
+    checked: Checked
+    steps: Mapping[str, Step]
+    renewed: Sequence[str]
+    changes: Sequence[Mapping[str, Any]]
+
+
+class Editor:
+    """Reads an edited workbook beside the frames, and lets the run go on with it.
+
+    Attributes:
+        checked: the workbook that is used now.
+    """
+
+    def __init__(self, engine: Engine, control: CommandQueue) -> None:
+        self._engine = engine
+        self._control = control
+        self._plan = engine.plan
+        self.checked = engine.plan.checked
+        self._steps: Mapping[str, Step] = {s.ref: s for s in engine.plan.steps}
+        self._thread: threading.Thread | None = None
+        self._next: tuple[str, str] | None = None
+
+    def read(self, path: str, by: str) -> None:
+        """Read and check a workbook on a thread; what comes of it is the wish `edited`."""
+        if self._thread is not None:
+            self._next = path, by
+            return
+        self._thread = threading.Thread(target=self._work, args=(Path(path), by), name="edits", daemon=True)
+        self._thread.start()
+
+    def _work(self, path: Path, by: str) -> None:
+        interval = sys.getswitchinterval()
+        sys.setswitchinterval(min(interval, SWITCH_SECONDS))
+        made: Edit | SheetsError = SheetsError("The edited workbook could not be checked.", REMEDY)
+        try:
+            made = self._compared(path)
+        except SheetsError as error:
+            made = error
+        except MemoryError:
+            made = SheetsError("The edited workbook needs more memory than a run may have.", REMEDY)
+        finally:
+            sys.setswitchinterval(interval)
+            self._control.ask(OperatorCommand("edited", by, {"made": made}))
+
+    def _compared(self, path: Path) -> Edit:
+        from rrp_sheets.workbook import read
+
+        reading = read(path)
+        checked = check_workbook(reading.workbook, reading.report, lints=False)
+        errors = checked.report.errors
+        if errors:
+            where = f" ({errors[0].address})" if errors[0].address else ""
+            raise SheetsError(
+                f"The edited workbook has errors{where}: {errors[0].message}",
+                "Mend them; until then the run goes on with the rows it has.",
+            )
+        return compare(self._plan, self.checked, self._steps, make_plan(checked, everything=self._plan.everything))
+
+    def use(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
+        """Let the run go on with an edited workbook.
+
+        Raises:
+            SheetsError: when it cannot.
+        """
+        self._thread = None
+        if self._next is not None:  # it was edited again meanwhile
+            following, self._next = self._next, None
+            self.read(*following)
+            return None
+        made = wish.what["made"]
+        if isinstance(made, SheetsError):
+            raise made
+        for ref in made.renewed:
+            step = made.steps[ref]
+            self._engine.edit(ref, made.checked.formulas.get(step.ref), step.period_us)
+        self.checked, self._steps = made.checked, made.steps
+        places = list(dict.fromkeys(change["place"] for change in made.changes))
+        words = f"Used from {us / 1e6:g} s on: {', '.join(places)}." if places else "Nothing that runs has changed."
+        return OperatorAction("edit", words, wish.by, {"changes": list(made.changes), "rows": made.renewed})
+
+
+def compare(plan: Plan, used: Checked, steps: Mapping[str, Step], edited: Plan) -> Edit:
+    """What a run can take over from an edited workbook.
+
+    Args:
+        plan: of the run.
+        used: the workbook that it uses now.
+        steps: its rows as they are used now, by the run's refs.
+        edited: the plan of the edited workbook, which has no errors.
+
+    Raises:
+        SheetsError: when the graphs have not the same shape.
+    """
+    why = next(_differences(plan, edited), "")
+    if why:
+        raise SheetsError(f"The run cannot go on with the edited rows: {why}.", REMEDY)
+    rows = {old.ref: new for old, new in _pairs(plan, edited)}
+    changes: list[Mapping[str, Any]] = list(_sheets_changed(used.workbook, edited.checked.workbook))
+    everything = bool(changes)  # a helper may be in any formula
+    renewed = []
+    for ref, new in rows.items():
+        old = steps[ref]
+        was, now = old.row.formula.text, new.row.formula.text
+        edit = was != now if new.ref in edited.checked.formulas else old.period_us != new.period_us
+        if edit:
+            changes.append({"place": ref, "was": was, "now": now})
+        if edit or (everything and new.ref in edited.checked.formulas):
+            renewed.append(ref)
+    return Edit(edited.checked, rows, tuple(renewed), tuple(changes))
+
+
+def _pairs(plan: Plan, edited: Plan) -> Iterator[tuple[Step, Step]]:
+    """The rows of both that belong together: by their order in the sheet, whatever their numbers are."""
+    for behaviour, steps in plan.behaviours.items():
+        yield from zip(_in_sheet(steps), _in_sheet(edited.behaviours[behaviour]), strict=True)
+
+
+def _in_sheet(steps: Sequence[Step]) -> list[Step]:
+    return sorted(steps, key=lambda s: s.number)
+
+
+def _differences(plan: Plan, edited: Plan) -> Iterator[str]:
+    """Why the one cannot go on with the other, in words; the first is told."""
+    was, now = plan.checked, edited.checked
+    if was.robot.name != now.robot.name:
+        yield "the Protocol names another robot"
+    if (was.run.engine, was.run.frame_rate) != (now.run.engine, now.run.frame_rate):
+        yield "the Protocol's Engine or its frame rate is another one"
+    if list(plan.behaviours) != list(edited.behaviours) or plan.on != edited.on:
+        yield "other behaviours are to run"
+        return
+    for behaviour in plan.behaviours:
+        yield from _rows_differ(plan, edited, behaviour)
+    for one, other in zip_longest(_devices(plan), _devices(edited)):
+        if one != other:
+            yield f"the device of {(one or other or ('',))[0]} or its settings were changed"
+    if _actions(was) != _actions(now):
+        yield "the Scene was changed"
+    if _gestures(was.workbook) != _gestures(now.workbook):
+        yield "the Gestures were changed"
+
+
+def _rows_differ(plan: Plan, edited: Plan, behaviour: str) -> Iterator[str]:
+    old_rows, new_rows = _in_sheet(plan.behaviours[behaviour]), _in_sheet(edited.behaviours[behaviour])
+    sheet = next(b.name for b in plan.checked.graph.behaviours if b.key == behaviour)
+    names: dict[str, str] = {}  # streams without a name are called by their rows, which may have moved
+    for old, new in zip(old_rows, new_rows, strict=False):
+        if "!#" in old.output and "!#" in new.output:
+            names[new.output] = old.output
+    for old, new in zip(old_rows, new_rows, strict=False):
+        where = f"row {new.ref}" + (f" (in the run {old.ref})" if old.ref != new.ref else "")
+        if old.connector.name != new.connector.name:
+            yield f"{where} has another connector"
+        elif old.inputs != tuple(names.get(i, i) for i in new.inputs):
+            yield f"{where} has other inputs"
+        elif old.output != names.get(new.output, new.output):
+            yield f"{where} has another output"
+        elif old.row.priority != new.row.priority:
+            yield f"{where} has another priority"
+        elif (old.ref in plan.checked.formulas) != (new.ref in edited.checked.formulas):
+            yield f"{where} has a formula where there was none, or none where there was one"
+    if len(old_rows) != len(new_rows):
+        more = "more" if len(new_rows) > len(old_rows) else "fewer"
+        yield f"{sheet} has {more} rows that are switched on and get something"
+
+
+def _devices(plan: Plan) -> list[tuple[str, str, object]]:
+    return sorted(((u.name, u.device, dict(u.settings)) for u in (*plan.sensors, *plan.actuators)), key=lambda u: u[:2])
+
+
+def _actions(checked: Checked) -> object:
+    return None if checked.scene is None else [replace(action, row=0) for action in checked.scene]
+
+
+def _gestures(workbook: Workbook) -> object:
+    return [(g.name.text, g.time.text, {k: c.text for k, c in g.joints.items()}) for g in workbook.gestures]
+
+
+def _sheets_changed(was: Workbook, now: Workbook) -> Iterator[dict[str, Any]]:
+    """What was changed in the helpers, and in the user's own tables that formulas name; all that does it again."""
+    old = {key(h.name.text): h for h in was.helpers}
+    new = {key(h.name.text): h for h in now.helpers}
+    for name in dict.fromkeys((*old, *new)):
+        texts = [helper_text(h) if h else "" for h in (old.get(name), new.get(name))]
+        if texts[0] != texts[1]:
+            helper = new.get(name) or old[name]
+            parts = {"inputs": [c.text for c in helper.inputs], "formula": helper.formula.text if texts[1] else ""}
+            yield {"place": f"Helpers!{helper.name.text}", "was": texts[0], "now": texts[1], **parts}
+    sheets = {key(s): s for s in (*was.sheets, *now.sheets)}
+    for sheet in dict.fromkeys((*was.tables, *now.tables)):
+        if was.tables.get(sheet) != now.tables.get(sheet):
+            rows = [list(row) for row in now.tables.get(sheet, ())]
+            yield {"place": sheets.get(sheet, sheet), "was": "", "now": "the table as it is now", "table": rows}
+
+
+def helper_text(helper: Helper) -> str:
+    """A helper as a change tells it."""
+    inputs = ", ".join(cell.text for cell in helper.inputs)
+    return f"({inputs}) {helper.formula.text}" if inputs else helper.formula.text

@@ -1,0 +1,298 @@
+"""What all engines share: the rows of a plan, wired; the engine's own devices; behaviours that switch on and off.
+
+An engine decides only at which instants values enter and the graph settles (design: 4-streams, Engines).
+"""
+
+from __future__ import annotations
+
+import sys
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Protocol
+
+from reactivex.disposable import CompositeDisposable
+
+from rrp_sheets.devices.scene_draw import draw_scene
+from rrp_sheets.engine.builtin_devices import BuiltinDevices
+from rrp_sheets.engine.clock import FrameClock
+from rrp_sheets.engine.heartbeat import INSTANT, NO_ROW, RANK, SETTLING, Heartbeat
+from rrp_sheets.engine.plan import Plan
+from rrp_sheets.engine.row import LiveRow
+from rrp_sheets.engine.scene_triggers import SceneTriggers
+from rrp_sheets.engine.streams import LiveStream
+from rrp_sheets.formulas import Formula
+from rrp_sheets.formulas.evaluator import GuardedInterpreter
+from rrp_sheets.formulas.pick import Picker
+from rrp_sheets.graph import Step
+from rrp_sheets.model.exchange import Command, Notice
+from rrp_sheets.model.values import Failure, Value
+
+_FRAMES_PER_ROW = 8  # Python frames that one row of a chain takes at most, so that 500 rows do not overflow
+_VALUES_PER_ROW = 60  # that many in one instant, if all rows have so many, are not yet called too many
+
+
+class Observer(Protocol):
+    """Who is told of everything that happens in the graph, in order: the trace, a display, a test."""
+
+    def event(self, us: int, stream: str, row: str, value: Value) -> None:
+        """A value on a stream; `row` is the row that gave it, empty for sensor streams."""
+        ...
+
+    def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
+        """A formula failed; the event was dropped."""
+        ...
+
+
+class Engine(ABC):
+    """The rows of a plan, wired. Subclasses say at which instants they settle.
+
+    Args:
+        plan: what runs.
+        observer: told of every event and error, in order.
+        seed: of everything random in the rows.
+        cell: where the engine is, for a watchdog (see `progress`).
+
+    Attributes:
+        clock: the run's clock.
+        streams: by id; each knows its latest value and how many it has had.
+        errors: how often each row's formula has failed, by row ref.
+        cues: the rows of the scene that wait for an event.
+        on: keys of the behaviours that are switched on now.
+        ended_by: the row that has ended the run with the actuator End run; empty while it goes on.
+        sent_by: who sent the value that is entering now by hand; None while others do.
+    """
+
+    def __init__(
+        self, plan: Plan, observer: Observer | None = None, seed: int = 0, cell: Heartbeat | None = None
+    ) -> None:
+        self.plan = plan
+        self.seed = seed
+        self.clock = FrameClock(cell)
+        self.clock.most = max(self.clock.most, _VALUES_PER_ROW * len(plan.steps))
+        self.errors: dict[str, int] = {}
+        self.streams = {s.id: LiveStream(s.id, self.clock) for s in plan.streams}
+        self.on: set[str] = set()
+        self.ended_by = ""
+        self.sent_by: str | None = None
+        self._sent: list[tuple[str, Value, str]] = []  # by hand: enter in the next instant
+        self._running: dict[str, LiveRow] = {}  # by the row's ref, while its behaviour is on
+        self._edits: dict[str, tuple[Formula | None, int | None]] = {}  # of rows that were edited during the run
+        self._observer = observer
+        self._interpreter = GuardedInterpreter()
+        self._commands: list[Command] = []
+        self._happenings: list[Notice] = []
+        self._driven: dict[str, Command] = {}  # the last command of each actuator stream, to stop it
+        self._wired: dict[str, CompositeDisposable] = {}
+        self._records = {s.id: s.device.type.payload for s in plan.streams if s.device and s.device.type.payload}
+        if len(plan.steps) > 60:  # for the rest of the process: a lower limit would break an engine that still runs
+            sys.setrecursionlimit(max(sys.getrecursionlimit(), 1_000 + _FRAMES_PER_ROW * len(plan.steps)))
+        if observer is not None:
+            self._watch_all(observer)
+        self.cues = SceneTriggers(draw_scene(plan.checked.scene or (), seed)[0])
+        for stream in sorted(self.cues.streams & set(self.streams)):
+            self._cue(stream)
+        uses = [u for u in (*plan.sensors, *plan.actuators) if u.stream in plan.own]
+        dones = {actuator: done for done, actuator in plan.dones.items()}
+        self._own = BuiltinDevices(self, uses, dones, self._records)
+        for behaviour in plan.behaviours:
+            if behaviour in plan.on:
+                self._switch_on(behaviour)
+
+    @property
+    def row(self) -> str:
+        """The row that is being worked out, or was when something went wrong; empty when it is none."""
+        return self.plan.rows_by_rank().get(self.clock.cell[RANK], "")
+
+    @abstractmethod
+    def settle(self, now_us: int, arrivals: Iterable[tuple[str, Value]]) -> list[Command]:
+        """Go on to a time with the values that have arrived by then; the commands for the actuators of the world."""
+
+    def take_happenings(self) -> list[Notice]:
+        """What the engine has to tell since it was last asked: a behaviour was switched, a wait has no time."""
+        found, self._happenings = self._happenings, []
+        return found
+
+    def close(self) -> None:
+        """Take the rows apart; nothing happens any more."""
+        for behaviour in list(self._wired):
+            self._wired.pop(behaviour).dispose()
+        self.clock.clear()
+
+    def finish(self, events: Iterable[tuple[str, Value]] = ()) -> None:
+        """The run is over: the rows are taken apart, and what was still going on has ended.
+
+        Args:
+            events: what the world's end has ended; observers see it, no row does.
+        """
+        self.close()
+        self._own.end()
+        for stream, value in events:
+            self.feed(stream, value)
+
+    # ---- what subclasses settle with
+    def _instant(self, now_us: int, arrivals: Iterable[tuple[str, Value]]) -> list[Command]:
+        """One instant: values enter, the graph settles, the engine's own devices act, the world's commands come out."""
+        cell = self.clock.cell
+        cell[INSTANT] += 1
+        cell[SETTLING] = 1
+        try:
+            self.clock.begin(now_us)
+            streams = self.streams
+            for stream, value in arrivals:
+                if stream in streams:
+                    streams[stream].on_next(value)
+            if self._sent:
+                self._enter_sent()
+            self.clock.drain()
+            commands, self._commands = self._commands, []
+            return self._carry_out(commands) if commands and self.plan.own else commands
+        finally:
+            cell[SETTLING] = 0
+
+    def _enter_sent(self) -> None:
+        """What people have sent comes after what the world has: it is the newest."""
+        sent, self._sent = self._sent, []
+        for stream, value, self.sent_by in sent:
+            self.streams[stream].on_next(value)
+        self.sent_by = None
+
+    def _carry_out(self, commands: list[Command]) -> list[Command]:
+        """The engine's own devices act, after the graph has settled; the commands that are left for the world."""
+        own, left = self.plan.own, []
+        while commands:
+            for command in commands:
+                if command.stream in own:
+                    self._own.take(command)
+                    if self.ended_by:
+                        return []
+                else:
+                    left.append(command)
+            commands, self._commands = self._commands, []  # a behaviour that was switched off stops its actuators
+        return left
+
+    # ---- the host of the engine's own devices
+    def feed(self, stream: str, value: Value) -> None:
+        """Let a value enter a stream, if some row reads it."""
+        if stream in self.streams:
+            self.streams[stream].on_next(value)
+
+    def tell(self, happening: Notice) -> None:
+        """Tell something to whoever watches the run."""
+        self._happenings.append(happening)
+
+    def end(self, row: str) -> None:
+        """End the run, as Stop does."""
+        self.ended_by = row
+
+    def switch(self, behaviour: str, state: str) -> None:
+        """Switch a behaviour (its key) `on`, `off`, or the other way (`toggle`); between instants only."""
+        name = next((b.name for b in self.plan.checked.graph.behaviours if b.key == behaviour), "")
+        if behaviour not in self.plan.behaviours:
+            self.tell(Notice("error", "There is no such behaviour to switch."))
+            return
+        wanted = (behaviour not in self.on) if state == "toggle" else state == "on"
+        if wanted != (behaviour in self.on):
+            self.tell(Notice("note", f"The behaviour {name} is switched {'on' if wanted else 'off'}."))
+            self.turn(behaviour, wanted)
+
+    # ---- what people do, between instants only
+    def turn(self, behaviour: str, on: bool) -> bool:
+        """Switch a behaviour (its key) of the plan by hand; False when it is so already."""
+        if on == (behaviour in self.on):
+            return False
+        if on:
+            self._switch_on(behaviour)
+        else:
+            self._switch_off(behaviour)
+        return True
+
+    def stimulate(self, stream: str, value: Value, by: str) -> None:
+        """Let a value of somebody's enter a sensor stream in the next instant."""
+        self._sent.append((stream, value, by))
+
+    def edit(self, ref: str, formula: Formula | None, period_us: int | None) -> None:
+        """Let a row go on with another formula or period; what it remembers stays."""
+        self._edits[ref] = formula, period_us
+        if ref in self._running:
+            self._running[ref].edit(formula, period_us)
+
+    def _switch_on(self, behaviour: str) -> None:
+        """Wire the rows of a behaviour anew: no total, no latest value and no timer of before is left."""
+        self.on.add(behaviour)
+        cell = self.clock.cell
+        wired = self._wired[behaviour] = CompositeDisposable()
+        for step in self.plan.behaviours[behaviour]:
+            cell[RANK] = step.rank
+            self._connect(step, wired)
+        cell[RANK] = NO_ROW
+
+    def _switch_off(self, behaviour: str) -> None:
+        """Take the rows of a behaviour apart, and stop what it has its actuators do."""
+        self.on.discard(behaviour)
+        self._wired.pop(behaviour).dispose()
+        steps = self.plan.behaviours[behaviour]
+        self.clock.forget({s.rank for s in steps})
+        for gone in steps:
+            self._running.pop(gone.ref, None)
+        mine = {s.ref: s for s in steps if s.connector.is_sink}
+        for stream, last in list(self._driven.items()):
+            step = mine.get(last.row)
+            if step is None:
+                continue
+            if last.value is not None:
+                self._sender(step, self.streams[stream])(None)
+            if stream not in self.plan.own:
+                self._commands.append(replace(last, value=None, release=True))
+
+    # ---- wiring
+    def _watch_all(self, observer: Observer) -> None:
+        """Observe every stream but the actuators' (which tell each row's commands), before anything reads it."""
+        for stream in (*(s.stream for s in self.plan.sensors), *self.plan.dones):
+            self._watch(self.streams[stream], "", observer)
+        for step in self.plan.steps:
+            if not step.connector.is_sink:
+                self._watch(self.streams[step.output], step.ref, observer)
+
+    def _watch(self, stream: LiveStream, row: str, observer: Observer) -> None:
+        clock, stream_id = self.clock, stream.id
+        stream.subscribe(lambda value: observer.event(clock.us, stream_id, row, value))
+
+    def _cue(self, stream: str) -> None:
+        """Let the scene's rows that wait for a stream know of its events; a blank is none."""
+        cues, clock = self.cues, self.clock
+        self.streams[stream].subscribe(lambda value: None if value is None else cues.heard(stream, clock.us))
+
+    def _connect(self, step: Step, wired: CompositeDisposable) -> None:
+        checked = self.plan.checked
+        row = self._running[step.ref] = LiveRow(
+            step, self.streams, checked.graph.streams, self.clock, self._interpreter, Picker(self.seed, step.ref),
+            self._failer(step),
+        )  # fmt: skip
+        edited = self._edits.get(step.ref)
+        formula, period_us = edited if edited else (checked.formulas.get(step.ref), step.period_us)
+        output = self.streams[step.output]
+        sink = self._sender(step, output) if step.connector.is_sink else output.on_next
+        wired.add(row.wire(formula, period_us).subscribe(sink))
+
+    def _sender(self, step: Step, output: LiveStream) -> Callable[[Value], None]:
+        sensors = self.plan.descent[step.ref]
+        observer, clock = self._observer, self.clock
+        row, stream, priority = step.ref, output.id, step.row.priority
+
+        def send(value: Value) -> None:
+            output.on_next(value)
+            command = self._driven[stream] = Command(stream, value, row, sensors, priority)
+            self._commands.append(command)
+            if observer is not None:
+                observer.event(clock.us, stream, row, value)
+
+        return send
+
+    def _failer(self, step: Step) -> Callable[[Failure, tuple[Value, ...]], None]:
+        def fail(failure: Failure, values: tuple[Value, ...]) -> None:
+            self.errors[step.ref] = self.errors.get(step.ref, 0) + 1
+            if self._observer is not None:
+                self._observer.error(self.clock.us, step.ref, failure, values)
+
+        return fail

@@ -1,0 +1,182 @@
+"""The loop of a run: world and engine in lockstep, paced to real time or as fast as the machine can."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Collection, Sequence
+
+from rrp_sheets.engine.command_handler import CommandHandler
+from rrp_sheets.engine.command_queue import CommandQueue
+from rrp_sheets.engine.engine import Engine
+from rrp_sheets.engine.observer import RunObserver
+from rrp_sheets.engine.pacing import FramePacer, SnapshotThrottle
+from rrp_sheets.engine.ports import Arrivals, World
+from rrp_sheets.model.exchange import Notice
+from rrp_sheets.model.scene import SceneAction
+
+__all__ = ["FrameRunner", "RunObserver", "run_loop"]
+
+STANDING = 0.25  # s between two looks while the run is paused: whether its watcher has gone
+LONGEST_WAIT = 1.0  # s between two signs of life, however slow a run is
+
+
+class FrameRunner:
+    """A run in frames.
+
+    Args:
+        world: started here.
+        wire: makes the engine.
+        paced: wait so that the run is not faster than real time.
+        control: what people want while it goes on.
+    """
+
+    def __init__(
+        self, world: World, wire: Callable[[], Engine], *, paced: bool, control: CommandQueue | None = None
+    ) -> None:
+        self._world = world
+        self._arrivals = world.start()
+        self.engine = wire()
+        self._loop = _FrameLoop(self.engine, world, control or CommandQueue(), paced=paced)
+
+    def go(self, until_us: int, hooks: RunObserver) -> tuple[int, str]:
+        """Run frames."""
+        return self._loop.go(self._arrivals, until_us, hooks)
+
+    def stop(self) -> list[Notice]:
+        """Stop the world; returns what happened meanwhile."""
+        self.engine.close()
+        left = self._world.stop() or Arrivals()
+        self.engine.finish(left.events)
+        return list(left.happenings)
+
+
+def run_loop(
+    engine: Engine,
+    world: World,
+    arrivals: Arrivals,
+    until_us: int,
+    *,
+    hooks: RunObserver | None = None,
+    paced: bool = False,
+    control: CommandQueue | None = None,
+) -> tuple[int, str]:
+    """Run frames until the time is over, a row ends the run or the user stops; the time (µs) and how it ended.
+
+    Args:
+        engine: with its rows wired.
+        world: started and stopped by the caller.
+        arrivals: what its start gave: those of time 0.
+        until_us: the last frame is the first at or after this time.
+        hooks: told and asked after each frame.
+        paced: wait so that the run is not faster than real time.
+        control: what people want while it goes on.
+    """
+    return _FrameLoop(engine, world, control or CommandQueue(), paced=paced).go(
+        arrivals, until_us, hooks or RunObserver()
+    )
+
+
+class _FrameLoop:
+    """Frames, one after the other, and what people do between them: the `Ground` of acts."""
+
+    def __init__(self, engine: Engine, world: World, control: CommandQueue, *, paced: bool) -> None:
+        self._engine = engine
+        self._world = world
+        self._control = control
+        self._paced = paced
+        self._showing = SnapshotThrottle()
+        self._things: Collection[str] | None = None  # what a display has last seen in the world
+        self._pace = FramePacer(0.0)
+
+    def go(self, arrivals: Arrivals, until_us: int, hooks: RunObserver) -> tuple[int, str]:
+        engine, world, control = self._engine, self._world, self._control
+        acts = CommandHandler(engine, self, hooks, control)
+        rate = engine.plan.checked.run.frame_rate
+        frame = now = 0
+        self._pace = FramePacer(1.0 if self._paced else 0.0)
+        while True:
+            commands = engine.settle(now, arrivals.events)
+            if cued := engine.cues.take():
+                world.act(cued)
+            for happening in (*arrivals.happenings, *engine.take_happenings()):
+                hooks.happening(now, happening)
+            hooks.frame(now)
+            if engine.ended_by:
+                return now, "end run"
+            if control.stopped or hooks.stopped():
+                return now, "stopped"
+            if now >= until_us:
+                return now, "time"
+            frame += 1
+            due = frame * 1_000_000 // rate
+            if not self._wait(now, due, acts, hooks):
+                return now, "stopped"
+            now = due
+            arrivals = world.advance(now, commands)
+            if control.stopped:  # meanwhile: the robot rests already, and the rows of this frame may take long
+                for happening in arrivals.happenings:
+                    hooks.happening(now, happening)
+                return now, "stopped"
+
+    def _wait(self, now: int, due: int, acts: CommandHandler, hooks: RunObserver) -> bool:
+        """Do what people want until the next frame is due; False when the run is to stop."""
+        control, pace = self._control, self._pace
+        self._show(now, hooks)
+        while True:
+            if acts.between(now):
+                self._show(now, hooks)
+            if control.stopped:
+                return False
+            if not pace.stands and (left := pace.left(due)) <= 0:
+                pace.went()
+                return True
+            control.wait(STANDING if pace.stands else min(left, LONGEST_WAIT))
+            if pace.stands or left > LONGEST_WAIT:
+                if hooks.stopped():
+                    return False
+                hooks.standing(now)
+                if self._showing.wanted:
+                    self._world.show(False)  # whether it is still there: nothing else asks it anything
+
+    def _show(self, now: int, hooks: RunObserver) -> None:
+        picture = self._showing.due()
+        if picture is not None:
+            began = time.monotonic()
+            shown = self._world.show(picture)
+            self._things = shown.state.things
+            hooks.shown(now, shown)
+            self._showing.cost(time.monotonic() - began)
+
+    # ---- the ground of acts
+    def pause(self, us: int) -> bool:
+        if self._pace.paused:
+            return False
+        self._pace.pause()
+        self._showing.again()
+        return True
+
+    def resume(self, us: int) -> bool:
+        if not self._pace.paused:
+            return False
+        self._pace.resume(us)
+        return True
+
+    def step(self, us: int) -> None:
+        self._pace.step()
+        self._showing.again()
+
+    def speed(self, factor: float, us: int) -> None:
+        self._pace.speed(factor, us)
+
+    def act(self, actions: Sequence[SceneAction]) -> None:
+        self._world.act(actions)
+        if self._pace.paused:
+            self._showing.again()
+
+    def things(self) -> Collection[str] | None:
+        if self._things is None or not self._showing.wanted:
+            self._things = self._world.show(False).state.things
+        return self._things
+
+    def watch(self, *, wanted: bool | None = None, look: bool | None = None) -> None:
+        self._showing.want(wanted, look)

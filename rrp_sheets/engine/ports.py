@@ -1,0 +1,111 @@
+"""What the engines need of a world, and what passes between the two. A world is a simulator, a test, or a robot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from rrp_sheets.model.exchange import Command, DeviceUse, Notice, WorldSnapshot
+from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.values import Value
+
+if TYPE_CHECKING:
+    from rrp_sheets.engine.event_queue import EventQueue
+    from rrp_sheets.engine.pacing import SnapshotThrottle
+
+
+@dataclass(frozen=True, slots=True)
+class Arrivals:
+    """What a world has for the engine at one instant: values of sensor streams, in a fixed order, and happenings."""
+
+    events: Sequence[tuple[str, Value]] = ()
+    happenings: Sequence[Notice] = ()
+
+
+class World(Protocol):
+    """Where sensor values come from and commands go to, in lockstep with the engine's clock."""
+
+    def start(self) -> Arrivals:
+        """Make everything ready; the arrivals of time 0. Raises RunBroken when a device fails to start."""
+        ...
+
+    def advance(self, now_us: int, commands: Sequence[Command]) -> Arrivals:
+        """Carry out `commands`, let the world go on until `now_us`, and return what arrived meanwhile."""
+        ...
+
+    def act(self, actions: Sequence[SceneAction]) -> None:
+        """Let something happen in the world now, by hand."""
+        ...
+
+    def show(self, picture: bool) -> WorldSnapshot:
+        """The world as it is, for a display; with what the robot sees when that is wanted. It changes nothing."""
+        ...
+
+    def stop(self) -> Arrivals | None:
+        """Bring the robot to its safe rest and let everything go; in bounded time, whatever hangs.
+
+        Returns:
+            The ends of the commands that were still being carried out, and what happened meanwhile.
+        """
+        ...
+
+
+class Sensor(Protocol):
+    """A sensor of a world that goes by itself. What it delivers from threads of its own is only put into the mail."""
+
+    def start(self, mail: EventQueue) -> None:
+        """Begin to deliver. Raises RunBroken when it cannot."""
+        ...
+
+    def stop(self) -> None:
+        """Deliver nothing more."""
+        ...
+
+
+class Actuator(Protocol):
+    """An actuator of a world that goes by itself. It is called on a thread of its own, and may take its time."""
+
+    def start(self) -> None:
+        """Make ready. Raises RunBroken when it cannot."""
+        ...
+
+    def take(self, command: Command) -> None:
+        """Carry out a command. Raises RunBroken when the run cannot go on."""
+        ...
+
+    def rest(self) -> None:
+        """Come to a safe rest."""
+        ...
+
+
+class LiveWorld(Protocol):
+    """A world that goes by itself, on the wall clock: devices one by one."""
+
+    def open(self, mail: EventQueue) -> None:
+        """Make the world ready. Raises RunBroken when it cannot be."""
+        ...
+
+    def sensor(self, use: DeviceUse) -> Sensor:
+        """The device of a sensor stream."""
+        ...
+
+    def actuator(self, use: DeviceUse) -> Actuator:
+        """The device of an actuator stream."""
+        ...
+
+    def act(self, actions: Sequence[SceneAction]) -> None:
+        """Let something happen in the world now, by hand, where that can be done."""
+        ...
+
+    def show(self, showing: SnapshotThrottle) -> None:
+        """Put the world into the mail for a display, as often as that wants it."""
+        ...
+
+    def wake(self) -> None:
+        """The mail's clock, which stood still, goes on."""
+        ...
+
+    def close(self) -> Sequence[Notice] | None:
+        """Let everything go, the robot in its safe rest; returns what happened meanwhile."""
+        ...

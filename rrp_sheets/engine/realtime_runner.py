@@ -1,0 +1,253 @@
+"""The event loop: one thread that evaluates, on the wall clock; sensors only put values into the mail.
+
+Starting goes in the order of the thesis: sensors, connectors, actuators; a device that does not start is told with its
+cell, and the run does not begin. Stopping is orderly and bounded: sensors, timers, connectors, actuators to a safe
+rest; a device that hangs is left behind and told.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Collection, Sequence
+from contextlib import ExitStack
+from functools import partial
+
+from rrp_sheets.engine.command_handler import CommandHandler
+from rrp_sheets.engine.command_queue import CommandQueue
+from rrp_sheets.engine.event_queue import EventQueue, QueuedEvent
+from rrp_sheets.engine.events import EventEngine
+from rrp_sheets.engine.frame_runner import STANDING
+from rrp_sheets.engine.observer import RunObserver
+from rrp_sheets.engine.pacing import SnapshotThrottle
+from rrp_sheets.engine.plan import Plan
+from rrp_sheets.engine.ports import LiveWorld, Sensor
+from rrp_sheets.engine.timeouts import ActuatorThread, run_with_timeout
+from rrp_sheets.errors import RunBroken, SheetsError
+from rrp_sheets.model.exchange import Command, Notice
+from rrp_sheets.model.scene import SceneAction
+
+START_WITHIN = 20.0  # s, for one device
+STOP_WITHIN = 2.0  # s, for all sensors
+REST_WITHIN = 5.0  # s, for all actuators
+CLOSE_WITHIN = 300.0  # s, for the world, with what it writes; the simulator's supervisor ends one that hangs before
+TICK_US = 33_333  # how often the trace is written and the display is told
+BEHIND_US = 5_000_000  # a run whose rows cannot keep up with the clock ends so much later at most
+SWITCH_SECONDS = 0.0005  # a tenth of Python's: halves the longest latencies beside a busy thread
+
+
+class RealtimeRunner:
+    """A run in an event loop.
+
+    Args:
+        plan: what runs.
+        world: its devices.
+        wire: makes the engine, with its connectors wired.
+        control: what people want while it goes on.
+
+    Raises:
+        RunBroken: when a device does not start; then everything that was started has been stopped.
+    """
+
+    def __init__(
+        self, plan: Plan, world: LiveWorld, wire: Callable[[], EventEngine], control: CommandQueue | None = None
+    ) -> None:
+        self._plan = plan
+        self._control = control or CommandQueue()
+        self._showing = SnapshotThrottle()
+        self._things: Collection[str] | None = None  # what the display has last seen in the world
+        self._world = world
+        self._mail = EventQueue()
+        self._sensors: list[tuple[str, Sensor]] = []
+        self._hands: dict[str, ActuatorThread] = {}
+        self._engine: EventEngine | None = None
+        self._paused = False
+        with ExitStack() as unless_started:
+            unless_started.callback(self.stop)  # also after Ctrl-C: no sensor or actuator stays running
+            self._start(wire)
+            unless_started.pop_all()
+
+    @property
+    def engine(self) -> EventEngine:
+        """The engine."""
+        assert self._engine is not None
+        return self._engine
+
+    def _start(self, wire: Callable[[], EventEngine]) -> None:
+        places = {s.id: f" ({s.address})" if s.address else "" for s in self._plan.streams}
+        self._world.open(self._mail)
+        for use in self._plan.outer_sensors:
+            sensor = self._world.sensor(use)
+            _start_one(f"The sensor stream “{use.name}”{places[use.stream]}", partial(sensor.start, self._mail))
+            self._sensors.append((use.name, sensor))
+        self._engine = wire()
+        for use in self._plan.outer_actuators:
+            hand = ActuatorThread(use.name, self._world.actuator(use), self._mail)
+            _start_one(f"The actuator stream “{use.name}”{places[use.stream]}", hand.start)
+            self._hands[use.stream] = hand
+
+    def go(self, until_us: int, hooks: RunObserver) -> tuple[int, str]:
+        """Run until the time is over, a row ends the run, or the user stops; the time (µs) and how it ended.
+
+        Raises:
+            RunBroken: when a device has broken.
+        """
+        interval = sys.getswitchinterval()
+        sys.setswitchinterval(SWITCH_SECONDS)
+        try:
+            self._mail.begin()
+            return self._loop(until_us, hooks)
+        finally:
+            sys.setswitchinterval(interval)
+
+    def _loop(self, until_us: int, hooks: RunObserver) -> tuple[int, str]:
+        engine, mail = self.engine, self._mail
+        acts = CommandHandler(engine, self, hooks, self._control)
+        engine.halted = lambda: self._control.stopped
+        letter: QueuedEvent | None = None
+        ticked = 0
+        while True:
+            if not self._between(acts, hooks):
+                return engine.clock.us, "stopped"
+            due = engine.clock.next_due
+            tick = ticked + TICK_US
+            if letter is None:
+                letter = mail.take(min(until_us, tick) if due is None else min(until_us, tick, due))
+            now = mail.now_us if letter is None else letter.us
+            if due is not None and due < tick < now:  # timers come first, and no more than a tick of them at a time
+                now = tick
+                self._settle(min(now, until_us), [])
+            else:
+                self._settle(min(now, until_us), self._open(letter, hooks) if letter and now < until_us else [])
+                letter = None
+            for told in engine.take_happenings():
+                hooks.happening(engine.clock.us, told)
+            if now >= tick or now >= until_us or engine.ended_by:
+                ticked = now
+                hooks.frame(engine.clock.us)
+                if hooks.stopped():
+                    return engine.clock.us, "stopped"
+            if engine.ended_by:
+                return engine.clock.us, "end run"
+            if now >= until_us or mail.now_us > until_us + BEHIND_US:
+                return min(now, until_us), "time"
+
+    def _between(self, acts: CommandHandler, hooks: RunObserver) -> bool:
+        """Do what people want, and as long as the clock stands still nothing else; False when the run is to stop."""
+        clock, control = self.engine.clock, self._control
+        while True:
+            if acts.between(clock.us):
+                self._settle(clock.us, [])
+            if control.stopped:
+                return False
+            for shown in self._mail.seen():
+                self._things = shown.state.things
+                hooks.shown(clock.us, shown)
+            if not self._mail.stands:
+                return True
+            hooks.standing(clock.us)
+            if hooks.stopped():
+                return False
+            control.wait(STANDING / 5)  # what the world shows comes soon
+
+    def _open(self, letter: QueuedEvent, hooks: RunObserver) -> list[tuple[str, object]]:
+        """Tell what is to be told; the value that is to enter, if it is one."""
+        if letter.broken is not None:
+            raise letter.broken
+        if letter.happening is None:
+            return [(letter.stream, letter.value)]
+        hooks.happening(self.engine.clock.us, letter.happening)
+        return []
+
+    # ---- the ground of acts
+    def pause(self, us: int) -> bool:
+        """Let the clock stand still, and with it timers and world."""
+        if self._paused:
+            return False
+        self._paused = True
+        self._mail.pause()
+        self._showing.again()
+        self._world.wake()
+        return True
+
+    def resume(self, us: int) -> bool:
+        """Let the clock go on."""
+        if not self._paused:
+            return False
+        self._paused = False
+        self._mail.resume()
+        self._world.wake()
+        return True
+
+    def step(self, us: int) -> None:
+        """Let the clock go on for one tick; while one goes on, it is made longer."""
+        self._mail.resume(TICK_US)
+        self._showing.again()
+        self._world.wake()
+
+    def speed(self, factor: float, us: int) -> None:
+        """Not here: the event loop goes by the wall clock. Raises SheetsError."""
+        if factor != 1:
+            raise SheetsError(
+                "This workbook asks for the engine “event loop”, which goes by the wall clock and has no speed.",
+                "Write frame as the Engine of its Protocol, and run again.",
+            )
+
+    def act(self, actions: Sequence[SceneAction]) -> None:
+        """Let something happen in the world."""
+        if self._paused:
+            self._showing.again()
+        self._world.act(actions)
+
+    def things(self) -> Collection[str] | None:
+        """What is in the world, as a display has last seen it."""
+        return self._things
+
+    def watch(self, *, wanted: bool | None = None, look: bool | None = None) -> None:
+        """Whether a display wants the world, and pictures."""
+        self._showing.want(wanted, look)
+        self._world.show(self._showing)
+
+    def _settle(self, now_us: int, arrivals: list[tuple[str, object]]) -> None:
+        command: Command
+        for command in self.engine.settle(now_us, arrivals):
+            if command.stream in self._hands:
+                self._hands[command.stream].give(command)
+        if cued := self.engine.cues.take():
+            self._world.act(cued)
+
+    def stop(self) -> list[Notice]:
+        """Stop in order; what happened meanwhile and what hung is told. Always comes back in bounded time.
+
+        Raises:
+            RunBroken: the first thing that broke while stopping.
+        """
+        hung: list[str] = []
+        errors: list[RunBroken] = []
+
+        def bounded(seconds: float, calls: list[tuple[str, Callable[[], None]]]) -> None:
+            try:
+                hung.extend(run_with_timeout(seconds, calls))
+            except RunBroken as error:
+                errors.append(error)
+
+        sensors, self._sensors = self._sensors, []
+        hands, self._hands = list(self._hands.values()), {}
+        bounded(STOP_WITHIN, [(name, sensor.stop) for name, sensor in sensors])
+        if self._engine is not None:
+            self._engine.finish()
+        bounded(REST_WITHIN, [(hand.name, hand.rest) for hand in hands])
+        left: list[Notice] = []
+        bounded(CLOSE_WITHIN, [("the robot", lambda: left.extend(self._world.close() or ()))])
+        if errors:
+            raise errors[0]
+        return [*left, *(Notice("error", f"{name} did not stop in time and was left behind.") for name in hung)]
+
+
+def _start_one(what: str, call: Callable[[], None]) -> None:
+    """Start a device; what goes wrong is told with the device and its cell."""
+    try:
+        late = run_with_timeout(START_WITHIN, [(what, call)])
+    except RunBroken as error:
+        raise RunBroken(f"{what} did not start: {error.message}", error.remedy) from None
+    if late:
+        raise RunBroken(f"{what} did not start within {START_WITHIN:g} s.", "Check the device, and run again.")

@@ -1,0 +1,117 @@
+"""What a workbook looks like: its graph, and what the check has found.
+
+No formula is evaluated in the server: the check runs in a process of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from rrp_sheets.connectors import connectors
+from rrp_sheets.devices import Robot, load_robot, robot_names
+from rrp_sheets.devices.gesture_sheet import parse_gestures
+from rrp_sheets.diagnostics import Diagnostic, Report
+from rrp_sheets.diagnostics.catalogue import Severity
+from rrp_sheets.graph import BehaviourGraph, Graph, StreamKind
+from rrp_sheets.graph.build import build_graph
+from rrp_sheets.model.names import key
+from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.render.diagram import draw_diagram
+from rrp_sheets.runs.worker import CheckWorker
+from rrp_sheets.workbook import Reading
+
+_SECONDS = 5.0  # for a diagram's layout
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """A workbook as the pages show it.
+
+    Attributes:
+        findings: in the order of the sheets and cells; the first has the number 1 wherever numbers are shown.
+        examples: an example of what each row gives, by the row's ref.
+        checked: False before the first check has ended.
+    """
+
+    workbook: Workbook
+    robot: Robot
+    graph: Graph
+    findings: tuple[Diagnostic, ...]
+    examples: Mapping[str, str]
+    checked: bool = True
+
+    def behaviour(self, sheet: str) -> BehaviourGraph | None:
+        """The behaviour of a sheet."""
+        return next((b for b in self.graph.behaviours if b.key == key(sheet)), None)
+
+    @property
+    def errors(self) -> int:
+        """How many errors there are; a workbook with errors does not run."""
+        return sum(d.severity is Severity.ERROR for d in self.findings)
+
+    def flags(self, behaviour: BehaviourGraph) -> dict[int, int]:
+        """The number of a finding by the row it belongs to, for the diagram."""
+        return {
+            d.address.row: number
+            for number, d in enumerate(self.findings, 1)
+            if d.address and key(d.address.sheet) == behaviour.key and d.severity is not Severity.INFO
+        }
+
+    @property
+    def understood(self) -> bool:
+        """Whether every stream that a row names is known.
+
+        A row that cannot be understood leaves a row below it, whose blank input means "the row above", without its
+        stream; such a workbook can be neither drawn nor told in words.
+        """
+        graph = self.graph
+        return all(i in graph.streams for b in graph.behaviours for s in b.steps for i in (*s.inputs, s.output))
+
+    @cached_property
+    def stream_examples(self) -> Mapping[str, str]:
+        """The examples of streams, by their ids: those of the rows that give them."""
+        steps = (s for b in self.graph.behaviours for s in b.steps if not s.connector.is_sink)
+        return {s.output: self.examples[s.ref] for s in steps if s.ref in self.examples}
+
+    def drawing(self, behaviour: BehaviourGraph) -> str:
+        """The behaviour's diagram for a panel, as SVG of our own making; drawn once for all who look at it.
+
+        Raises:
+            SheetsError: it cannot be laid out, or takes too long.
+        """
+        if behaviour.key not in self._drawings:
+            flags = self.flags(behaviour)
+            drawn = draw_diagram(self.graph, behaviour, problems=flags, whole=True, room=True, timeout=_SECONDS)
+            self._drawings[behaviour.key] = drawn[0].svg if drawn else ""
+        return self._drawings[behaviour.key]
+
+    @cached_property
+    def _drawings(self) -> dict[str, str]:
+        return {}
+
+    def kinds(self, sheet: str) -> dict[str, str]:
+        """What the names of a sheet are (sensor, stream, actuator, done), by key."""
+        own = f"{key(sheet)}!"
+        return {
+            key(s.name): s.kind.value
+            for s in self.graph.streams.values()
+            if s.kind is not StreamKind.ANONYMOUS and (s.id.startswith(own) or "!" not in s.id)
+        }
+
+
+def no_analysis() -> Analysis:
+    """What there is to say before the first check has ended: nothing."""
+    return Analysis(Workbook("", ()), load_robot("nao"), Graph((), {}), (), {}, checked=False)
+
+
+def analyse(path: Path, reading: Reading, worker: CheckWorker) -> Analysis:
+    """Look at a workbook that was read."""
+    findings = worker.check(path)
+    name = reading.workbook.protocol.robot
+    robot = load_robot(name if name in robot_names() else "nao")
+    robot = robot.with_gestures(parse_gestures(reading.workbook.gestures, robot, Report()))
+    graph = build_graph(reading.workbook, robot, connectors(), Report())
+    return Analysis(reading.workbook, robot, graph, findings.diagnostics, findings.examples)

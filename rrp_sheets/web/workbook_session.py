@@ -1,0 +1,292 @@
+"""One workbook that is open in the browser: who is at it, what the check says, and what everyone is told."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
+from typing import Any
+
+from rrp_sheets.documents import Changed, Document, Refused
+from rrp_sheets.documents.changes import SheetChange
+from rrp_sheets.documents.hindrance import hindrance
+from rrp_sheets.documents.requests import Answers, made_for
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.worker import CheckWorker
+from rrp_sheets.web.analysis import Analysis, analyse, no_analysis
+from rrp_sheets.web.broadcaster import Broadcaster
+from rrp_sheets.web.program import program
+from rrp_sheets.web.rowviews import RowMaker
+from rrp_sheets.web.sse import EventStream, message
+from rrp_sheets.web.testing.results import RoomTests
+from rrp_sheets.web.testing.tester import Tester
+
+
+class WorkbookSession(Broadcaster):
+    """One open workbook: its document and its check, and the pages that show it."""
+
+    def __init__(self, document: Document, worker: CheckWorker, tester: Tester) -> None:
+        super().__init__()
+        self.document = document
+        self._worker = worker
+        self._again = threading.Event()
+        self._look = no_analysis()
+        self._makers: dict[str, RowMaker] = {}
+        self._checker: threading.Thread | None = None
+        self._answers: Answers[dict[str, Any]] = Answers()
+        self._trouble = ""
+        self._hindered = ""
+        self.author = ""  # of the newest edit
+        self._made = time.time_ns() // 1_000_000  # grows with each look of a row: a page keeps the later one of two
+        self.about_run: Callable[[], str] = str  # the run that goes on, as it is sent to a page that joins
+        self.after_check: Callable[[], None] = lambda: None
+        self.after_edit: Callable[[], None] = lambda: None
+        self.tests = RoomTests(document, tester, self._tell_tests, lambda: bool(self.listeners))
+
+    # ---- what the workbook is like now
+
+    def analysis(self) -> Analysis:
+        """What the newest check says; nothing before the first has ended, which begins now."""
+        with self._lock:
+            seen = self._look
+        if not seen.checked:
+            self.check_soon(only_first=True)
+        return seen
+
+    def maker(self, sheet: str) -> RowMaker:
+        """What makes the rows of a sheet."""
+        with self._lock:
+            grid = self.document.grids[sheet]
+            maker = self._makers.get(sheet)
+            if maker is None or maker.grid is not grid:
+                maker = self._makers[sheet] = RowMaker(grid)
+            maker.take(self.analysis(), self.seats.holders(sheet), self.tests.marks(sheet))
+            return maker
+
+    # ---- editing
+
+    def change(
+        self, client: str, author: str, tag: str, make: Callable[[Document], Changed | None], request: str = ""
+    ) -> dict[str, Any]:
+        """Make an edit, tell everyone, and answer its author.
+
+        Args:
+            client: the author's page, which gets the answer and is not told.
+            author: who it is.
+            tag: what is told with the rows.
+            make: makes the edit.
+            request: its id: an edit that is asked for again is made once; empty for one that never is.
+        """
+        return self._answers.once(request, lambda: self._change(client, author, tag, make, request))
+
+    def _change(
+        self, client: str, author: str, tag: str, make: Callable[[Document], Changed | None], request: str
+    ) -> dict[str, Any]:
+        if request and self.document.made(request):  # before the server was started again: the page loads again, too
+            return {"rows": []}
+        try:
+            with made_for(request):
+                changed = make(self.document)
+        except Refused as refused:
+            clashes = [asdict(c) for c in refused.clashes]
+            fresh = self._fresh({c.row for c in refused.clashes}) if clashes else []
+            return {"message": f"{refused.message} {refused.remedy}".strip(), "clashes": clashes, "rows": fresh}
+        except SheetsError as error:  # the file itself: gone, or no workbook any more
+            return {"message": f"{error.message} {error.remedy}".strip()}
+        if changed is None:
+            return {"message": ""}
+        self.author = author
+        self.after_edit()
+        self._tell_outside()
+        rows = [self._rows(one) for one in (changed, *changed.then)]
+        for one in rows:
+            self.tell("grid", {**one, "tag": tag}, but=client)
+        sheets = {"sheets": self._sheets_changed(changed.change, author, client)} if changed.change else {}
+        self.check_soon()
+        return {"rows": rows, **sheets}
+
+    def _sheets_changed(self, change: SheetChange, author: str, client: str) -> dict[str, Any]:
+        """A sheet came, went, or has another name: all pages show other tabs then."""
+        if change.was:
+            with self._lock:
+                self.seats.rename(change.was, change.name)
+                self._makers.pop(change.was, None)
+        self.tell("sheets", told := {**asdict(change), "by": author}, but=client)
+        return told
+
+    def _fresh(self, rows: set[str]) -> list[dict[str, Any]]:
+        found = ((name, tuple(row for row in rows if grid.has(row))) for name, grid in self.document.grids.items())
+        return [self._rows(Changed(name, touched=mine)) for name, mine in found if mine]
+
+    def _rows(self, changed: Changed) -> dict[str, Any]:
+        if changed.sheet not in self.document.grids:
+            return {"sheet": changed.sheet}
+        with self._lock:
+            return self._row_changes(changed, self.maker(changed.sheet))
+
+    def _row_changes(self, changed: Changed, maker: RowMaker) -> dict[str, Any]:
+        entry = self._now(changed.sheet)
+        if changed.touched:
+            entry["replace"] = [{"id": row, "html": html} for row, html in maker.html(changed.touched).items()]
+        if changed.cells:
+            entry["cells"] = [list(place) for place in changed.cells[:1000]]
+        if changed.inserted:
+            made = maker.html(row for row, _ in changed.inserted)
+            entry["insert"] = [{"before": before, "html": made[row]} for row, before in changed.inserted if row in made]
+        if changed.removed:
+            entry["remove"] = list(changed.removed)
+        if changed.moved:
+            entry["move"] = [{"id": row, "before": before} for row, before in changed.moved]
+        if changed.grown:
+            entry["grown"] = list(maker.html(changed.grown).values())
+        if changed.inserted or changed.removed or changed.moved or changed.grown:
+            version = maker.grid.version  # before the rows, which are of that version or of a later one
+            entry["order"] = {"version": version, "rows": maker.grid.rows}
+        return entry
+
+    def _now(self, sheet: str) -> dict[str, Any]:
+        """What rows of a sheet that are made now are told with; under the lock."""
+        self._made += 1
+        return {"sheet": sheet, "made": self._made}
+
+    # ---- the check, behind everybody's back
+
+    def check_soon(self, *, only_first: bool = False) -> None:
+        """Check again; edits that come meanwhile are taken together. `only_first`: if none is under way."""
+        with self._lock:
+            if only_first and self._checker is not None and self._checker.is_alive():
+                return
+            self._again.set()
+            if self._checker is None or not self._checker.is_alive():
+                self._checker = threading.Thread(target=self._keep_checking, daemon=True)
+                self._checker.start()
+
+    def _keep_checking(self) -> None:
+        while True:
+            with self._lock:
+                if not self._again.is_set():
+                    self._checker = None
+                    return
+                self._again.clear()
+            try:
+                seen = analyse(self.document.path, self.document.reading, self._worker)
+            except SheetsError as error:
+                self.tell("trouble", {"message": f"{error.message} {error.remedy}".strip()})
+                with self._lock:
+                    self._look = replace(self._look, checked=True)
+                continue
+            with self._lock:
+                self._look = seen
+            self._tell_check()
+
+    def _tell_check(self) -> None:
+        for name in list(self.document.grids):
+            self._tell_rows(name)
+        self.tell("checked", self._checked())
+        self.after_check()
+        self.tests.soon()
+
+    def _tell_rows(self, sheet: str) -> None:
+        """Tell everyone which rows of a sheet look otherwise now."""
+        with self._lock:
+            replaced = self.maker(sheet).changed()
+            about = self._now(sheet)
+        if replaced:
+            self.tell("grid", {**about, "replace": [{"id": r, "html": h} for r, h in replaced]})
+
+    def _tell_tests(self, news: str) -> None:
+        for name in self.tests.sheets:
+            self._tell_rows(name)
+        self.tell("tested", {"news": news})
+
+    def _checked(self) -> dict[str, Any]:
+        """What a page must know of the check besides the rows: whether the workbook can run."""
+        return {"version": self.document.version, "errors": self.analysis().errors}
+
+    # ---- people
+
+    def join(self, client: str, name: str, *, knows: bool = True, had: str = "", person: str = "") -> EventStream:
+        """Somebody opens the page, or comes back to it.
+
+        Args:
+            client: tells this page from all others.
+            name: of who sits there.
+            knows: the page was made after the first check.
+            had: the number of what it was told last; what it has missed since then follows.
+            person: the key of the session.
+        """
+        with self._lock:
+            left = self.seats.again(client)
+        for place in left:
+            self._tell_row(place, but=client)
+        listener = EventStream(client, name, person)
+        listener.tell(message("program", {"version": program()}))
+        if not knows and self.analysis().checked:  # the check has ended between the page and its event stream
+            for sheet in list(self.document.grids):
+                with self._lock:
+                    about = self._now(sheet) | self.maker(sheet).known(sheet)
+                listener.tell(message("grid", about))
+            listener.tell(message("checked", self._checked()))
+        self._enter(listener, had)
+        run = self.about_run()
+        if run:
+            listener.tell(run)
+        self.tell_people()
+        self.tests.join()
+        return listener
+
+    def take(self, client: str, name: str, place: tuple[str, str, int]) -> str:
+        """Take a cell for editing; who has it already, or an empty text."""
+        with self._lock:
+            holder = self.seats.take(client, name, place)
+        if holder:
+            return holder
+        self._tell_row(place, but=client)
+        return ""
+
+    def release(self, client: str, place: tuple[str, str, int]) -> None:
+        """Give a cell free."""
+        with self._lock:
+            self.seats.release(client, place)
+        self._tell_row(place, but=client)
+
+    def _tell_row(self, place: tuple[str, str, int], but: str) -> None:
+        sheet, row, _ = place
+        grid = self.document.grids.get(sheet)
+        if grid is not None and grid.has(row):
+            self.tell("grid", self._rows(Changed(sheet, touched=(row,))), but=but)
+
+    def poll(self) -> None:
+        """Look whether another program has changed the file."""
+        hindered = hindrance(self.document.path)
+        if hindered != self._hindered:
+            self._hindered = hindered
+            self.tell("notice", {"text": hindered})
+        try:
+            changes = self.document.poll()
+        except SheetsError as error:
+            trouble = f"{error.message} {error.remedy}".strip()
+            if trouble != self._trouble:  # once, not every second
+                self._trouble = trouble
+                self.tell("trouble", {"message": trouble})
+            return
+        self._trouble = ""
+        self._tell_changes(changes)
+
+    def _tell_outside(self) -> None:
+        """Tell everyone what another program has changed, when an edit has found that before `poll` did."""
+        self._tell_changes(self.document.outside())
+
+    def _tell_changes(self, changes: Sequence[Changed]) -> None:
+        """Tell everyone what another program has changed: the rows; pages whose sheet must be shown anew load again."""
+        anew = dict.fromkeys(one.sheet for one in changes if one.change and one.change.what == "reshaped")
+        for sheet in (*anew, *self.document.own) if changes else ():
+            self.tell("reload", {"why": "The file was changed by another program.", "sheet": sheet})
+        for one in changes:
+            if one.change is None:
+                self.tell("grid", self._rows(one))
+            elif one.sheet not in anew:
+                self.tell("sheets", {**asdict(one.change), "by": "Another program"})
+        if changes:
+            self.check_soon()
