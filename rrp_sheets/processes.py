@@ -27,7 +27,7 @@ LONGEST_LOOK = 0.5
 """Seconds (wall clock) that count between two looks at a process: when the whole machine stood still, nothing died."""
 
 
-class Child:
+class ChildProcess:
     """A started process of ours, and how it ended.
 
     Args:

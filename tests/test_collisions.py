@@ -18,7 +18,7 @@ import pybullet
 from pybullet_utils.bullet_client import BulletClient
 
 from rrp_sheets.devices import load_robot
-from rrp_sheets.devices.ways import Planner
+from rrp_sheets.devices.trajectory import Planner
 from rrp_sheets.model.names import key
 from rrp_sheets.sim.body import Body
 from rrp_sheets.sim.gait import STEP_TIME, Gait, Spot, Standing

@@ -11,8 +11,8 @@ import pytest
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.worker import CheckWorker
-from rrp_sheets.web.live.floor import Floor
-from rrp_sheets.web.live.session import Wish
+from rrp_sheets.web.live.run_manager import RunManager
+from rrp_sheets.web.live.session import RunOptions
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.workbook.maker import make_workbook
 
@@ -36,7 +36,7 @@ def desk(book: Path, tmp_path: Path) -> Iterator[OpenWorkbooks]:
 
 def test_no_run_begins_of_a_workbook_whose_file_has_another_name_by_then(desk: OpenWorkbooks) -> None:
     path = desk.folder / "b.xlsx"
-    floor, room = Floor(desk), desk.room(path)
+    floor, room = RunManager(desk), desk.room(path)
     renaming, goes_on = threading.Event(), threading.Event()
 
     def rename() -> None:
@@ -49,7 +49,7 @@ def test_no_run_begins_of_a_workbook_whose_file_has_another_name_by_then(desk: O
 
     def start() -> None:
         try:
-            floor.start(room, path.name, Wish("Aya"))
+            floor.start(room, path.name, RunOptions("Aya"))
         except SheetsError as error:
             told.append(error.message)
 

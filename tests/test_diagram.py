@@ -31,7 +31,7 @@ from rrp_sheets.render.dot import dot_text
 from rrp_sheets.render.layout import binaries, lay_out
 from rrp_sheets.render.measure import columns, wrap
 from rrp_sheets.render.output import write_diagram
-from rrp_sheets.render.parts import split
+from rrp_sheets.render.pagination import split
 from rrp_sheets.render.style import LEAST_SCALE, WRAPPINGS
 from rrp_sheets.resources import bundled
 

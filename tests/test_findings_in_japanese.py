@@ -27,9 +27,9 @@ from rrp_sheets.diagnostics.phrase import Phrase, capital, listed, sentences, sm
 from rrp_sheets.model.cells import Address
 from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.printing import gather
+from rrp_sheets.render.marble_diagram import Group, Lane, Marble, MarbleDiagram
 from rrp_sheets.render.marbles import draw_marbles
 from rrp_sheets.render.plots import Curve, Note, draw_plots
-from rrp_sheets.render.score import Group, Lane, Marble, Score
 from rrp_sheets.runs.replay.account import account
 from rrp_sheets.runs.replay.differences import Count, Difference
 from rrp_sheets.runs.replay.result import Replayed, Spoken
@@ -225,5 +225,5 @@ def test_pictures_of_a_run_speak_its_language():
     plots, _, _ = draw_plots("挨拶", [curve], [Note(0.5, 0.5, "said", "やあ")], 2.0, more="", language="ja")
     assert all(word in plots for word in ("発話", "センサー", "単位：rad", "時間（秒）")) and "Time (s)" not in plots
     lane = Lane("a", "Red ball", "sensor", (Marble(1_000, 1), Marble(2_000, 2)))
-    (page,) = draw_marbles([Score("挨拶", (Group((), lane),), 0, 5_000_000, language="ja")])
+    (page,) = draw_marbles([MarbleDiagram("挨拶", (Group((), lane),), 0, 5_000_000, language="ja")])
     assert "命令の終わり" in page.svg and page.alt.startswith("挨拶のマーブル図") and "done" not in page.svg

@@ -17,7 +17,7 @@ from test_sim_run import RED, scene_of
 
 from rrp_sheets.devices import load_robot
 from rrp_sheets.devices.gestures import Keyframe, load_gestures
-from rrp_sheets.devices.ways import MARGIN, Planner, joint_limits
+from rrp_sheets.devices.trajectory import MARGIN, Planner, joint_limits
 from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.model.names import key
 from rrp_sheets.sim.body import STEP

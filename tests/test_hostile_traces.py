@@ -13,7 +13,7 @@ from recorded import END, EVENT, HEADER, write_run
 
 from rrp_sheets.engine.trace import read_trace
 from rrp_sheets.errors import UnreadableFile
-from rrp_sheets.runs.records.facts import facts_of
+from rrp_sheets.runs.records.metadata import facts_of
 from rrp_sheets.runs.records.table import write_xlsx
 from rrp_sheets.runs.replay.record import read_record
 

@@ -21,12 +21,12 @@ from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.trace import TraceWriter
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import DONE
+from rrp_sheets.render.marble_diagram import Bar, Group, Lane, Marble, MarbleDiagram
 from rrp_sheets.render.marble_output import write_marbles
 from rrp_sheets.render.marble_text import marble_text, nice_step
 from rrp_sheets.render.marble_values import fitting, labels
 from rrp_sheets.render.marbles import draw_marbles
 from rrp_sheets.render.measure import columns
-from rrp_sheets.render.score import Bar, Group, Lane, Marble, Score
 from rrp_sheets.render.style import LANDSCAPE, LEAST_SCALE
 from rrp_sheets.resources import bundled
 from rrp_sheets.testing import run_tests
@@ -131,7 +131,7 @@ def test_text_of_a_diagram(case):
 
 def made(values, kind="stream", span=1_000_000):
     marbles = tuple(Marble(us, value) for us, value in values)
-    return Score("X", (Group((), Lane("a", "A", kind, marbles)),), 0, span)
+    return MarbleDiagram("X", (Group((), Lane("a", "A", kind, marbles)),), 0, span)
 
 
 def boxes(root):
@@ -179,7 +179,7 @@ def test_a_long_run_is_cut_into_strips_and_pages_fit_a4():
     assert len([b for p in pages for b in ET.fromstring(p.svg).iter(SVG + "g") if b.get("class") == "lane stream"]) >= 3
     assert all(p.width <= LANDSCAPE[0] and p.height <= LANDSCAPE[1] / LEAST_SCALE + 1 for p in pages)
     names = [f"S{i}" for i in range(60)]
-    wide = Score(
+    wide = MarbleDiagram(
         "Many", tuple(Group((Bar(i, ("a",), "map"),), Lane(n, n, "stream")) for i, n in enumerate(names)), 0, 10
     )
     parts = draw_marbles([wide])

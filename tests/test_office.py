@@ -10,14 +10,14 @@ from collections.abc import Iterator
 import pytest
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.office import KeptOffice, NoAnswer, Office
+from rrp_sheets.runs.worker_process import RestartingWorker, WorkerError, WorkerProcess
 
 GONE = ["course", "/nowhere"]
 
 
 @pytest.fixture
-def office() -> Iterator[KeptOffice]:
-    made = KeptOffice(lambda: Office("rrp_sheets.runs.records.clerk_child"))
+def office() -> Iterator[RestartingWorker]:
+    made = RestartingWorker(lambda: WorkerProcess("rrp_sheets.runs.records.query_child"))
     yield made
     made.close()
 
@@ -30,7 +30,7 @@ def alive(pid: int) -> bool:
     return True
 
 
-def hang(office: KeptOffice) -> int:
+def hang(office: RestartingWorker) -> int:
     """Its process, which has answered once and does nothing any more."""
     with pytest.raises(SheetsError, match="cannot be read"):
         office.ask(GONE, 30)
@@ -40,9 +40,9 @@ def hang(office: KeptOffice) -> int:
     return hung
 
 
-def test_one_that_does_not_take_what_is_sent_is_ended_in_time(office: KeptOffice) -> None:
+def test_one_that_does_not_take_what_is_sent_is_ended_in_time(office: RestartingWorker) -> None:
     hung = hang(office)
-    with pytest.raises(NoAnswer, match=r"did not come to an end within 0\.3 s") as told:
+    with pytest.raises(WorkerError, match=r"did not come to an end within 0\.3 s") as told:
         office.ask(["course", "x" * 5_000_000], 0.3)  # more than a connection holds
     assert not told.value.gone and office.pid is None and not alive(hung)
     with pytest.raises(SheetsError, match="cannot be read"):
@@ -50,7 +50,7 @@ def test_one_that_does_not_take_what_is_sent_is_ended_in_time(office: KeptOffice
     assert office.pid not in (None, hung)
 
 
-def test_closing_does_not_wait_for_an_answer_and_who_asks_is_told(office: KeptOffice) -> None:
+def test_closing_does_not_wait_for_an_answer_and_who_asks_is_told(office: RestartingWorker) -> None:
     hung = hang(office)
     heard: list[str] = []
 

@@ -17,7 +17,7 @@ from chromium import becomes, eventually, let_in, violations
 from rrp_sheets import api
 from rrp_sheets.printing import gather
 from rrp_sheets.resources import bundled
-from rrp_sheets.web.records.press import Press, Wanted
+from rrp_sheets.web.records.protocol_printer import ProtocolPrinter, Wanted
 
 LETTER = b"/MediaBox[0 0 612 792]"
 HOSTILE = "<script>alert(1)</script>\"'"
@@ -157,7 +157,7 @@ def test_it_is_compared_with_the_version_that_was_approved(tmp_path: Path) -> No
 
 
 def test_the_pdf_is_made_in_a_process_of_its_own_and_kept(folder: Path) -> None:
-    press = Press()
+    press = ProtocolPrinter()
     path = folder / "挨拶.md"
     wanted = Wanted(path, api.read(path).digest)
     first, notes = press.pdf(wanted, "a4")

@@ -7,16 +7,16 @@ import itertools
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rrp_sheets.checks.abstract_values import ANY, NUMBER, TEXT, AbstractValue, kind_of_value
 from rrp_sheets.checks.conditions import can_hold, cases
-from rrp_sheets.checks.known import ANY, NUMBER, TEXT, Known, kind_of_value
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.formulas import compile_formula, make_scope
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.model.values import Failure
 
 SCOPE = make_scope([("X", None), ("Y", None), ("Word", None)])
-KNOWN = {"x": Known(NUMBER, low=-2.0, high=3.0), "y": Known(NUMBER, low=0.5, high=4.0, blank=True),
-         "word": Known(TEXT, choices=("yes", "no"))}  # fmt: skip
+KNOWN = {"x": AbstractValue(NUMBER, low=-2.0, high=3.0), "y": AbstractValue(NUMBER, low=0.5, high=4.0, blank=True),
+         "word": AbstractValue(TEXT, choices=("yes", "no"))}  # fmt: skip
 XS, YS, WORDS = (-2.0, -0.5, 0.0, 1.0, 3.0), (None, 0.5, 1.0, 4.0), ("yes", "no")
 INPUTS = list(itertools.product(XS, YS, WORDS))
 

@@ -20,8 +20,8 @@ from rrp_sheets import api
 from rrp_sheets.devices import load_robot
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs.lookback.index import index_trace
-from rrp_sheets.runs.records.course import course
-from rrp_sheets.runs.records.facts import facts_of
+from rrp_sheets.runs.records.metadata import facts_of
+from rrp_sheets.runs.records.timeline import build_timeline
 
 
 @pytest.fixture(scope="module")
@@ -259,7 +259,7 @@ def test_gestures_and_every_other_actuator_are_in_what_happened(tmp_path: Path) 
     devices = [d.name for d in load_robot().devices.values() if d.kind == "actuator"]
     header = {**HEADER, "streams": [_stream(f"My {name}", name) for name in devices]}
     place = write_run(tmp_path, "one", header, *(_given(n, f"My {name}", True) for n, name in enumerate(devices)), END)
-    told = {line["text"] for line in course(place)["lines"]}
+    told = {line["text"] for line in build_timeline(place)["lines"]}
     others = {"SayInput", "SayParameter", "PlaySound", "Print", "RememberFace", "Behaviour"}
     assert told == {f"My {name}" for name in devices if name not in others} and "My Gesture" in told
     page = get(visit(tmp_path), "/runs/one").text
@@ -275,7 +275,7 @@ def test_a_command_that_goes_on_is_one_line_and_another_gesture_is_the_next(tmp_
         {**_given(122, "Gesture", "Bow"), "stimulated": True, "by": "Aya"},
     ]  # fmt: skip
     place = write_run(tmp_path, "one", header, *events, END)
-    told = course(place)["lines"]
+    told = build_timeline(place)["lines"]
     assert [(line["t"], line["text"], line["times"]) for line in told] == [
         (0, "Gesture: “Nod”", 1), (0.5, "Gesture: “Wave”", 2), (1.5, "Gesture: stops", 1), (2, "Gesture: “Wave”", 1),
         (9, "Gesture: “Wave”", 1), (10, "EyeBrightness: 0", 3000), (121, "SayInput: stops", 1), (122, "Gesture: “Bow”", 1),
@@ -288,5 +288,5 @@ def test_many_commands_leave_room_for_what_people_did(tmp_path: Path) -> None:
     header = {**HEADER, "streams": [_stream("Gesture", "Gesture")]}
     many = [_given(n, "Gesture", ("Nod", "Wave")[n % 2]) for n in range(2500)]
     place = write_run(tmp_path, "one", header, *many, {"t": 2500.0, "happening": "mark", "text": "Kai laughs"}, END)
-    told = course(place)
+    told = build_timeline(place)
     assert told["lines"][-1]["text"] == "Kai laughs" and told["left_out"] == 1500

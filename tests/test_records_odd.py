@@ -18,16 +18,16 @@ from flask.testing import FlaskClient
 from recorded import END, EVENT, HEADER, HOSTILE, write_run
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs import office
-from rrp_sheets.runs.office import readable
-from rrp_sheets.runs.records import clerk as clerks
-from rrp_sheets.runs.records.clerk import Clerk
-from rrp_sheets.runs.records.facts import facts_of
+from rrp_sheets.runs import worker_process
+from rrp_sheets.runs.records import query_worker as clerks
+from rrp_sheets.runs.records.metadata import facts_of
+from rrp_sheets.runs.records.query_worker import QueryWorker
+from rrp_sheets.runs.worker_process import readable
 
 
 @pytest.fixture
-def clerk() -> Iterator[Clerk]:
-    made = Clerk()
+def clerk() -> Iterator[QueryWorker]:
+    made = QueryWorker()
     yield made
     made.close()
 
@@ -91,10 +91,10 @@ def test_a_run_that_goes_on_is_shown_as_such(tmp_path: Path) -> None:
     assert "This run is going on" in get(client, "/runs/now").text
 
 
-def test_what_takes_too_long_is_ended_and_the_next_is_answered(tmp_path: Path, clerk: Clerk) -> None:
+def test_what_takes_too_long_is_ended_and_the_next_is_answered(tmp_path: Path, clerk: QueryWorker) -> None:
     place = write_run(tmp_path, "x", HEADER, EVENT, END)
     with pytest.raises(SheetsError, match="did not come to an end"):
-        Clerk(within=0.0).course(place)
+        QueryWorker(within=0.0).course(place)
     assert clerk.course(place)["count"] == 1
     (place / "trace.jsonl").write_bytes(b"\xff\xfe")
     with pytest.raises(SheetsError, match="not a record"):
@@ -109,7 +109,7 @@ def test_what_takes_too_long_is_ended_and_the_next_is_answered(tmp_path: Path, c
 def test_who_comes_when_many_wait_is_told_and_waits_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clerks, "MOST", 1)
     place = write_run(tmp_path, "good", HEADER, EVENT, END)
-    clerk, refused = Clerk(), list[SheetsError]()
+    clerk, refused = QueryWorker(), list[SheetsError]()
 
     def one_more_meanwhile(*link: object) -> bool:
         with pytest.raises(SheetsError, match="at once") as told:
@@ -117,9 +117,9 @@ def test_who_comes_when_many_wait_is_told_and_waits_not(tmp_path: Path, monkeypa
         refused.append(told.value)
         return readable(*link)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(office, "readable", one_more_meanwhile)
+    monkeypatch.setattr(worker_process, "readable", one_more_meanwhile)
     assert clerk.course(place)["count"] == 1 and refused
-    monkeypatch.setattr(office, "readable", readable)
+    monkeypatch.setattr(worker_process, "readable", readable)
     assert clerk.course(place)["count"] == 1
     clerk.close()
 
@@ -128,7 +128,7 @@ def test_what_the_process_keeps_for_a_moment_goes_with_it(tmp_path: Path, monkey
     scratch = tmp_path / "tmp"
     scratch.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(scratch))
-    clerk = Clerk()
+    clerk = QueryWorker()
     clerk.course(write_run(tmp_path, "good", HEADER, END))
     (place,) = scratch.iterdir()
     (place / "half a table").write_text("x", encoding="utf-8")

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import pytest
 
 from rrp_sheets.documents.grid import Column, Grid
-from rrp_sheets.web.rowviews import RowMaker
+from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.workbook.edits import DeleteRows, InsertRows, MoveRows
 
 ROUNDS = 40
@@ -29,7 +29,7 @@ def hurried() -> Iterator[None]:
 def test_rows_can_be_made_at_any_moment_and_those_that_stay_are_never_missing() -> None:
     grid = Grid("T", "behaviour", 2, (Column(1, "Connector", "Connector"),))
     stay = grid.add_blank(20)
-    maker, over = RowMaker(grid), threading.Event()
+    maker, over = RowRenderer(grid), threading.Event()
 
     def edit() -> None:
         while not over.is_set():

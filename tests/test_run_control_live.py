@@ -31,7 +31,7 @@ from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.exchange import State, WorldSnapshot
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs import RunSettings, RunView
-from rrp_sheets.runs.apart import RunProcess
+from rrp_sheets.runs.run_process import RunProcess
 
 BOOK = rows(
     """

@@ -19,9 +19,9 @@ from rrp_sheets.runs.view import RunStart
 from rrp_sheets.runs.worker import CheckWorker, Findings
 from rrp_sheets.web import open_workbooks as desk_module
 from rrp_sheets.web.app import create_app
-from rrp_sheets.web.live.floor import Floor
-from rrp_sheets.web.live.hub import Hub
-from rrp_sheets.web.live.session import Wish
+from rrp_sheets.web.live.run_manager import RunManager
+from rrp_sheets.web.live.run_state import RunState
+from rrp_sheets.web.live.session import RunOptions
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.sse import EventStream, message
 from rrp_sheets.web.workbook_session import WorkbookSession
@@ -40,13 +40,13 @@ BALL = record_from_mapping("Red ball", {"x": 0.1, "y": -0.2, "distance": 0.5, "c
 
 
 @pytest.fixture
-def hub() -> Hub:
-    hub = Hub(ROWS, {"A!2": "m"}, lambda what: None)
+def hub() -> RunState:
+    hub = RunState(ROWS, {"A!2": "m"}, lambda what: None)
     hub.started(START)
     return hub
 
 
-def test_only_what_is_new_is_told_and_a_page_that_joins_is_told_all(hub: Hub) -> None:
+def test_only_what_is_new_is_told_and_a_page_that_joins_is_told_all(hub: RunState) -> None:
     for us in range(0, 1_000_000, 1_000):  # a flood: one row is told once, with its newest value
         hub.event(us, "redball", "", BALL)
         hub.event(us, "a!distance", "A!2", us / 2_000_000)
@@ -68,7 +68,7 @@ def test_only_what_is_new_is_told_and_a_page_that_joins_is_told_all(hub: Hub) ->
     assert dict(everything["plots"])["A!Distance"] == plots["A!Distance"]
 
 
-def test_an_error_stands_until_values_come_for_a_second_and_is_told_once(hub: Hub) -> None:
+def test_an_error_stands_until_values_come_for_a_second_and_is_told_once(hub: RunState) -> None:
     for us in (0, 100_000, 200_000):
         hub.error(us, "A!2", Failure("FORM020", "This divides by zero."), ())
     hub.event(300_000, "a!distance", "A!2", 1.0)
@@ -79,7 +79,7 @@ def test_an_error_stands_until_values_come_for_a_second_and_is_told_once(hub: Hu
     assert hub.news()[0]["rows"]["w2"]["e"] == ""
 
 
-def test_the_log_tells_commands_once_and_what_is_said_with_its_sound(hub: Hub) -> None:
+def test_the_log_tells_commands_once_and_what_is_said_with_its_sound(hub: RunState) -> None:
     for us in range(0, 3_000_000, 33_000):  # a tracker fed at camera rate
         hub.event(us, "headtracker", "A!5", 0.5)
     hub.event(3_000_000, "headtracker", "A!5", None)
@@ -101,7 +101,7 @@ def test_the_log_tells_commands_once_and_what_is_said_with_its_sound(hub: Hub) -
     assert hub.news()[1] == [] and hub.all()[1] == lines
 
 
-def test_a_thing_that_is_dragged_is_one_line_that_tells_its_last_place(hub: Hub) -> None:
+def test_a_thing_that_is_dragged_is_one_line_that_tells_its_last_place(hub: RunState) -> None:
     def put(us: int, x: int, by: str = "Mika") -> None:
         act = OperatorAction("scene", f"Red ball is put to {x}, 0, 0 m.", by, {"thing": "Red ball", "put": [x, 0, 0]})
         hub.acted(us, act)
@@ -124,7 +124,7 @@ def test_a_thing_that_is_dragged_is_one_line_that_tells_its_last_place(hub: Hub)
     assert len(kept) == 4 and "dragged" in kept[0]
 
 
-def test_memory_stays_small_however_long_a_run_is(hub: Hub) -> None:
+def test_memory_stays_small_however_long_a_run_is(hub: RunState) -> None:
     for us in range(0, 4_000_000_000, 1_000_000):
         hub.event(us, "a!distance", "A!2", us / 1e9)
         hub.acted(us, OperatorAction("mark", "x" * 500, "Mika"))
@@ -136,7 +136,7 @@ def test_memory_stays_small_however_long_a_run_is(hub: Hub) -> None:
     assert len(json.dumps(told)) < 60_000
 
 
-def test_who_drives_what_goes_over_short_pauses(hub: Hub) -> None:
+def test_who_drives_what_goes_over_short_pauses(hub: RunState) -> None:
     def see(us: int, **driving: str) -> list[list[object]]:
         hub.state(us, State({}, (0,) * 6, (1, 1, 1), "", {}, driving))
         hub.frame(us)
@@ -259,11 +259,11 @@ def test_a_mistake_that_is_mended_before_its_check_has_ended_does_not_stay_unuse
     make_workbook({"T": [HEADER, *rows]}, tmp_path / "b.xlsx")
     worker = Held()
     desk = OpenWorkbooks(tmp_path, worker)
-    floor, room = Floor(desk), desk.room(tmp_path / "b.xlsx")
+    floor, room = RunManager(desk), desk.room(tmp_path / "b.xlsx")
     page = room.join("a", "Aya")
     room.analysis()  # begins the first check
     hear(page, "checked")
-    session = floor.start(room, "b.xlsx", Wish("Aya", speed=0))
+    session = floor.start(room, "b.xlsx", RunOptions("Aya", speed=0))
     hear(page, '"phase":"running"')
     worker.answer.clear()
     worker.begun.clear()
@@ -291,9 +291,9 @@ def hear(page: EventStream, words: str) -> str:
     return heard
 
 
-def test_a_picture_is_told_by_its_number_and_who_joins_hears_how_old_it_is(hub: Hub, monkeypatch) -> None:
+def test_a_picture_is_told_by_its_number_and_who_joins_hears_how_old_it_is(hub: RunState, monkeypatch) -> None:
     now = 100.0
-    monkeypatch.setattr("rrp_sheets.web.live.hub.time", SimpleNamespace(monotonic=lambda: now))
+    monkeypatch.setattr("rrp_sheets.web.live.run_state.time", SimpleNamespace(monotonic=lambda: now))
     hub.state(0, State({}, (), (), "", {}))
     hub.picture(0, b"first")
     hub.picture(0, b"second")
@@ -304,7 +304,7 @@ def test_a_picture_is_told_by_its_number_and_who_joins_hears_how_old_it_is(hub: 
     assert (told["eye"], told["eye_age"]) == (2, 7.5)
 
 
-def test_a_refusal_speaks_of_the_help_of_the_page_and_of_the_speed_there_is(hub: Hub) -> None:
+def test_a_refusal_speaks_of_the_help_of_the_page_and_of_the_speed_there_is(hub: RunState) -> None:
     hub.speed = 4.0
     hub.refused("send", "There is no function “RANDOM”.", "See `rrp-sheets help functions`.")
     assert hub.news()[1][-1]["text"] == "There is no function “RANDOM”. Help: functions." and hub.speed == 4

@@ -17,8 +17,8 @@ from rrp_sheets.model.exchange import Notice, OperatorAction, State
 from rrp_sheets.model.values import Failure, Record, record_from_mapping
 from rrp_sheets.processes import Lines
 from rrp_sheets.resources import bundled
-from rrp_sheets.runs import RunSettings, RunView, telling, wire
-from rrp_sheets.runs.apart import RunProcess
+from rrp_sheets.runs import RunSettings, RunView, run_events, wire
+from rrp_sheets.runs.run_process import RunProcess
 from rrp_sheets.runs.view import Summary
 
 BOOK = bundled("workbooks", "simple-tracking.xlsx")
@@ -87,7 +87,7 @@ class Taken(RunView):
 
 def pair():
     here, there = socket.socketpair()
-    return wire.Outbox(here), Lines(there), there
+    return wire.NonBlockingWriter(here), Lines(there), there
 
 
 @given(VALUES)
@@ -95,9 +95,9 @@ def pair():
 def test_a_value_arrives_as_what_it_is(value):
     box, lines, _ = pair()
     view = Taken()
-    telling.Reporter(box).event(5, "s", "T!2", value)
+    run_events.RunEventSender(box).event(5, "s", "T!2", value)
     box.finish()
-    telling.show(lines.receive()[0], view)
+    run_events.dispatch(lines.receive()[0], view)
     [(kind, us, stream, row, got)] = view.got
     assert (kind, us, stream, row) == ("event", 5, "s", "T!2") and kinds(got) == kinds(value)
 
@@ -105,7 +105,7 @@ def test_a_value_arrives_as_what_it_is(value):
 def test_everything_that_a_view_is_told_arrives_in_order():
     box, lines, _ = pair()
     here, there = Taken(), Taken()
-    for view in (here, telling.Reporter(box)):
+    for view in (here, run_events.RunEventSender(box)):
         view.event(1, "redball", "", record_from_mapping("Red ball", {"x": 1}))
         view.error(2, "T!3", Failure("FORM101", "This divides by zero.", 3), (1, "a"))
         view.happening(3, Notice("say", "Grüß dich", "say", "T!4", "say-001.wav"))
@@ -125,13 +125,13 @@ def test_everything_that_a_view_is_told_arrives_in_order():
         view.rested(Summary(), RunBroken("The simulator has ended.", "Run it again."))
     box.finish()
     for message in lines.receive():
-        telling.show(message, there)
+        run_events.dispatch(message, there)
     assert there.got == here.got
 
 
 def test_a_watcher_that_does_not_read_does_not_stop_the_run():
     box, lines, link = pair()
-    reporter = telling.Reporter(box)
+    reporter = run_events.RunEventSender(box)
     for us in range(20_000):  # some 10 MB: far more than a socket holds
         reporter.event(us, "s", "T!2", "x" * 500)
         reporter.frame(us)
@@ -161,7 +161,7 @@ def test_findings_settings_and_errors_arrive_as_they_were():
     [found] = report
     assert wire.unpack_finding(wire.pack_finding(found)) == found
     chosen = RunSettings(seconds=2.5, fast=True, out=Path("/tmp/caf\udce9"), seed=7, participant="P1", film=False)
-    assert telling.unpack_settings(telling.pack_settings(chosen)) == chosen
+    assert run_events.unpack_settings(run_events.pack_settings(chosen)) == chosen
     for error in (
         SheetsError("a", "b"),
         MissingPart("a", "b"),

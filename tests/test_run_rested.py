@@ -16,8 +16,8 @@ from rrp_sheets.runs.running import run
 from rrp_sheets.runs.view import RunSettings, RunView, Summary
 from rrp_sheets.runs.worker import CheckWorker
 from rrp_sheets.web.live.ending import failed
-from rrp_sheets.web.live.floor import Floor
-from rrp_sheets.web.live.session import Wish
+from rrp_sheets.web.live.run_manager import RunManager
+from rrp_sheets.web.live.session import RunOptions
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.sse import EventStream
 from rrp_sheets.workbook import read
@@ -60,9 +60,9 @@ def test_at_rest_everything_is_recorded_and_the_files_come_after(tmp_path: Path)
 def test_the_next_run_is_not_disturbed_by_the_end_of_the_one_before(tmp_path: Path) -> None:
     make_workbook({"T": ROWS}, tmp_path / "b.xlsx")
     desk = OpenWorkbooks(tmp_path, CheckWorker())
-    floor, room = Floor(desk), desk.room(tmp_path / "b.xlsx")
+    floor, room = RunManager(desk), desk.room(tmp_path / "b.xlsx")
     page = Ear(room.join("a", "Aya"))
-    first = floor.start(room, "b.xlsx", Wish("Aya", speed=0))
+    first = floor.start(room, "b.xlsx", RunOptions("Aya", speed=0))
     page.until('"phase":"running"')
     first.restart("Ben")
     heard = page.until('"phase":"ended"') + page.until('"phase":"running"')

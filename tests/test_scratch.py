@@ -11,13 +11,13 @@ from pathlib import Path
 
 import pytest
 
-from rrp_sheets.processes import Child
-from rrp_sheets.web.scratch import scratch
+from rrp_sheets.processes import ChildProcess
+from rrp_sheets.web.temp_dirs import scratch
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="nobody can tell there which folder is in use")
 KILLED = """
 import os, pathlib, signal
-from rrp_sheets.web.scratch import scratch
+from rrp_sheets.web.temp_dirs import scratch
 with scratch() as folder:
     (folder / "table.csv").write_text("P-01")
     os.kill(os.getpid(), signal.SIGKILL)
@@ -46,7 +46,7 @@ def test_the_next_server_removes_what_a_killed_one_left(tmp_path: Path, monkeypa
 @pytest.mark.skipif(sys.platform != "linux", reason="what a process was given is read in /proc")
 def test_processes_keep_it_there_too() -> None:
     with scratch() as folder:
-        child = Child("rrp_sheets.runs.records.clerk_child")
+        child = ChildProcess("rrp_sheets.runs.records.query_child")
         try:
             environment, until = b"", time.monotonic() + 20
             while not environment and time.monotonic() < until:  # empty until the program has taken its place

@@ -32,7 +32,7 @@ from test_watchdog import EVENT_LOOP, head_top
 
 from rrp_sheets.devices import load_robot
 from rrp_sheets.model.exchange import Command, Notice
-from rrp_sheets.runs.apart import Ended, RunProcess
+from rrp_sheets.runs.run_process import RunOutcome, RunProcess
 from rrp_sheets.runs.view import RunSettings, RunView
 from rrp_sheets.sim.espeak import espeak
 from rrp_sheets.sim.messages import Spec
@@ -119,7 +119,7 @@ class Running:
         self.out = tmp_path / "out"
         self.panel = Panel()
         self.run = RunProcess(book, RunSettings(**{"film": False, "seconds": 60, "out": self.out, **settings}))
-        self.ended: list[Ended] = []
+        self.ended: list[RunOutcome] = []
         self.thread = threading.Thread(target=lambda: self.ended.append(self.run.listen(self.panel)), daemon=True)
         self.thread.start()
 

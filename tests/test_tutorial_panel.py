@@ -16,7 +16,7 @@ from rrp_sheets.documents.journal import Journal
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.testing.partly import in_order
 from rrp_sheets.testing.run import run_tests
-from rrp_sheets.web.rowviews import RowMaker
+from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.testing import results as module
 from rrp_sheets.web.testing import tester as process
 from rrp_sheets.web.testing.panel import panel_of
@@ -133,7 +133,7 @@ def test_what_came_is_shown_as_text(page: Callable[..., Page]) -> None:
     rows = [["Red ball", "map", '"<script>alert(1)</script>"', "Distance"], GOOD[1]]
     here = page(rows, A=HOLDS)
     here.run()
-    maker = RowMaker(here.document.grids["A"])
+    maker = RowRenderer(here.document.grids["A"])
     maker._marks = here.tests.marks("A")
     html = str(maker.rows(0, 10))
     assert "does not hold" in html and "&lt;script&gt;" in html and "<script>" not in html

@@ -11,8 +11,8 @@ from browser import HOME, TOKEN
 from flask import Flask
 
 from rrp_sheets.web.app import create_app
-from rrp_sheets.web.guard import Lan
 from rrp_sheets.web.password import Password
+from rrp_sheets.web.security import Lan
 
 FOREIGN: list[dict[str, str]] = [
     {},

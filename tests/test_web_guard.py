@@ -24,7 +24,7 @@ from rrp_sheets.cli.main import group
 from rrp_sheets.runs.worker import CheckWorker
 from rrp_sheets.web.app import create_app
 from rrp_sheets.web.identity import Links, cookie_name, folder_secret
-from rrp_sheets.web.library import Library
+from rrp_sheets.web.workbook_repository import WorkbookRepository
 
 
 @pytest.fixture
@@ -288,7 +288,7 @@ def test_changes_of_a_file_are_seen(folder: Path) -> None:
 
 def test_what_was_read_is_kept(folder: Path) -> None:
     with CheckWorker() as worker:
-        library = Library(folder, worker)
+        library = WorkbookRepository(folder, worker)
         assert library.open("good.md") is library.open("good.md")
 
 

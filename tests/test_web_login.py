@@ -16,9 +16,9 @@ from flask.testing import FlaskClient
 from werkzeug.test import TestResponse
 
 from rrp_sheets.web.app import create_app
-from rrp_sheets.web.guard import Lan
 from rrp_sheets.web.identity import Links
 from rrp_sheets.web.password import Password
+from rrp_sheets.web.security import Lan
 from rrp_sheets.web.serving import bind, make_server
 
 WORDS = "green otter lamp"

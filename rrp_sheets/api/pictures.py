@@ -12,8 +12,8 @@ from rrp_sheets.api.workbooks import check, read
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
+    from rrp_sheets.render.marble_diagram import MarbleDiagram
     from rrp_sheets.render.pack.setting import Paper
-    from rrp_sheets.render.score import Score
     from rrp_sheets.testing import TestReport
 
 
@@ -74,7 +74,7 @@ def marbles(
     behaviour: str = "",
     window: tuple[int | None, int | None] = (None, None),
     streams: Sequence[str] = (),
-) -> tuple[Checked | None, list[Score] | None]:
+) -> tuple[Checked | None, list[MarbleDiagram] | None]:
     """What came on the streams of a recorded run, or of a workbook's tests, to be drawn.
 
     Args:
@@ -92,7 +92,7 @@ def marbles(
     """
     from rrp_sheets import __version__
     from rrp_sheets.model.stamp import Stamp
-    from rrp_sheets.render.score import chosen
+    from rrp_sheets.render.marble_diagram import chosen
     from rrp_sheets.runs.marbles import is_trace, stamped, stamped_scores
     from rrp_sheets.testing.marbles import scores
 
@@ -108,7 +108,7 @@ def marbles(
     return checked, chosen(found, behaviour, window, streams)
 
 
-def draw_marbles(scores: Sequence[Score], target: Path | str) -> list[str]:
+def draw_marbles(scores: Sequence[MarbleDiagram], target: Path | str) -> list[str]:
     """Draw marble diagrams into an .svg, .pdf, .png or .txt file; what the picture lacks, in words."""
     from rrp_sheets.render.marble_output import write_marbles
 

@@ -12,9 +12,9 @@ from rrp_sheets.api.workbooks import check, read
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
     from rrp_sheets.runs import RunResult, RunSettings, RunView
-    from rrp_sheets.runs.apart import Ended
     from rrp_sheets.runs.bundle.packing import Packed
     from rrp_sheets.runs.replay import Replayed
+    from rrp_sheets.runs.run_process import RunOutcome
     from rrp_sheets.testing import TestReport
 
 
@@ -37,7 +37,7 @@ def run(
     return checked, run_checked(reading, checked, settings, view)
 
 
-def run_apart(path: Path | str, settings: RunSettings | None = None, view: RunView | None = None) -> Ended:
+def run_apart(path: Path | str, settings: RunSettings | None = None, view: RunView | None = None) -> RunOutcome:
     """Check a workbook and run it, in a process of its own that is watched; what the command line does.
 
     :func:`run` keeps everything in this process, where a notebook can look at it; a row that never ends is then
@@ -48,7 +48,7 @@ def run_apart(path: Path | str, settings: RunSettings | None = None, view: RunVi
         MissingPart: when the simulator is not installed here.
         RunBroken: when the run broke off before it left anything.
     """
-    from rrp_sheets.runs.apart import run_apart as run_in_process
+    from rrp_sheets.runs.run_process import run_apart as run_in_process
 
     return run_in_process(Path(path), settings, view)
 

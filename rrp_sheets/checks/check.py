@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from rrp_sheets.checks.ambiguous_fixes import judge_proposals
 from rrp_sheets.checks.facts import Fact
 from rrp_sheets.checks.formulas import check_formulas
 from rrp_sheets.checks.keeping import check_kept
 from rrp_sheets.checks.lints import lint
 from rrp_sheets.checks.material import check_device_material
 from rrp_sheets.checks.protocol import RunPlan, check_protocol
-from rrp_sheets.checks.rivals import judge_proposals
 from rrp_sheets.checks.scene import find_cues
 from rrp_sheets.checks.tests import Case, MakeScope, check_tests, switchable
 from rrp_sheets.connectors import connectors

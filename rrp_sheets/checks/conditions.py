@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from rrp_sheets.checks.known import ANY, NUMBER, Known
+from rrp_sheets.checks.abstract_values import ANY, NUMBER, AbstractValue
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.formulas import Table
 from rrp_sheets.model.values import Value
@@ -159,12 +159,12 @@ class _Thing:
     number: bool = False  # compared by < or >, so a number or a text, and never blank
 
 
-def can_hold(case: Iterable[Literal], given: Iterable[tuple[str, Known]] = ()) -> bool:
+def can_hold(case: Iterable[Literal], given: Iterable[tuple[str, AbstractValue]] = ()) -> bool:
     """Whether conditions can hold together, when so much is known about things."""
     things: dict[str, _Thing] = {}
     for literal in case:
         _take(things.setdefault(literal.about, _Thing()), literal)
-    known: dict[str, list[Known]] = {}
+    known: dict[str, list[AbstractValue]] = {}
     for about, what in given:
         known.setdefault(about, []).append(what)
     return all(_possible(t, known.get(about, ())) for about, t in things.items())
@@ -191,7 +191,7 @@ def _bound(thing: _Thing, op: type, value: float) -> None:
         thing.high, thing.open_high = value, op is ast.Lt
 
 
-def _possible(thing: _Thing, given: Sequence[Known]) -> bool:
+def _possible(thing: _Thing, given: Sequence[AbstractValue]) -> bool:
     if len(thing.truths) > 1 or not thing.orders:
         return False
     low, high = thing.low, thing.high
@@ -219,7 +219,7 @@ def _fits(thing: _Thing, value: Value) -> bool:
     return True
 
 
-def _allows(known: Known, thing: _Thing) -> bool:
+def _allows(known: AbstractValue, thing: _Thing) -> bool:
     """Whether one of the values that something can have is as it should be."""
     if known.choices is not None and known.choices:
         return any(_suits(c, thing) for c in known.choices)

@@ -8,19 +8,19 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from rrp_sheets.checks.facts import EVENT, TIMER, Fact, Rate, fastest, slower
-from rrp_sheets.checks.known import (
+from rrp_sheets.checks.abstract_values import (
     ANY,
     BLANK,
     NUMBER,
     RECORD,
     UNKNOWN,
-    Known,
+    AbstractValue,
     either,
     exactly,
     kind_of_value,
     not_blank,
 )
+from rrp_sheets.checks.facts import EVENT, TIMER, Fact, Rate, fastest, slower
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.connectors.combine_latest import together
 from rrp_sheets.connectors.timestamp import TIMED
@@ -102,10 +102,10 @@ class Examples:
     def _accumulate(self, step: Step, facts: Sequence[Fact], formula: Formula | None) -> tuple[Fact, Trouble | None]:
         rate = fastest([f.rate for f in facts])
         if formula is None:
-            return Fact(Known(NUMBER, low=1.0), True, 1, rate=rate), None
+            return Fact(AbstractValue(NUMBER, low=1.0), True, 1, rate=rate), None
         names = formula.names[len(step.connector.extra) :]
         inputs = {n: replace(f.known, blank=True, choices=None) for n, f in zip(names, facts, strict=True)}
-        known = known_of(formula.tree, {"value": UNKNOWN, **inputs, "total": Known(NUMBER)})
+        known = known_of(formula.tree, {"value": UNKNOWN, **inputs, "total": AbstractValue(NUMBER)})
         known = (
             known if known.kind == NUMBER else known_of(formula.tree, {"value": UNKNOWN, **inputs, "total": UNKNOWN})
         )
@@ -127,7 +127,7 @@ class Examples:
         record = together(tuple(self._graph.streams[i].name for i in step.inputs))
         fields = dict(zip(record.positions, [f.known for f in facts], strict=True))
         rate = fastest([f.rate for f in facts])
-        fact = Fact(Known(RECORD, record, fields), rate=rate, sure=all(f.sure for f in facts))
+        fact = Fact(AbstractValue(RECORD, record, fields), rate=rate, sure=all(f.sure for f in facts))
         if not all(f.has_example for f in facts):
             return fact
         values = dict(zip(record.positions, [f.example for f in facts], strict=True))
@@ -216,7 +216,7 @@ def alike(first: Value, second: Value) -> bool:
 def _timed(fact: Fact) -> Fact:
     value = Field("value", example=fact.example if isinstance(fact.example, Record) else None)
     record = RecordType(TIMED.name, (value, *TIMED.fields[1:]), TIMED.aliases, TIMED.positions)
-    known = Known(RECORD, record, {"value": fact.known, "timestamp": Known(NUMBER, low=0.0, unit="s")})
+    known = AbstractValue(RECORD, record, {"value": fact.known, "timestamp": AbstractValue(NUMBER, low=0.0, unit="s")})
     if not fact.has_example:
         return Fact(known, rate=fact.rate)
     example = Record(record, {"value": fact.example, "timestamp": 1.0})
@@ -227,7 +227,7 @@ def _forgetting(step: Step, facts: Sequence[Fact]) -> Fact:
     return replace(facts[0], known=replace(facts[0].known, blank=True, choices=_and_blank(facts[0].known)))
 
 
-def _and_blank(known: Known) -> tuple[Value, ...] | None:
+def _and_blank(known: AbstractValue) -> tuple[Value, ...] | None:
     return None if known.choices is None else (*known.choices, None)
 
 

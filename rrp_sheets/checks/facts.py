@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from rrp_sheets.checks.known import NUMBER, RECORD, UNKNOWN, Known, exactly, one_of
+from rrp_sheets.checks.abstract_values import NUMBER, RECORD, UNKNOWN, AbstractValue, exactly, one_of
 from rrp_sheets.devices import Robot
 from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.model.exchange import DONE
@@ -45,7 +45,7 @@ class Fact:
         rate: how often its values come.
     """
 
-    known: Known = UNKNOWN
+    known: AbstractValue = UNKNOWN
     has_example: bool = False
     example: Value = None
     sure: bool = True
@@ -62,26 +62,26 @@ class Fact:
 def sensor_fact(stream: Stream, robot: Robot) -> Fact:
     """What is known about a sensor's stream, or about the stream of the ends of an actuator's commands."""
     if stream.kind is StreamKind.DONE:
-        return Fact(Known(RECORD, DONE), True, DONE.example(), holes=True, rate=Rate(EVENT))
+        return Fact(AbstractValue(RECORD, DONE), True, DONE.example(), holes=True, rate=Rate(EVENT))
     assert stream.device is not None
     kind = stream.device.type
     rate = _rate(stream, robot)
     if kind.payload is None:
         joint = robot.joints.get(key(str(stream.settings.get("joint"))))
         if joint is None:
-            return Fact(Known(NUMBER, unit=kind.unit), True, _JOINT_EXAMPLE, rate=rate)
+            return Fact(AbstractValue(NUMBER, unit=kind.unit), True, _JOINT_EXAMPLE, rate=rate)
         example = min(max(_JOINT_EXAMPLE, joint.lower), joint.upper)
-        return Fact(Known(NUMBER, low=joint.lower, high=joint.upper, unit=joint.unit), True, example, rate=rate)
+        return Fact(AbstractValue(NUMBER, low=joint.lower, high=joint.upper, unit=joint.unit), True, example, rate=rate)
     said = _said_by_settings(stream.settings, robot)
     fields = {k: known for k, known in said.items() if k in kind.payload.keys.values()}
     values = dict(kind.payload.example().values)
     for k, known in fields.items():
         if known.choices and values.get(k) not in known.choices:
             values[k] = known.choices[0]
-    return Fact(Known(RECORD, kind.payload, fields), True, Record(kind.payload, values), rate=rate)
+    return Fact(AbstractValue(RECORD, kind.payload, fields), True, Record(kind.payload, values), rate=rate)
 
 
-def _said_by_settings(settings: Mapping[str, Value], robot: Robot) -> dict[str, Known]:
+def _said_by_settings(settings: Mapping[str, Value], robot: Robot) -> dict[str, AbstractValue]:
     """The fields whose values the settings decide: a button has its label, a touch its zone, a word is one of those."""
     said = {}
     if settings.get("label"):

@@ -6,10 +6,10 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from rrp_sheets.checks.abstract_values import NUMBER, TEXT, TRUTH
 from rrp_sheets.checks.examples import Examples, Trouble
 from rrp_sheets.checks.facts import Fact, sensor_fact
 from rrp_sheets.checks.helpers import Helpers, check_helpers
-from rrp_sheets.checks.known import NUMBER, TEXT, TRUTH
 from rrp_sheets.checks.telling import tell
 from rrp_sheets.connectors import Parameter
 from rrp_sheets.devices import Robot

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from rrp_sheets.checks.known import LIST, NUMBER, TEXT, TRUTH, UNKNOWN, Known, number_within
+from rrp_sheets.checks.abstract_values import LIST, NUMBER, TEXT, TRUTH, UNKNOWN, AbstractValue, number_within
 
 _TRUTHS = frozenset(
     {"ALL", "ANY", "BETWEEN", "ENDSWITH", "EXACT", "ISBLANK", "ISEVEN", "ISLIST", "ISLOGICAL", "ISNUMBER", "ISODD",
@@ -28,7 +28,7 @@ _NUMBERS = frozenset(
 )  # fmt: skip
 
 
-def given_by(function: str) -> Known:
+def given_by(function: str) -> AbstractValue:
     """What a function gives, by its name.
 
     >>> given_by("UPPER").kind, given_by("COS").low, given_by("INDEX").kind
@@ -37,4 +37,4 @@ def given_by(function: str) -> Known:
     if function in _BOUNDS:
         return number_within(*_BOUNDS[function])
     kinds = {TRUTH: _TRUTHS, TEXT: _TEXTS, LIST: _LISTS, NUMBER: _NUMBERS}
-    return next((Known(kind) for kind, names in kinds.items() if function in names), UNKNOWN)
+    return next((AbstractValue(kind) for kind, names in kinds.items() if function in names), UNKNOWN)

@@ -7,8 +7,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from rrp_sheets.checks.given import given_by
-from rrp_sheets.checks.known import (
+from rrp_sheets.checks.abstract_values import (
     ANY,
     BLANK,
     LIST,
@@ -16,23 +15,24 @@ from rrp_sheets.checks.known import (
     TEXT,
     TRUTH,
     UNKNOWN,
-    Known,
+    AbstractValue,
     either,
     exactly,
     number_within,
     one_of,
 )
+from rrp_sheets.checks.given import given_by
 from rrp_sheets.formulas import HelperDef, Table
 from rrp_sheets.formulas.nodes import IfError, Join, Pick, Switch
 from rrp_sheets.model.values import Value
 
-Names = Mapping[str, Known]
+Names = Mapping[str, AbstractValue]
 MOST_STEPS = 2_000
 MOST_DEEP = 100
 """Nodes within nodes, those of helpers included: far fewer than Python's own limit, whoever calls."""
 
 
-def known_of(tree: ast.AST, names: Names) -> Known:
+def known_of(tree: ast.AST, names: Names) -> AbstractValue:
     """What is known about the value of a resolved tree; `names` are its inputs.
 
     >>> from rrp_sheets.formulas import compile_formula, make_scope
@@ -59,30 +59,30 @@ class _Env:
     budget: _Budget
 
 
-def _of(tree: ast.AST | None, env: _Env) -> Known:
+def _of(tree: ast.AST | None, env: _Env) -> AbstractValue:
     found, budget = _NODES.get(type(tree)), env.budget
     budget.left -= 1
     if found is None or budget.left < 0 or budget.deep >= MOST_DEEP:
         return UNKNOWN
     budget.deep += 1
-    known: Known = found(tree, env)
+    known: AbstractValue = found(tree, env)
     budget.deep -= 1
     return known
 
 
-def _constant(node: ast.Constant, env: _Env) -> Known:
+def _constant(node: ast.Constant, env: _Env) -> AbstractValue:
     return UNKNOWN if isinstance(node.value, Table) else exactly(node.value)
 
 
-def _name(node: ast.Name, env: _Env) -> Known:
+def _name(node: ast.Name, env: _Env) -> AbstractValue:
     return env.names.get(node.id, UNKNOWN)
 
 
-def _attribute(node: ast.Attribute, env: _Env) -> Known:
+def _attribute(node: ast.Attribute, env: _Env) -> AbstractValue:
     return _of(node.value, env).at(node.attr)
 
 
-def _subscript(node: ast.Subscript, env: _Env) -> Known:
+def _subscript(node: ast.Subscript, env: _Env) -> AbstractValue:
     owner = _of(node.value, env)
     place = node.slice.value if isinstance(node.slice, ast.Constant) else None
     if owner.record is not None and isinstance(place, str):
@@ -91,17 +91,17 @@ def _subscript(node: ast.Subscript, env: _Env) -> Known:
         return owner.at(owner.record.positions[place]) if place < len(owner.record.positions) else UNKNOWN
     if owner.members and type(place) is int:
         return owner.members[place] if -len(owner.members) <= place < len(owner.members) else UNKNOWN
-    return _member(owner.choices) if owner.kind == LIST else Known(TEXT) if owner.kind == TEXT else UNKNOWN
+    return _member(owner.choices) if owner.kind == LIST else AbstractValue(TEXT) if owner.kind == TEXT else UNKNOWN
 
 
-def _member(lists: tuple[Value, ...] | None) -> Known:
+def _member(lists: tuple[Value, ...] | None) -> AbstractValue:
     """A member of one of these lists."""
     if lists is None:
         return UNKNOWN
     return one_of(m for members in lists if isinstance(members, (list, tuple)) for m in members)
 
 
-def _ifexp(node: ast.IfExp, env: _Env) -> Known:
+def _ifexp(node: ast.IfExp, env: _Env) -> AbstractValue:
     held = _holds(node.test, env)
     if held is not None:
         return _of(node.body if held else node.orelse, env)
@@ -123,17 +123,17 @@ def _holds(test: ast.AST, env: _Env) -> bool | None:
     return None
 
 
-def _iferror(node: IfError, env: _Env) -> Known:
+def _iferror(node: IfError, env: _Env) -> AbstractValue:
     if node.otherwise is None:
-        return Known(TRUTH)  # ISERROR
+        return AbstractValue(TRUTH)  # ISERROR
     return either(_of(node.value, env), _of(node.otherwise, env))
 
 
-def _truth(node: ast.AST, env: _Env) -> Known:
-    return Known(TRUTH)
+def _truth(node: ast.AST, env: _Env) -> AbstractValue:
+    return AbstractValue(TRUTH)
 
 
-def _switch(node: Switch, env: _Env) -> Known:
+def _switch(node: Switch, env: _Env) -> AbstractValue:
     found = [_of(r, env) for r in (*node.results, node.otherwise) if r is not None]
     result = found[0] if found else UNKNOWN
     for known in found[1:]:
@@ -141,36 +141,36 @@ def _switch(node: Switch, env: _Env) -> Known:
     return result
 
 
-def _text(node: ast.JoinedStr | Join, env: _Env) -> Known:
-    return Known(TEXT)
+def _text(node: ast.JoinedStr | Join, env: _Env) -> AbstractValue:
+    return AbstractValue(TEXT)
 
 
-def _list(node: ast.List | ast.Tuple, env: _Env) -> Known:
+def _list(node: ast.List | ast.Tuple, env: _Env) -> AbstractValue:
     members = tuple(_of(e, env) for e in node.elts)
     if all(m.choices is not None and len(m.choices) == 1 for m in members):
-        return Known(LIST, choices=([m.choices[0] for m in members if m.choices],), members=members)
-    return Known(LIST, members=members)
+        return AbstractValue(LIST, choices=([m.choices[0] for m in members if m.choices],), members=members)
+    return AbstractValue(LIST, members=members)
 
 
-def _listcomp(node: ast.ListComp, env: _Env) -> Known:
-    return Known(LIST)
+def _listcomp(node: ast.ListComp, env: _Env) -> AbstractValue:
+    return AbstractValue(LIST)
 
 
-def _unary(node: ast.UnaryOp, env: _Env) -> Known:
+def _unary(node: ast.UnaryOp, env: _Env) -> AbstractValue:
     if isinstance(node.op, ast.Not):
-        return Known(TRUTH)
+        return AbstractValue(TRUTH)
     value = _of(node.operand, env)
     if isinstance(node.op, ast.UAdd):
         return number_within(value.low, value.high, value.unit)
     return number_within(-value.high, -value.low, value.unit)
 
 
-def _binop(node: ast.BinOp, env: _Env) -> Known:
+def _binop(node: ast.BinOp, env: _Env) -> AbstractValue:
     left, right = _of(node.left, env), _of(node.right, env)
     if isinstance(node.op, ast.Add) and {left.kind, right.kind} & {TEXT, LIST}:
-        return Known(left.kind if left.kind in (TEXT, LIST) else right.kind)
+        return AbstractValue(left.kind if left.kind in (TEXT, LIST) else right.kind)
     if isinstance(node.op, ast.Mult) and {left.kind, right.kind} & {TEXT, LIST}:
-        return Known(left.kind if left.kind in (TEXT, LIST) else right.kind)
+        return AbstractValue(left.kind if left.kind in (TEXT, LIST) else right.kind)
     if isinstance(node.op, ast.Add) and NUMBER not in (left.kind, right.kind):
         return UNKNOWN  # two texts, as far as is known
     low, high = _bounds(node.op, left, right)
@@ -178,7 +178,7 @@ def _binop(node: ast.BinOp, env: _Env) -> Known:
     return number_within(low, high, unit)
 
 
-def _bounds(op: ast.operator, left: Known, right: Known) -> tuple[float, float]:
+def _bounds(op: ast.operator, left: AbstractValue, right: AbstractValue) -> tuple[float, float]:
     if isinstance(op, ast.Add):
         return left.low + right.low, left.high + right.high
     if isinstance(op, ast.Sub):
@@ -192,7 +192,7 @@ def _bounds(op: ast.operator, left: Known, right: Known) -> tuple[float, float]:
     return -math.inf, math.inf
 
 
-def _pick(node: Pick, env: _Env) -> Known:
+def _pick(node: Pick, env: _Env) -> AbstractValue:
     if len(node.members) == 1:
         return _among(node.members[0], env)
     found = [_of(m, env) for m in node.members]
@@ -202,7 +202,7 @@ def _pick(node: Pick, env: _Env) -> Known:
     return result
 
 
-def _among(node: ast.AST, env: _Env) -> Known:
+def _among(node: ast.AST, env: _Env) -> AbstractValue:
     """A member of a list, or a row of a table."""
     if isinstance(node, ast.Constant) and isinstance(node.value, Table):
         rows = one_of(node.value.rows[:1])  # all rows are alike, and there may be many
@@ -210,7 +210,7 @@ def _among(node: ast.AST, env: _Env) -> Known:
     return _member(_of(node, env).choices)
 
 
-def _call(node: ast.Call, env: _Env) -> Known:
+def _call(node: ast.Call, env: _Env) -> AbstractValue:
     helper: HelperDef | None = getattr(node, "helper", None)
     if helper is not None:
         given = {p.name: _of(a, env) for p, a in zip(helper.parameters, node.args, strict=True)}
@@ -221,29 +221,29 @@ def _call(node: ast.Call, env: _Env) -> Known:
     return given_by(name)
 
 
-def _index(node: ast.Call, env: _Env) -> Known:
+def _index(node: ast.Call, env: _Env) -> AbstractValue:
     return _among(node.args[0], env)
 
 
-def _xlookup(node: ast.Call, env: _Env) -> Known:
+def _xlookup(node: ast.Call, env: _Env) -> AbstractValue:
     found = _among(node.args[2], env)
     return either(found, _of(node.args[3], env)) if len(node.args) > 3 else found
 
 
-def _clamp(node: ast.Call, env: _Env) -> Known:
+def _clamp(node: ast.Call, env: _Env) -> AbstractValue:
     value, low, high = (_of(a, env) for a in node.args)
     return number_within(min(max(value.low, low.low), high.low), min(max(value.high, low.high), high.high), value.unit)
 
 
-def _extreme(node: ast.Call, env: _Env) -> Known:
+def _extreme(node: ast.Call, env: _Env) -> AbstractValue:
     found = [_of(a, env) for a in node.args]
     if len(found) < 2 or any(f.kind != NUMBER or f.blank for f in found):
-        return Known(NUMBER) if len(found) > 1 else _member(found[0].choices)
+        return AbstractValue(NUMBER) if len(found) > 1 else _member(found[0].choices)
     best = min if isinstance(node.func, ast.Name) and node.func.id == "MIN" else max
     return number_within(best(f.low for f in found), best(f.high for f in found), found[0].unit)
 
 
-def _length(node: ast.Call, env: _Env) -> Known:
+def _length(node: ast.Call, env: _Env) -> AbstractValue:
     """ROWS: of a table or list that is known it is a constant."""
     source = node.args[0]
     if isinstance(source, ast.Constant) and isinstance(source.value, (Table, list, tuple)):
@@ -251,17 +251,17 @@ def _length(node: ast.Call, env: _Env) -> Known:
     return number_within(0, 1_000)
 
 
-def _radians(node: ast.Call, env: _Env) -> Known:
+def _radians(node: ast.Call, env: _Env) -> AbstractValue:
     value = _of(node.args[0], env)
     scale = math.radians if isinstance(node.func, ast.Name) and node.func.id == "RADIANS" else math.degrees
     return number_within(scale(value.low), scale(value.high))
 
 
-_SPECIAL: dict[str, Callable[[ast.Call, _Env], Known]] = {
+_SPECIAL: dict[str, Callable[[ast.Call, _Env], AbstractValue]] = {
     "INDEX": _index, "XLOOKUP": _xlookup, "CLAMP": _clamp, "MIN": _extreme, "MAX": _extreme, "ROWS": _length,
     "RADIANS": _radians, "DEGREES": _radians, "FIRST": _index, "LAST": _index,
 }  # fmt: skip
-_NODES: dict[type, Callable[..., Known]] = {
+_NODES: dict[type, Callable[..., AbstractValue]] = {
     ast.Constant: _constant, ast.Name: _name, ast.Attribute: _attribute, ast.Subscript: _subscript, ast.IfExp: _ifexp,
     IfError: _iferror, ast.Compare: _truth, ast.BoolOp: _truth, ast.JoinedStr: _text, Join: _text,
     Switch: _switch, ast.List: _list,

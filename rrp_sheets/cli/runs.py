@@ -15,7 +15,7 @@ from rrp_sheets.cli.waiting import told
 
 if TYPE_CHECKING:
     from rrp_sheets.runs.records.deleting import Deletion
-    from rrp_sheets.runs.records.facts import Facts
+    from rrp_sheets.runs.records.metadata import RunMetadata
 
 _HEADS = ("When", "Workbook", "Participant", "Condition", "Mode", "Length", "How it ended", "Run")
 _MOST_NAMED = 12
@@ -145,7 +145,7 @@ def _confirmed(participant: str) -> bool:
     return click.confirm("Delete them?", default=False)
 
 
-def _table(found: Sequence[Facts]) -> list[str]:
+def _table(found: Sequence[RunMetadata]) -> list[str]:
     from rrp_sheets.render.measure import clean, columns
     from rrp_sheets.runs.records.wording import ended, length
 

@@ -19,8 +19,8 @@ import click
 from rrp_sheets.errors import SheetsError
 
 if TYPE_CHECKING:
-    from rrp_sheets.web.guard import Lan
     from rrp_sheets.web.password import Password
+    from rrp_sheets.web.security import Lan
 
 _HOST = "127.0.0.1"
 _EVERYWHERE = ("0.0.0.0", "::")
@@ -49,8 +49,8 @@ def command(folder: Path, port: int | None, lan: bool, no_browser: bool, sign_ou
     """
     from rrp_sheets.web.app import create_app
     from rrp_sheets.web.identity import Links, folder_secret
-    from rrp_sheets.web.scratch import scratch
     from rrp_sheets.web.serving import bind, make_server
+    from rrp_sheets.web.temp_dirs import scratch
 
     folder, page = _place(folder)
     door = _ask_password() if lan else None
@@ -170,15 +170,15 @@ def _from_file() -> str:
 
 
 def _reached(password: Password, *, both: bool) -> Lan:
-    from rrp_sheets.web.guard import Lan
-    from rrp_sheets.web.reach import own_addresses, own_name
+    from rrp_sheets.web.network import own_addresses, own_name
+    from rrp_sheets.web.security import Lan
 
     addresses = [address for address in own_addresses() if both or ":" not in address]
     return Lan(password, tuple(name for name in (*addresses, own_name()) if name))
 
 
 def _print_lan(folder: Path, url: str, port: int, page: str, lan: Lan, made: str) -> None:
-    from rrp_sheets.web.reach import address_of
+    from rrp_sheets.web.network import address_of
 
     click.echo(f"The workbooks of {folder.resolve()} are open to others of this network.\n")
     click.echo(f"On this computer, without a password:\n\n  {url}\n")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from rrp_sheets.devices.catalogue import Joint, Robot
 from rrp_sheets.devices.gestures import Gesture, Keyframe, parse_angle
-from rrp_sheets.devices.ways import Planner, joint_limits
+from rrp_sheets.devices.trajectory import Planner, joint_limits
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.cells import Cell

@@ -8,10 +8,10 @@ from typing import Any
 
 from rrp_sheets.diagnostics.catalogue import CODES, Severity
 from rrp_sheets.diagnostics.fix import Fix
-from rrp_sheets.diagnostics.followers import without_followers
 from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.proposals import proposed
+from rrp_sheets.diagnostics.suppression import without_followers
 from rrp_sheets.model.cells import Address
 
 

@@ -13,13 +13,13 @@ from rrp_sheets.documents.changes import CellText, Changed, Refused, SheetChange
 from rrp_sheets.documents.grid import Grid
 from rrp_sheets.documents.journal import Journal, Version
 from rrp_sheets.documents.opening import take_over
-from rrp_sheets.documents.queue import Queue, Wish
+from rrp_sheets.documents.queue import EditRequest, Queue
 from rrp_sheets.documents.refusals import must_have
 from rrp_sheets.documents.requests import made_for
 from rrp_sheets.documents.rowsteps import blocks, bring, remove, shift
 from rrp_sheets.documents.sheet_edits import SheetEdits
 from rrp_sheets.documents.sheetsteps import Sheets, make_sheet_step
-from rrp_sheets.documents.undo import Added, Cells, Gone, Moved, SheetIn, SheetStep, Step, Steps, Together
+from rrp_sheets.documents.undo import Batch, Cells, Moved, RemoveRows, RestoreRows, SheetIn, SheetStep, Step, Steps
 from rrp_sheets.documents.workfile import WorkFile
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import Reading
@@ -86,11 +86,11 @@ class Document:
         Raises:
             Refused: when someone has changed one of them meanwhile, or the file does not allow it.
         """
-        return self._queue.ask(Wish(author, sheet, tuple(cells)))
+        return self._queue.ask(EditRequest(author, sheet, tuple(cells)))
 
-    def together(self, author: str, steps: Sequence[Cells | Gone]) -> Changed:
+    def together(self, author: str, steps: Sequence[Cells | RestoreRows]) -> Changed:
         """Several edits, of one sheet or of several, that are one for people, and are undone as one."""
-        return self._new(author, Together(steps[0].sheet, tuple(steps)))
+        return self._new(author, Batch(steps[0].sheet, tuple(steps)))
 
     def insert(
         self, author: str, sheet: str, before: str | None, rows: int | Sequence[tuple[str, Mapping[int, str]]]
@@ -113,11 +113,11 @@ class Document:
                 return Changed(sheet, inserted=tuple((row, None) for row in added))
             if before is not None and not grid.knows(before):
                 must_have(grid, [before])
-            return self._new(author, Gone(sheet, made, before))
+            return self._new(author, RestoreRows(sheet, made, before))
 
     def delete(self, author: str, sheet: str, rows: Sequence[str]) -> Changed:
         """Delete rows with everything in them."""
-        return self._new(author, Added(sheet, tuple(rows)))
+        return self._new(author, RemoveRows(sheet, tuple(rows)))
 
     def move(self, author: str, sheet: str, rows: Sequence[str], before: str | None) -> Changed:
         """Move rows before another one; None: to the end."""
@@ -213,22 +213,24 @@ class Document:
         self._synchronise()
         if isinstance(step, SheetStep):
             return self._make_sheet(author, step)
-        if isinstance(step, Together):
+        if isinstance(step, Batch):
             return self._each(author, step)
         grid = self._grid(step.sheet)
         changed, inverse = self._make_rows(author, grid, step)
         return replace(changed, grown=tuple(grid.fill_up())), inverse
 
-    def _make_rows(self, author: str, grid: Grid, step: Cells | Added | Gone | Moved) -> tuple[Changed, Step]:
+    def _make_rows(
+        self, author: str, grid: Grid, step: Cells | RemoveRows | RestoreRows | Moved
+    ) -> tuple[Changed, Step]:
         if isinstance(step, Cells):
             return self._put(author, grid, step)
-        if isinstance(step, Gone):
+        if isinstance(step, RestoreRows):
             return bring(self._store, author, grid, step)
         must_have(grid, step.rows)
         parts = blocks(grid, step)
         if len(parts) > 1:  # others have inserted rows between them
-            return self._each(author, Together(step.sheet, tuple(parts)))
-        if isinstance(parts[0], Added):
+            return self._each(author, Batch(step.sheet, tuple(parts)))
+        if isinstance(parts[0], RemoveRows):
             return remove(self._store, author, grid, parts[0])
         return shift(self._store, author, grid, parts[0])
 
@@ -247,31 +249,31 @@ class Document:
         self._synchronise()
         return Sheets(self.grids, self.reading, self._store, self._renew)
 
-    def _each(self, author: str, together: Together) -> tuple[Changed, Step]:
+    def _each(self, author: str, together: Batch) -> tuple[Changed, Step]:
         """One step after the other; when one is refused, those before it are taken back."""
         changes: list[Changed] = []
-        back: list[Cells | Added | Gone | Moved] = []
+        back: list[Cells | RemoveRows | RestoreRows | Moved] = []
         try:
             for step in together.steps:
                 changed, inverse = self._make(author, step)
                 assert not isinstance(inverse, SheetStep)
                 changes.append(changed)
-                back[:0] = inverse.steps if isinstance(inverse, Together) else [inverse]
+                back[:0] = inverse.steps if isinstance(inverse, Batch) else [inverse]
         except Refused:
             for inverse in back:
                 self._make(author, inverse)
             raise
-        return replace(changes[0], then=tuple(changes[1:])), Together(together.sheet, tuple(back))
+        return replace(changes[0], then=tuple(changes[1:])), Batch(together.sheet, tuple(back))
 
     def _put(self, author: str, grid: Grid, step: Cells) -> tuple[Changed, Step]:
         edits = cell_edits(grid, step.back, {})
         self._store(author, edits)
         return put_texts(author, grid, step.back)
 
-    def _fulfil(self, wishes: Sequence[Wish]) -> None:
+    def _fulfil(self, wishes: Sequence[EditRequest]) -> None:
         """Carry out what several people want, with one patch of the file; alone what cannot be done together."""
         before: dict[tuple[str, str, int], str] = {}
-        fine: list[tuple[Wish, list[SetCell]]] = []
+        fine: list[tuple[EditRequest, list[SetCell]]] = []
         try:
             self._synchronise()
         except SheetsError as error:
@@ -287,7 +289,7 @@ class Document:
             before.update({(self.current(wish.sheet), c.row, c.column): c.text for c in wish.cells})
         self._fulfil_all(fine)
 
-    def _fulfil_all(self, fine: Sequence[tuple[Wish, list[SetCell]]]) -> None:
+    def _fulfil_all(self, fine: Sequence[tuple[EditRequest, list[SetCell]]]) -> None:
         if not fine:
             return
         try:

@@ -15,7 +15,7 @@ MOST = 500  # edits that are stored at once
 
 
 @dataclass
-class Wish:
+class EditRequest:
     """Cells that somebody wants to change, and what became of that."""
 
     author: str
@@ -35,12 +35,12 @@ class Queue:
         carry_out: does it, and says in each wish what became of it.
     """
 
-    def __init__(self, lock: threading.RLock, carry_out: Callable[[Sequence[Wish]], None]) -> None:  # type: ignore[valid-type,unused-ignore]
+    def __init__(self, lock: threading.RLock, carry_out: Callable[[Sequence[EditRequest]], None]) -> None:  # type: ignore[valid-type,unused-ignore]
         self._lock = lock
         self._carry_out = carry_out
-        self._waiting: deque[Wish] = deque()
+        self._waiting: deque[EditRequest] = deque()
 
-    def ask(self, wish: Wish) -> Changed:
+    def ask(self, wish: EditRequest) -> Changed:
         """Wait until the wish is fulfilled; raises the error that kept it from being."""
         self._waiting.append(wish)
         with self._lock:

@@ -8,7 +8,7 @@ from itertools import groupby
 
 from rrp_sheets.documents.changes import Changed, Refused
 from rrp_sheets.documents.grid import Grid
-from rrp_sheets.documents.undo import Added, Gone, Moved, Step
+from rrp_sheets.documents.undo import Moved, RemoveRows, RestoreRows, Step
 from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows, SetCell
 from rrp_sheets.workbook.patch.values import typed
 
@@ -16,7 +16,7 @@ Store = Callable[[str, Sequence[Edit]], object]
 """Puts an author's edits into the file; raises Refused when it does not take them."""
 
 
-def bring(store: Store, author: str, grid: Grid, step: Gone) -> tuple[Changed, Step]:
+def bring(store: Store, author: str, grid: Grid, step: RestoreRows) -> tuple[Changed, Step]:
     """Insert rows, with their texts when they were deleted before."""
     place = grid.place(step.before)
     number = grid.first + place
@@ -32,11 +32,11 @@ def bring(store: Store, author: str, grid: Grid, step: Gone) -> tuple[Changed, S
     for row, cells in step.rows:
         for column, text in cells.items():
             grid.put(row, column, text)
-    back = Added(grid.name, tuple(ids), tuple(cells for _, cells in step.rows))
+    back = RemoveRows(grid.name, tuple(ids), tuple(cells for _, cells in step.rows))
     return Changed(grid.name, inserted=tuple((row, step.before) for row in ids)), back
 
 
-def remove(store: Store, author: str, grid: Grid, step: Added) -> tuple[Changed, Step]:
+def remove(store: Store, author: str, grid: Grid, step: RemoveRows) -> tuple[Changed, Step]:
     """Delete rows that follow each other.
 
     Raises:
@@ -50,7 +50,7 @@ def remove(store: Store, author: str, grid: Grid, step: Added) -> tuple[Changed,
     store(author, [removal])
     grid.carry_out(removal)
     removed = tuple(row for row, _ in gone)
-    return Changed(grid.name, removed=removed), Gone(grid.name, gone, grid.before(place))
+    return Changed(grid.name, removed=removed), RestoreRows(grid.name, gone, grid.before(place))
 
 
 def shift(store: Store, author: str, grid: Grid, step: Moved) -> tuple[Changed, Step]:
@@ -65,7 +65,7 @@ def shift(store: Store, author: str, grid: Grid, step: Moved) -> tuple[Changed, 
     return Changed(grid.name, moved=tuple((row, step.before) for row in step.rows)), Moved(grid.name, step.rows, after)
 
 
-def blocks(grid: Grid, step: Added | Moved) -> list[Added] | list[Moved]:
+def blocks(grid: Grid, step: RemoveRows | Moved) -> list[RemoveRows] | list[Moved]:
     """A step of rows as one step for each of those that follow each other: others may have come between them."""
     places = sorted({grid.place(row) for row in step.rows})
     groups = [list(group) for _, group in groupby(enumerate(places), lambda pair: pair[1] - pair[0])]
@@ -78,7 +78,7 @@ def blocks(grid: Grid, step: Added | Moved) -> list[Added] | list[Moved]:
     return [replace(step, rows=rows, texts=tuple(texts[row] for row in rows)) for rows in parts]
 
 
-def _unchanged(author: str, grid: Grid, step: Added) -> None:
+def _unchanged(author: str, grid: Grid, step: RemoveRows) -> None:
     for row, texts in zip(step.rows, step.texts or (), strict=False):
         now = grid.texts[row]
         others = (grid.authors.get((row, c)) for c in {*now, *texts} if now.get(c, "") != texts.get(c, ""))

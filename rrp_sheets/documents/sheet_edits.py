@@ -6,8 +6,8 @@ import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from rrp_sheets.documents.beginning import added_sheet, naming
 from rrp_sheets.documents.changes import Changed, Refused
+from rrp_sheets.documents.sheet_templates import added_sheet, naming
 from rrp_sheets.documents.sheetsteps import Sheets
 from rrp_sheets.documents.undo import SheetNamed, SheetOut, SheetPlaced, SheetStep
 from rrp_sheets.workbook.beginnings import SINGLE

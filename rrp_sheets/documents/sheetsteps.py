@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from rrp_sheets.documents.changes import CellText, Changed, Refused, SheetChange
 from rrp_sheets.documents.grid import Grid
-from rrp_sheets.documents.mentions import renamed_cells, run_cell, run_names
+from rrp_sheets.documents.sheet_references import renamed_cells, run_cell, run_names
 from rrp_sheets.documents.undo import SheetIn, SheetNamed, SheetOut, SheetPlaced, SheetStep
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.cells import Address

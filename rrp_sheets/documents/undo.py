@@ -20,7 +20,7 @@ class Cells:
 
 
 @dataclass(frozen=True, slots=True)
-class Added:
+class RemoveRows:
     """Rows were inserted: delete them again; `texts` are those that they had then, None where that does not matter."""
 
     sheet: str
@@ -29,7 +29,7 @@ class Added:
 
 
 @dataclass(frozen=True, slots=True)
-class Gone:
+class RestoreRows:
     """Rows were deleted: insert them again, with their ids and texts, before a row (None: at the end)."""
 
     sheet: str
@@ -47,11 +47,11 @@ class Moved:
 
 
 @dataclass(frozen=True, slots=True)
-class Together:
+class Batch:
     """Several steps, one after the other, that are one for people; `sheet` is that of the first."""
 
     sheet: str
-    steps: tuple[Cells | Added | Gone | Moved, ...]
+    steps: tuple[Cells | RemoveRows | RestoreRows | Moved, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +99,7 @@ class SheetPlaced:
 
 
 SheetStep = SheetIn | SheetOut | SheetNamed | SheetPlaced
-Step = Cells | Added | Gone | Moved | Together | SheetStep
+Step = Cells | RemoveRows | RestoreRows | Moved | Batch | SheetStep
 
 
 class Steps:

@@ -12,7 +12,7 @@ from rrp_sheets.render.boxes import Drawing, Marks, Note, make_drawing
 from rrp_sheets.render.dot import dot_file, dot_text
 from rrp_sheets.render.layout import TIMEOUT, Layout, lay_out
 from rrp_sheets.render.measure import clean
-from rrp_sheets.render.parts import Part, cut_notes, split
+from rrp_sheets.render.pagination import Part, cut_notes, split
 from rrp_sheets.render.style import (
     BESIDE_A_TABLE,
     FEWEST_ROWS,

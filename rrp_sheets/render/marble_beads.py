@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from rrp_sheets.model.values import show
+from rrp_sheets.render.marble_diagram import Lane, Marble
 from rrp_sheets.render.marble_values import cut, fitting, short
 from rrp_sheets.render.measure import clean, escape, width
-from rrp_sheets.render.score import Lane, Marble
 from rrp_sheets.render.style import DASHES, EDGE, FILL_AND_LINE, FLAG, INK, SMALL_PT
 from rrp_sheets.render.svg import text
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from rrp_sheets.render.marble_diagram import Lane, Marble, MarbleDiagram
 from rrp_sheets.render.marble_values import fitting, short
 from rrp_sheets.render.measure import clean, columns
-from rrp_sheets.render.score import Lane, Marble, Score
 
 _SIGNS = {"sensor": "□", "stream": "○", "anonymous": "·", "actuator": "▣", "done": "◇"}
 _LABEL = 20
 _MOST_LABEL = 30
 
 
-def marble_text(score: Score, width: int = 100) -> list[str]:
+def marble_text(score: MarbleDiagram, width: int = 100) -> list[str]:
     """The lines of a marble diagram: a time axis, a line for each stream, and the marks.
 
     Args:

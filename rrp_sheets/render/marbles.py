@@ -8,9 +8,9 @@ from itertools import pairwise
 
 from rrp_sheets.render.diagram import Page
 from rrp_sheets.render.marble_beads import Span, draw_lane, lane_height
+from rrp_sheets.render.marble_diagram import Bar, Group, MarbleDiagram
 from rrp_sheets.render.marble_text import nice_step, seconds_label
 from rrp_sheets.render.measure import clean, escape, width, wrap
-from rrp_sheets.render.score import Bar, Group, Score
 from rrp_sheets.render.style import (
     BADGE,
     EDGE,
@@ -45,7 +45,7 @@ _FOOT = 190  # letters of a line at the foot
 class _Block:
     """Some streams in some span of time, as tall as a page at most."""
 
-    score: Score
+    score: MarbleDiagram
     groups: tuple[Group, ...]
     bars: bool
     heights: tuple[float, ...]
@@ -56,7 +56,7 @@ class _Block:
         return _AXIS + sum(self.heights) + (12 if self.marks else 0)
 
 
-def draw_marbles(scores: Sequence[Score], *, strips: int = 0, legend: bool = True) -> list[Page]:
+def draw_marbles(scores: Sequence[MarbleDiagram], *, strips: int = 0, legend: bool = True) -> list[Page]:
     """The pages of marble diagrams.
 
     Args:
@@ -75,7 +75,7 @@ def draw_marbles(scores: Sequence[Score], *, strips: int = 0, legend: bool = Tru
     return pages
 
 
-def _strips(score: Score, count: int) -> list[Score]:
+def _strips(score: MarbleDiagram, count: int) -> list[MarbleDiagram]:
     span = max(1, score.last_us - score.first_us)
     if count <= 0:
         room = WIDE - _LABEL - _RIGHT
@@ -85,7 +85,7 @@ def _strips(score: Score, count: int) -> list[Score]:
     return [score.between(a, b if b == edges[-1] else b - 1) for a, b in pairwise(edges)]
 
 
-def _blocks(strip: Score, whole: Score) -> Iterator[_Block]:
+def _blocks(strip: MarbleDiagram, whole: MarbleDiagram) -> Iterator[_Block]:
     """The streams of a strip in pieces that fit on a page; rows are named in the first strip only."""
     first = strip.first_us == whole.first_us
     room = _TALLEST - _AXIS - _LEGEND - _GAP - 2
@@ -117,7 +117,7 @@ def _sheets(blocks: Sequence[_Block]) -> Iterator[list[_Block]]:
         yield sheet
 
 
-def _page(score: Score, sheet: Sequence[_Block], ident: str, of: tuple[int, int], legend: bool) -> Page:
+def _page(score: MarbleDiagram, sheet: Sequence[_Block], ident: str, of: tuple[int, int], legend: bool) -> Page:
     part, parts = of
     pieces: list[str] = []
     y = 2.0
@@ -141,7 +141,7 @@ def _page(score: Score, sheet: Sequence[_Block], ident: str, of: tuple[int, int]
     )  # fmt: skip
 
 
-def _alt(score: Score) -> str:
+def _alt(score: MarbleDiagram) -> str:
     words_of = texts(score.language)
     nameless = words_of.get("marbles.nameless")
     streams = [f"{lane.label or nameless} ({len(lane.marbles)})" for lane in score.lanes[:40]]
@@ -150,7 +150,7 @@ def _alt(score: Score) -> str:
     return clean(alt)
 
 
-def _span(score: Score) -> Span:
+def _span(score: MarbleDiagram) -> Span:
     return Span(score.first_us, max(score.last_us, score.first_us + 1), _LABEL + 6, WIDE - _RIGHT)
 
 
@@ -254,7 +254,7 @@ def _sign(kind: str, x: float, y: float, fill: str, line: str) -> str:
     return f'{box}fill="{fill}" stroke="{line}" stroke-width="1.6"{dashes}/>'
 
 
-def _pointers(score: Score, x: Span, y: float) -> Iterator[str]:
+def _pointers(score: MarbleDiagram, x: Span, y: float) -> Iterator[str]:
     """Arrows at the marked times; marks of one time stand together, and where there is no room left, at the left."""
     by_time: dict[int, list[str]] = {}
     for us, words in score.marks:

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.diagram import Page
+from rrp_sheets.render.image_metadata import png_with, svg_with, words_of
 from rrp_sheets.render.legend import draw_legend
-from rrp_sheets.render.stamped import png_with, svg_with, words_of
 from rrp_sheets.render.style import NAME_PT, PADDING, PAGE, SMALL_PT, SOFT
 from rrp_sheets.render.svg import frame, text
 from rrp_sheets.render.texts import texts

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from rrp_sheets.render.image_metadata import png_with, words_of
 from rrp_sheets.render.output import target_of
-from rrp_sheets.render.stamped import png_with, words_of
 from rrp_sheets.render.typeset import typeset
 from rrp_sheets.workbook.atomic import write_atomically
 

@@ -13,10 +13,10 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.cells import Address
 from rrp_sheets.runs.copies import as_xlsx
 from rrp_sheets.workbook import read
+from rrp_sheets.workbook.annotated_copy import is_marked_copy, marked_copy
 from rrp_sheets.workbook.atomic import write_atomically
 from rrp_sheets.workbook.editing import SetCell, edit, read_sheets, typed
 from rrp_sheets.workbook.maker import sheet_titles
-from rrp_sheets.workbook.marked import is_marked_copy, marked_copy
 from rrp_sheets.workbook.reading import file_bytes
 from rrp_sheets.workbook.text_patch import sheet_named
 from rrp_sheets.workbook.xlsx_sheet import place

@@ -22,11 +22,11 @@ from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.values import show
 from rrp_sheets.private import only_for_this_user
 from rrp_sheets.processes import Lines, SharedCell
-from rrp_sheets.runs.answering import begin
 from rrp_sheets.runs.limits import lift_limit
-from rrp_sheets.runs.telling import Reporter, pack_result, unpack_settings
+from rrp_sheets.runs.run_events import RunEventSender, pack_result, unpack_settings
 from rrp_sheets.runs.view import Summary
-from rrp_sheets.runs.wire import Outbox, pack_error, pack_finding
+from rrp_sheets.runs.wire import NonBlockingWriter, pack_error, pack_finding
+from rrp_sheets.runs.worker_loop import begin
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
@@ -39,7 +39,7 @@ ORPHANED = "the end of the program that had started it"
 """Who stopped a run whose program has died, as the record tells it."""
 
 
-class _RunReporter(Reporter):
+class _RunReporter(RunEventSender):
     def finishing(self) -> None:
         """The robot is brought to rest: formulas are over, and drawing may take what memory it needs."""
         lift_limit()
@@ -58,7 +58,7 @@ class _Process:
         self._cell = cell
         self._simulator = simulator
         self._ending: SimpleQueue[str] = SimpleQueue()  # why the simulator has ended
-        self.box = Outbox(link)
+        self.box = NonBlockingWriter(link)
         self._reporter = _RunReporter(self.box)
         self._control = CommandQueue()
         self._running = threading.Event()

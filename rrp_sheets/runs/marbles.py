@@ -19,7 +19,7 @@ from rrp_sheets.model.languages import known_language
 from rrp_sheets.model.names import key
 from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.model.values import Field, Record, RecordType, Value
-from rrp_sheets.render.score import KINDS, Group, Lane, Marble, Score, make_score
+from rrp_sheets.render.marble_diagram import KINDS, Group, Lane, Marble, MarbleDiagram, make_score
 from rrp_sheets.render.texts import texts
 from rrp_sheets.runs.records.stamp import stamp_of
 
@@ -34,7 +34,7 @@ def is_trace(path: Path) -> bool:
     return path.suffix.casefold() == ".jsonl" or (path.is_dir() and (path / TRACE).is_file())
 
 
-def trace_scores(path: Path) -> list[Score]:
+def trace_scores(path: Path) -> list[MarbleDiagram]:
     """The marble diagrams of a recorded run, one for each behaviour; without the workbook beside it, one for all.
 
     Raises:
@@ -58,14 +58,14 @@ def trace_scores(path: Path) -> list[Score]:
         raise UnreadableFile("FILE001", f"“{file}” is not a trace.", "Name a run's folder.") from None
 
 
-def stamped_scores(path: Path) -> list[Score]:
+def stamped_scores(path: Path) -> list[MarbleDiagram]:
     """The same, and each says of which run it is, at its foot and for the file's metadata."""
     file = path / TRACE if path.is_dir() else path
     found = trace_scores(path)
     return stamped(found, stamp_of(file.parent)) if file.name == TRACE else found
 
 
-def stamped(scores: Iterable[Score], stamp: Stamp) -> list[Score]:
+def stamped(scores: Iterable[MarbleDiagram], stamp: Stamp) -> list[MarbleDiagram]:
     """Diagrams that say where they come from."""
     return [replace(score, foot=stamp.line(), about=tuple(stamp.pairs()), language=stamp.language) for score in scores]
 
@@ -82,7 +82,7 @@ def _graph(workbook: Path) -> Graph | None:
     return build_graph(reading.workbook, robot or load_robot(), connectors(), Report())
 
 
-def _with_rows(graph: Graph, lines: list[dict[str, Any]], people: tuple[Group, ...]) -> list[Score]:
+def _with_rows(graph: Graph, lines: list[dict[str, Any]], people: tuple[Group, ...]) -> list[MarbleDiagram]:
     ids = {stream_label(s): s.id for s in graph.streams.values()}
     events = [
         (e["us"], ids[e["stream"]], str(e.get("row", "")), value_from_json(e["stream"], e["value"]))
@@ -127,7 +127,7 @@ def _dragged(entry: Mapping[str, Any]) -> str:
     return str(detail["thing"]) if isinstance(detail, dict) and "put" in detail else ""
 
 
-def _alone(header: Mapping[str, Any], lines: list[dict[str, Any]], people: tuple[Group, ...]) -> list[Score]:
+def _alone(header: Mapping[str, Any], lines: list[dict[str, Any]], people: tuple[Group, ...]) -> list[MarbleDiagram]:
     """Streams by what the trace's header says of them."""
     known = KINDS.values()
     kinds = {
@@ -145,7 +145,7 @@ def _alone(header: Mapping[str, Any], lines: list[dict[str, Any]], people: tuple
     names = sorted(marbles, key=lambda n: order.get(kinds.get(n, ""), 1))
     groups = tuple(Group((), Lane(n, n.rpartition("!")[2], kinds.get(n, "stream"), tuple(marbles[n]))) for n in names)
     last = max((e["us"] for e in lines), default=0)
-    return [Score(str(header.get("name", "Run")), (*people, *groups), 0, last)] if lines else []
+    return [MarbleDiagram(str(header.get("name", "Run")), (*people, *groups), 0, last)] if lines else []
 
 
 def _us(entry: Mapping[str, Any]) -> int:

@@ -24,7 +24,7 @@ _EDITS: dict[str, Any] = {kind.__name__: kind for kind in get_args(FixEdit)}
 _ERRORS = {e.__name__: e for e in (SheetsError, MissingPart, RunBroken)}
 
 
-class Outbox:
+class NonBlockingWriter:
     """Sends without ever waiting: a watcher that is slow, or gone, does not slow the run."""
 
     def __init__(self, link: socket.socket) -> None:

@@ -13,8 +13,8 @@ from pathlib import Path
 from rrp_sheets.diagnostics import Diagnostic, Report
 from rrp_sheets.diagnostics.catalogue import Severity
 from rrp_sheets.errors import UnreadableFile
-from rrp_sheets.runs.office import KeptOffice, NoAnswer, RunOffice
 from rrp_sheets.runs.wire import unpack_finding
+from rrp_sheets.runs.worker_process import RestartingWorker, RunWorkerProcess, WorkerError
 
 CHECK_WITHIN = 20.0
 """Seconds for one check, the start of the process included; usually some hundredths."""
@@ -42,7 +42,7 @@ class CheckWorker:
 
     def __init__(self, within: float = CHECK_WITHIN) -> None:
         self._within = within
-        self._office = KeptOffice(RunOffice)
+        self._office = RestartingWorker(RunWorkerProcess)
 
     def __enter__(self) -> CheckWorker:
         return self
@@ -54,7 +54,7 @@ class CheckWorker:
         """Read and check a workbook. A file that cannot be read, or a check that had to be ended, is one finding."""
         try:
             findings, examples = self._office.ask(["check", str(path.absolute())], self._within)
-        except NoAnswer as none:
+        except WorkerError as none:
             report = Report()
             report.add("FILE018", None, name=path.name, why=f"it {none.why}")
             return Findings(tuple(report))

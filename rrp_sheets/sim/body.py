@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rrp_sheets.devices.catalogue import Robot
-from rrp_sheets.devices.ways import joint_limits
+from rrp_sheets.devices.trajectory import joint_limits
 from rrp_sheets.sim.motion import Glide
 
 STEP = 1 / 240  # s, of the physics

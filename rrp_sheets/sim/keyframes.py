@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from rrp_sheets.devices.gestures import Keyframe
-from rrp_sheets.devices.ways import Clamped, Plan, Planner, moved
+from rrp_sheets.devices.trajectory import Clamped, Plan, Planner, moved
 from rrp_sheets.sim.body import EASY, STEP, Body
 
 

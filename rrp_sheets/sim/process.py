@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError
 from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.scene import SceneAction
-from rrp_sheets.processes import Child, Lines, Liveness, SharedCell, cpu_clock
+from rrp_sheets.processes import ChildProcess, Lines, Liveness, SharedCell, cpu_clock
 from rrp_sheets.sim.messages import BEATS, OPENING, PLACES, STATE, OpenFailure, Outcome, Spec, State, WorldSnapshot
 
 if TYPE_CHECKING:  # numpy may be missing; then there is no simulator
@@ -78,7 +78,7 @@ class Simulator:
         self.requests, theirs = socket.socketpair()
         self._heartbeat = SharedCell(PLACES)
         with theirs:
-            self._child = Child("rrp_sheets.sim.child", theirs.fileno(), self._heartbeat.fd)
+            self._child = ChildProcess("rrp_sheets.sim.child", theirs.fileno(), self._heartbeat.fd)
         self._lines = Lines(self._child.link)
         self._cpu = cpu_clock(self._child.pid)
         self._liveness = Liveness(self._cpu)

@@ -12,8 +12,8 @@ from rrp_sheets.formulas import compile_formula, make_scope
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.model.durations import parse_duration, show_duration
 from rrp_sheets.model.values import Failure, Value
+from rrp_sheets.render.marble_diagram import Bar, Group, Lane, Marble, MarbleDiagram
 from rrp_sheets.render.marbles import draw_marbles
-from rrp_sheets.render.score import Bar, Group, Lane, Marble, Score
 
 MARK_US = 100_000
 """What one place of a row of marbles stands for."""
@@ -32,7 +32,7 @@ def example_svg(connector: Connector) -> str:
     return draw_marbles([example_score(connector)], strips=1, legend=False)[0].svg
 
 
-def example_score(connector: Connector) -> Score:
+def example_score(connector: Connector) -> MarbleDiagram:
     """What goes in and what comes out of a connector's example, found by running it."""
     rows = [text for text in connector.example if _MARBLES.fullmatch(text)]
     rest = [text for text in connector.example if not _MARBLES.fullmatch(text)]
@@ -55,7 +55,7 @@ def example_score(connector: Connector) -> Score:
     kind = "actuator" if connector.is_sink else "stream"
     marbles = [Marble(us, value) for us, value in came] + [Marble(us, None, "", words) for us, words in errors]
     groups.append(Group((bar,), Lane("Output", "Output", kind, tuple(sorted(marbles, key=lambda m: m.us)))))
-    return Score(connector.name, tuple(groups), 0, last)
+    return MarbleDiagram(connector.name, tuple(groups), 0, last)
 
 
 def _value(character: str) -> Value:

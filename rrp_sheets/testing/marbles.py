@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from rrp_sheets.checks import Checked
 from rrp_sheets.graph import BehaviourGraph
-from rrp_sheets.render.score import Score, make_score, upstream
+from rrp_sheets.render.marble_diagram import MarbleDiagram, make_score, upstream
 from rrp_sheets.render.texts import texts
 from rrp_sheets.testing.results import CaseResult
 
@@ -14,7 +14,7 @@ _MOST_LANES = 10
 _BEFORE_US, _AFTER_US = 3_000_000, 500_000
 
 
-def scores(checked: Checked, result: CaseResult) -> list[Score]:
+def scores(checked: Checked, result: CaseResult) -> list[MarbleDiagram]:
     """What came on the streams in a test, a diagram for each behaviour in which something came."""
     events = [(e.us, e.stream, e.row, e.value) for e in result.events]
     errors = [(f.us, f.row, f.message) for f in result.faults]
@@ -34,15 +34,15 @@ def _marks(result: CaseResult, language: str) -> tuple[tuple[int, str], ...]:
     return tuple((r.row.time_us, texts(language).get("behaviour.row", n=r.row.row)) for r in result.failed_rows)
 
 
-def around_failures(checked: Checked, result: CaseResult) -> Score:
+def around_failures(checked: Checked, result: CaseResult) -> MarbleDiagram:
     """What came around the first rows that do not hold, on their streams and those that these come from."""
     if not result.failed_rows:
-        return Score("", (), 0, 0)
+        return MarbleDiagram("", (), 0, 0)
     first, language = result.failed_rows[0], checked.run.language
     wanted = [r.row.stream for r in result.failed_rows if r.row.time_us <= first.row.time_us + 5_000_000]
     behaviour = _home(checked, wanted[0])
     if behaviour is None:
-        return Score("", (), 0, 0)
+        return MarbleDiagram("", (), 0, 0)
     events = [(e.us, e.stream, e.row, e.value) for e in result.events]
     score = make_score(
         checked.graph, behaviour, events, [(f.us, f.row, f.message) for f in result.faults], result.ended_us

@@ -6,14 +6,14 @@ from collections.abc import Callable
 
 from flask import abort
 
-from rrp_sheets.web.library import Library, refuse_text
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
+from rrp_sheets.web.workbook_repository import WorkbookRepository, refuse_text
 from rrp_sheets.web.workbook_session import WorkbookSession
 
 RoomOf = Callable[[str], WorkbookSession]
 
 
-def rooms(library: Library, desk: OpenWorkbooks) -> RoomOf:
+def workbook_or_404(library: WorkbookRepository, desk: OpenWorkbooks) -> RoomOf:
     """What gives the room of a workbook by the name in an address; a name that the folder has not is answered 404.
 
     A Markdown file that is no workbook is refused with SheetsError.

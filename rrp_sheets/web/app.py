@@ -13,26 +13,26 @@ from werkzeug.exceptions import HTTPException
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs.worker import CheckWorker
-from rrp_sheets.web.addressed import rooms
+from rrp_sheets.web.addressed import workbook_or_404
+from rrp_sheets.web.build import build_id
 from rrp_sheets.web.editing import make_editing
-from rrp_sheets.web.guard import Lan, UsedLink, protect
 from rrp_sheets.web.helping import make_helping
 from rrp_sheets.web.identity import Links, cookie_name
-from rrp_sheets.web.library import Library, printable
-from rrp_sheets.web.live.floor import Floor
 from rrp_sheets.web.live.routes import make_live
+from rrp_sheets.web.live.run_manager import RunManager
 from rrp_sheets.web.login import make_login
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.pages import MessagePage, RefusedPage, show
 from rrp_sheets.web.pictures import picture
 from rrp_sheets.web.posing import make_posing
-from rrp_sheets.web.program import program
 from rrp_sheets.web.records.routes import make_records
+from rrp_sheets.web.security import Lan, UsedLink, init_app
 from rrp_sheets.web.sessions import Sessions
 from rrp_sheets.web.sheeting import make_sheeting
-from rrp_sheets.web.shelf import shelf_page
 from rrp_sheets.web.shelving import make_shelving
 from rrp_sheets.web.statics import serve_statics
+from rrp_sheets.web.workbook_list import shelf_page
+from rrp_sheets.web.workbook_repository import WorkbookRepository, printable
 
 _NEW_LINK = (
     "Go to the window where rrp-sheets serve runs and press Enter. Open the new link that it prints. If there is no "
@@ -84,16 +84,16 @@ def create_app(
     app.jinja_env.undefined = StrictUndefined
     app.jinja_env.trim_blocks = app.jinja_env.lstrip_blocks = True
     app.jinja_env.globals["known"] = lambda endpoint: endpoint in app.view_functions
-    app.jinja_env.globals["program"] = program
+    app.jinja_env.globals["program"] = build_id
     worker = CheckWorker()
     desk = OpenWorkbooks(folder, worker)
-    library = Library(folder, worker)
+    library = WorkbookRepository(folder, worker)
     sessions = Sessions()
-    protect(app, secret, lan, sessions, links or Links())
+    init_app(app, secret, lan, sessions, links or Links())
     if lan is not None:
         app.register_blueprint(make_login(lan, sessions, cookie_name(secret), tell))
     _answer_errors(app, folder)
-    floor = Floor(desk)
+    floor = RunManager(desk)
     app.extensions.update(going=floor.going, writing=floor.writing, forget=floor.forget, close=desk.close)
     app.register_blueprint(make_editing(library, desk))
     app.register_blueprint(make_sheeting(library, desk))
@@ -101,7 +101,7 @@ def create_app(
     app.register_blueprint(make_posing(library, desk, floor.joints))
     app.register_blueprint(make_shelving(library, desk))
     app.register_blueprint(make_records(library, desk))
-    app.register_blueprint(make_helping(rooms(library, desk)))
+    app.register_blueprint(make_helping(workbook_or_404(library, desk)))
 
     @app.get("/")
     def shelf() -> str:

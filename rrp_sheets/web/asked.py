@@ -13,7 +13,7 @@ Asked = dict[str, Any]
 _HALF = re.compile(rb"\\u[dD][89a-fA-F]")  # how JSON writes half a letter, which browsers do only for a lone one
 
 
-def asked() -> Asked:
+def json_body() -> Asked:
     """What was sent; anything but an object is refused."""
     if not request.is_json:
         raise BadRequest

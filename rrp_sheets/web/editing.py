@@ -11,16 +11,16 @@ from werkzeug.exceptions import BadRequest
 from werkzeug.wrappers import Response as BaseResponse
 
 from rrp_sheets.documents import CellText, Changed, Document, Refused
-from rrp_sheets.web.addressed import RoomOf, rooms
-from rrp_sheets.web.asked import Asked, asked, text_of
+from rrp_sheets.web.addressed import RoomOf, workbook_or_404
+from rrp_sheets.web.asked import Asked, json_body, text_of
 from rrp_sheets.web.fixing import make_fix
 from rrp_sheets.web.gridpage import grid_page, panels
-from rrp_sheets.web.guard import visitor
-from rrp_sheets.web.library import Library, printable
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.pages import MessagePage, show
+from rrp_sheets.web.security import visitor
 from rrp_sheets.web.sessions import clean_name
 from rrp_sheets.web.sse import stream
+from rrp_sheets.web.workbook_repository import WorkbookRepository, printable
 from rrp_sheets.web.workbook_session import WorkbookSession
 
 MOST_CELLS = 50_000
@@ -33,11 +33,11 @@ _COLUMN = re.compile(r"[0-9]{1,5}", re.ASCII)
 PIECE = 1_000  # rows that are sent at once
 
 
-def make_editing(library: Library, desk: OpenWorkbooks) -> Blueprint:
+def make_editing(library: WorkbookRepository, desk: OpenWorkbooks) -> Blueprint:
     """The routes of the grid."""
     pages = Blueprint("editing", __name__)
 
-    room_of = rooms(library, desk)
+    room_of = workbook_or_404(library, desk)
     _add_pages(pages, room_of)
     _add_events(pages, room_of, desk)
     _add_edits(pages, room_of)
@@ -113,7 +113,7 @@ def _add_events(pages: Blueprint, room_of: RoomOf, desk: OpenWorkbooks) -> None:
 def _add_edits(pages: Blueprint, room_of: RoomOf) -> None:
     @pages.post(f"/book/<name>/<any({', '.join(_ACTIONS)}):action>")
     def change(name: str, action: str) -> Response:
-        room, given = room_of(name), asked()
+        room, given = room_of(name), json_body()
         client, tag, request_id = (text_of(given, name) for name in ("client", "tag", "request"))
         author = visitor().name or clean_name(text_of(given, "name")) or client
         if not room.is_of(client, visitor().key):  # nobody moves another's cursor, nor opens what another is editing

@@ -9,7 +9,7 @@ from rrp_sheets.checks.fixing import replaced
 from rrp_sheets.diagnostics.fix import Fix, Insert, Put
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.grid import Grid
-from rrp_sheets.documents.undo import Cells, Gone
+from rrp_sheets.documents.undo import Cells, RestoreRows
 from rrp_sheets.web.analysis import Analysis
 
 _OLD = "This is no longer what the check says."
@@ -43,7 +43,7 @@ def _apply(document: Document, author: str, fix: Fix) -> Changed:
     return document.together(author, steps)
 
 
-def _steps(grids: Mapping[str, Grid], fix: Fix) -> Iterator[Cells | Gone]:
+def _steps(grids: Mapping[str, Grid], fix: Fix) -> Iterator[Cells | RestoreRows]:
     """The fix by the ids of rows; its numbers count rows as the edit before left them."""
     order: dict[str, list[str]] = {}
     for one in fix.edits:
@@ -54,7 +54,7 @@ def _steps(grids: Mapping[str, Grid], fix: Fix) -> Iterator[Cells | Gone]:
             if not 0 <= place <= len(rows):
                 raise Refused(_OLD, _LOOK)
             row = grid.new_id()
-            yield Gone(grid.name, ((row, dict(one.cells)),), rows[place] if place < len(rows) else None)
+            yield RestoreRows(grid.name, ((row, dict(one.cells)),), rows[place] if place < len(rows) else None)
             rows.insert(place, row)
             continue
         place = one.address.row - grid.first

@@ -8,7 +8,7 @@ from dataclasses import replace
 from markupsafe import Markup
 
 from rrp_sheets.devices.scene_words import KINDS, verbs_of
-from rrp_sheets.documents.hindrance import hindrance
+from rrp_sheets.documents.write_block_reason import hindrance
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.sentences import explain
 from rrp_sheets.web.analysis import no_analysis
@@ -16,11 +16,11 @@ from rrp_sheets.web.browserwords import in_browser
 from rrp_sheets.web.ownsheets import own_page
 from rrp_sheets.web.pages import GridPage, Panels, Problem
 from rrp_sheets.web.pictures import MOST_ROWS
-from rrp_sheets.web.shelf import counts
-from rrp_sheets.web.strip import strip_of
+from rrp_sheets.web.sheet_tabs import strip_of
 from rrp_sheets.web.testing.panel import panel_of
 from rrp_sheets.web.vocabulary import vocabulary
 from rrp_sheets.web.words import words_of
+from rrp_sheets.web.workbook_list import counts
 from rrp_sheets.web.workbook_session import WorkbookSession
 
 MOST_PROBLEMS = 300

@@ -10,10 +10,10 @@ from urllib.parse import urlsplit
 from flask import Blueprint, abort, g, redirect, render_template, request, url_for
 from werkzeug.wrappers import Response as AnyResponse
 
-from rrp_sheets.web.guard import Lan
+from rrp_sheets.web.login_throttle import LoginThrottle
 from rrp_sheets.web.password import LONGEST
+from rrp_sheets.web.security import Lan
 from rrp_sheets.web.sessions import Sessions, clean_name
-from rrp_sheets.web.tries import Tries
 
 Answer = AnyResponse | tuple[str, int] | tuple[str, int, dict[str, str]]
 
@@ -35,7 +35,7 @@ class LoginPage:
 
 
 def make_login(
-    lan: Lan, sessions: Sessions, cookie: str, tell: Callable[[str], None], tries: Tries | None = None
+    lan: Lan, sessions: Sessions, cookie: str, tell: Callable[[str], None], tries: LoginThrottle | None = None
 ) -> Blueprint:
     """The routes of logging in and out.
 
@@ -47,7 +47,7 @@ def make_login(
         tries: counts the wrong ones.
     """
     pages = Blueprint("login", __name__)
-    counted = tries or Tries()
+    counted = tries or LoginThrottle()
 
     @pages.get("/login")
     def page() -> AnyResponse | str:
@@ -71,7 +71,7 @@ def make_login(
     return pages
 
 
-def _entered(lan: Lan, sessions: Sessions, cookie: str, tell: Callable[[str], None], tries: Tries) -> Answer:
+def _entered(lan: Lan, sessions: Sessions, cookie: str, tell: Callable[[str], None], tries: LoginThrottle) -> Answer:
     """Somebody logs in, or is told why not."""
     name, given = clean_name(request.form.get("name", "")), request.form.get("password", "")
     place = _inside(request.form.get("next", "/"))

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from markupsafe import Markup, escape
 
-from rrp_sheets.render.score import Bar, Lane, Marble, Score
+from rrp_sheets.render.marble_diagram import Bar, Lane, Marble, MarbleDiagram
 from rrp_sheets.topics.marbles import short
 
 _WIDE = 400  # pixels, where the marbles have room in it
@@ -16,7 +16,7 @@ _STEPS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # seconds between the marks of the time
 _LEAST_STEP = 44  # pixels
 
 
-def marble_picture(score: Score) -> Markup:
+def marble_picture(score: MarbleDiagram) -> Markup:
     """The picture of an example (`testing.example`): the inputs, a bar for the connector, the output, the time.
 
     Args:

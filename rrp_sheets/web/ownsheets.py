@@ -7,8 +7,8 @@ from dataclasses import replace
 from rrp_sheets.documents import Document
 from rrp_sheets.documents.grid import Column, Grid
 from rrp_sheets.web.pages import GridPage, Panels
-from rrp_sheets.web.rowviews import RowMaker
-from rrp_sheets.web.strip import strip_of
+from rrp_sheets.web.row_renderer import RowRenderer
+from rrp_sheets.web.sheet_tabs import strip_of
 
 MOST_ROWS, MOST_COLUMNS = 2_000, 60
 
@@ -16,7 +16,7 @@ MOST_ROWS, MOST_COLUMNS = 2_000, 60
 def own_page(page: GridPage, panels: Panels, document: Document, name: str) -> GridPage:
     """The page of a sheet of the user's own; `page` is that of another sheet of the workbook."""
     grid = own_grid(document, name)
-    maker = RowMaker(grid)
+    maker = RowRenderer(grid)
     return replace(
         page, panels=panels, sheet=name, kind="own", first=1, heads=tuple(maker.heads()), examples=False,
         count=len(grid.rows), rows=maker.rows(0, MOST_ROWS),

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.web.easywords import easy_words
+from rrp_sheets.web.wordlist import easy_words
 
 SHORTEST = 8
 LONGEST = 200

@@ -6,7 +6,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.render.diagram import draw_diagram
 from rrp_sheets.render.svg import frame, text
-from rrp_sheets.web.library import Book
+from rrp_sheets.web.workbook_repository import CheckedWorkbook
 
 _SECONDS = 15.0  # for the layout; a larger diagram is told as too large
 _LINE = 16.0
@@ -14,7 +14,7 @@ MOST_ROWS = 500
 """Of a behaviour that is drawn and told in words here: nobody reads more beside a table."""
 
 
-def picture(book: Book, behaviour: BehaviourGraph) -> str:
+def picture(book: CheckedWorkbook, behaviour: BehaviourGraph) -> str:
     """The behaviour's diagram, or a picture that says why there is none."""
     if not book.look.understood:
         return _in_words(["This cannot be drawn yet.", "First mend the problems beside it."])

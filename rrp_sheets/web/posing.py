@@ -10,20 +10,20 @@ from flask import Blueprint, Response, abort, jsonify
 
 from rrp_sheets.checks.check import robot_of
 from rrp_sheets.devices import Robot
-from rrp_sheets.devices.ways import Planner
+from rrp_sheets.devices.trajectory import Planner
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.grid import Grid
-from rrp_sheets.documents.undo import Cells, Gone
+from rrp_sheets.documents.undo import Cells, RestoreRows
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
-from rrp_sheets.web.addressed import rooms
-from rrp_sheets.web.asked import asked, text_of
-from rrp_sheets.web.guard import visitor
-from rrp_sheets.web.library import Library
+from rrp_sheets.web.addressed import workbook_or_404
+from rrp_sheets.web.asked import json_body, text_of
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
+from rrp_sheets.web.security import visitor
 from rrp_sheets.web.sessions import clean_name
+from rrp_sheets.web.workbook_repository import WorkbookRepository
 from rrp_sheets.web.workbook_session import WorkbookSession
 
 RATE = 30  # pictures a second
@@ -32,11 +32,13 @@ DIGITS = 2  # of an angle, rad
 Joints = Mapping[str, float]
 
 
-def make_posing(library: Library, desk: OpenWorkbooks, now: Callable[[WorkbookSession], Joints]) -> Blueprint:
+def make_posing(
+    library: WorkbookRepository, desk: OpenWorkbooks, now: Callable[[WorkbookSession], Joints]
+) -> Blueprint:
     """The routes; `now` gives the joints of the robot that runs a room's workbook, none when none does."""
     pages = Blueprint("posing", __name__)
 
-    room_of = rooms(library, desk)
+    room_of = workbook_or_404(library, desk)
 
     @pages.get("/book/<name>/gesture/<sheet>/<row>")
     def play(name: str, sheet: str, row: str) -> Response:
@@ -48,7 +50,7 @@ def make_posing(library: Library, desk: OpenWorkbooks, now: Callable[[WorkbookSe
 
     @pages.post("/book/<name>/pose")
     def pose(name: str) -> Response:
-        room, given = room_of(name), asked()
+        room, given = room_of(name), json_body()
         client, tag = text_of(given, "client"), text_of(given, "tag")
         if not room.is_of(client, visitor().key):
             abort(403)
@@ -103,7 +105,7 @@ def _pose(document: Document, author: str, sheet: str, row: str, joints: Joints)
     for each in (row, below):
         if each is not None and not any(text.strip() for text in grid.texts[each].values()):
             return document.together(author, [Cells(sheet, tuple(CellText(each, c, t, "") for c, t in texts.items()))])
-    return document.together(author, [Gone(sheet, ((grid.new_id(), texts),), below)])
+    return document.together(author, [RestoreRows(sheet, ((grid.new_id(), texts),), below)])
 
 
 def _next(grid: Grid, row: str, named: Mapping[str, int]) -> float:

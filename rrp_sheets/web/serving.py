@@ -12,7 +12,7 @@ from flask import Flask
 from waitress.server import create_server
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.records.clerk import MOST_OF_ALL
+from rrp_sheets.runs.records.query_worker import MOST_OF_ALL
 from rrp_sheets.web.connections import MOST_CONNECTIONS, Channel, Dispatcher
 from rrp_sheets.web.open_workbooks import MOST_LISTENERS
 

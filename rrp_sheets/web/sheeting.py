@@ -8,25 +8,25 @@ from flask import Blueprint, Response, abort, jsonify, request
 
 from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.web.addressed import rooms
-from rrp_sheets.web.asked import Asked, asked, number_of, text_of
-from rrp_sheets.web.guard import visitor
-from rrp_sheets.web.library import Library
+from rrp_sheets.web.addressed import workbook_or_404
+from rrp_sheets.web.asked import Asked, json_body, number_of, text_of
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.pages import show
+from rrp_sheets.web.security import visitor
 from rrp_sheets.web.sessions import clean_name
-from rrp_sheets.web.strip import NAME, strip_of
+from rrp_sheets.web.sheet_tabs import NAME, strip_of
+from rrp_sheets.web.workbook_repository import WorkbookRepository
 from rrp_sheets.web.workbook_session import WorkbookSession
 
 MOST_NAMED = 12  # places that are told before a sheet is deleted
 _COLUMNS = 2_000  # letters of a new table's columns
 
 
-def make_sheeting(library: Library, desk: OpenWorkbooks) -> Blueprint:
+def make_sheeting(library: WorkbookRepository, desk: OpenWorkbooks) -> Blueprint:
     """The routes of the tabs."""
     pages = Blueprint("sheeting", __name__)
 
-    room_of = rooms(library, desk)
+    room_of = workbook_or_404(library, desk)
 
     @pages.get("/book/<name>/tabs/<sheet>")
     def tabs(name: str, sheet: str) -> str:
@@ -49,7 +49,7 @@ def make_sheeting(library: Library, desk: OpenWorkbooks) -> Blueprint:
 
     @pages.post("/book/<name>/sheets/<any(add, rename, move, duplicate, delete):action>")
     def change(name: str, action: str) -> Response:
-        room, given = room_of(name), asked()
+        room, given = room_of(name), json_body()
         client, tag = text_of(given, "client"), text_of(given, "tag")
         author = visitor().name or clean_name(text_of(given, "name")) or client
         if not room.is_of(client, visitor().key):

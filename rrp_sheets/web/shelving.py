@@ -12,11 +12,11 @@ from rrp_sheets.documents.tutorial import begin
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.bundle.names import is_device
 from rrp_sheets.runs.bundle.unpacking import is_zip
-from rrp_sheets.web.library import SUFFIXES, Library, refuse_text
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.pages import show
-from rrp_sheets.web.shelf import ARCHIVE, archived, shelf_page
 from rrp_sheets.web.unbundling import take_in
+from rrp_sheets.web.workbook_list import ARCHIVE, archived, shelf_page
+from rrp_sheets.web.workbook_repository import SUFFIXES, WorkbookRepository, refuse_text
 from rrp_sheets.workbook.atomic import write_atomically
 from rrp_sheets.workbook.limits import FILE_BYTES
 
@@ -25,7 +25,7 @@ _LONGEST = 100
 _MOST_UPLOADS = 20  # files at once
 
 
-def make_shelving(library: Library, desk: OpenWorkbooks) -> Blueprint:
+def make_shelving(library: WorkbookRepository, desk: OpenWorkbooks) -> Blueprint:
     """The routes of the shelf."""
     pages = Blueprint("shelving", __name__)
     actions = {
@@ -57,18 +57,18 @@ Done = tuple[str, str]
 """What was done, in words, and the file that is there now; empty for none."""
 
 
-def _new(library: Library, desk: OpenWorkbooks) -> Done:
+def _new(library: WorkbookRepository, desk: OpenWorkbooks) -> Done:
     path = _free(library, _name(request.form.get("name", "")))
     api.new(path, template=request.form.get("template", "guided"))
     return f"Made {path.name}.", path.name
 
 
-def _tutorial(library: Library, desk: OpenWorkbooks) -> Done:
+def _tutorial(library: WorkbookRepository, desk: OpenWorkbooks) -> Done:
     path = begin(library.folder)
     return f"Made {path.name}.", path.name
 
 
-def _copy(library: Library, desk: OpenWorkbooks) -> Done:
+def _copy(library: WorkbookRepository, desk: OpenWorkbooks) -> Done:
     source = library.path(request.form.get("book", ""))
     target = _numbered(source)
     if not source.is_file():  # of a pipe the end would be waited for
@@ -77,7 +77,7 @@ def _copy(library: Library, desk: OpenWorkbooks) -> Done:
     return f"Made {target.name}.", target.name
 
 
-def _rename(library: Library, desk: OpenWorkbooks) -> Done:
+def _rename(library: WorkbookRepository, desk: OpenWorkbooks) -> Done:
     source = library.path(request.form.get("book", ""))
     target = _free(library, _name(request.form.get("name", ""), source.suffix))
     with desk.without(source.name):
@@ -86,7 +86,7 @@ def _rename(library: Library, desk: OpenWorkbooks) -> Done:
     return f"{source.name} is now {target.name}.", target.name
 
 
-def _archive(library: Library, desk: OpenWorkbooks) -> Done:
+def _archive(library: WorkbookRepository, desk: OpenWorkbooks) -> Done:
     source = library.path(request.form.get("book", ""))
     folder = library.folder / ARCHIVE
     folder.mkdir(exist_ok=True)
@@ -98,7 +98,7 @@ def _archive(library: Library, desk: OpenWorkbooks) -> Done:
     return f"{source.name} is in the folder {ARCHIVE} now.", ""
 
 
-def _unarchive(library: Library, desk: OpenWorkbooks) -> Done:
+def _unarchive(library: WorkbookRepository, desk: OpenWorkbooks) -> Done:
     name = request.form.get("book", "")
     source = library.folder / ARCHIVE / name
     if name not in archived(library) or source.is_symlink():
@@ -110,7 +110,7 @@ def _unarchive(library: Library, desk: OpenWorkbooks) -> Done:
     return f"{target.name} is back on the shelf.", target.name
 
 
-def _upload(library: Library, desk: OpenWorkbooks) -> Done:
+def _upload(library: WorkbookRepository, desk: OpenWorkbooks) -> Done:
     files = [f for f in request.files.getlist("file") if f.filename]
     if not files:
         raise SheetsError("No file was chosen.", "Choose an .xlsx file, or a bundle (.zip).")
@@ -133,7 +133,7 @@ def _upload(library: Library, desk: OpenWorkbooks) -> Done:
     return told, stored[0] if len(stored) == 1 else ""
 
 
-def _store(library: Library, name: str, data: bytes) -> str:
+def _store(library: WorkbookRepository, name: str, data: bytes) -> str:
     path = _free(library, _name(name))
     write_atomically(path, data, replace=False)
     try:
@@ -169,7 +169,7 @@ def _name(wanted: str, suffix: str = ".xlsx") -> str:
     return name
 
 
-def _free(library: Library, name: str) -> Path:
+def _free(library: WorkbookRepository, name: str) -> Path:
     path = library.folder / name
     if path.exists():
         raise SheetsError(f"There is already a file “{name}”.", "Choose another name.")

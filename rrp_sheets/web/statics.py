@@ -8,7 +8,7 @@ from typing import Any
 from flask import Flask, Response, send_from_directory
 
 from rrp_sheets.resources import vendored
-from rrp_sheets.web.program import program
+from rrp_sheets.web.build import build_id
 
 KEPT = ("static", "vendor")  # endpoints whose files a browser may keep: they are the same for everyone
 _A_YEAR = 365 * 86_400  # seconds
@@ -31,13 +31,13 @@ def serve_statics(app: Flask, folder: Path) -> None:
     @app.url_defaults
     def add_version(endpoint: str, values: dict[str, Any]) -> None:
         if endpoint == "static":
-            values["filename"] = f"{program()}/{values['filename']}"
+            values["filename"] = f"{build_id()}/{values['filename']}"
 
 
 def plain_name(filename: str) -> str:
     """The name of a file without the version before it.
 
-    >>> plain_name(f"{program()}/grid/main.js"), plain_name("grid/main.js")
+    >>> plain_name(f"{build_id()}/grid/main.js"), plain_name("grid/main.js")
     ('grid/main.js', 'grid/main.js')
     """
-    return filename.removeprefix(f"{program()}/")
+    return filename.removeprefix(f"{build_id()}/")

@@ -15,7 +15,7 @@ from rrp_sheets.runs.bundle import form
 from rrp_sheets.runs.bundle.catalogues import catalogue_note
 from rrp_sheets.runs.bundle.unpacking import Bundle, unpack
 from rrp_sheets.runs.records.listing import runs_place
-from rrp_sheets.web.library import SUFFIXES
+from rrp_sheets.web.workbook_repository import SUFFIXES
 from rrp_sheets.workbook.atomic import write_atomically
 
 _MOST_BYTES = 200_000_000  # unpacked; what is sent may have 8 MB

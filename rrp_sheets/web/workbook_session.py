@@ -10,14 +10,14 @@ from typing import Any
 
 from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.changes import SheetChange
-from rrp_sheets.documents.hindrance import hindrance
 from rrp_sheets.documents.requests import Answers, made_for
+from rrp_sheets.documents.write_block_reason import hindrance
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.worker import CheckWorker
 from rrp_sheets.web.analysis import Analysis, analyse, no_analysis
 from rrp_sheets.web.broadcaster import Broadcaster
-from rrp_sheets.web.program import program
-from rrp_sheets.web.rowviews import RowMaker
+from rrp_sheets.web.build import build_id
+from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.sse import EventStream, message
 from rrp_sheets.web.testing.results import RoomTests
 from rrp_sheets.web.testing.tester import Tester
@@ -32,7 +32,7 @@ class WorkbookSession(Broadcaster):
         self._worker = worker
         self._again = threading.Event()
         self._look = no_analysis()
-        self._makers: dict[str, RowMaker] = {}
+        self._makers: dict[str, RowRenderer] = {}
         self._checker: threading.Thread | None = None
         self._answers: Answers[dict[str, Any]] = Answers()
         self._trouble = ""
@@ -54,13 +54,13 @@ class WorkbookSession(Broadcaster):
             self.check_soon(only_first=True)
         return seen
 
-    def maker(self, sheet: str) -> RowMaker:
+    def maker(self, sheet: str) -> RowRenderer:
         """What makes the rows of a sheet."""
         with self._lock:
             grid = self.document.grids[sheet]
             maker = self._makers.get(sheet)
             if maker is None or maker.grid is not grid:
-                maker = self._makers[sheet] = RowMaker(grid)
+                maker = self._makers[sheet] = RowRenderer(grid)
             maker.take(self.analysis(), self.seats.holders(sheet), self.tests.marks(sheet))
             return maker
 
@@ -125,7 +125,7 @@ class WorkbookSession(Broadcaster):
         with self._lock:
             return self._row_changes(changed, self.maker(changed.sheet))
 
-    def _row_changes(self, changed: Changed, maker: RowMaker) -> dict[str, Any]:
+    def _row_changes(self, changed: Changed, maker: RowRenderer) -> dict[str, Any]:
         entry = self._now(changed.sheet)
         if changed.touched:
             entry["replace"] = [{"id": row, "html": html} for row, html in maker.html(changed.touched).items()]
@@ -221,7 +221,7 @@ class WorkbookSession(Broadcaster):
         for place in left:
             self._tell_row(place, but=client)
         listener = EventStream(client, name, person)
-        listener.tell(message("program", {"version": program()}))
+        listener.tell(message("program", {"version": build_id()}))
         if not knows and self.analysis().checked:  # the check has ended between the page and its event stream
             for sheet in list(self.document.grids):
                 with self._lock:

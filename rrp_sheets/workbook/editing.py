@@ -133,7 +133,7 @@ def _edited(data: bytes, name: str, edits: Sequence[Edit]) -> tuple[bytes, tuple
     """The bytes after edits, and what brings deleted sheets back."""
     from rrp_sheets.workbook.patch.cells import set_cell
     from rrp_sheets.workbook.patch.package_edit import PackageEdit
-    from rrp_sheets.workbook.patch.reach import grow
+    from rrp_sheets.workbook.patch.range_growth import grow
     from rrp_sheets.workbook.patch.rows import change_rows
     from rrp_sheets.workbook.patch.sheets import change_sheets
 

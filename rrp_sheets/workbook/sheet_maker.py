@@ -10,8 +10,8 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.cells import column_letters
 from rrp_sheets.model.names import key
 from rrp_sheets.workbook import limits, style
+from rrp_sheets.workbook.conditional_formats import Block, add_choices, add_name_marks, add_prompt, add_row_marks
 from rrp_sheets.workbook.headers import Recognised
-from rrp_sheets.workbook.marks import Block, add_choices, add_name_marks, add_prompt, add_row_marks
 from rrp_sheets.workbook.xlsx_parts import escape_literal
 
 _LETTER = 0.75  # the mean width of a letter, in widths of a digit, with room to spare

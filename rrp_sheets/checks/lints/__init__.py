@@ -5,18 +5,18 @@ Every lint is to be quiet on workbooks that are in order; what is not certain is
 
 from __future__ import annotations
 
+from rrp_sheets.checks.dataflow import Paths
 from rrp_sheets.checks.formulas import Compiled
 from rrp_sheets.checks.lints.conflicts import lint_conflicts
 from rrp_sheets.checks.lints.deadlock import lint_deadlock
 from rrp_sheets.checks.lints.flooded import lint_flooded
 from rrp_sheets.checks.lints.formulas import lint_formulas
 from rrp_sheets.checks.lints.helpers import lint_helpers
+from rrp_sheets.checks.lints.input_specs import lint_taking
 from rrp_sheets.checks.lints.material import Material
-from rrp_sheets.checks.lints.never import lint_never
 from rrp_sheets.checks.lints.stale import lint_stale
-from rrp_sheets.checks.lints.taking import lint_taking
 from rrp_sheets.checks.lints.unmatched import lint_unmatched
-from rrp_sheets.checks.routes import Routes
+from rrp_sheets.checks.lints.unreachable import lint_never
 from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.graph import Graph
@@ -29,7 +29,7 @@ def lint(
     workbook: Workbook, robot: Robot, graph: Graph, compiled: Compiled, running: frozenset[str], report: Report
 ) -> None:
     """Report everything that the lints find; `running`: keys of the behaviours that run, or can be switched on."""
-    routes = Routes(graph, compiled.formulas, compiled.facts)
+    routes = Paths(graph, compiled.formulas, compiled.facts)
     material = Material(workbook, robot, graph, compiled, running, routes, report)
     for each in (
         lint_stale, lint_flooded, lint_conflicts, lint_never, lint_formulas, lint_taking, lint_helpers,

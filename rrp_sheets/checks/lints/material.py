@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from rrp_sheets.checks.dataflow import Paths
 from rrp_sheets.checks.facts import Fact
 from rrp_sheets.checks.formulas import Compiled
-from rrp_sheets.checks.routes import Routes
 from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.phrase import Phrase
@@ -29,7 +29,7 @@ class Material:
     graph: Graph
     compiled: Compiled
     running: frozenset[str]
-    routes: Routes
+    routes: Paths
     report: Report
     readers: dict[str, list[Step]] = field(init=False, default_factory=dict)
 

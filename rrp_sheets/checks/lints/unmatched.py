@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from rrp_sheets.checks.known import RECORD, Known
+from rrp_sheets.checks.abstract_values import RECORD, AbstractValue
 from rrp_sheets.checks.lints.material import Material
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.diagnostics.phrase import Phrase, listed
@@ -72,8 +72,8 @@ def _listed(texts: Sequence[str]) -> str:
 
 
 def _compared(
-    tree: ast.AST, names: Mapping[str, Known], tables: Mapping[str, Table]
-) -> Iterator[tuple[Table, str, Known]]:
+    tree: ast.AST, names: Mapping[str, AbstractValue], tables: Mapping[str, Table]
+) -> Iterator[tuple[Table, str, AbstractValue]]:
     """The columns that a formula compares with something, and what is known about that."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Compare) and len(node.ops) == 1 and isinstance(node.ops[0], (ast.Eq, ast.NotEq)):
@@ -88,7 +88,7 @@ def _compared(
                 yield *found, known_of(node.args[0], names)
 
 
-def _cell(node: ast.AST, names: Mapping[str, Known], tables: Mapping[str, Table]) -> tuple[Table, str] | None:
+def _cell(node: ast.AST, names: Mapping[str, AbstractValue], tables: Mapping[str, Table]) -> tuple[Table, str] | None:
     """`part.zone`: the column that a field of a table's row is of."""
     if not isinstance(node, ast.Attribute):
         return None

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from rrp_sheets.checks import Checked
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.render.measure import clean
-from rrp_sheets.render.pack import acts, front, hand, material, papers, senses
+from rrp_sheets.render.pack import acts, consent, front, material, operator, senses
 from rrp_sheets.render.pack.behaviours import Pictures, behaviour_parts
 from rrp_sheets.render.pack.front import Print
 from rrp_sheets.render.pack.model import Changes, Finding, Pack, Tested
@@ -56,19 +56,19 @@ def make_pack(
             language=language, title=front.title_of(source, this.name), status=_status(source, draft),
             version=clean(source.protocol("Version")), reference=clean(source.protocol("Ethics reference")),
             mode=get("mode"), digest=reading.digest, authors=_authors(source), purpose=source.protocol("Purpose"),
-            facts=front.facts(source, this), happens=source.protocol(papers.HAPPENS),
+            facts=front.facts(source, this), happens=source.protocol(consent.HAPPENS),
             summary=front.summary(source, said), glance=front.glance(source, said),
             numbers=front.numbers(source, said, tests),
             findings=tuple(_finding(source, n, d) for n, d in enumerate(source.findings[:MOST_FINDINGS], 1)),
             findings_left_out=get("more", n=left) if left > 0 else "",
             sensed=senses.sensed(source), kept=senses.kept(source), says=said, says_note=get("says.by_hand"),
             makes=acts.makes(source), acts=acts.acts(source), cautions=acts.cautions(source),
-            rivals=acts.rivals(source), hand=hand.hand(source),
+            rivals=acts.rivals(source), hand=operator.hand(source),
             hand_title=get("hand.title" if source.buttons else "hand.title_none"),
-            hand_note=get("hand.note" if source.buttons else "hand.note_none"), always=hand.always(source),
-            told=source.protocol(hand.TOLD), stops=hand.stops(source), tests=tuple(tests), tests_note=tests_note,
-            behaviours=behaviours, sheets=material.sheets(source), changes=changes, consent=papers.consent(source),
-            statements=papers.statements(source), missing=papers.missing(source),
+            hand_note=get("hand.note" if source.buttons else "hand.note_none"), always=operator.always(source),
+            told=source.protocol(operator.TOLD), stops=operator.stops(source), tests=tuple(tests), tests_note=tests_note,
+            behaviours=behaviours, sheets=material.sheets(source), changes=changes, consent=consent.consent(source),
+            statements=consent.statements(source), missing=consent.missing(source),
             signatures=tuple(get(f"signatures.{who}") for who in ("researcher", "board", "operator")),
         ),
         pictures,

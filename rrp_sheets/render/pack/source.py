@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import Any
 
 from rrp_sheets.checks import Checked
+from rrp_sheets.checks.abstract_values import BLANK
 from rrp_sheets.checks.keeping import channel
-from rrp_sheets.checks.known import BLANK
 from rrp_sheets.devices import DeviceType
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.catalogue import Severity

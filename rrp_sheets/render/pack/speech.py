@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from rrp_sheets.checks import Checked
-from rrp_sheets.checks.known import UNKNOWN, Known
+from rrp_sheets.checks.abstract_values import UNKNOWN, AbstractValue
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.formulas import HelperDef
 from rrp_sheets.formulas.nodes import IfError, Join, Pick, Switch
@@ -162,7 +162,7 @@ class Speech:
             lists[lists.index(longest)] = ["‹" + " | ".join(longest) + "›"]
         return {"".join(way): None for way in itertools.product(*lists)}
 
-    def _names(self, env: _Env) -> dict[str, Known]:
+    def _names(self, env: _Env) -> dict[str, AbstractValue]:
         facts = self._checked.facts
         known = {name: facts[s].known if s in facts else UNKNOWN for name, s in env.streams.items()}
         return known | dict.fromkeys(env.given, UNKNOWN)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from rrp_sheets.devices import Robot
 from rrp_sheets.devices.gestures import Gesture
-from rrp_sheets.devices.ways import Planner
+from rrp_sheets.devices.trajectory import Planner
 from rrp_sheets.graph import Stream
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import show

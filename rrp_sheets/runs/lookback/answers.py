@@ -14,7 +14,7 @@ from rrp_sheets.runs.lookback.book import WORKBOOK, Book, drawing, read_book, sh
 from rrp_sheets.runs.lookback.index import Index, index_trace
 from rrp_sheets.runs.lookback.poses import POSES, Poses, index_poses, picture, picture_times
 from rrp_sheets.runs.lookback.values import Words, names_of, piece
-from rrp_sheets.runs.records.facts import TRACE
+from rrp_sheets.runs.records.metadata import TRACE
 
 Stamp = tuple[int, int]
 _LOST = SheetsError("There is no such part of the run.", "Load the page again: the record has perhaps changed.")

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from rrp_sheets.errors import UnreadableFile
-from rrp_sheets.runs.records.course import Log
-from rrp_sheets.runs.records.facts import TRACE, entry_of, text_of
+from rrp_sheets.runs.records.metadata import TRACE, entry_of, text_of
+from rrp_sheets.runs.records.timeline import Log
 
 PIECE_SECONDS = 20.0
 PIECE_EVENTS = 4_000

@@ -10,9 +10,9 @@ from rrp_sheets.devices import Robot
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record, RecordType, Value
+from rrp_sheets.runs.formatting import told
 from rrp_sheets.runs.lookback.index import Entry, Index
 from rrp_sheets.runs.marbles import value_from_json
-from rrp_sheets.runs.told import told
 
 _LONGEST_ERROR = 200  # letters
 _SEEN = ("x", "y", "width", "height", "distance")  # of what a sensor sees: where the camera's picture shows it

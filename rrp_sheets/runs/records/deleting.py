@@ -18,11 +18,11 @@ from rrp_sheets.engine.file_lock import is_locked
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.runs import faces
-from rrp_sheets.runs.records.below import folders_below
-from rrp_sheets.runs.records.facts import TRACE, Facts, facts_of
+from rrp_sheets.runs.records.discovery import folders_below
+from rrp_sheets.runs.records.face_retention import FaceFate, plan_faces
 from rrp_sheets.runs.records.listing import as_dict, chosen, runs_in, runs_place
-from rrp_sheets.runs.records.remembered import FaceFate, fates
-from rrp_sheets.runs.records.traces_left import Unsearched, places_of
+from rrp_sheets.runs.records.metadata import TRACE, RunMetadata, facts_of
+from rrp_sheets.runs.records.participant_search import Unsearched, places_of
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Deletion:
 
     folder: Path
     participant: str
-    runs: tuple[Facts, ...]
+    runs: tuple[RunMetadata, ...]
     files: int
     size: int
     pictures: int
@@ -168,7 +168,7 @@ def _below(root: Path, participant: str) -> tuple[tuple[Deletion, ...], bool]:
 
 
 def _planned(
-    root: Path, places: Sequence[Path], every: dict[str, Facts], wanted: Sequence[Facts], participant: str
+    root: Path, places: Sequence[Path], every: dict[str, RunMetadata], wanted: Sequence[RunMetadata], participant: str
 ) -> Deletion:
     """Of the runs of one folder."""
     gone = {f.run for f in wanted}
@@ -178,14 +178,14 @@ def _planned(
     return Deletion(
         folder=root, participant=participant, runs=tuple(wanted), files=len(files),
         size=sum(p.lstat().st_size for p in files), pictures=_count(files, (".gif", ".png", ".svg", ".jpg", ".zip")),
-        sounds=_count(files, (".wav",)), faces=tuple(fates(kept, every, places, gone, participant) if kept else ()),
+        sounds=_count(files, (".wav",)), faces=tuple(plan_faces(kept, every, places, gone, participant) if kept else ()),
         unread=unread, like=tuple(sorted(c for c in codes if participant and _squeezed(c) == _squeezed(participant))),
         unknown=tuple(f.run for f in every.values() if not f.readable and f.run not in gone),
         elsewhere=(), whole=True,
     )  # fmt: skip
 
 
-def _place(planned: Deletion, facts: Facts) -> Path:
+def _place(planned: Deletion, facts: RunMetadata) -> Path:
     return runs_place(planned.folder) / facts.run
 
 
@@ -212,7 +212,7 @@ def _begun(part: Deletion) -> list[str]:
     ]  # fmt: skip
 
 
-def _of(participant: str, every: dict[str, Facts], below: bool) -> list[Facts]:
+def _of(participant: str, every: dict[str, RunMetadata], below: bool) -> list[RunMetadata]:
     found = [f for f in every.values() if f.participant == participant]
     if not found and not below:
         codes = sorted({f.participant for f in every.values()} - {""})
@@ -224,7 +224,7 @@ def _of(participant: str, every: dict[str, Facts], below: bool) -> list[Facts]:
     return found
 
 
-def _named(names: Sequence[str], every: dict[str, Facts]) -> list[Facts]:
+def _named(names: Sequence[str], every: dict[str, RunMetadata]) -> list[RunMetadata]:
     missing = [n for n in names if n not in every]
     if missing or not names:
         which = f"“{missing[0]}”" if missing else "without a name"
@@ -232,7 +232,7 @@ def _named(names: Sequence[str], every: dict[str, Facts]) -> list[Facts]:
     return [every[n] for n in dict.fromkeys(names)]
 
 
-def _require_ended(folder: Path, wanted: Sequence[Facts], going: Collection[str]) -> None:
+def _require_ended(folder: Path, wanted: Sequence[RunMetadata], going: Collection[str]) -> None:
     for facts in wanted:
         if facts.ended == "going" or facts.run in going or is_locked(runs_place(folder) / facts.run):
             raise SheetsError(

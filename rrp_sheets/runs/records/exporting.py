@@ -8,7 +8,7 @@ from pathlib import Path
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.render.picture import SUFFIXES as PICTURES
 from rrp_sheets.render.picture import write_picture
-from rrp_sheets.runs.records.facts import TRACE, facts_of
+from rrp_sheets.runs.records.metadata import TRACE, facts_of
 from rrp_sheets.runs.records.pictures import draw_run_plots, title_of
 from rrp_sheets.runs.records.replacing import refuse_other_table
 from rrp_sheets.runs.records.stamp import stamp_of

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.records.facts import RUNS, TRACE, Facts, facts_of, newest_first, run_names
+from rrp_sheets.runs.records.metadata import RUNS, TRACE, RunMetadata, facts_of, newest_first, run_names
 
 
 def runs_place(folder: Path) -> Path:
@@ -38,7 +38,7 @@ def runs_in(folder: Path) -> list[Path]:
 
 def chosen(
     places: Collection[Path], *, participant: str = "", workbook: str = "", going: Collection[str] = ()
-) -> list[Facts]:
+) -> list[RunMetadata]:
     """What there is to know of the runs of a participant, of a workbook, the newest first; blank: of all."""
     found = newest_first(facts_of(place, going) for place in places)
     return [
@@ -48,7 +48,7 @@ def chosen(
     ]  # fmt: skip
 
 
-def as_dict(facts: Facts) -> dict[str, Any]:
+def as_dict(facts: RunMetadata) -> dict[str, Any]:
     """A run as JSON."""
     return {
         "run": facts.run, "began": facts.began.isoformat() if facts.began else None, "workbook": facts.workbook,

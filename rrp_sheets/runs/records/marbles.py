@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import UnreadableFile
+from rrp_sheets.render.marble_diagram import MarbleDiagram
 from rrp_sheets.render.marble_output import write_marbles
 from rrp_sheets.render.marbles import draw_marbles
-from rrp_sheets.render.score import Score
 from rrp_sheets.runs.marbles import stamped, trace_scores
-from rrp_sheets.runs.records.facts import TRACE
+from rrp_sheets.runs.records.metadata import TRACE
 from rrp_sheets.runs.records.stamp import stamp_of
 
 MOST_PAGES = 12
@@ -62,7 +62,7 @@ def write_run_marbles(
     return write_marbles(stamped([] if shown is None else [shown], stamp_of(place)), target)
 
 
-def _read(place: Path) -> list[Score]:
+def _read(place: Path) -> list[MarbleDiagram]:
     about = (place / TRACE).stat()
     try:
         return _scores(place, (about.st_mtime_ns, about.st_size))
@@ -70,7 +70,9 @@ def _read(place: Path) -> list[Score]:
         raise UnreadableFile("FILE001", f"“{place.name}” is not a record of a run.", "Copy its folder again.") from None
 
 
-def _shown(score: Score, rows: Sequence[int], window: tuple[float | None, float | None]) -> Score | None:
+def _shown(
+    score: MarbleDiagram, rows: Sequence[int], window: tuple[float | None, float | None]
+) -> MarbleDiagram | None:
     """Only some rows and some time; None when there is no such time."""
     first, last = window
     shown = score.only(_lanes(score, set(rows))) if rows else score
@@ -83,11 +85,11 @@ def _shown(score: Score, rows: Sequence[int], window: tuple[float | None, float 
 
 
 @lru_cache(maxsize=2)
-def _scores(place: Path, stamp: tuple[int, int]) -> list[Score]:
+def _scores(place: Path, stamp: tuple[int, int]) -> list[MarbleDiagram]:
     return trace_scores(place)
 
 
-def _lanes(score: Score, rows: Collection[int]) -> set[str]:
+def _lanes(score: MarbleDiagram, rows: Collection[int]) -> set[str]:
     """The streams that some rows give, those that they take in, and what was done by hand meanwhile."""
     found = {"by hand"}
     inputs: set[str] = set()

@@ -11,10 +11,10 @@ from rrp_sheets.engine.trace import read_trace
 from rrp_sheets.model.names import key
 from rrp_sheets.render.plots import Curve, draw_plots
 from rrp_sheets.render.texts import texts
-from rrp_sheets.runs.records.course import course
-from rrp_sheets.runs.records.facts import TRACE, text_of
+from rrp_sheets.runs.records.metadata import TRACE, text_of
 from rrp_sheets.runs.records.stamp import stamp_of
 from rrp_sheets.runs.records.tidy import unreadable
+from rrp_sheets.runs.records.timeline import build_timeline
 
 _MOST_STREAMS = 5_000
 
@@ -96,7 +96,7 @@ def _both(left: Seen | None, right: Seen | None) -> dict[str, Any]:
 
 def _overlaid(first: Path, second: Path) -> str:
     """The numbers of both runs; those that both have come first."""
-    told = [course(first), course(second)]
+    told = [build_timeline(first), build_timeline(second)]
     curves = [{key(c["name"]): c for c in one["curves"]} for one in told]
     names = sorted(dict.fromkeys([*curves[0], *curves[1]]), key=lambda n: (n not in curves[0]) + (n not in curves[1]))
     if not names:

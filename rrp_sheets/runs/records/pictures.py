@@ -9,8 +9,8 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.render.plots import Curve, Note, draw_plots
 from rrp_sheets.render.texts import texts
-from rrp_sheets.runs.records.course import course
 from rrp_sheets.runs.records.stamp import stamp_of
+from rrp_sheets.runs.records.timeline import build_timeline
 
 _LANES = {
     "say": "said", "person": "heard", "sound": "said", "press": "button", "button": "button", "mark": "mark",
@@ -29,7 +29,7 @@ def draw_run_plots(place: Path, only: Collection[str] = ()) -> tuple[str, float,
         UnreadableFile: when it is no trace.
         SheetsError: there are no numbers to plot.
     """
-    told = course(place, only)
+    told = build_timeline(place, only)
     curves = [Curve(c["name"], c["kind"], c["unit"], [(t, v) for t, v in c["points"]], c["count"])
               for c in told["curves"]]  # fmt: skip
     if not curves:
@@ -58,7 +58,7 @@ def draw_run_plots(place: Path, only: Collection[str] = ()) -> tuple[str, float,
 def _nothing(place: Path, only: Collection[str]) -> SheetsError:
     if not only:
         return SheetsError(f"“{place.name}” has no numbers that change.", "Export it as a table: -o run.xlsx")
-    known = [c["name"] for c in course(place)["curves"]]
+    known = [c["name"] for c in build_timeline(place)["curves"]]
     remedy = f"Streams with numbers are: {', '.join(known[:20])}." if known else "This run has no numbers at all."
     return SheetsError(f"No stream called {', '.join(only)} has numbers.", remedy)
 

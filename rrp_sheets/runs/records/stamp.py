@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from rrp_sheets.model.stamp import Stamp
-from rrp_sheets.runs.records.facts import Facts, facts_of
+from rrp_sheets.runs.records.metadata import RunMetadata, facts_of
 
 __all__ = ["Stamp", "stamp_of", "stamp_of_facts"]
 
@@ -15,7 +15,7 @@ def stamp_of(place: Path) -> Stamp:
     return stamp_of_facts(facts_of(place))
 
 
-def stamp_of_facts(facts: Facts) -> Stamp:
+def stamp_of_facts(facts: RunMetadata) -> Stamp:
     """The stamp of a run that was looked at already."""
     return Stamp(
         workbook=facts.workbook, digest=facts.digest, program=facts.program, mode=facts.mode, seed=facts.seed,

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from rrp_sheets.render.stamped import gif_with, png_with, svg_with, words_of
+from rrp_sheets.render.image_metadata import gif_with, png_with, svg_with, words_of
 from rrp_sheets.runs.records.stamp import stamp_of
 
 

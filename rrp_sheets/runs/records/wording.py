@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rrp_sheets.runs.records.facts import Facts
+from rrp_sheets.runs.records.metadata import RunMetadata
 
 
 def length(seconds: float) -> str:
@@ -29,7 +29,7 @@ def clock(seconds: float) -> str:
     return f"{tenths // 600}:{tenths % 600 // 10:02}.{tenths % 10}"
 
 
-def ended(facts: Facts) -> str:
+def ended(facts: RunMetadata) -> str:
     """How a run ended."""
     by = facts.ended_by
     match facts.ended:

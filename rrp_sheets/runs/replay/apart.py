@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.office import NoAnswer, Office
 from rrp_sheets.runs.wire import unpack_error
+from rrp_sheets.runs.worker_process import WorkerError, WorkerProcess
 
 WITHIN = 180.0
 """Seconds for one replay: several times what an hour of a busy session takes."""
@@ -40,7 +40,7 @@ def replay_apart(
         Stopped: when it was stopped.
         SheetsError: when it cannot be replayed, needs too much memory or too long.
     """
-    office = Office("rrp_sheets.runs.replay.child")
+    office = WorkerProcess("rrp_sheets.runs.replay.child")
     try:
         said = office.answers([str(trace), str(other or "")], within, every=_LISTEN)
         while True:
@@ -56,9 +56,9 @@ def replay_apart(
             if kind == "failed":
                 raise unpack_error(answer)
             if kind == "memory":
-                raise NoAnswer("needed more memory than it may have")
+                raise WorkerError("needed more memory than it may have")
             told(float(answer))
-    except NoAnswer as none:
+    except WorkerError as none:
         remedy = "Try it again." if none.gone else "Replay it by rrp-sheets replay."
         raise SheetsError(f"The replay {none.why}.", remedy) from None
     finally:

@@ -11,9 +11,9 @@ from functools import partial
 from pathlib import Path
 
 from rrp_sheets.processes import Lines, line
-from rrp_sheets.runs.answering import answer, begin
 from rrp_sheets.runs.replay.account import account
 from rrp_sheets.runs.replay.replaying import replay
+from rrp_sheets.runs.worker_loop import answer, begin
 
 _NICE = 5  # a run that somebody watches comes first
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from rrp_sheets.render.score import Group, Lane, Marble, Score
+from rrp_sheets.render.marble_diagram import Group, Lane, Marble, MarbleDiagram
 from rrp_sheets.runs.marbles import stamped, value_from_json
 from rrp_sheets.runs.replay.differences import EXTRA, MISSING, ROW, TIME, VALUE, Difference
 from rrp_sheets.runs.replay.record import Entry
@@ -19,7 +19,7 @@ _BEFORE_US = 2_000_000
 _MARKS = {MISSING: "gone", EXTRA: "new", VALUE: "other value", TIME: "other time", ROW: "other row"}
 
 
-def difference_scores(found: Replayed) -> list[Score]:
+def difference_scores(found: Replayed) -> list[MarbleDiagram]:
     """The diagram of the first streams that differ, around the first difference; none when nothing does."""
     streams = _streams(found)
     if not streams:
@@ -36,7 +36,7 @@ def difference_scores(found: Replayed) -> list[Score]:
         for which, label in enumerate((name, "  instead")):
             groups.append(Group((), Lane(f"{stream} {which}", label, kind, tuple(courses[which][stream]))))
     title = f"{found.run}: as it was recorded, and below each line {now}"
-    score = Score(title, tuple(groups), 0, last, _marks(here, first, last))
+    score = MarbleDiagram(title, tuple(groups), 0, last, _marks(here, first, last))
     return stamped([score.between(first, last)], found.stamp)
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from rrp_sheets.errors import RunBroken, SheetsError
-from rrp_sheets.runs.apart import Ended
-from rrp_sheets.runs.told import clock
+from rrp_sheets.runs.formatting import clock
+from rrp_sheets.runs.run_process import RunOutcome
 from rrp_sheets.runs.view import Summary
 from rrp_sheets.web.browserwords import in_browser
 
@@ -24,7 +24,7 @@ def failed(error: SheetsError) -> Told:
     return {"how": "broken", "words": error.message, "broken": True, "remedy": in_browser(error.remedy)}
 
 
-def in_words(ended: Ended, by: str) -> Told:
+def in_words(ended: RunOutcome, by: str) -> Told:
     """Of a run that has come to its end; `by`: who stopped it, or an empty text."""
     if ended.findings:
         count = sum(d.severity.value == "error" for d in ended.findings)

@@ -10,17 +10,17 @@ from werkzeug.exceptions import BadRequest
 
 from rrp_sheets.devices import robot_names
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.web.addressed import RoomOf, rooms
-from rrp_sheets.web.asked import Asked, asked, number_of, text_of, truth_of
+from rrp_sheets.web.addressed import RoomOf, workbook_or_404
+from rrp_sheets.web.asked import Asked, json_body, number_of, text_of, truth_of
 from rrp_sheets.web.gridpage import run_page
-from rrp_sheets.web.guard import visitor
-from rrp_sheets.web.library import Library
-from rrp_sheets.web.live.floor import Floor, Taken
-from rrp_sheets.web.live.session import FOREVER, Session, Wish
+from rrp_sheets.web.live.run_manager import RobotBusy, RunManager
+from rrp_sheets.web.live.session import FOREVER, RunOptions, RunSession
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.pages import show
 from rrp_sheets.web.robotmodel import face_picture, robot_json
+from rrp_sheets.web.security import visitor
 from rrp_sheets.web.sessions import clean_name
+from rrp_sheets.web.workbook_repository import WorkbookRepository
 
 SPEEDS = (0.0, 0.5, 1.0, 2.0, 4.0)
 NOTE = 500  # letters of a note
@@ -31,23 +31,23 @@ MODES = ("simulated", "pilot")
 _SOUND = re.compile(r"(say|sound|person)-\d{3,6}\.wav")
 
 
-def make_live(library: Library, desk: OpenWorkbooks, floor: Floor) -> Blueprint:
+def make_live(library: WorkbookRepository, desk: OpenWorkbooks, floor: RunManager) -> Blueprint:
     """The routes of the run panel."""
     pages = Blueprint("live", __name__)
 
     _add_stop(pages, library, floor)
-    _add_panel(pages, rooms(library, desk), floor)
+    _add_panel(pages, workbook_or_404(library, desk), floor)
     _add_views(pages, floor)
     return pages
 
 
-def _add_stop(pages: Blueprint, library: Library, floor: Floor) -> None:
+def _add_stop(pages: Blueprint, library: WorkbookRepository, floor: RunManager) -> None:
     @pages.post("/book/<name>/run/stop")
     def stop(name: str) -> tuple[Response, int]:
         """Stop the run, whose workbook it is does not matter; the workbook is not asked for, as that may take long."""
         if not library.has(name):
             abort(404)
-        by, session = _by(asked()), floor.session
+        by, session = _by(json_body()), floor.session
         if session is None:
             return jsonify({"message": "No run is going."}), 409
         if session.is_going:  # else it has ended while Stop was pressed: nothing is wrong
@@ -55,7 +55,7 @@ def _add_stop(pages: Blueprint, library: Library, floor: Floor) -> None:
         return jsonify({}), 200
 
 
-def _add_panel(pages: Blueprint, room_of: RoomOf, floor: Floor) -> None:
+def _add_panel(pages: Blueprint, room_of: RoomOf, floor: RunManager) -> None:
     @pages.get("/book/<name>/run")
     @pages.get("/book/<name>/run/<sheet>")
     def panel(name: str, sheet: str = "") -> str:
@@ -70,8 +70,8 @@ def _add_panel(pages: Blueprint, room_of: RoomOf, floor: Floor) -> None:
     def start(name: str) -> tuple[Response, int]:
         room = room_of(name)
         try:
-            floor.start(room, name, _wish(asked()))
-        except Taken as taken:
+            floor.start(room, name, _wish(json_body()))
+        except RobotBusy as taken:
             where = url_for("live.panel", name=taken.book)
             return jsonify({"message": f"{taken.message} {taken.remedy}", "book": taken.book, "where": where}), 409
         except SheetsError as error:
@@ -80,7 +80,7 @@ def _add_panel(pages: Blueprint, room_of: RoomOf, floor: Floor) -> None:
 
     @pages.post("/book/<name>/run/<action>")
     def act(name: str, action: str) -> tuple[Response, int]:
-        room, sent = room_of(name), asked()
+        room, sent = room_of(name), json_body()
         if action not in (*_ACTIONS, "clear"):
             abort(404)
         if action == "clear":
@@ -93,7 +93,7 @@ def _add_panel(pages: Blueprint, room_of: RoomOf, floor: Floor) -> None:
         return jsonify({}), 200
 
 
-def _add_views(pages: Blueprint, floor: Floor) -> None:
+def _add_views(pages: Blueprint, floor: RunManager) -> None:
     @pages.get("/run/now")
     def now() -> Response:
         return jsonify(floor.now())
@@ -131,7 +131,7 @@ def _by(sent: Asked) -> str:
     return visitor().name or clean_name(text_of(sent, "name")) or SOMEBODY
 
 
-def _wish(sent: Asked) -> Wish:
+def _wish(sent: Asked) -> RunOptions:
     mode = text_of(sent, "mode") or "simulated"
     if mode not in MODES:
         raise BadRequest
@@ -139,7 +139,7 @@ def _wish(sent: Asked) -> Wish:
     participant, condition, operator = (text_of(sent, n, 60).strip() for n in ("participant", "condition", "operator"))
     speed = _speed(sent) if "speed" in sent else 1.0
     by = _by(sent)
-    return Wish(operator or by if by == SOMEBODY else by, mode, participant, condition, operator, seconds, speed)
+    return RunOptions(operator or by if by == SOMEBODY else by, mode, participant, condition, operator, seconds, speed)
 
 
 def _speed(sent: Asked) -> float:
@@ -149,7 +149,7 @@ def _speed(sent: Asked) -> float:
     return speed
 
 
-def _press(session: Session, by: str, sent: Asked) -> None:
+def _press(session: RunSession, by: str, sent: Asked) -> None:
     label = text_of(sent, "label")
     start = session.hub.start
     if start is None or label not in {button for _, button in start.buttons}:
@@ -157,12 +157,12 @@ def _press(session: Session, by: str, sent: Asked) -> None:
     session.process.press(label, by)
 
 
-def _put(session: Session, by: str, sent: Asked) -> None:
+def _put(session: RunSession, by: str, sent: Asked) -> None:
     x, y, z = (number_of(sent, n, -REACH, REACH) for n in "xyz")
     session.process.put(text_of(sent, "thing", 100), (x, y, z), by)
 
 
-_ACTIONS: dict[str, Callable[[Session, str, Asked], None]] = {
+_ACTIONS: dict[str, Callable[[RunSession, str, Asked], None]] = {
     "restart": lambda session, by, sent: session.restart(by),
     "pause": lambda session, by, sent: session.process.pause(by),
     "resume": lambda session, by, sent: session.process.resume(by),

@@ -10,12 +10,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.apart import RunProcess
-from rrp_sheets.runs.told import unit_of
+from rrp_sheets.runs.formatting import unit_of
+from rrp_sheets.runs.run_process import RunProcess
 from rrp_sheets.runs.view import RunSettings
 from rrp_sheets.web.live.ending import at_rest, failed, in_words, lost
-from rrp_sheets.web.live.hub import Hub
 from rrp_sheets.web.live.log import Line
+from rrp_sheets.web.live.run_state import RunState
 from rrp_sheets.web.sse import message
 from rrp_sheets.web.workbook_session import WorkbookSession
 
@@ -28,7 +28,7 @@ Told = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Wish:
+class RunOptions:
     """How somebody wants to run.
 
     Attributes:
@@ -45,7 +45,7 @@ class Wish:
     speed: float = 1.0
 
 
-class Session:
+class RunSession:
     """A run that goes on, or the last one.
 
     Args:
@@ -58,7 +58,7 @@ class Session:
         MissingPart: when the simulator is not installed here.
     """
 
-    def __init__(self, room: WorkbookSession, book: str, wish: Wish, tell: Callable[[Session], None]) -> None:
+    def __init__(self, room: WorkbookSession, book: str, wish: RunOptions, tell: Callable[[RunSession], None]) -> None:
         self.room, self.book, self.wish = room, book, wish
         self.id = secrets.token_hex(4)
         self.phase = "starting"
@@ -71,7 +71,7 @@ class Session:
         self._tell = tell
         self._wall = time.time()
         self._over = threading.Event()
-        self._when_over: Callable[[Session], None] = tell
+        self._when_over: Callable[[RunSession], None] = tell
         self._looked = 0.0
         self._rest = TELL_EVERY
         self._looking = False
@@ -80,14 +80,14 @@ class Session:
         look = room.analysis()
         grids = room.document.grids.values()
         self.rows = {f"{g.name}!{n}": row for g in grids if g.kind == "behaviour" for row, n in g.numbers().items()}
-        self.hub = Hub(self.rows, {ref: unit_of(text) for ref, text in look.examples.items()}, self._changed)
+        self.hub = RunState(self.rows, {ref: unit_of(text) for ref, text in look.examples.items()}, self._changed)
         self.hub.speed = wish.speed
         self.process = RunProcess(room.document.path, RunSettings(
             seconds=wish.seconds, mode=wish.mode, participant=wish.participant,
             condition=wish.condition, operator=wish.operator, everything=True,
         ))  # fmt: skip
 
-    def begin(self, over: Callable[[Session], None]) -> None:
+    def begin(self, over: Callable[[RunSession], None]) -> None:
         """Listen until it has ended; then `over` is called."""
         what = "Started" if self.wish.mode == "simulated" else "Pilot rehearsal started"
         self.hub.log.add(0, "start", what, by=self.wish.by)
@@ -96,7 +96,7 @@ class Session:
 
     # ---- the run's thread
 
-    def _listen(self, over: Callable[[Session], None]) -> None:
+    def _listen(self, over: Callable[[RunSession], None]) -> None:
         self._when_over = over
         words = lost()
         try:
@@ -229,7 +229,7 @@ class Session:
         self.again_by = by
         self.stop(by)
 
-    def again(self) -> Wish:
+    def again(self) -> RunOptions:
         """The settings of the run that follows."""
         return replace(self.wish, by=self.again_by, speed=self.hub.speed)
 

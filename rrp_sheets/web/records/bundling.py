@@ -6,16 +6,16 @@ from pathlib import Path
 
 from flask import Blueprint, Response, abort, request, send_file
 
-from rrp_sheets.runs.records.clerk import Clerk
-from rrp_sheets.web.library import Library, printable
+from rrp_sheets.runs.records.query_worker import QueryWorker
 from rrp_sheets.web.records.making import made
-from rrp_sheets.web.records.shelved import Runs
+from rrp_sheets.web.records.run_store import RunStore
+from rrp_sheets.web.workbook_repository import WorkbookRepository, printable
 
 _WITHIN = 90.0  # s; the tests of the workbook may take 20
 _MOST_RUNS = 20
 
 
-class Packer(Clerk):
+class Packer(QueryWorker):
     """Packs bundles; from any thread, one at a time."""
 
     def __init__(self) -> None:
@@ -30,7 +30,7 @@ class Packer(Clerk):
         self._ask(path.name, "pack", str(path), [str(run) for run in runs], str(target))
 
 
-def add_bundles(pages: Blueprint, library: Library, runs: Runs) -> None:
+def add_bundles(pages: Blueprint, library: WorkbookRepository, runs: RunStore) -> None:
     """The address of a workbook's bundle; `run` names a run that goes along."""
     packer = Packer()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from rrp_sheets.bundling import pack
-from rrp_sheets.runs.answering import serve
+from rrp_sheets.runs.worker_loop import serve
 
 
 def _pack(path: str, runs: list[str], target: str) -> None:

@@ -17,13 +17,13 @@ from markupsafe import Markup
 from rrp_sheets.compare.as_html import as_part
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.marbles import WORKBOOK
-from rrp_sheets.runs.records.clerk import Clerk
-from rrp_sheets.web.library import Library, addressable, refuse_text
+from rrp_sheets.runs.records.query_worker import QueryWorker
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.records.pages import Choice, ComparePage
-from rrp_sheets.web.records.shelved import Runs
+from rrp_sheets.web.records.run_store import RunStore
 from rrp_sheets.web.records.telling import line_of
 from rrp_sheets.web.records.versions import moment
+from rrp_sheets.web.workbook_repository import WorkbookRepository, addressable, refuse_text
 
 _MOST_RUNS = 40
 _GONE = "Choose another one from the list."
@@ -35,7 +35,12 @@ _LATER = Markup(
 
 
 def compare_page(
-    library: Library, desk: OpenWorkbooks, runs: Runs, clerk: Clerk, refs: tuple[str, str], asked_book: str
+    library: WorkbookRepository,
+    desk: OpenWorkbooks,
+    runs: RunStore,
+    clerk: QueryWorker,
+    refs: tuple[str, str],
+    asked_book: str,
 ) -> ComparePage:
     """The page; the comparison itself is made when both workbooks are named."""
     first, second = refs
@@ -53,7 +58,7 @@ def compare_page(
 
 
 def choices(
-    library: Library, desk: OpenWorkbooks, runs: Runs, books: Sequence[str], refs: Sequence[str] = ()
+    library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore, books: Sequence[str], refs: Sequence[str] = ()
 ) -> list[tuple[str, tuple[Choice, ...]]]:
     """What can be chosen, in groups: all workbooks, the kept versions of some, and what ran of these or is named."""
     names = [n for n in library.workbooks() if addressable(n)]
@@ -78,7 +83,12 @@ def _book_of(ref: str) -> str:
 
 
 def _result(
-    library: Library, desk: OpenWorkbooks, runs: Runs, clerk: Clerk, refs: tuple[str, str], words: dict[str, str]
+    library: WorkbookRepository,
+    desk: OpenWorkbooks,
+    runs: RunStore,
+    clerk: QueryWorker,
+    refs: tuple[str, str],
+    words: dict[str, str],
 ) -> Markup:
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
@@ -95,7 +105,9 @@ def _result(
     )
 
 
-def drawn_changes(library: Library, desk: OpenWorkbooks, runs: Runs, drawer: Clerk, refs: tuple[str, str]) -> Markup:
+def drawn_changes(
+    library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore, drawer: QueryWorker, refs: tuple[str, str]
+) -> Markup:
     """The changes drawn, which comes after the text of the page; why not, when they cannot be."""
     with tempfile.TemporaryDirectory() as folder:
         try:
@@ -105,7 +117,7 @@ def drawn_changes(library: Library, desk: OpenWorkbooks, runs: Runs, drawer: Cle
             return Markup('<p class="notice is-error" role="status">{} {}</p>').format(error.message, error.remedy)
 
 
-def path_of(library: Library, desk: OpenWorkbooks, runs: Runs, ref: str, folder: Path) -> Path:
+def path_of(library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore, ref: str, folder: Path) -> Path:
     """The file that a reference names; a version is put into a folder.
 
     Raises:

@@ -10,11 +10,11 @@ from typing import Any, ClassVar
 from flask import Blueprint, render_template, request
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.records.clerk import Clerk
-from rrp_sheets.web.library import Library, printable
+from rrp_sheets.runs.records.query_worker import QueryWorker
 from rrp_sheets.web.records.pages import RunLine
-from rrp_sheets.web.records.shelved import Runs
+from rrp_sheets.web.records.run_store import RunStore
 from rrp_sheets.web.records.telling import line_of
+from rrp_sheets.web.workbook_repository import WorkbookRepository, printable
 
 _MOST_RUNS = 500  # that are chosen one by one
 _MOST_NAMED = 40
@@ -68,7 +68,7 @@ class DeletePage:
     failed: bool = False
 
 
-def add_deleting(pages: Blueprint, library: Library, runs: Runs, archive: Clerk) -> None:
+def add_deleting(pages: Blueprint, library: WorkbookRepository, runs: RunStore, archive: QueryWorker) -> None:
     """The routes."""
 
     @pages.get("/runs/delete", endpoint="delete")
@@ -91,14 +91,21 @@ def _asked(participant: str | None) -> tuple[str, list[str]]:
 
 
 def _asked_page(
-    runs: Runs, library: Library, archive: Clerk, participant: str, names: list[str], notice: str = ""
+    runs: RunStore,
+    library: WorkbookRepository,
+    archive: QueryWorker,
+    participant: str,
+    names: list[str],
+    notice: str = "",
 ) -> DeletePage:
     """What would go and what would stay; raises SheetsError when there is nothing like that, or a run goes on."""
     told = archive.ask("This folder", "plan", str(runs.folder), participant, names, _busy(runs))
     return _page(library, participant, told, runs, notice, failed=bool(notice))
 
 
-def _deleted_page(runs: Runs, library: Library, archive: Clerk, participant: str, names: list[str]) -> DeletePage:
+def _deleted_page(
+    runs: RunStore, library: WorkbookRepository, archive: QueryWorker, participant: str, names: list[str]
+) -> DeletePage:
     """Delete, when what has to be typed was typed, and nothing has changed since the page was shown."""
     typed, expected = request.form.get("typed", "").strip(), request.form.getlist("shown")
     below = request.form.getlist("below")
@@ -120,12 +127,12 @@ def _deleted_page(runs: Runs, library: Library, archive: Clerk, participant: str
     return _page(library, participant, told, runs, notice, failed=bool(told["begun"]))
 
 
-def _busy(runs: Runs) -> list[str]:
+def _busy(runs: RunStore) -> list[str]:
     return [*runs.going(), *runs.writing()]
 
 
 def _page(
-    library: Library, participant: str, told: Mapping[str, Any], runs: Runs, notice: str, *, failed: bool
+    library: WorkbookRepository, participant: str, told: Mapping[str, Any], runs: RunStore, notice: str, *, failed: bool
 ) -> DeletePage:
     books = set(library.names())
     done = bool(told.get("deleted"))

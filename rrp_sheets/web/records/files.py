@@ -9,15 +9,15 @@ from pathlib import Path
 from flask import Response, abort, send_file
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.records.clerk import Clerk
+from rrp_sheets.runs.records.query_worker import QueryWorker
 from rrp_sheets.web.records.making import made
-from rrp_sheets.web.records.shelved import Runs
+from rrp_sheets.web.records.run_store import RunStore
 
 _SHOWN = ("image/png", "image/gif", "audio/wav")
 _MOST_ZIP = 2_000_000_000  # bytes
 
 
-def run_file(runs: Runs, run: str, name: str, *, take: bool) -> Response:
+def run_file(runs: RunStore, run: str, name: str, *, take: bool) -> Response:
     """One file; a diagram can be shown in a page as a picture, but is never opened as a page of its own."""
     found = runs.files(run).get(name)
     if found is None:
@@ -27,18 +27,18 @@ def run_file(runs: Runs, run: str, name: str, *, take: bool) -> Response:
     return send_file(path, mimetype=kind, as_attachment=attachment, download_name=f"{run}-{name}" if take else name)
 
 
-def trace_csv(runs: Runs, archive: Clerk, run: str) -> Response:
+def trace_csv(runs: RunStore, archive: QueryWorker, run: str) -> Response:
     """The events as CSV."""
     place = runs.place(run)
     file = made("trace.csv", lambda target: _csv(archive, place, target))
     return send_file(file, mimetype="text/csv", as_attachment=True, download_name=f"{run}.csv")
 
 
-def _csv(archive: Clerk, place: Path, target: Path) -> None:
+def _csv(archive: QueryWorker, place: Path, target: Path) -> None:
     archive.ask(place.name, "export", [str(place)], str(target))
 
 
-def everything(runs: Runs, archive: Clerk, run: str) -> Response:
+def everything(runs: RunStore, archive: QueryWorker, run: str) -> Response:
     """All files of a run, and its events as CSV, in a zip."""
     files = runs.files(run)
     if sum(path.stat().st_size for path, _ in files.values()) > _MOST_ZIP:

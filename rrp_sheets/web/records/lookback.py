@@ -14,11 +14,11 @@ from markupsafe import Markup
 from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
-from rrp_sheets.runs.records.clerk import Clerk
-from rrp_sheets.web.library import Library
+from rrp_sheets.runs.records.query_worker import QueryWorker
 from rrp_sheets.web.records.pages import RunLine
-from rrp_sheets.web.records.shelved import Runs
+from rrp_sheets.web.records.run_store import RunStore
 from rrp_sheets.web.records.telling import line_of
+from rrp_sheets.web.workbook_repository import WorkbookRepository
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,9 +82,9 @@ class DrawnSheet:
     why: str
 
 
-def add_lookback(pages: Blueprint, library: Library, runs: Runs) -> None:
+def add_lookback(pages: Blueprint, library: WorkbookRepository, runs: RunStore) -> None:
     """The addresses. A clerk of its own answers: who moves the slider waits for nobody else's drawings."""
-    clerk = Clerk()
+    clerk = QueryWorker()
 
     def have(run: str) -> str:
         if run not in runs.names():
@@ -120,7 +120,7 @@ def add_lookback(pages: Blueprint, library: Library, runs: Runs) -> None:
         return render_template(drawn.template, page=drawn)
 
 
-def _json(clerk: Clerk, runs: Runs, run: str, what: str, number: int) -> Response:
+def _json(clerk: QueryWorker, runs: RunStore, run: str, what: str, number: int) -> Response:
     try:
         return Response(clerk.lookback(runs.place(run), what, number), mimetype="application/json")
     except SheetsError as error:
@@ -128,7 +128,7 @@ def _json(clerk: Clerk, runs: Runs, run: str, what: str, number: int) -> Respons
         return Response(told, status=422, mimetype="application/json")
 
 
-def lookback_page(runs: Runs, library: Library, clerk: Clerk, run: str) -> LookbackPage:
+def lookback_page(runs: RunStore, library: WorkbookRepository, clerk: QueryWorker, run: str) -> LookbackPage:
     """The page of a run; raises SheetsError when there is none of that name."""
     facts = runs.facts([run])[0]
     told: Mapping[str, Any] = {"sheets": [], "why": ""}

@@ -18,13 +18,13 @@ from rrp_sheets.documents.journal import Version
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.languages import LANGUAGES, language_code
 from rrp_sheets.render.texts import texts
-from rrp_sheets.web.library import Library, printable, refuse_text
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.records.comparing import choices, path_of
 from rrp_sheets.web.records.pages import PrintPage, ProtocolPart, show
-from rrp_sheets.web.records.press import Press, Wanted
-from rrp_sheets.web.records.shelved import Runs
+from rrp_sheets.web.records.protocol_printer import ProtocolPrinter, Wanted
+from rrp_sheets.web.records.run_store import RunStore
 from rrp_sheets.web.words import pieces
+from rrp_sheets.web.workbook_repository import WorkbookRepository, printable, refuse_text
 
 PAPERS = {"a4": "A4", "letter": "Letter"}
 _APPROVED = re.compile(r"approved|承認", re.IGNORECASE)
@@ -35,10 +35,10 @@ _NOTHING = "none"  # chosen by hand, where an approved version would be proposed
 class Printer:
     """What the pages of a folder's workbooks print with."""
 
-    library: Library
+    library: WorkbookRepository
     desk: OpenWorkbooks
-    runs: Runs
-    press: Press
+    runs: RunStore
+    press: ProtocolPrinter
 
     def page(self, name: str, asked: Mapping[str, str]) -> PrintPage:
         """The page, which asks for the protocol itself when it is shown."""
@@ -94,9 +94,9 @@ class Printer:
         return path, sha256(content).hexdigest()
 
 
-def add_paper(pages: Blueprint, library: Library, desk: OpenWorkbooks, runs: Runs) -> None:
+def add_paper(pages: Blueprint, library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore) -> None:
     """The addresses of the printed page and its PDF."""
-    printer = Printer(library, desk, runs, Press())
+    printer = Printer(library, desk, runs, ProtocolPrinter())
 
     def have(name: str) -> str:
         if not library.has(name):

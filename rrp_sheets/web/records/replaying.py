@@ -13,15 +13,15 @@ from markupsafe import Markup
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.marbles import WORKBOOK
-from rrp_sheets.runs.records.facts import TRACE
-from rrp_sheets.web.library import Library, addressable
+from rrp_sheets.runs.records.metadata import TRACE
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.records.comparing import path_of
 from rrp_sheets.web.records.pages import Choice, RunLine
 from rrp_sheets.web.records.replays import Job, Replays
-from rrp_sheets.web.records.shelved import Runs
+from rrp_sheets.web.records.run_store import RunStore
 from rrp_sheets.web.records.telling import line_of
 from rrp_sheets.web.records.versions import moment
+from rrp_sheets.web.workbook_repository import WorkbookRepository, addressable
 
 _LONGEST_REF = 400
 
@@ -91,7 +91,7 @@ class ReplayResult:
     unknown: tuple[str, ...] = ()
 
 
-def add_replay(pages: Blueprint, library: Library, desk: OpenWorkbooks, runs: Runs) -> None:
+def add_replay(pages: Blueprint, library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore) -> None:
     """The addresses."""
     replays = Replays()
 
@@ -111,7 +111,7 @@ def add_replay(pages: Blueprint, library: Library, desk: OpenWorkbooks, runs: Ru
         return render_template(piece.template, page=piece)
 
 
-def replay_page(library: Library, desk: OpenWorkbooks, runs: Runs, run: str, ref: str) -> ReplayPage:
+def replay_page(library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore, run: str, ref: str) -> ReplayPage:
     """The page; the replay itself is asked for by it."""
     facts = runs.facts([run])[0]
     names = [n for n in library.workbooks() if addressable(n)]
@@ -136,7 +136,7 @@ def replay_page(library: Library, desk: OpenWorkbooks, runs: Runs, run: str, ref
 
 
 def replay_result(
-    library: Library, desk: OpenWorkbooks, runs: Runs, replays: Replays, run: str, ref: str
+    library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore, replays: Replays, run: str, ref: str
 ) -> ReplayResult:
     """What came of it, or how far it is."""
     place = runs.place(run)
@@ -161,7 +161,7 @@ def replay_result(
     return _told(job, address, library, desk, runs, run, ref)
 
 
-def _stamp(place: Path, library: Library, ref: str) -> tuple[float, ...]:
+def _stamp(place: Path, library: WorkbookRepository, ref: str) -> tuple[float, ...]:
     """What changes when the record or the workbook does.
 
     Raises:
@@ -181,7 +181,7 @@ def _stamp(place: Path, library: Library, ref: str) -> tuple[float, ...]:
 
 
 def _told(
-    job: Job, address: str, library: Library, desk: OpenWorkbooks, runs: Runs, run: str, ref: str
+    job: Job, address: str, library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore, run: str, ref: str
 ) -> ReplayResult:
     told: dict[str, Any] = job.account or {}
     grids = _Grids(library, desk, runs, run, ref)
@@ -203,7 +203,7 @@ def _told(
 class _Grids:
     """Where rows stand in the grid, when their workbook is in the folder as it was replayed."""
 
-    def __init__(self, library: Library, desk: OpenWorkbooks, runs: Runs, run: str, ref: str) -> None:
+    def __init__(self, library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore, run: str, ref: str) -> None:
         kind, _, name = ref.partition("/")
         self._book = name if kind == "book" else ""
         if not ref:

@@ -11,32 +11,32 @@ from flask import Blueprint, Response, abort, current_app, jsonify, request, sen
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
-from rrp_sheets.runs.records.archive import PROGRAM
-from rrp_sheets.runs.records.clerk import Clerk
-from rrp_sheets.web.addressed import RoomOf, rooms
-from rrp_sheets.web.library import Library
+from rrp_sheets.runs.records.export_child import PROGRAM
+from rrp_sheets.runs.records.query_worker import QueryWorker
+from rrp_sheets.web.addressed import RoomOf, workbook_or_404
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.records import versions as kept
 from rrp_sheets.web.records.bundling import add_bundles
 from rrp_sheets.web.records.comparing import compare_page, drawn_changes
+from rrp_sheets.web.records.exports import WITHIN, add_keeping
 from rrp_sheets.web.records.files import everything, run_file, trace_csv
-from rrp_sheets.web.records.keeping import WITHIN, add_keeping
 from rrp_sheets.web.records.lookback import add_lookback
 from rrp_sheets.web.records.pages import show
 from rrp_sheets.web.records.printing import add_paper
 from rrp_sheets.web.records.replaying import add_replay
+from rrp_sheets.web.records.run_store import RunStore
 from rrp_sheets.web.records.runs import marbles_page, record_page, runs_page
-from rrp_sheets.web.records.shelved import Runs
+from rrp_sheets.web.workbook_repository import WorkbookRepository
 
 _WORD = re.compile("[0-9a-f]{16}")
 _MOST_ROWS = 200  # that marbles are asked for
 
 
-def make_records(library: Library, desk: OpenWorkbooks) -> Blueprint:
+def make_records(library: WorkbookRepository, desk: OpenWorkbooks) -> Blueprint:
     """The routes."""
     pages = Blueprint("records", __name__)
-    clerk, archive = Clerk(), Clerk(WITHIN, PROGRAM)
-    runs = Runs(library.folder, lambda: _names("going"), lambda: _names("writing"), _forget)
+    clerk, archive = QueryWorker(), QueryWorker(WITHIN, PROGRAM)
+    runs = RunStore(library.folder, lambda: _names("going"), lambda: _names("writing"), _forget)
     _add_runs(pages, library, runs, clerk)
     _add_files(pages, runs, archive)
     add_keeping(pages, library, runs, archive)
@@ -44,7 +44,7 @@ def make_records(library: Library, desk: OpenWorkbooks) -> Blueprint:
     add_replay(pages, library, desk, runs)
     _add_comparison(pages, library, desk, runs, clerk)
     add_bundles(pages, library, runs)
-    _add_versions(pages, rooms(library, desk))
+    _add_versions(pages, workbook_or_404(library, desk))
     add_paper(pages, library, desk, runs)
     pages.after_request(_made)
     return pages
@@ -58,13 +58,13 @@ def _made(answer: Response) -> Response:
     return answer
 
 
-def _have(runs: Runs, run: str) -> str:
+def _have(runs: RunStore, run: str) -> str:
     if run not in runs.names():
         abort(404)
     return run
 
 
-def _add_runs(pages: Blueprint, library: Library, runs: Runs, clerk: Clerk) -> None:
+def _add_runs(pages: Blueprint, library: WorkbookRepository, runs: RunStore, clerk: QueryWorker) -> None:
     @pages.get("/runs", endpoint="runs")
     def all_runs() -> str:
         book, words, participant = (request.args.get(n, "")[:300] for n in ("book", "words", "participant"))
@@ -92,7 +92,7 @@ def _add_runs(pages: Blueprint, library: Library, runs: Runs, clerk: Clerk) -> N
             return jsonify([])
 
 
-def _add_files(pages: Blueprint, runs: Runs, archive: Clerk) -> None:
+def _add_files(pages: Blueprint, runs: RunStore, archive: QueryWorker) -> None:
     @pages.get("/runs/<run>/file/<file>")
     def file(run: str, file: str) -> Response:
         return run_file(runs, _have(runs, run), file, take="take" in request.args)
@@ -106,8 +106,10 @@ def _add_files(pages: Blueprint, runs: Runs, archive: Clerk) -> None:
         return everything(runs, archive, _have(runs, run))
 
 
-def _add_comparison(pages: Blueprint, library: Library, desk: OpenWorkbooks, runs: Runs, clerk: Clerk) -> None:
-    drawer = Clerk()  # a process of its own: whoever looks at a run does not wait for pictures
+def _add_comparison(
+    pages: Blueprint, library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore, clerk: QueryWorker
+) -> None:
+    drawer = QueryWorker()  # a process of its own: whoever looks at a run does not wait for pictures
 
     @pages.get("/compare")
     def compare() -> str:

@@ -11,10 +11,9 @@ from markupsafe import Markup
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.folder import describe
-from rrp_sheets.runs.records.clerk import Clerk
-from rrp_sheets.runs.records.facts import Facts, newest_first
+from rrp_sheets.runs.records.metadata import RunMetadata, newest_first
+from rrp_sheets.runs.records.query_worker import QueryWorker
 from rrp_sheets.runs.records.wording import clock, length
-from rrp_sheets.web.library import Library
 from rrp_sheets.web.records.pages import (
     Download,
     Edited,
@@ -25,8 +24,9 @@ from rrp_sheets.web.records.pages import (
     RunLine,
     RunsPage,
 )
-from rrp_sheets.web.records.shelved import PICTURES, Runs
+from rrp_sheets.web.records.run_store import PICTURES, RunStore
 from rrp_sheets.web.records.telling import line_of, when
+from rrp_sheets.web.workbook_repository import WorkbookRepository
 
 A_PAGE = 100  # runs
 _BESIDE = 30  # further runs of the same workbook
@@ -47,7 +47,9 @@ _KINDS = {
 }  # fmt: skip
 
 
-def runs_page(runs: Runs, library: Library, book: str, words: str, first: int, participant: str = "") -> RunsPage:
+def runs_page(
+    runs: RunStore, library: WorkbookRepository, book: str, words: str, first: int, participant: str = ""
+) -> RunsPage:
     """The list, from the newest to the oldest; `first`: how many are skipped."""
     books = set(library.names())
     every = newest_first(runs.facts(runs.names()))
@@ -67,12 +69,14 @@ def _choices(known: set[str], chosen: str) -> tuple[str, ...]:
     return tuple(sorted((known | {chosen}) - {""}, key=str.casefold))
 
 
-def _has(facts: Facts, words: str) -> bool:
+def _has(facts: RunMetadata, words: str) -> bool:
     place = " ".join((facts.run, facts.workbook, facts.participant, facts.condition, facts.operator, facts.mode))
     return all(word in place.casefold() for word in words.casefold().split())
 
 
-def record_page(runs: Runs, library: Library, clerk: Clerk, run: str, *, wait: bool = False) -> RecordPage:
+def record_page(
+    runs: RunStore, library: WorkbookRepository, clerk: QueryWorker, run: str, *, wait: bool = False
+) -> RecordPage:
     """Everything about one run; raises SheetsError when there is none of that name.
 
     A record that takes long to be read is not waited for unless `wait` is true: the page comes without what is in it,
@@ -117,7 +121,7 @@ def _with_length(line: RunLine, seconds: float) -> RunLine:
     return line if line.length or not seconds else replace(line, length=length(seconds))
 
 
-def _facts(facts: Facts) -> list[Fact]:
+def _facts(facts: RunMetadata) -> list[Fact]:
     engine = ", ".join(filter(None, (facts.robot, facts.engine and f"{facts.engine} engine",
                                      facts.frame_rate and f"{facts.frame_rate} Hz")))  # fmt: skip
     found = [
@@ -130,7 +134,7 @@ def _facts(facts: Facts) -> list[Fact]:
     return [f for f in found if f.value]
 
 
-def _same(facts: Facts, library: Library) -> str:
+def _same(facts: RunMetadata, library: WorkbookRepository) -> str:
     """Whether the workbook in the folder is still the one that ran."""
     if not facts.digest:
         return "unknown"
@@ -180,7 +184,9 @@ def _edits(entries: Sequence[Mapping[str, Any]]) -> tuple[Edited, ...]:
     return tuple(found.values())
 
 
-def marbles_page(runs: Runs, clerk: Clerk, run: str, asked: Mapping[str, Any], rows: list[int]) -> MarblesPage:
+def marbles_page(
+    runs: RunStore, clerk: QueryWorker, run: str, asked: Mapping[str, Any], rows: list[int]
+) -> MarblesPage:
     """The marble diagrams that were asked for; raises SheetsError when there is no such run."""
     place = runs.place(run)
     behaviour, first, last = (str(asked.get(name, ""))[:200] for name in ("behaviour", "from", "to"))

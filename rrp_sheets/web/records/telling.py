@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection
 from datetime import date, datetime, timedelta
 
-from rrp_sheets.runs.records.facts import Facts
+from rrp_sheets.runs.records.metadata import RunMetadata
 from rrp_sheets.runs.records.wording import ended, length
-from rrp_sheets.web.library import addressable, printable
 from rrp_sheets.web.records.pages import RunLine
+from rrp_sheets.web.workbook_repository import addressable, printable
 
 MODES = ("simulated", "pilot", "real")
 _STATES = {"time": "good", "end run": "good", "stopped": "stopped", "going": "going", "unreadable": "unreadable"}
@@ -31,7 +31,7 @@ def when(moment: datetime | None, today: date | None = None) -> str:
     return f"{moment.day} {moment:%B}{year}, {moment:%H:%M}"
 
 
-def line_of(facts: Facts, books: Collection[str]) -> RunLine:
+def line_of(facts: RunMetadata, books: Collection[str]) -> RunLine:
     """A run as the lists show it; `books`: the workbooks of the folder."""
     why = " ".join(filter(None, (facts.why, facts.remedy)))
     if facts.ended == "cut":

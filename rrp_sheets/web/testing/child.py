@@ -15,7 +15,7 @@ from queue import SimpleQueue
 from typing import Any
 
 from rrp_sheets.processes import Lines, line
-from rrp_sheets.runs.answering import answer, begin
+from rrp_sheets.runs.worker_loop import answer, begin
 from rrp_sheets.testing import CaseResult, RowResult
 
 MOST_TOLD = 200  # rows of one test that do not hold and are told in words; the others are only marked

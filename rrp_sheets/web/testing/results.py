@@ -9,7 +9,7 @@ from typing import Any
 
 from rrp_sheets.documents import Document
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.office import NoAnswer
+from rrp_sheets.runs.worker_process import WorkerError
 from rrp_sheets.web.testing.lessons import number_of
 from rrp_sheets.web.testing.tester import Tester
 
@@ -158,7 +158,7 @@ class RoomTests:
             answer = self._tester.run(self._document.path, PATIENT if asked else QUICK)
         except SheetsError as error:  # where their process was ended from outside, they are not to blame
             results = Results(why=f"{error.message} {error.remedy}".strip())
-            self._slow = not (isinstance(error, NoAnswer) and error.gone)
+            self._slow = not (isinstance(error, WorkerError) and error.gone)
         else:
             self._slow = bool(answer.get("late"))
             results = self._understood(answer)

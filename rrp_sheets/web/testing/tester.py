@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.runs.office import KeptOffice, NoAnswer, Office
+from rrp_sheets.runs.worker_process import RestartingWorker, WorkerError, WorkerProcess
 
 GRACE = 10.0
 """Seconds that a process may take besides its time, since it is not alone on the machine; then it is ended."""
@@ -19,7 +19,7 @@ class Tester:
     __test__ = False  # no test of pytest's
 
     def __init__(self) -> None:
-        self._office = KeptOffice(lambda: Office("rrp_sheets.web.testing.child"))
+        self._office = RestartingWorker(lambda: WorkerProcess("rrp_sheets.web.testing.child"))
 
     @property
     def pid(self) -> int | None:
@@ -39,12 +39,12 @@ class Tester:
         """
         try:
             (answer,) = self._office.ask([str(path.absolute()), within], within + GRACE, START)
-        except NoAnswer as none:
+        except WorkerError as none:
             remedy = "Let what they test come less often, or make them shorter."
             if none.gone:
                 remedy = "Press Run tests; they are also run again after the next change."
             message = f"The tests were ended: they {none.why}."
-            raise NoAnswer(none.why, gone=none.gone, message=message, remedy=remedy) from None
+            raise WorkerError(none.why, gone=none.gone, message=message, remedy=remedy) from None
         return dict(answer)
 
     def close(self) -> None:

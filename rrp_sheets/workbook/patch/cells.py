@@ -9,7 +9,7 @@ from rrp_sheets.model.cells import column_letters
 from rrp_sheets.workbook.edits import SetCell, Value
 from rrp_sheets.workbook.patch.blocks import block_text
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
-from rrp_sheets.workbook.patch.reach import note
+from rrp_sheets.workbook.patch.range_growth import note
 from rrp_sheets.workbook.patch.shared import write_out
 from rrp_sheets.workbook.patch.tables import SheetTable, sheet_tables
 from rrp_sheets.workbook.patch.values import check_value, shown

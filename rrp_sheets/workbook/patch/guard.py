@@ -12,8 +12,8 @@ from rrp_sheets.workbook.edits import RowEdit
 from rrp_sheets.workbook.patch.blocks import block_of
 from rrp_sheets.workbook.patch.markup import as_utf8, find, inner_text
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
-from rrp_sheets.workbook.patch.reach import LISTS, follows
-from rrp_sheets.workbook.patch.references import Harm, Moves, adapted, check, references
+from rrp_sheets.workbook.patch.range_growth import LISTS, follows
+from rrp_sheets.workbook.patch.references import Moves, ReferenceConflict, adapted, check, references
 from rrp_sheets.workbook.patch.shared import formulas
 from rrp_sheets.workbook.patch.sheet_xml import SheetXml
 
@@ -44,7 +44,7 @@ def guard_references(package: PackageEdit, index: int, edit: RowEdit, moves: Mov
                 continue
             try:
                 check(ref.top, ref.bottom, moves)
-            except Harm as harm:
+            except ReferenceConflict as harm:
                 raise _refused(name, where, harm) from None
     sheet, ignored = package.sheet(index), ignored_columns(package, index)
     for row, where, formula in _formulas(sheet, ignored):
@@ -52,11 +52,11 @@ def guard_references(package: PackageEdit, index: int, edit: RowEdit, moves: Mov
             continue
         try:
             adapted(formula, name, edit, moves)
-        except Harm as harm:
+        except ReferenceConflict as harm:
             raise _refused(name, f"the formula in {name}!{where}", harm) from None
 
 
-def _refused(name: str, where: str, harm: Harm) -> SheetsError:
+def _refused(name: str, where: str, harm: ReferenceConflict) -> SheetsError:
     rows = f"row {harm.top}" if harm.top == harm.bottom else f"the rows {harm.top} to {harm.bottom}"
     where = where[0].upper() + where[1:]
     return SheetsError(

@@ -13,7 +13,7 @@ from rrp_sheets.workbook import style
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.patch.markup import Element, as_utf8, find, splice, with_attributes
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
-from rrp_sheets.workbook.patch.pieces import children
+from rrp_sheets.workbook.patch.xml_lists import children
 from rrp_sheets.workbook.raw import RawCell, RawSheet
 
 _MAIN = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"

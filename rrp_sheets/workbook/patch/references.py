@@ -57,7 +57,7 @@ def references(formula: str) -> Iterator[Reference]:
         yield Reference(sheet, int(match[top]), int(match[last]), absolute, (match.span(top), match.span(last)))
 
 
-class Harm(Exception):
+class ReferenceConflict(Exception):
     """A reference would mean something else afterwards; `top` and `bottom` are its rows."""
 
     def __init__(self, top: int, bottom: int) -> None:
@@ -77,9 +77,9 @@ def check(top: int, bottom: int, moves: Moves) -> None:
     for old, new in moves:
         if top == bottom:
             if top in (old, new):
-                raise Harm(top, bottom)
+                raise ReferenceConflict(top, bottom)
         elif new is not None and (top <= old <= bottom) != (top <= new <= bottom):
-            raise Harm(top, bottom)
+            raise ReferenceConflict(top, bottom)
 
 
 def adapted(formula: str, sheet: str, edit: RowEdit, moves: Moves) -> str:

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 from rrp_sheets.model.cells import column_letters
 from rrp_sheets.workbook.patch import sheet_list as listed
-from rrp_sheets.workbook.patch.keeping import own_parts
 from rrp_sheets.workbook.patch.markup import as_utf8, find, inner_text
 from rrp_sheets.workbook.patch.naming import formula_parts, sheets_named
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
 from rrp_sheets.workbook.patch.shared import formulas
+from rrp_sheets.workbook.patch.sheet_restore import own_parts
 
 _LISTS = "List_"
 

@@ -12,7 +12,7 @@ from rrp_sheets.workbook.patch.comments import move_comments
 from rrp_sheets.workbook.patch.guard import guard_references, ignored_columns
 from rrp_sheets.workbook.patch.markup import find, splice, text_xml, with_attributes
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
-from rrp_sheets.workbook.patch.reach import grow, note
+from rrp_sheets.workbook.patch.range_growth import grow, note
 from rrp_sheets.workbook.patch.references import Moves, adapted
 from rrp_sheets.workbook.patch.row_xml import RowXml
 from rrp_sheets.workbook.patch.shared import formula_elements, formula_text, write_out

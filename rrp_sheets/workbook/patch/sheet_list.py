@@ -10,7 +10,7 @@ from typing import Any
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook.patch.markup import Element, as_utf8, find, inner_text, splice, text_xml
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
-from rrp_sheets.workbook.patch.pieces import NAMES, RELATIONS, SHEETS, Path, Piece, change, children, paste
+from rrp_sheets.workbook.patch.xml_lists import NAMES, RELATIONS, SHEETS, Path, Piece, change, children, paste
 from rrp_sheets.workbook.xlsx_parts import number, truth
 
 TYPES_PART = "[Content_Types].xml"

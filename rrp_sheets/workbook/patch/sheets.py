@@ -6,12 +6,12 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, MoveSheet, RenameSheet, SheetEdit
 from rrp_sheets.workbook.patch import sheet_list as listed
-from rrp_sheets.workbook.patch.keeping import bring_sheet, delete_sheet
 from rrp_sheets.workbook.patch.naming import GONE, formula_parts, quoted, renamed, rewrite
 from rrp_sheets.workbook.patch.new_sheet import list_name, lists_of, new_sheet
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
-from rrp_sheets.workbook.patch.pieces import RELATIONS, SHEETS, TYPES, change, cut, paste
+from rrp_sheets.workbook.patch.sheet_restore import bring_sheet, delete_sheet
 from rrp_sheets.workbook.patch.titles import keep_titles
+from rrp_sheets.workbook.patch.xml_lists import RELATIONS, SHEETS, TYPES, change, cut, paste
 from rrp_sheets.workbook.sheet_names import sheet_name
 
 _SHEET_TYPE = "application/vnd.openxmlformats-officedocument.spreadsheetml.worksheet+xml"

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from rrp_sheets.workbook.patch.markup import as_utf8, find, inner_text, splice, text_xml, with_attributes
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
-from rrp_sheets.workbook.patch.pieces import children
+from rrp_sheets.workbook.patch.xml_lists import children
 
 _TITLES = ("Properties", "TitlesOfParts", "vector")
 _COUNTS = ("Properties", "HeadingPairs", "vector", "variant", "i4")

@@ -1,0 +1,239 @@
+"""How values travel: from which event, through which filters, a row may get a value; and which rows can at one time.
+
+A route is one way from an origin (a sensor stream, a done stream, or the clock of a row that holds values back) to a
+stream. Two rows act at one instant when they have routes from one origin whose conditions can hold together.
+"""
+
+from __future__ import annotations
+
+import ast
+import itertools
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from rrp_sheets.checks.abstract_values import NUMBER, UNKNOWN, AbstractValue, exactly
+from rrp_sheets.checks.conditions import Case, can_hold, cases, text_of
+from rrp_sheets.checks.facts import Fact
+from rrp_sheets.checks.reasoning import known_of
+from rrp_sheets.formulas import Formula, HelperDef
+from rrp_sheets.formulas.nodes import Pick
+from rrp_sheets.graph import Graph, Step, StreamKind
+
+MOST_ROUTES = 16
+MOST_FILTERS = 20  # of one route; the earlier ones are forgotten
+MOST_NODES = 60  # of an expression that is followed through several rows
+MOST_COMBINATIONS = 64
+_SAME_VALUE = frozenset({"filter", "once", "throttle", "changes", "sample", "delay", "timeout"})
+_LATER = frozenset({"sample", "delay", "timeout"})
+
+
+@dataclass(frozen=True, slots=True)
+class Route:
+    """One way in which a stream gets a value.
+
+    Attributes:
+        origin: the id of a sensor or done stream, or `clock` and the ref of a row.
+        filters: refs of the filter rows on the way.
+        given: what is known about values on this way alone: an accumulate gives 1, say, when a certain input arrives.
+        silent: origins, with the filters after them, from which nothing has come for a while (forgetAfter).
+    """
+
+    origin: str
+    filters: tuple[str, ...] = ()
+    given: tuple[tuple[str, AbstractValue], ...] = ()
+    silent: tuple[tuple[str, frozenset[str]], ...] = ()
+
+    def waits_for(self, other: Route) -> bool:
+        """Whether this one comes only while the other one does not."""
+        return any(other.origin == origin and filters <= set(other.filters) for origin, filters in self.silent)
+
+
+class Paths:
+    """The routes of all streams of a workbook, worked out when asked for."""
+
+    def __init__(self, graph: Graph, formulas: Mapping[str, Formula], facts: Mapping[str, Fact]) -> None:
+        self._formulas = formulas
+        self._facts = facts
+        self._terms: dict[str, ast.expr] = {}
+        self._cases: dict[str, list[Case]] = {}
+        self._steps: dict[str, Step] = {}
+        self.of: dict[str, tuple[Route, ...] | None] = {}
+        """By stream id (of an actuator: by the ref of the row that drives it); None when there are too many."""
+        self.dead: dict[str, Step] = {}
+        """Filter rows that no value can pass, by ref."""
+        for stream in graph.streams.values():
+            if stream.kind in (StreamKind.SENSOR, StreamKind.DONE):
+                self.of[stream.id] = (Route(stream.id),)
+        filters = any(s.connector.name == "filter" for b in graph.behaviours for s in b.steps)
+        for behaviour in graph.behaviours:
+            for step in sorted(behaviour.steps, key=lambda s: s.rank):
+                if step.active and step.inputs:
+                    self._steps[step.ref] = step
+                    if filters and not step.connector.is_sink:
+                        self._follow(step)
+                    self.of[step.ref if step.connector.is_sink else step.output] = self._through(step)
+
+    # ---- routes
+    def _through(self, step: Step) -> tuple[Route, ...] | None:
+        name = step.connector.name
+        first = self.of.get(step.inputs[0], ())
+        if name in _LATER:
+            return None if first is None else _few(replace(r, origin=f"clock {step.ref}") for r in first)
+        if name == "forgetAfter":
+            return None if first is None else self._forgetting(step, first)
+        if name == "filter":
+            return self._filtered(step, first)
+        if name == "accumulate":
+            return self._accumulated(step)
+        every = name in ("combineLatest", "merge") or (step.connector.is_sink and not step.row.formula)
+        if not every:
+            return first
+        found = [self.of.get(i, ()) for i in step.inputs]
+        return None if None in found else _few(r for routes in found for r in routes or ())
+
+    def _filtered(self, step: Step, first: tuple[Route, ...] | None) -> tuple[Route, ...] | None:
+        if first is None or step.ref not in self._formulas:
+            return first
+        passed = [replace(r, filters=(*r.filters, step.ref)[-MOST_FILTERS:]) for r in first]
+        kept = [r for r in passed if self.possible(r)]
+        if passed and not kept:
+            self.dead[step.ref] = step
+        return tuple(kept)
+
+    def _forgetting(self, step: Step, first: tuple[Route, ...]) -> tuple[Route, ...] | None:
+        """What comes passes on and is not blank; what the clock gives is."""
+        about, known = _symbol(step.output), self._facts.get(step.inputs[0], Fact()).known
+        passed = [replace(r, given=(*r.given, (about, known))) for r in first]
+        silent = tuple((r.origin, frozenset(r.filters)) for r in first)
+        return _few([*passed, Route(f"clock {step.ref}", (), ((about, exactly(None)),), silent)])
+
+    def _accumulated(self, step: Step) -> tuple[Route, ...] | None:
+        formula = self._formulas.get(step.ref)
+        about = _symbol(step.output)
+        found: list[Route] = []
+        for place, stream in enumerate(step.inputs):
+            routes = self.of.get(stream, ())
+            if routes is None:
+                return None
+            known = UNKNOWN
+            if formula is not None:
+                extra = len(step.connector.extra)
+                names = {n: exactly(None) for n in formula.names[extra:]}
+                names[formula.names[extra + place]] = self._facts.get(stream, Fact()).known
+                known = known_of(formula.tree, {**names, "total": AbstractValue(NUMBER)})
+            found += [replace(r, given=(*r.given, (about, known))) if known != UNKNOWN else r for r in routes]
+        return _few(found)
+
+    # ---- conditions
+    def possible(self, *routes: Route) -> bool:
+        """Whether the conditions of these routes can hold together; TRUE as well when that is too much to follow."""
+        refs = dict.fromkeys(ref for r in routes for ref in r.filters)
+        each = [self._case(ref) for ref in refs]
+        count = 1
+        for c in each:
+            count *= len(c)
+        if count > MOST_COMBINATIONS:
+            return True
+        given = [g for r in routes for g in r.given]
+        given += [(about, known) for ref in refs for about, known in self._known_by(ref)]
+        return any(can_hold(itertools.chain.from_iterable(c), given) for c in itertools.product(*each))
+
+    def together(self, first: Sequence[Route], second: Sequence[Route], *, same_origin: bool) -> bool:
+        """Whether values can come on one of the first and on one of the second routes at one time."""
+        pairs = ((a, b) for a in first for b in second if not same_origin or a.origin == b.origin)
+        pairs = ((a, b) for a, b in pairs if not a.waits_for(b) and not b.waits_for(a))
+        return any(self.possible(a, b) for a, b in pairs)
+
+    def _case(self, ref: str) -> list[Case]:
+        if ref not in self._cases:
+            step, formula = self._steps[ref], self._formulas[ref]
+            tree = self._substituted(formula.tree, step, formula)
+            self._cases[ref] = [()] if tree is None else cases(tree)
+        return self._cases[ref]
+
+    def _known_by(self, ref: str) -> list[tuple[str, AbstractValue]]:
+        """What the facts say about that which a filter compares: bounds of a joint, texts that a word can be."""
+        step, formula = self._steps[ref], self._formulas[ref]
+        known = {n: self._facts.get(i, Fact()).known for n, i in zip(formula.names, step.inputs, strict=True)}
+        own = {about for case in cases(formula.tree) for about in (lit.about for lit in case)}
+        found = []
+        for node in ast.walk(formula.tree):
+            if isinstance(node, (ast.Name, ast.Attribute)):
+                if text_of(node) not in own:
+                    continue
+                what = known_of(node, known)
+                if what.choices is not None or what.bounded or what.kind != "any":
+                    inlined = self._substituted(node, step, formula)
+                    if inlined is not None:
+                        found.append((text_of(inlined), what))
+        return found
+
+    # ---- expressions followed through rows
+    def _term(self, stream: str) -> ast.expr:
+        return self._terms.get(stream) or ast.Name(_symbol(stream))
+
+    def _follow(self, step: Step) -> None:
+        """Note which expression a row's output stands for."""
+        name, formula = step.connector.name, self._formulas.get(step.ref)
+        if name in _SAME_VALUE:
+            self._terms[step.output] = self._term(step.inputs[0])
+        elif name in ("map", "combineLatest") and formula is not None:
+            term = self._substituted(formula.tree, step, formula)
+            self._terms[step.output] = ast.Name(_symbol(step.output)) if term is None else term
+
+    def _substituted(self, tree: ast.expr, step: Step, formula: Formula) -> ast.expr | None:
+        names = {n: self._term(i) for n, i in zip(formula.names, step.inputs, strict=True)}
+        return _substitute(tree, names, [MOST_NODES])
+
+
+def _symbol(stream: str) -> str:
+    return f"«{stream}»"
+
+
+def _few(routes: Iterable[Route]) -> tuple[Route, ...] | None:
+    found: list[Route] = []
+    for route in routes:
+        if route not in found:
+            found.append(route)
+        if len(found) > MOST_ROUTES:
+            return None
+    return tuple(found)
+
+
+def _substitute(tree: ast.expr, names: Mapping[str, ast.expr], left: list[int]) -> ast.expr | None:
+    """A tree with its names replaced and its helpers opened; None when it is too large, or not the same each time."""
+
+    def visit(node: ast.AST, names: Mapping[str, ast.expr]) -> ast.AST:
+        left[0] -= 1
+        if left[0] < 0 or isinstance(node, (ast.ListComp, Pick)):
+            raise _TooLarge
+        if isinstance(node, ast.Name):
+            found = names.get(node.id, node)
+            left[0] -= sum(1 for _ in ast.walk(found)) - 1
+            return found
+        helper: HelperDef | None = getattr(node, "helper", None)
+        if helper is not None and helper.tree is not None and isinstance(node, ast.Call):
+            given = {p.name: visit(a, names) for p, a in zip(helper.parameters, node.args, strict=True)}
+            return visit(helper.tree, given)  # type: ignore[arg-type]
+        if not node._fields:
+            return node
+        new = node.__class__.__new__(node.__class__)
+        new.__dict__.update(node.__dict__)
+        for name in node._fields:
+            value = getattr(node, name, None)
+            if name == "func":
+                continue
+            if isinstance(value, ast.AST):
+                setattr(new, name, visit(value, names))
+            elif type(value) is list and not isinstance(node, ast.Constant):
+                setattr(new, name, [visit(v, names) if isinstance(v, ast.AST) else v for v in value])
+        return new
+
+    try:
+        return visit(tree, names)  # type: ignore[return-value]
+    except _TooLarge:
+        return None
+
+
+class _TooLarge(Exception):
+    """More nodes than are followed."""

@@ -1,0 +1,303 @@
+"""Values that an actuator cannot use, or not whole: what the driver would tell on the row, told before the run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+from rrp_sheets.checks.abstract_values import (
+    ANY,
+    BLANK,
+    LIST,
+    NUMBER,
+    RECORD,
+    TEXT,
+    TRUTH,
+    AbstractValue,
+    kind_of_value,
+)
+from rrp_sheets.checks.facts import Fact
+from rrp_sheets.checks.lints.material import Material
+from rrp_sheets.devices import DeviceType, Robot, Setting
+from rrp_sheets.devices.trajectory import joint_limits
+from rrp_sheets.diagnostics.phrase import Phrase, sentences
+from rrp_sheets.formulas.problems import kind_of
+from rrp_sheets.graph import Step, Stream
+from rrp_sheets.graph.settings import understand
+from rrp_sheets.model.durations import parse_duration
+from rrp_sheets.model.names import key, nearest
+from rrp_sheets.model.values import Record, Value, show
+
+_WORDS = {NUMBER: "a number", TEXT: "a text", TRUTH: "TRUE or FALSE", LIST: "a list", RECORD: "a whole record"}
+
+
+@dataclass(frozen=True, slots=True)
+class InputSpec:
+    """What an actuator can use.
+
+    Attributes:
+        kinds: of values; blank always is (it stops).
+        wrong: what is wrong with a value of these kinds, in words, or an empty text.
+        remedy: what to send instead.
+        needs: the fields that a record must have.
+        lacks: what a record without them is, in words.
+    """
+
+    kinds: frozenset[str]
+    remedy: str
+    wrong: Callable[[Value, Stream, Material], str] = lambda value, stream, material: ""
+    needs: frozenset[str] = frozenset()
+    lacks: str = ""
+
+
+def lint_taking(material: Material) -> None:
+    """Report rows that send an actuator what it cannot use."""
+    seeing = {s.id for s in material.graph.streams.values() if _sees(s)}
+    ancestors: dict[str, frozenset[str]] = {}
+    for step in material.steps():
+        mine = frozenset().union(*(ancestors.get(i, frozenset({i})) for i in step.inputs))
+        if not step.connector.is_sink:
+            ancestors[step.output] = mine if len(mine) <= 50 else mine & seeing or frozenset(sorted(mine)[:1])
+            continue
+        stream = material.graph.streams[step.output]
+        if stream.device is None:
+            continue
+        if stream.device.type.name == "Tracker" and not mine & seeing and material.fact(step.ref).known.kind != BLANK:
+            material.report.add("LINT014", step.row.output.address, device=stream.name)
+        taker = _taker(stream.device.type, stream)
+        if taker is not None:
+            _check(step, stream, taker, material)
+
+
+def _sees(stream: Stream) -> bool:
+    payload = stream.device.type.payload if stream.device else None
+    return payload is not None and {"x", "y"} <= set(payload.keys)
+
+
+def _check(step: Step, stream: Stream, taker: InputSpec, material: Material) -> None:
+    fact = material.fact(step.ref)
+    if fact.known.kind == BLANK:
+        return
+    what, value = _what_is_wrong(fact, stream, taker, material)
+    if what:
+        assert stream.device is not None
+        address = (step.row.formula if step.row.formula else step.row.inputs_cell).address
+        takes = stream.device.type.takes
+        remedy = sentences(_stands(value, material), taker.remedy)
+        material.report.add("LINT012", address, device=stream.name, takes=takes, what=what, remedy=remedy)
+        return
+    _limits(step, stream, fact, material)
+
+
+def _what_is_wrong(fact: Fact, stream: Stream, taker: InputSpec, material: Material) -> tuple[str, Value]:
+    """What is wrong, in words, and with which value; an empty text when nothing is."""
+    known = fact.known
+    if known.choices:
+        found = ((_wrong(c, stream, taker, material), c) for c in known.choices if c is not None)
+        return next((f for f in found if f[0]), ("", None))
+    if known.kind not in (ANY, *taker.kinds):
+        return _WORDS.get(known.kind, "something else"), None
+    if known.kind == RECORD and known.record is not None and not taker.needs <= set(known.record.keys):
+        return taker.lacks, None
+    sure = known.kind == ANY and fact.has_example and fact.sure and not fact.holes
+    if sure or (known.kind == LIST and fact.has_example):
+        return _wrong(fact.example, stream, taker, material), fact.example
+    return "", None
+
+
+def _stands(value: Value, material: Material) -> str:
+    """Where a text that cannot be used comes from, when it stands in a table."""
+    if not isinstance(value, str):
+        return ""
+    columns = [
+        (f.name, t) for t in material.compiled.tables.values() for f in t.type.fields if value in t.column(f.name)
+    ]
+    return (
+        Phrase(
+            "{value} stands in the column {column} of the sheet {sheet}.",
+            value=show(value),
+            column=columns[0][0],
+            sheet=columns[0][1].name,
+        )
+        if columns
+        else ""
+    )
+
+
+def _wrong(value: Value, stream: Stream, taker: InputSpec, material: Material) -> str:
+    if value is None:
+        return ""
+    if kind_of_value(value) not in taker.kinds:
+        return kind_of(value)
+    return taker.wrong(value, stream, material)
+
+
+# ---- what each takes, as its driver does
+
+
+def _colour(value: Value, stream: Stream, material: Material) -> str:
+    if isinstance(value, Record):
+        return "" if isinstance(value.values.get("colour"), str) else "a record without a colour"
+    if isinstance(value, (list, tuple)):
+        fine = len(value) == 3 and all(_is_number(v) and 0 <= v <= 1 for v in value)
+        return "" if fine else Phrase("{value}, which is no (red, green, blue) from 0 to 1", value=show(value))
+    return _named(value, Setting("Colour", "colour"), material.robot)
+
+
+def _named(value: Value, setting: Setting, robot: Robot) -> str:
+    """What is wrong with a text that should name something."""
+    _, wants = understand(setting, str(value), robot)
+    return Phrase("{value}, which is not {wants}", value=show(value), wants=wants) if wants else ""
+
+
+def _posture(value: Value, stream: Stream, material: Material) -> str:
+    names = material.robot.postures
+    return "" if key(value) in {key(p) for p in names} else _no_name(value, "posture", names)
+
+
+def _gesture(value: Value, stream: Stream, material: Material) -> str:
+    if isinstance(value, Record):
+        return "" if {"x", "y"} <= set(value.values) else "a record without a place to point at"
+    if not isinstance(value, str):
+        return ""
+    names = [*material.robot.gestures, *(g.name.text for g in material.workbook.gestures)]
+    return "" if key(value) in {key(g) for g in names} else _no_name(value, "gesture", names)
+
+
+def _no_name(value: Value, what: str, names: Iterable[str]) -> str:
+    guess = nearest(str(value), names)
+    if guess:
+        return Phrase("{value}, which is no {what} (did you mean {guess}?)", value=show(value), what=what, guess=guess)
+    return Phrase("{value}, which is no {what}", value=show(value), what=what)
+
+
+def _duration(value: Value, stream: Stream, material: Material) -> str:
+    if isinstance(value, str) and parse_duration(value, bare="s") is None:
+        return Phrase("{value}, which is no time", value=show(value))
+    return ""
+
+
+def _angles(value: Value, stream: Stream, material: Material) -> str:
+    count = len(_joints(stream, material.robot))
+    values = list(value) if isinstance(value, (list, tuple)) else [value]
+    if len(values) != count:
+        return (
+            Phrase("{n} angles for {count} joints", n=len(values), count=count)
+            if len(values) != 1
+            else Phrase("one angle for {count} joints", count=count)
+        )
+    return "" if all(_is_number(v) for v in values) else Phrase("{value}, which are not all numbers", value=show(value))
+
+
+def _is_number(value: Value) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _joints(stream: Stream, robot: Robot) -> tuple[str, ...]:
+    named = key(str(stream.settings.get("joint")))
+    return (robot.joints[named].name,) if named in robot.joints else robot.groups.get(named, ())
+
+
+_ANGLE = "Send an angle in rad, or a list with one for each joint."
+_TAKERS: Mapping[str, InputSpec] = {
+    "SayInput": InputSpec(frozenset({TEXT, NUMBER}), 'Make a text of it in a map row, for example "I see "&colour.'),
+    "EyeLedColor": InputSpec(
+        frozenset({TEXT, LIST, RECORD}), 'Send "red", "#ff8000" or three numbers such as (1, 0.5, 0).', _colour,
+        needs=frozenset({"colour"}), lacks="a record without a colour",
+    ),
+    "EyeBrightness": InputSpec(frozenset({NUMBER}), "Send a number from 0 (dark) to 1."),
+    "SetJointPosition": InputSpec(frozenset({NUMBER, LIST}), _ANGLE, _angles),
+    "Posture": InputSpec(
+        frozenset({TEXT}), "Send the name of a posture, such as StandInit, or fill the setting Name in.", _posture
+    ),
+    "Gesture": InputSpec(
+        frozenset({TEXT, RECORD}), "Send the name of a gesture, such as Wave, or fill the setting Name in.", _gesture,
+        needs=frozenset({"x", "y"}), lacks="a record without a place to point at",
+    ),
+    "Wait": InputSpec(frozenset({TEXT, NUMBER}), "Send a time such as 8 s, or fill the setting Time in.", _duration),
+}  # fmt: skip
+_SETTING_DECIDES = {"Posture": "name", "Gesture": "name", "Wait": "time"}
+
+
+def _taker(kind: DeviceType, stream: Stream) -> InputSpec | None:
+    """What an actuator can use; None when any event will do."""
+    decides = _SETTING_DECIDES.get(kind.name)
+    if decides and stream.settings.get(decides) not in (None, ""):
+        return None
+    return _TAKERS.get(kind.name)
+
+
+# ---- limits
+
+
+def _limits(step: Step, stream: Stream, fact: Fact, material: Material) -> None:
+    assert stream.device is not None
+    address = (step.row.formula if step.row.formula else step.row.inputs_cell).address
+    for what, known, low, high, unit in _limited(stream, fact, material.robot):
+        value = _beyond(known, low, high)
+        if value is not None:
+            end = low if value < low else high  # shown with so many digits that the two look different
+            n = next((n for n in range(3, 7) if f"{value:.{n}g}" != f"{end:.{n}g}"), 7)
+            material.report.add(
+                "LINT013", address, value=f"{value:.{n}g}", what=what, low=f"{low:.{n}g}", high=f"{high:.{n}g}",
+                unit=f" {unit}" if unit else "",
+            )  # fmt: skip
+            return
+
+
+def _limited(stream: Stream, fact: Fact, robot: Robot) -> list[tuple[str, list[float], float, float, str]]:
+    """What has limits: its name, the values that it will surely be given, and the limits."""
+    assert stream.device is not None
+    if stream.device.type.name == "EyeBrightness":
+        return [("the eyes", _sure_values(fact), 0.0, 1.0, "")]
+    if stream.device.type.name != "SetJointPosition":
+        return []
+    names = _joints(stream, robot)
+    lists = _lists(fact)
+    found = []
+    for place, name in enumerate(names):
+        joint = robot.joints[key(name)]
+        values = (
+            _sure_values(fact) if len(names) == 1 and not lists else [v[place] for v in lists if len(v) == len(names)]
+        )
+        found.append((name, [v for v in values if _is_number(v)], joint.lower, joint.upper, joint.unit))
+    if {"HeadYaw", "HeadPitch"} <= set(names):
+        found += _pitches(names, lists, robot)
+    return found
+
+
+def _lists(fact: Fact) -> list[list[Value]]:
+    given = fact.known.choices if fact.known.choices is not None else (fact.example,) if fact.sure else ()
+    return [list(v) for v in given if isinstance(v, (list, tuple))]
+
+
+def _pitches(
+    names: tuple[str, ...], lists: list[list[Value]], robot: Robot
+) -> list[tuple[str, list[float], float, float, str]]:
+    """The head's pitch at the yaw that is sent with it: turned to the side it can nod less."""
+    found: list[tuple[str, list[float], float, float, str]] = []
+    yaw, pitch = names.index("HeadYaw"), names.index("HeadPitch")
+    for values in lists:
+        if len(values) == len(names) and _is_number(values[yaw]) and _is_number(values[pitch]):
+            low, high = joint_limits(robot, "HeadPitch", float(values[yaw]))
+            name = Phrase("HeadPitch with HeadYaw at {value:.3g} rad", value=values[yaw])
+            found.append((name, [values[pitch]], low, high, "rad"))
+    return found
+
+
+def _sure_values(fact: Fact) -> list[float]:
+    """Numbers that will be sent: those of a formula's branches, bounds that nothing can be within, the example."""
+    known = fact.known
+    if known.choices is not None:
+        return [c for c in known.choices if _is_number(c)]
+    values = [fact.example] if fact.has_example and fact.sure and _is_number(fact.example) else []
+    return [*values, *_far_end(known)]
+
+
+def _far_end(known: AbstractValue) -> list[float]:
+    """The end of the bounds that is nearest to 0, when all values lie on one side of it."""
+    return [known.low] if 0 < known.low < 1e9 else [known.high] if -1e9 < known.high < 0 else []
+
+
+def _beyond(values: list[float], low: float, high: float) -> float | None:
+    return next((v for v in values if v < low - 1e-6 or v > high + 1e-6), None)

@@ -1,0 +1,79 @@
+"""What never happens: filters that nothing can pass or nothing can stop, streams that never have a value."""
+
+from __future__ import annotations
+
+import ast
+
+from rrp_sheets.checks.abstract_values import NUMBER
+from rrp_sheets.checks.lints.material import Material, row_of
+from rrp_sheets.checks.reasoning import known_of
+from rrp_sheets.diagnostics.phrase import Phrase, listed
+from rrp_sheets.formulas import Formula
+from rrp_sheets.formulas.nodes import Pick
+from rrp_sheets.graph import Step, StreamKind
+from rrp_sheets.model.values import show
+
+
+def lint_never(material: Material) -> None:
+    """Report filters that never pass and done streams that never come."""
+    for step in material.steps():
+        if step.connector.name == "filter":
+            _filter(step, material)
+    driven = {s.output for s in material.steps() if s.connector.is_sink}
+    told: set[str] = set()
+    for step in material.steps():
+        for stream in step.inputs:
+            found = material.graph.streams[stream]
+            if found.kind is StreamKind.DONE and found.done_of not in driven and stream not in told:
+                told.add(stream)
+                actuator = found.name.removesuffix(" done")
+                material.report.add("LINT007", step.row.inputs_cell.address, name=found.name, actuator=actuator)
+
+
+def _filter(step: Step, material: Material) -> None:
+    formula = material.compiled.formulas.get(step.ref)
+    if formula is None:
+        return
+    address = step.row.formula.address
+    if step.ref in material.routes.dead:
+        before = _filters_before(step, material)
+        why = "its condition contradicts what is known of its input"
+        remedy = "what its input can be"
+        if before:
+            rows = listed([row_of(s, step) for s in before], "and")
+            why = Phrase("its condition contradicts {rows}, or what is known of its input", rows=rows)
+            remedy = Phrase("that of {rows}", rows=rows)
+        material.report.add("LINT005", address, why=why, remedy=remedy)
+    elif not formula.used:
+        _without_input(step, formula, material)
+    else:
+        names = {n: material.fact(i).known for n, i in zip(formula.names, step.inputs, strict=True)}
+        known = known_of(formula.tree, names)
+        if known.kind == NUMBER and not known.blank and (known.low > 0 or known.high < 0):
+            why = "a number passes unless it is 0, and this one never is"
+            material.report.add("LINT015", address, why=why, example=f"{formula.text.strip()[:40]} > 1")
+
+
+def _without_input(step: Step, formula: Formula, material: Material) -> None:
+    """A filter that asks nothing of what arrives: all of it passes, or nothing."""
+    if any(isinstance(n, Pick) for n in ast.walk(formula.tree)):
+        return  # it is drawn anew each time
+    value = material.compiled.examples.value(formula, [None] * len(formula.names))
+    address = step.row.formula.address
+    if isinstance(value, (bool, int, float)):
+        why: str = Phrase("the formula is always {value}, whatever arrives", value=show(value))
+        if value:
+            example = f"{formula.names[0]} > 1" if formula.names else "distance < 0.5"
+            material.report.add("LINT015", address, why=why, example=example)
+        else:
+            material.report.add("LINT005", address, why=why, remedy="use the input in it")
+    elif value is None:
+        why = "the formula is always blank, whatever arrives"
+        material.report.add("LINT005", address, why=why, remedy="use the input in it")
+
+
+def _filters_before(step: Step, material: Material) -> list[Step]:
+    """The filter rows on the way to a row."""
+    routes = material.routes.of.get(step.inputs[0]) or ()
+    steps = {s.ref: s for s in material.steps()} if routes else {}
+    return [steps[ref] for ref in dict.fromkeys(ref for r in routes for ref in r.filters)][:3]

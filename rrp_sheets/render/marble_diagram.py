@@ -1,0 +1,250 @@
+"""What a marble diagram shows, whatever it comes from: streams with what came on them, and the rows between them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream, StreamKind
+from rrp_sheets.model.durations import show_duration
+from rrp_sheets.model.names import key, nearest
+from rrp_sheets.model.values import Value
+
+KINDS = {
+    StreamKind.SENSOR: "sensor", StreamKind.ORDINARY: "stream", StreamKind.ACTUATOR: "actuator",
+    StreamKind.ANONYMOUS: "anonymous", StreamKind.DONE: "done",
+}  # fmt: skip
+_MOST_TICKS = 400
+_FROM_TIMER = ("forgetafter", "timeout")
+
+
+@dataclass(frozen=True, slots=True)
+class Marble:
+    """A value at a time, or an error.
+
+    Attributes:
+        us: when, in microseconds.
+        value: what came.
+        row: the row that gave it (`Tracking!4`), where there is one.
+        error: why the row's formula failed; empty for a value.
+    """
+
+    us: int
+    value: Value = None
+    row: str = ""
+    error: str = ""
+
+
+@dataclass(frozen=True)
+class Lane:
+    """A stream.
+
+    Attributes:
+        id: of the stream.
+        label: its name; empty for an anonymous one.
+        kind: `sensor`, `stream`, `anonymous`, `actuator`, `done`.
+        marbles: by time.
+    """
+
+    id: str
+    label: str
+    kind: str
+    marbles: tuple[Marble, ...] = ()
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A connector: a row between its inputs and its output.
+
+    Attributes:
+        row: its number in the sheet; 0 for none.
+        inputs: names of the input streams.
+        connector: its name.
+        icon: SVG elements in a 12 × 12 box.
+        formula: as typed; of a period the duration.
+        ticks: when its clock acts, in microseconds.
+        off: whether the row is switched off.
+    """
+
+    row: int
+    inputs: tuple[str, ...]
+    connector: str
+    icon: str = ""
+    formula: str = ""
+    ticks: tuple[int, ...] = ()
+    off: bool = False
+
+
+@dataclass(frozen=True)
+class Group:
+    """A stream with the rows that give it; a sensor's has none."""
+
+    bars: tuple[Bar, ...]
+    lane: Lane
+
+
+@dataclass(frozen=True)
+class MarbleDiagram:
+    """A marble diagram, not yet drawn.
+
+    Attributes:
+        title: of the behaviour or test.
+        groups: from the sensors down to the actuators.
+        first_us: where the time begins.
+        last_us: where it ends.
+        marks: times with a short text each that are pointed at.
+        foot: where it comes from, a line below it; empty for none.
+        language: of the diagram's own words.
+        about: the same for programs, names and texts: for the file's metadata.
+    """
+
+    title: str
+    groups: tuple[Group, ...]
+    first_us: int
+    last_us: int
+    marks: tuple[tuple[int, str], ...] = field(default=())
+    foot: str = ""
+    about: tuple[tuple[str, str], ...] = ()
+    language: str = "en"
+
+    @property
+    def lanes(self) -> list[Lane]:
+        """All streams in order."""
+        return [g.lane for g in self.groups]
+
+    def between(self, first_us: int, last_us: int) -> MarbleDiagram:
+        """The part of a time window."""
+        groups = tuple(
+            Group(
+                tuple(replace(b, ticks=tuple(t for t in b.ticks if first_us <= t <= last_us)) for b in g.bars),
+                replace(g.lane, marbles=tuple(m for m in g.lane.marbles if first_us <= m.us <= last_us)),
+            )
+            for g in self.groups
+        )
+        return replace(self, groups=groups, first_us=first_us, last_us=last_us)
+
+    def only(self, ids: Collection[str]) -> MarbleDiagram:
+        """Only some streams."""
+        return replace(self, groups=tuple(g for g in self.groups if g.lane.id in ids))
+
+
+def make_score(
+    graph: Graph,
+    behaviour: BehaviourGraph,
+    events: Iterable[tuple[int, str, str, Value]],
+    errors: Iterable[tuple[int, str, str]] = (),
+    last_us: int = 0,
+) -> MarbleDiagram:
+    """The marble diagram of a behaviour: sensors first, then the streams by the rows that give them, then actuators.
+
+    Args:
+        graph: of the workbook.
+        behaviour: one of it.
+        events: time (µs), stream id, row and value, in order.
+        errors: time, row and message.
+        last_us: where the run ended.
+    """
+    steps = sorted((s for s in behaviour.steps if s.active), key=lambda s: s.number)
+    refs = {s.ref: s for s in steps}
+    ids = dict.fromkeys(i for s in steps for i in (*s.inputs, s.output) if i in graph.streams)
+    marbles: dict[str, list[Marble]] = {i: [] for i in ids}
+    for us, stream_id, row, value in events:
+        last_us = max(last_us, us)
+        if stream_id in ids and (graph.streams[stream_id].kind is not StreamKind.ACTUATOR or row in refs):
+            marbles[stream_id].append(Marble(us, value, row))
+    for us, row, message in errors:
+        last_us = max(last_us, us)
+        if row in refs:
+            marbles[refs[row].output].append(Marble(us, None, row, message))
+    streams = [graph.streams[i] for i in ids]
+    outside = [s for s in streams if s.kind in (StreamKind.SENSOR, StreamKind.DONE)]
+    actuators = [s for s in streams if s.kind is StreamKind.ACTUATOR]
+    inner = [s for s in streams if s not in outside and s not in actuators]
+    first_row = {s.output: s.number for s in reversed(steps)}
+    inner.sort(key=lambda s: first_row.get(s.id, 0))
+    groups = []
+    for stream in (*outside, *inner, *actuators):
+        bars = tuple(_bar(s, graph, marbles, last_us) for s in steps if s.output == stream.id)
+        lane = Lane(stream.id, stream.name, KINDS[stream.kind], _in_order(marbles[stream.id]))
+        groups.append(Group(bars, lane))
+    return MarbleDiagram(behaviour.name, tuple(groups), 0, last_us)
+
+
+def _in_order(marbles: list[Marble]) -> tuple[Marble, ...]:
+    return tuple(sorted(marbles, key=lambda m: m.us))
+
+
+def _bar(step: Step, graph: Graph, marbles: Mapping[str, list[Marble]], last_us: int) -> Bar:
+    formula = step.row.formula.text
+    if step.period_us:
+        formula = show_duration(step.period_us)
+    names = tuple(_name(graph.streams[i]) for i in step.inputs if i in graph.streams)
+    connector = step.connector
+    return Bar(
+        step.number, names, connector.name, connector.icon, formula, _ticks(step, marbles, last_us), not step.row.on
+    )
+
+
+def _name(stream: Stream) -> str:
+    return stream.name or f"row {stream.address.row}"
+
+
+def _ticks(step: Step, marbles: Mapping[str, list[Marble]], last_us: int) -> tuple[int, ...]:
+    """When the clock of a connector with a period acts."""
+    period, name = step.period_us or 0, step.connector.name.casefold()
+    if period <= 0:
+        return ()
+    if name == "sample":
+        return tuple(range(period, last_us + 1, period)) if last_us / period <= _MOST_TICKS else ()
+    if name == "delay":
+        return tuple(m.us + period for m in marbles.get(step.inputs[0], ()) if m.us + period <= last_us)
+    if name in _FROM_TIMER:
+        blank_only = name == "forgetafter"
+        return tuple(m.us for m in marbles[step.output] if not (blank_only and m.value is not None))
+    return ()
+
+
+def upstream(graph: BehaviourGraph, streams: Iterable[str], most: int) -> list[str]:
+    """These streams and those that they come from, the nearest first, at most so many."""
+    found = dict.fromkeys(streams)
+    waiting = list(found)
+    while waiting:
+        current = waiting.pop(0)
+        for step in graph.steps:
+            if step.output == current and step.active:
+                for source in step.inputs:
+                    if source not in found:
+                        found[source] = None
+                        waiting.append(source)
+    return list(found)[:most]
+
+
+def chosen(
+    scores: Sequence[MarbleDiagram], behaviour: str, window: tuple[int | None, int | None], streams: Sequence[str]
+) -> list[MarbleDiagram]:
+    """The diagrams of one behaviour, some streams, some time; raises SheetsError when nothing is left to choose."""
+    found = [s for s in scores if not behaviour or key(s.title.rpartition(": ")[2]) == key(behaviour)]
+    if behaviour and not found:
+        names = [s.title.rpartition(": ")[2] for s in scores]
+        guess = nearest(behaviour, names)
+        hint = f"Did you mean {guess}?" if guess else f"There are: {', '.join(dict.fromkeys(names))}."
+        raise SheetsError(f"Nothing came in a behaviour “{behaviour}”.", hint)
+    if streams:
+        names = [lane.label for s in found for lane in s.lanes if lane.label]
+        missing = [n for n in streams if key(n) not in {key(k) for k in names}]
+        if missing:
+            guess = nearest(missing[0], names)
+            hint = f"Did you mean {guess}?" if guess else f"There are: {', '.join(dict.fromkeys(names))}."
+            raise SheetsError(f"There is no stream “{missing[0]}” here.", hint)
+        keys = {key(n) for n in streams}
+        found = [s.only({lane.id for lane in s.lanes if key(lane.label) in keys}) for s in found]
+    first, last = window
+    cut = []
+    for score in found:
+        begin, end = first or 0, score.last_us if last is None else min(last, score.last_us)
+        if begin >= end and (first or last is not None):
+            message = f"Nothing lies between {begin / 1e6:g} s and {end / 1e6:g} s."
+            raise SheetsError(message, f"The time goes from 0 s to {score.last_us / 1e6:g} s.")
+        cut.append(score.between(begin, end))
+    return [s for s in cut if s.groups]

@@ -1,0 +1,76 @@
+"""The clerk's process: `python -m rrp_sheets.runs.records.query_child LINK`, started by `clerk` only.
+
+It ends when the connection does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.records.metadata import TRACE
+from rrp_sheets.runs.worker_loop import serve
+
+
+def _course(place: str) -> dict[str, Any]:
+    about = (Path(place) / TRACE).stat()
+    return _known_course(place, (about.st_mtime_ns, about.st_size))
+
+
+@lru_cache(maxsize=2)
+def _known_course(place: str, stamp: tuple[int, int]) -> dict[str, Any]:
+    """A page asks twice: for the log and for the curves."""
+    from rrp_sheets.runs.records.timeline import build_timeline
+
+    return build_timeline(Path(place))
+
+
+def _marbles(place: str, behaviour: str, rows: list[int], window: list[float | None], spread: bool) -> dict[str, Any]:
+    from rrp_sheets.runs.records.marbles import marbles
+
+    return marbles(Path(place), behaviour, rows, (window[0], window[1]), spread)
+
+
+def _csv(place: str, target: str) -> None:
+    from rrp_sheets.runs.records.table import write_csv
+
+    try:
+        write_csv([Path(place) / TRACE], Path(target))
+    except OSError as error:
+        raise SheetsError(f"“{target}” cannot be written ({error.strerror}).", "Make room there.") from None
+
+
+def _compare(first: str, second: str) -> dict[str, Any]:
+    from rrp_sheets.compare import compare
+    from rrp_sheets.compare.opening import open_checked
+
+    return compare(open_checked(Path(first)), open_checked(Path(second))).as_dict()
+
+
+def _lookback(place: str, what: str, number: int) -> str:
+    from rrp_sheets.runs.lookback import answer
+
+    return answer(Path(place), what, number)
+
+
+def _drawn(first: str, second: str) -> str:
+    from rrp_sheets.runs.changes_drawn import compared
+
+    return compared(Path(first), Path(second)).html()
+
+
+_DO: dict[str, Callable[..., Any]] = {
+    "drawn": _drawn,
+    "lookback": _lookback,
+    "course": _course,
+    "marbles": _marbles,
+    "csv": _csv,
+    "compare": _compare,
+}
+
+
+if __name__ == "__main__":
+    serve(_DO)

@@ -1,0 +1,321 @@
+"""What happened in a run, in one pass over its trace: the log, and the curves of its numbers, thinned."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import asdict, dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.devices import load_robot
+from rrp_sheets.engine.trace import read_trace
+from rrp_sheets.errors import UnreadableFile
+from rrp_sheets.model.names import key
+from rrp_sheets.model.values import show
+from rrp_sheets.runs.marbles import value_from_json
+from rrp_sheets.runs.records.dragging import Drag, dragged
+from rrp_sheets.runs.records.metadata import TRACE, text_of
+from rrp_sheets.runs.records.tidy import units_of
+
+MOST_LINES = 2_000  # of the log
+MOST_POINTS = 1_200  # of a curve: two for each pixel of a wide screen's plot
+MOST_CURVES = 24
+_MOST_EVENTS = 2_000_000
+_LARGEST = 1e300
+_LONGEST_VALUE = 200  # letters
+_MOST_COMMANDS = 1_000  # of the log's lines
+_QUIET = 2.0  # seconds after which a row that goes on with its commands is told again
+_TOLD = frozenset(("Print", "RememberFace", "Behaviour"))  # devices that tell themselves what they do
+_HEARD = frozenset(("SayInput", "SayParameter", "PlaySound"))  # and those that tell it when one hears it
+_PLAIN = {"stream": 0, "sensor": 1, "actuator": 2}  # whose curves come first: what rows work out …
+_FIELDS = {"sensor": 0, "stream": 1, "actuator": 2}  # … and of records what was sensed, which rows pass on
+
+
+@dataclass
+class Line:
+    """A line of the log.
+
+    Attributes:
+        t: seconds since the run began.
+        kind: `say`, `command`, `error`, `mark`, `edit`, …
+        row: whose it is, `Tracking!4`.
+        times: how often it came.
+        until: when it came last, or a thing was dragged to its last place.
+        sound: the file with what was said.
+    """
+
+    t: float
+    kind: str
+    text: str
+    row: str = ""
+    by: str = ""
+    detail: str = ""
+    times: int = 1
+    until: float = 0.0
+    sound: str = ""
+
+
+@dataclass
+class _Curve:
+    kind: str
+    times: array[float] = field(default_factory=lambda: array("d"))
+    values: array[float] = field(default_factory=lambda: array("d"))
+
+
+_Curves = dict[tuple[str, str], _Curve]  # by stream and field, which is blank for a plain number
+
+
+def build_timeline(place: Path, only: Collection[str] = ()) -> dict[str, Any]:
+    """The log and the curves of a run, as JSON.
+
+    Args:
+        place: the run's folder.
+        only: the streams whose curves are wanted (`Red ball`, `Distance`, `Red ball.x`); all when empty.
+
+    Raises:
+        UnreadableFile: when it is no trace.
+    """
+    try:
+        return _course(place, frozenset(key(name) for name in only))
+    except (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError):
+        raise UnreadableFile("FILE001", f"“{place.name}” is not a record of a run.", "Copy its folder again.") from None
+
+
+def _course(place: Path, only: frozenset[str]) -> dict[str, Any]:
+    log = Log(place)
+    curves: _Curves = {}
+    kinds: Mapping[str, str] = {}
+    units: Mapping[str, Mapping[str, str]] = {}
+    last, count = 0.0, 0
+    for entry in _entries(place / TRACE):
+        if "t" not in entry:
+            if entry.get("type") == "header":
+                streams = entry.get("streams") or ()
+                kinds = {text_of(s.get("stream")): text_of(s.get("kind")) for s in streams if isinstance(s, dict)}
+                log.begin(entry)
+                units = units_of(entry)
+            continue
+        t = float(entry["t"])
+        last = t if t > last else last
+        count += 1
+        if "value" in entry:
+            stream = entry.get("stream")
+            stream = stream if isinstance(stream, str) else text_of(stream)
+            _note(curves, stream, kinds, t, entry["value"])
+            if entry.get("stimulated") is True:
+                log.sent(t, entry)
+            elif stream in log.commanded:
+                log.command(t, entry)
+        else:
+            log.add(t, entry)
+    labelled = {_label(stream, name): curve for (stream, name), curve in curves.items()}
+    wanted = {k: c for k, c in labelled.items() if not only or only & _names_of(k)}
+    shown, more = _chosen(wanted, units)
+    return {
+        "lines": [asdict(line) for line in log.lines], "left_out": log.left_out, "seconds": last, "count": count,
+        "curves": shown, "more_curves": more,
+    }  # fmt: skip
+
+
+def _label(stream: str, name: str) -> str:
+    return f"{text_of(stream)}.{text_of(name)}" if name else text_of(stream)
+
+
+def _names_of(curve: str) -> set[str]:
+    """What a curve may be called: with or without its sheet, with or without its field; as keys.
+
+    >>> sorted(_names_of("Tracking!Ball.x"))
+    ['ball', 'ball.x', 'tracking!ball', 'tracking!ball.x']
+    """
+    names = {curve, curve.rpartition("!")[2]}
+    return {key(n) for name in names for n in (name, name.rpartition(".")[0] or name)}
+
+
+def _sent(entry: Mapping[str, Any]) -> str:
+    """A value that somebody has sent by hand, and where to; a record says so itself."""
+    stream = text_of(entry.get("stream"))
+    shown = show(value_from_json(stream, entry["value"]), _LONGEST_VALUE)
+    return shown if isinstance(entry["value"], dict) else f"{stream}: {shown}"
+
+
+def _entries(trace: Path) -> Iterator[dict[str, Any]]:
+    for number, entry in enumerate(read_trace(trace)):
+        if number > _MOST_EVENTS:
+            return
+        if isinstance(entry, dict):
+            yield entry
+
+
+class Log:
+    """Takes what happened besides the values, and tells it line by line.
+
+    Attributes:
+        commanded: the actuator streams whose commands are told, with the device of each.
+    """
+
+    def __init__(self, place: Path) -> None:
+        self.lines: list[Line] = []
+        self.left_out = 0
+        self.commanded: dict[str, str] = {}
+        self._place = place
+        self._commands: dict[tuple[str, str], tuple[Line, Any]] = {}  # the last of each row, with its value
+        self._commands_told = 0
+        self._open: dict[tuple[str, str], Line] = {}  # errors that come again and again are one line
+        self._said = 0
+        self._drag = Drag()
+        self._dragged: Line | None = None
+
+    def begin(self, header: Mapping[str, Any]) -> None:
+        """Take over the streams that the trace's header names."""
+        streams = [s for s in header.get("streams") or () if isinstance(s, dict) and s.get("kind") == "actuator"]
+        named = {text_of(s.get("stream")): text_of(s.get("device")) for s in streams}
+        self.commanded = {stream: device for stream, device in named.items() if device not in _TOLD}
+
+    def command(self, t: float, entry: Mapping[str, Any]) -> None:
+        """A command for an actuator; one that goes on with the row's last one is in its line."""
+        stream, row, value = text_of(entry.get("stream")), text_of(entry.get("row")), entry.get("value")
+        device = self.commanded[stream]
+        if device in _HEARD and value is not None:
+            return
+        before, last = self._commands.get((stream, row), (None, None))
+        plain = value is None or isinstance(value, str)
+        goes_on = value == last if plain else not (last is None or isinstance(last, str))
+        if before is not None and goes_on and t - before.until <= _QUIET:
+            before.times, before.until = before.times + 1, t
+            self._commands[stream, row] = before, value
+            return
+        line = Line(t, "command", _commanded(stream, device, value), row, until=t)
+        self._commands[stream, row] = line, value
+        self._commands_told += 1
+        if len(self.lines) >= MOST_LINES or self._commands_told > _MOST_COMMANDS:
+            self.left_out += 1
+            return
+        self.lines.append(line)
+
+    def add(self, t: float, entry: Mapping[str, Any]) -> None:
+        """Something else that happened at a time."""
+        failed = "error" in entry
+        kind = "error" if failed else text_of(entry.get("happening")) or "note"
+        text = text_of(entry.get("error") if failed else entry.get("text"))
+        row = text_of(entry.get("row")) or text_of(entry.get("stream"))
+        before = self._open.get((row, text)) if kind in ("error", "clamp") else None
+        if before is not None:
+            before.times, before.until = before.times + 1, t
+            return
+        if self._goes_on(t, entry, text):
+            return
+        line = Line(t, kind, text, row, text_of(entry.get("by")), text_of(entry.get("detail")), until=t)
+        if kind in ("say", "sound", "person"):
+            self._said += kind == "say"
+            sound = text_of(entry.get("sound")) or (f"say-{self._said:03}.wav" if kind == "say" else "/")
+            line.sound = sound if "/" not in sound and (self._place / sound).is_file() else ""
+        if len(self.lines) >= MOST_LINES:
+            self.left_out += 1
+            return
+        self.lines.append(line)
+        if _put(entry):
+            self._dragged = line
+        if kind in ("error", "clamp"):
+            self._open[row, text] = line
+
+    def sent(self, t: float, entry: Mapping[str, Any]) -> None:
+        """A value that somebody has sent by hand."""
+        self.add(t, {"happening": "send", "text": _sent(entry), "by": entry.get("by")})
+
+    def _goes_on(self, t: float, entry: Mapping[str, Any], text: str) -> bool:
+        """Whether it is one more place of a thing that is being dragged: the line has the last one."""
+        thing, by = _put(entry), text_of(entry.get("by"))
+        if not thing:
+            if by:
+                self._drag.over()
+            return False
+        if not self._drag.goes_on(t, thing, by) or self._dragged is None:
+            self._dragged = None
+            return False
+        self._dragged.text, self._dragged.until = dragged(thing, text), t
+        return True
+
+
+def _commanded(stream: str, device: str, value: Any) -> str:
+    """A command in words: the stream, and what it was given where that says what is done."""
+    if value is None:
+        return f"{stream}: stops"
+    says = isinstance(value, str) or (not isinstance(value, (dict, bool)) and device not in _triggered())
+    return f"{stream}: {show(value_from_json(stream, value), _LONGEST_VALUE)}" if says else stream
+
+
+@lru_cache(maxsize=1)
+def _triggered() -> frozenset[str]:
+    """The devices for which any value is only the sign to begin."""
+    return frozenset(d.name for d in load_robot().devices.values() if d.takes.startswith("any event"))
+
+
+def _put(entry: Mapping[str, Any]) -> str:
+    """The thing that was put somewhere by hand; empty when it was something else that was done."""
+    detail = entry.get("detail")
+    if not isinstance(detail, dict) or "put" not in detail or detail.get("appears"):
+        return ""
+    return text_of(detail.get("thing"))
+
+
+def _note(curves: _Curves, stream: str, kinds: Mapping[str, str], t: float, value: Any) -> None:
+    """A value's numbers; this is done a million times for a long run, so it is plain."""
+    parts = value.items() if isinstance(value, dict) else (("", value),)
+    for name, part in parts:
+        kind = type(part)
+        if (kind is float or kind is int) and -_LARGEST < part < _LARGEST:  # no truth value, no NaN
+            curve = curves.get((stream, name))
+            if curve is None:
+                if len(curves) >= 20 * MOST_CURVES:
+                    continue
+                curve = curves[stream, name] = _Curve(kinds.get(stream, ""))
+            curve.times.append(t)
+            curve.values.append(part)
+
+
+def _chosen(curves: Mapping[str, _Curve], units: Mapping[str, Mapping[str, str]]) -> tuple[list[dict[str, Any]], int]:
+    """The curves that are shown, and how many are not: plain numbers first, the fields of records after them."""
+    moving = [(k, c) for k, c in curves.items() if len(c.times) > 1]
+    moving.sort(key=lambda e: _place("." in e[0].rpartition("!")[2], e[1].kind))
+    chosen = moving[:MOST_CURVES]
+    short = [label.rpartition("!")[2] for label, _ in chosen]
+    found = [
+        {
+            "name": name if short.count(name) == 1 else label, "kind": curve.kind, "count": len(curve.times),
+            "unit": _unit(label, units), "points": [[round(t, 4), v] for t, v in thinned(curve.times, curve.values)],
+        }
+        for (label, curve), name in zip(chosen, short, strict=True)
+    ]  # fmt: skip
+    return found, len(moving) - len(chosen)
+
+
+def _place(is_field: bool, kind: str) -> tuple[bool, int]:
+    return is_field, (_FIELDS if is_field else _PLAIN).get(kind, 3)
+
+
+def _unit(curve: str, units: Mapping[str, Mapping[str, str]]) -> str:
+    """Of a stream's plain value, or of a record's field."""
+    if curve in units:
+        return units[curve].get("", "")
+    stream, _, field = curve.rpartition(".")
+    return units.get(stream, {}).get(key(field), "")
+
+
+def thinned(times: array[float], values: array[float], most: int = MOST_POINTS) -> list[tuple[float, float]]:
+    """A curve with at most so many points that looks the same: of each stretch the lowest and the highest.
+
+    >>> thinned(array("d", range(6)), array("d", [0, 9, 0, 0, -9, 0]), 4)
+    [(0.0, 0.0), (1.0, 9.0), (3.0, 0.0), (4.0, -9.0)]
+    """
+    count = len(times)
+    if count <= most:
+        return list(zip(times, values, strict=True))
+    found: list[tuple[float, float]] = []
+    stretches = most // 2
+    for n in range(stretches):
+        places = range(count * n // stretches, count * (n + 1) // stretches)
+        low, high = min(places, key=values.__getitem__), max(places, key=values.__getitem__)
+        found += [(times[i], values[i]) for i in sorted({low, high})]
+    return found

@@ -1,0 +1,173 @@
+"""What a run's process tells the program that watches it: everything that a view is told, packed and unpacked."""
+
+from __future__ import annotations
+
+from base64 import b64decode, b64encode
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.errors import RunBroken
+from rrp_sheets.model.exchange import Notice, OperatorAction, State
+from rrp_sheets.model.values import Failure, Value
+from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView, Summary
+from rrp_sheets.runs.wire import NonBlockingWriter, pack, pack_error, pack_finding, unpack, unpack_error, unpack_finding
+
+_PATHS = ("out", "home")  # of RunSettings
+_LISTS = ("behaviours", "sensors", "buttons", "things")  # of a RunStart
+
+
+def pack_settings(settings: RunSettings) -> dict[str, Any]:
+    """The settings of a run."""
+    return {**vars(settings), **{n: str(p.absolute()) if (p := getattr(settings, n)) else None for n in _PATHS}}
+
+
+def unpack_settings(packed: dict[str, Any]) -> RunSettings:
+    """The settings that were packed."""
+    return RunSettings(**{**packed, **{name: Path(packed[name]) if packed[name] else None for name in _PATHS}})
+
+
+def pack_result(result: RunResult) -> dict[str, Any]:
+    """What a run left."""
+    broken = pack_error(result.broken) if result.broken else None
+    return {"folder": str(result.folder), "files": result.files, "summary": vars(result.summary), "broken": broken,
+            "problems": result.problems}  # fmt: skip
+
+
+def unpack_result(packed: dict[str, Any]) -> RunResult:
+    """The result that was packed."""
+    broken = _broken(packed["broken"])
+    return RunResult(
+        Path(packed["folder"]), packed["files"], Summary(**packed["summary"]), broken, tuple(packed["problems"])
+    )
+
+
+def _broken(packed: Any) -> RunBroken | None:
+    broken = unpack_error(packed) if packed else None
+    assert broken is None or isinstance(broken, RunBroken)
+    return broken
+
+
+class RunEventSender(RunView):
+    """The view in the run's process: tells everything to whoever watches from another."""
+
+    def __init__(self, box: NonBlockingWriter) -> None:
+        self._box = box
+
+    def started(self, start: RunStart) -> None:
+        """The run begins."""
+        packed = {**vars(start), "folder": str(start.folder), "findings": [pack_finding(d) for d in start.findings],
+                  "rows": list(start.rows.items())}  # fmt: skip
+        self._box.post(["started", packed])
+        self._box.flush()
+
+    def event(self, us: int, stream: str, row: str, value: Value) -> None:
+        """A value on a stream."""
+        self._box.post_event(["event", us, stream, row, pack(value)])
+
+    def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
+        """A formula failed."""
+        failed = [failure.code, failure.message, failure.column]
+        self._box.post_event(["error", us, row, failed, [pack(v) for v in values]])
+
+    def happening(self, us: int, happening: Notice) -> None:
+        """Something to tell."""
+        self._box.post_event(["happening", us, *(getattr(happening, f.name) for f in fields(happening))])
+
+    def frame(self, us: int) -> None:
+        """A frame is over."""
+        self._box.post_event(["frame", us])
+        self._box.flush()
+
+    def acted(self, us: int, act: OperatorAction) -> None:
+        """Somebody did something."""
+        self._box.post(["acted", us, act.kind, act.text, act.by, dict(act.detail)])
+        self._box.flush()
+
+    def refused(self, kind: str, message: str, remedy: str) -> None:
+        """What cannot be done."""
+        self._box.post(["refused", kind, message, remedy])
+        self._box.flush()
+
+    def paused(self, us: int, is_paused: bool) -> None:
+        """The run stands still, or goes on."""
+        self._box.post(["paused", us, is_paused])
+
+    def standing(self, us: int) -> None:
+        """A sign of life."""
+        self._box.post_event(["standing", us])
+        self._box.flush()
+
+    def state(self, us: int, state: State) -> None:
+        """The world."""
+        if self._box.light:
+            self._box.post(["state", us, *(getattr(state, f.name) for f in fields(state))])
+            self._box.flush()
+
+    def picture(self, us: int, jpeg: bytes) -> None:
+        """What the robot sees."""
+        if self._box.light:
+            self._box.post(["picture", us, b64encode(jpeg).decode()])
+            self._box.flush()
+
+    def finishing(self) -> None:
+        """The robot is brought to rest."""
+        self._box.post(["finishing"])
+        self._box.flush()
+
+    def rested(self, summary: Summary, broken: RunBroken | None) -> None:
+        """The robot is at rest."""
+        self._box.post(["rested", vars(summary), pack_error(broken) if broken else None])
+        self._box.flush()
+
+
+def dispatch(message: list[Any], view: RunView) -> None:
+    """Tell a view what a message tells."""
+    kind, *rest = message
+    if kind == "event":
+        us, stream, row, value = rest
+        view.event(us, stream, row, unpack(value))
+    elif kind == "error":
+        us, row, failed, values = rest
+        view.error(us, row, Failure(*failed), tuple(unpack(v) for v in values))
+    elif kind == "happening":
+        us, *words = rest
+        view.happening(us, Notice(*words))
+    elif kind == "frame":
+        view.frame(rest[0])
+    elif kind == "finishing":
+        view.finishing()
+    elif kind in _SHOWN:
+        _SHOWN[kind](view, *rest)
+
+
+def _show_state(
+    view: RunView, us: int, joints: Any, base: Any, eyes: Any, saying: str, things: Any, by: Any, *room: Any
+) -> None:
+    places = {name: tuple(place) for name, place in things.items()}
+    view.state(us, State(joints, tuple(base), tuple(eyes), saying, places, by, *room))
+
+
+_SHOWN: dict[str, Callable[..., None]] = {
+    "acted": lambda view, us, *act: view.acted(us, OperatorAction(*act)),
+    "refused": lambda view, *words: view.refused(*words),
+    "rested": lambda view, summary, broken: view.rested(Summary(**summary), _broken(broken)),
+    "paused": lambda view, us, is_paused: view.paused(us, is_paused),
+    "standing": lambda view, us: view.standing(us),
+    "state": _show_state,
+    "picture": lambda view, us, jpeg: view.picture(us, b64decode(jpeg)),
+}
+
+
+def _tuples(packed: Any) -> Any:
+    return tuple(map(_tuples, packed)) if isinstance(packed, list) else packed
+
+
+def unpack_start(packed: dict[str, Any]) -> RunStart:
+    """What was told when the run began."""
+    return RunStart(**{
+        **packed, "folder": Path(packed["folder"]), "findings": tuple(map(unpack_finding, packed["findings"])),
+        "rows": dict(packed["rows"]), **{name: _tuples(packed[name]) for name in _LISTS},
+        "resources": {stream: tuple(words) for stream, words in packed["resources"].items()},
+    })  # fmt: skip

@@ -1,0 +1,347 @@
+"""A run in processes of its own, supervised: what the command line uses, and a server.
+
+Formulas come from files that strangers exchange. So the engine evaluates them in a process with a memory limit, and is
+ended here when a row does not come to an end. The robot does not depend on it: this module starts the simulator's
+process too, and has a connection of its own to it, over which Stop goes whatever rows and engine do.
+"""
+
+from __future__ import annotations
+
+import selectors
+import threading
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.engine.heartbeat import RANK
+from rrp_sheets.errors import RunBroken, SheetsError
+from rrp_sheets.model.exchange import Notice
+from rrp_sheets.runs.run_events import dispatch, pack_settings, unpack_result, unpack_start
+from rrp_sheets.runs.trace_repair import close_trace
+from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView
+from rrp_sheets.runs.watchdog import FINISHED_AFTER, PREPARED_AFTER, SILENT_AFTER, Watchdog
+from rrp_sheets.runs.wire import unpack_error, unpack_finding
+from rrp_sheets.runs.worker_process import RunWorkerProcess, readable
+from rrp_sheets.sim.process import REMEDY_DIED, Simulator, require
+
+LOOK_EVERY = 0.05  # s: how often the processes are looked at, and Ctrl-C is passed on
+ROWS_END_WITHIN = 0.15  # s from Stop, for the engine to say that its rows are over; then it is ended
+STOP_WAITS = 0.05  # s, for another message to the engine, which somebody is just sending
+SEND_WITHIN = 2.0  # s, for the engine to take a message; its connection holds hundreds of them
+FINISH_WITHIN = 90.0  # s, to write table and diagram of a run that broke off
+CLOSE_WITHIN = 5.0  # s, for the simulator to bring its robot to rest when nobody listens to the run any more
+REMEDY_STUCK = "Look at that row's connector and formula; if they are of ours, please report it with the workbook."
+REMEDY_SLOW = "Let these rows work with shorter texts and lists, or less often."
+
+
+@dataclass(frozen=True)
+class RunOutcome:
+    """How it ended.
+
+    Attributes:
+        findings: about the workbook, when it has errors; then it did not run.
+        result: what the run left; None when it did not run, because of errors or since it was stopped before it began.
+    """
+
+    findings: tuple[Diagnostic, ...] = ()
+    result: RunResult | None = None
+
+
+class RunProcess:
+    """A run in a process of its own, which starts at once. Listen to it until it ends; stop it from any thread.
+
+    Args:
+        path: of the workbook, which that process reads and checks.
+        settings: how to run.
+
+    Raises:
+        MissingPart: when the simulator is not installed here.
+    """
+
+    def __init__(self, path: Path, settings: RunSettings | None = None) -> None:
+        require()
+        self._simulator = Simulator()
+        self._office = RunWorkerProcess(self._simulator.requests.fileno())
+        self._simulator.requests.close()  # else it would not be told when the engine has gone
+        self._watchdog = Watchdog(self._office.cell, self._office.cpu)
+        self._sending = threading.Lock()
+        self._asked: float | None = None  # when it was to stop
+        self._stopped_by = ""
+        self._resting: float | None = None  # when the robot had begun its rest, or could not any more
+        self._ending = ""  # why the simulator has ended
+        self._deaf = False  # the engine takes no messages
+        self._finisher: RunWorkerProcess | None = None
+        self._send("run", str(path.absolute()), pack_settings(settings or RunSettings()))
+        self._started: RunStart | None = None
+        self._starting = False
+        self._finishing = self._told_finishing = False
+        self._began = time.monotonic()
+
+    @property
+    def pid(self) -> int:
+        """The number of the engine's process."""
+        return self._office.pid
+
+    @property
+    def simulator_pid(self) -> int:
+        """The number of the simulator's process."""
+        return self._simulator.pid
+
+    # ---- what people do: from any thread, without waiting; the view is told what came of it
+    def stop(self, by: str = "") -> None:
+        """Bring the robot to its rest and end the run, whatever its rows are doing.
+
+        The simulator is told directly, then the engine; an engine whose rows do not end is ended.
+        """
+        if self._asked is None:
+            self._asked, self._stopped_by = time.monotonic(), by
+            self._simulator.rest()
+            if self._sending.acquire(timeout=STOP_WAITS):  # an engine that does not take it is ended
+                try:
+                    self._office.say("stop", by)
+                finally:
+                    self._sending.release()
+
+    def pause(self, by: str = "") -> None:
+        """Let everything stand still: streams, timers, motion."""
+        self._wish("pause", by)
+
+    def resume(self, by: str = "") -> None:
+        """Let it go on from where it stands."""
+        self._wish("resume", by)
+
+    def step(self, by: str = "") -> None:
+        """Let it go on for one frame (of an event loop: some 33 ms), and stand still."""
+        self._wish("step", by)
+
+    def speed(self, factor: float, by: str = "") -> None:
+        """Be faster or slower: 1 is real time, 0 as fast as it can."""
+        self._wish("speed", by, factor=factor)
+
+    def mark(self, note: str, by: str = "") -> None:
+        """Record a note with the time of now."""
+        self._wish("mark", by, note=note)
+
+    def switch(self, behaviour: str, on: bool, by: str = "") -> None:
+        """Switch a behaviour by its name."""
+        self._wish("switch", by, behaviour=behaviour, on=on)
+
+    def send(self, stream: str, text: str, by: str = "") -> None:
+        """Let a value enter a sensor stream (or one of ended commands) in the next frame.
+
+        Args:
+            stream: its name.
+            text: as the Send cell of a test has it: a formula, or `field=value; field=value`; blank is the example.
+            by: who sends it.
+        """
+        self._wish("send", by, stream=stream, text=text)
+
+    def press(self, label: str, by: str = "") -> None:
+        """Press an operator's button."""
+        self._wish("press", by, label=label)
+
+    def scene(self, thing: str, verb: str, value: str, by: str = "") -> None:
+        """Let something happen in the world at once, in the words of a Scene sheet's row."""
+        self._wish("scene", by, thing=thing, verb=verb, value=value)
+
+    def put(self, thing: str, at: tuple[float, float, float], by: str = "") -> None:
+        """Move a thing of the scene (m) at once, as one drags it: of many places in a frame the last one counts."""
+        self._wish("put", by, thing=thing, at=at)
+
+    def apply(self, path: Path, by: str = "") -> None:
+        """Let the run go on with the rows of the edited workbook, when their graph has the same shape."""
+        self._wish("apply", by, path=str(path.absolute()))
+
+    def look(self, wanted: bool) -> None:
+        """Say whether somebody wants to see what the robot sees."""
+        self._wish("look", wanted=wanted)
+
+    def _wish(self, kind: str, by: str = "", **what: Any) -> None:
+        self._send("wish", kind, by, what)
+
+    def _send(self, *message: Any) -> None:
+        with self._sending:
+            self._deaf = self._deaf or not self._office.send(*message, within=SEND_WITHIN)
+
+    def listen(self, view: RunView) -> RunOutcome:
+        """Tell a view everything until the run has ended.
+
+        Raises:
+            UnreadableFile: when the workbook cannot be read.
+            MissingPart: when the simulator is not installed here.
+            SheetsError: when the folder cannot be used.
+            RunBroken: when a device does not start, or the process ends before the run has begun.
+        """
+        try:
+            with selectors.DefaultSelector() as selector:
+                for end in (self._office, self._simulator):
+                    selector.register(end, selectors.EVENT_READ)
+                return self._listen(view, selector)
+        finally:
+            self._office.close()
+            self._simulator.close(CLOSE_WITHIN)
+            if self._finisher is not None:
+                self._finisher.close()
+
+    def _listen(self, view: RunView, selector: selectors.BaseSelector) -> RunOutcome:
+        office = self._office
+        if type(view).state is not RunView.state:
+            self._wish("show", wanted=True)
+        while True:
+            if self._asked is None and view.stopped():
+                self.stop()
+            selector.select(LOOK_EVERY)
+            self._look_at_simulator()
+            if self._simulator.gone and len(selector.get_map()) > 1:
+                selector.unregister(self._simulator)
+            messages = office.receive(0)
+            if messages is None:
+                words = f"The run's process has ended unexpectedly{office.last_words()}{self._where()}."
+                return self._alone(view, RunBroken(words, REMEDY_DIED))
+            for message in messages:
+                ended = self._take(message, view)
+                if ended is not None:
+                    return ended
+            self._tell_finishing(view)
+            if self._asked is not None and not self._starting:
+                office.kill()  # nothing has begun, and the check of a workbook need not be waited for
+                return RunOutcome()
+            if self._is_late():
+                return self._alone(view, None)
+            failure = self._failure(heard=bool(messages))
+            if failure is not None:
+                return self._alone(view, failure)
+
+    def _look_at_simulator(self) -> None:
+        """Hear what the simulator says; end it when it does not work any more, and tell the engine why."""
+        simulator = self._simulator
+        if simulator.gone:
+            return
+        simulator.hear()
+        failure = simulator.failure()
+        if failure:
+            simulator.kill()
+        if simulator.gone:
+            self._ending = failure or f"The simulator has ended unexpectedly{simulator.exit_words()}."
+            self._send("simulator ended", self._ending)
+        if self._resting is None and (simulator.resting or simulator.gone):
+            self._resting = time.monotonic()
+
+    def _is_late(self) -> bool:
+        """Whether Stop was said and the rows are not over in time; an engine that waits for the simulator may wait."""
+        if self._asked is None or self._started is None or self._finishing:
+            return False
+        if self._resting is None and self._simulator.working:
+            return False
+        return time.monotonic() - max(self._asked, self._resting or 0.0) > ROWS_END_WITHIN
+
+    def _failure(self, *, heard: bool) -> RunBroken | None:
+        """Why the engine must be ended; None when it goes on."""
+        patience = PREPARED_AFTER if self._started is None else FINISHED_AFTER if self._finishing else SILENT_AFTER
+        rows = self._started.rows if self._started else {}
+        failure = self._watchdog.failure(
+            heard=heard, silent_after=patience, waits=self._simulator.working and not self._simulator.gone, rows=rows
+        )
+        if self._deaf and not failure:
+            failure = f"The run has taken no message for {SEND_WITHIN:g} s{self._where()}"
+        if not failure:
+            return None
+        return RunBroken(f"{failure}.", REMEDY_SLOW if "costliest" in failure else REMEDY_STUCK)
+
+    def _row(self) -> str:
+        """The row that is being worked out; empty when it is none."""
+        return self._started.rows.get(self._office.cell[RANK], "") if self._started else ""
+
+    def _where(self) -> str:
+        row = self._row()
+        return f" while the row {row} was being worked out" if row else ""
+
+    def _tell_finishing(self, view: RunView) -> None:
+        """Tell that the robot is brought to rest, once: when the simulator says so, not when the engine wants it."""
+        if self._simulator.resting and self._started is not None and not self._told_finishing:
+            self._told_finishing = True
+            view.finishing()
+
+    def _take(self, message: list[Any], view: RunView) -> RunOutcome | None:
+        kind, *rest = message
+        if kind == "result":
+            return RunOutcome(result=unpack_result(rest[0]))
+        if kind == "failed":
+            raise unpack_error(rest[0])
+        if kind == "memory":
+            raise RunBroken("The workbook needs more memory than a run may have.", "Divide it into smaller ones.")
+        if kind == "checked":
+            return RunOutcome(findings=tuple(map(unpack_finding, rest[0])))
+        if kind == "starting":
+            self._starting = True
+        elif kind == "started":
+            self._started = unpack_start(rest[0])
+            self._began = time.monotonic()
+            view.started(self._started)
+        elif kind == "finishing":
+            self._finishing = True
+        else:
+            dispatch(message, view)
+        return None
+
+    # ---- a run whose engine has gone, or is ended
+    def _alone(self, view: RunView, error: RunBroken | None) -> RunOutcome:
+        """Let the robot come to its rest without the engine, close the trace, write what can be written.
+
+        Args:
+            view: is told.
+            error: why the run breaks off; None when it was stopped and its rows did not end in time.
+        """
+        start, row, where = self._started, self._row(), self._where()
+        self._office.kill()
+        self._simulator.rest()
+        if start is None or not (start.folder / "trace.jsonl").is_file():
+            if error is None:
+                return RunOutcome()
+            raise error
+        wall = time.monotonic() - self._began
+        self._finisher = RunWorkerProcess()  # it starts while the robot comes to rest
+        notices, hindrance = self._await_rest(view)
+        if error is None and hindrance is None:
+            words = f"The rows did not end within {ROWS_END_WITHIN:g} s of Stop, so the engine was ended"
+            notices = (*notices, Notice("note", f"{words}{where}."))
+        error = error or hindrance
+        by = self._stopped_by if self._asked is not None else ""
+        summary = close_trace(start, row, error, notices, by)
+        for notice in notices:
+            view.happening(round(summary.simulated * 1e6), notice)
+        summary.wall = wall
+        view.rested(summary, error)
+        files, problems = self._finish(start.folder)
+        return RunOutcome(result=RunResult(start.folder, files, summary, error, problems))
+
+    def _await_rest(self, view: RunView) -> tuple[tuple[Notice, ...], RunBroken | None]:
+        """Wait until the robot has come to its rest; what the simulator tells, and why the robot could not rest."""
+        simulator = self._simulator
+        while not simulator.gone and simulator.rested is None:
+            readable(simulator.fileno(), LOOK_EVERY)
+            self._look_at_simulator()
+            self._tell_finishing(view)
+        if simulator.rested is None:
+            return (), RunBroken(self._ending, REMEDY_DIED)
+        return simulator.rested, None
+
+    def _finish(self, folder: Path) -> tuple[dict[str, str], tuple[str, ...]]:
+        """Let a fresh process write table and diagram; it checks the workbook again, and may be ended as well."""
+        from rrp_sheets.runs.folder import files_in  # loads what reads a trace: only when something broke
+
+        assert self._finisher is not None
+        with suppress(SheetsError):
+            for answer in self._finisher.answers(["finish", str(folder)], FINISH_WITHIN):
+                if answer is not None and answer[0] == "finished":
+                    return answer[1], tuple(answer[2])
+                break
+        return files_in(folder), ("The table and the diagram could not be made.",)
+
+
+def run_apart(path: Path, settings: RunSettings | None = None, view: RunView | None = None) -> RunOutcome:
+    """Run a workbook in a process of its own, to its end; see :meth:`RunProcess.listen`."""
+    return RunProcess(path, settings).listen(view or RunView())

@@ -1,0 +1,242 @@
+"""A process of ours, from the side of the program that starts it: what it says, in which time, and how it ended."""
+
+from __future__ import annotations
+
+import math
+import selectors
+import socket
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from typing import Any
+
+from rrp_sheets.engine.heartbeat import NO_ROW, PLACES, RANK
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.processes import ChildProcess, Lines, SharedCell, cpu_clock, line
+from rrp_sheets.runs.wire import unpack_error
+
+
+class WorkerError(SheetsError):
+    """A process gave no answer.
+
+    Attributes:
+        why: what became of it, in words that follow “it” or “they”.
+        gone: it has ended by itself, or something else has ended it: another time it may answer.
+    """
+
+    def __init__(self, why: str, *, gone: bool = False, message: str = "", remedy: str = "") -> None:
+        super().__init__(message or f"It {why}.", remedy)
+        self.why = why
+        self.gone = gone
+
+
+class WorkerProcess:
+    """A started process of ours.
+
+    Args:
+        module: what it runs.
+        shared: further open files that it inherits.
+        scratch: whether it has a folder of its own for what it keeps for a moment; that goes with it.
+    """
+
+    def __init__(self, module: str, *shared: int, scratch: bool = False) -> None:
+        prefix = "rrp-sheets-"
+        self._scratch = tempfile.TemporaryDirectory(prefix=prefix, ignore_cleanup_errors=True) if scratch else None
+        self._child = ChildProcess(module, *shared, scratch=self._scratch.name if self._scratch else "")
+        self._lines = Lines(self._child.link)
+
+    @property
+    def pid(self) -> int:
+        """The process's number."""
+        return self._child.pid
+
+    @property
+    def ended(self) -> bool:
+        """Whether it has ended."""
+        return self._child.ended
+
+    def fileno(self) -> int:
+        """The number of the connection, to wait for what it says."""
+        return self._child.link.fileno()
+
+    def say(self, *message: Any) -> bool:
+        """Send a short message without waiting; return whether it was taken."""
+        return self._child.say(*message)
+
+    def send(self, *message: Any, within: float | None = None) -> bool:
+        """Send a message; one that has ended hears nothing, and is found out when it is listened to.
+
+        Args:
+            message: what is sent.
+            within: seconds for it to be taken; None waits.
+
+        Returns:
+            Whether it was taken in time; if not, nothing more can be sent.
+        """
+        link = self._child.link
+        data = memoryview(line(list(message)))
+        until = math.inf if within is None else time.monotonic() + within
+        try:
+            while data:
+                with suppress(BlockingIOError):
+                    data = data[link.send(data, socket.MSG_DONTWAIT) :]
+                    continue
+                left = until - time.monotonic()
+                if left <= 0 or not _writable(link.fileno(), None if within is None else left):
+                    return False
+        except OSError:
+            return True
+        return True
+
+    def receive(self, within: float) -> list[list[Any]] | None:
+        """What it has said, waiting some seconds for it; None when it has ended."""
+        return self._lines.receive() if readable(self._child.link.fileno(), within) else []
+
+    def answers(self, request: Sequence[Any], within: float, every: float = math.inf) -> Iterator[list[Any] | None]:
+        """What it says to a request, message by message.
+
+        Args:
+            request: the message that is sent.
+            within: seconds for all of it; then the process is ended.
+            every: seconds after which there is a None when it has said nothing meanwhile.
+
+        Raises:
+            NoAnswer: when it has ended, or was ended.
+        """
+        deadline = time.monotonic() + within
+        self.send(*request, within=max(within, 0.001))  # a process that hangs does not take what is sent
+        while (left := deadline - time.monotonic()) > 0:
+            messages = self.receive(min(left, every))
+            if messages is None:
+                raise WorkerError(f"ended unexpectedly{self.last_words()}", gone=True)
+            yield from messages
+            if not messages and every < math.inf:
+                yield None
+        self.kill()
+        raise WorkerError(f"did not come to an end within {within:g} s")
+
+    def kill(self) -> None:
+        """End it at once."""
+        self._child.kill()
+
+    def close(self, within: float = 2.0) -> None:
+        """Let it end within some seconds, which it does when the connection closes, and let everything go."""
+        self._child.close(within)
+        if self._scratch is not None:
+            self._scratch.cleanup()
+
+    def last_words(self) -> str:
+        """How it ended: its exit code and the last line it wrote."""
+        return self._child.last_words()
+
+
+class RunWorkerProcess(WorkerProcess):
+    """A process that checks and runs workbooks.
+
+    Args:
+        simulator: the number of the connection to the simulator that it runs them on; it inherits it.
+
+    Attributes:
+        cell: tells where it is.
+        cpu: its processor time in seconds.
+    """
+
+    def __init__(self, simulator: int | None = None) -> None:
+        self._shared = SharedCell(PLACES)
+        self.cell = self._shared.numbers
+        self.cell[RANK] = NO_ROW
+        inherited = [self._shared.fd] if simulator is None else [self._shared.fd, simulator]
+        super().__init__("rrp_sheets.runs.child", *inherited)
+        self.cpu = cpu_clock(self.pid)
+
+    def close(self, within: float = 2.0) -> None:
+        """Let it end, and let everything go."""
+        super().close(within)
+        self._shared.close()
+
+
+class RestartingWorker:
+    """A process that answers, kept and used again; from any thread, one request at a time. Close it at the end.
+
+    It starts when it is asked first, and again when it has ended, or needed too much memory or time.
+
+    Args:
+        start: starts the process.
+    """
+
+    def __init__(self, start: Callable[[], WorkerProcess]) -> None:
+        self._start = start
+        self._lock = threading.Lock()
+        self._closed = False
+        self._office: WorkerProcess | None = None
+
+    @property
+    def pid(self) -> int | None:
+        """The process's number; None while there is none."""
+        office = self._office
+        return office.pid if office is not None else None
+
+    def ask(self, request: Sequence[Any], within: float, start: float = 0.0) -> list[Any]:
+        """Its answer, without the word that says that it is one.
+
+        Args:
+            request: the message that is sent.
+            within: seconds for the answer.
+            start: seconds more when the process has to be started first.
+
+        Raises:
+            NoAnswer: when it has ended, or was ended.
+            SheetsError: what it says instead, or when this was closed.
+        """
+        with self._lock:
+            if self._office is not None and self._office.ended:  # meanwhile: this request is not to blame
+                self._drop()
+            if self._office is None and not self._closed:
+                self._office, within = self._start(), within + start
+            if self._closed or self._office is None:  # asked after it was made: `close` sees it, or this sees `close`
+                raise _closed()
+            try:
+                kind, *answer = next(m for m in self._office.answers(request, within) if m is not None)
+                if kind == "memory":
+                    raise WorkerError("needed more memory than it may have")
+            except WorkerError:
+                self._drop()
+                if self._closed:
+                    raise _closed() from None
+                raise
+        if kind == "failed":
+            raise unpack_error(answer[0])
+        return answer
+
+    def close(self) -> None:
+        """End the process, whatever it is doing, and start no other."""
+        self._closed = True
+        office = self._office
+        if office is not None:
+            office.kill()
+        with self._lock:
+            self._drop()
+
+    def _drop(self) -> None:
+        office, self._office = self._office, None
+        if office is not None:
+            office.close()
+
+
+def _closed() -> SheetsError:
+    return SheetsError("The program is being ended.")
+
+
+def _writable(fd: int, within: float | None) -> bool:
+    with selectors.DefaultSelector() as selector:
+        selector.register(fd, selectors.EVENT_WRITE)
+        return bool(selector.select(within))
+
+
+def readable(fd: int, within: float) -> bool:
+    """Whether something can be read, waiting some seconds for it; `select` alone cannot do a busy server's numbers."""
+    with selectors.DefaultSelector() as selector:
+        selector.register(fd, selectors.EVENT_READ)
+        return bool(selector.select(within))

@@ -1,0 +1,109 @@
+"""The newest value of every row and stream; they are put into words only when they are told."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from rrp_sheets.model.values import Value
+from rrp_sheets.runs.formatting import told
+from rrp_sheets.web.live.streams import Known
+
+_FORGIVEN_US = 1_000_000  # a row's error is shown for at least so long, although a value comes
+_LONGEST = 200  # letters of an error's message
+Told = dict[str, Any]
+
+
+@dataclass(slots=True)
+class Entry:
+    """What came last, and how often something came."""
+
+    value: Value = None
+    unit: str = ""
+    us: int = -1
+    count: int = 0
+    error: str = ""
+    error_us: int = -1
+    kind: str = ""
+    renewed_us: int = -1
+
+
+class LatestValues:
+    """The newest values.
+
+    Args:
+        rows: the rows' ids by their refs.
+        units: of what rows give, by their refs.
+    """
+
+    def __init__(self, rows: Mapping[str, str], units: Mapping[str, str]) -> None:
+        self._ids = rows
+        self._units = units
+        self._rows: dict[str, Entry] = {}
+        self._streams: dict[str, Entry] = {}
+        self._new_rows: set[str] = set()
+        self._new_streams: set[str] = set()
+
+    def value(self, us: int, known: Known, row: str, value: Value) -> None:
+        """A value on a stream, by a row or from a device."""
+        unit = self._units.get(row, "")
+        stream = self._streams.setdefault(known.name, Entry(kind=known.kind))
+        _put(stream, us, value, unit)
+        self._new_streams.add(known.name)
+        ident = self._ids.get(row)
+        if ident is not None:
+            _put(self._rows.setdefault(ident, Entry()), us, value, unit)
+            self._new_rows.add(ident)
+
+    def failed(self, us: int, row: str, message: str) -> None:
+        """A row could not give a value."""
+        ident = self._ids.get(row)
+        if ident is not None:
+            entry = self._rows.setdefault(ident, Entry())
+            entry.error, entry.error_us = message[:_LONGEST], us
+            self._new_rows.add(ident)
+
+    def renewed(self, us: int, row: str) -> None:
+        """A row's formula is another one from now on."""
+        ident = self._ids.get(row)
+        if ident is not None:
+            self._rows.setdefault(ident, Entry()).renewed_us = us
+            self._new_rows.add(ident)
+
+    def told(self, row: str, value: Value) -> str:
+        """A value of a row in words."""
+        return told(value, self._units.get(row, ""))
+
+    def count(self, stream: str) -> int:
+        """How many values a stream has had."""
+        found = self._streams.get(stream)
+        return found.count if found else 0
+
+    def news(self) -> tuple[dict[str, Told], dict[str, Told]]:
+        """The rows and the streams that have something new."""
+        rows = {i: _row(self._rows[i]) for i in self._new_rows}
+        streams = {n: _stream(self._streams[n]) for n in self._new_streams}
+        self._new_rows, self._new_streams = set(), set()
+        return rows, streams
+
+    def all(self) -> tuple[dict[str, Told], dict[str, Told]]:
+        """All rows and all streams."""
+        return {i: _row(e) for i, e in self._rows.items()}, {n: _stream(e) for n, e in self._streams.items()}
+
+
+def _put(entry: Entry, us: int, value: Value, unit: str) -> None:
+    entry.value, entry.us, entry.unit = value, us, unit
+    entry.count += 1
+    if entry.error and us - entry.error_us > _FORGIVEN_US:
+        entry.error = ""
+
+
+def _row(entry: Entry) -> Told:
+    text = told(entry.value, entry.unit) if entry.count else ""
+    row = {"v": text, "at": entry.us / 1e6 if entry.count else None, "n": entry.count, "e": entry.error}
+    return row if entry.renewed_us < 0 else {**row, "from": entry.renewed_us / 1e6}
+
+
+def _stream(entry: Entry) -> Told:
+    return {"v": told(entry.value, entry.unit), "at": entry.us / 1e6, "n": entry.count, "kind": entry.kind}

@@ -1,0 +1,147 @@
+"""The floor where the robot stands: one robot, so one run at a time for all workbooks of the server."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.formatting import clock
+from rrp_sheets.web.live.session import RunOptions, RunSession
+from rrp_sheets.web.open_workbooks import OpenWorkbooks
+from rrp_sheets.web.sse import message
+from rrp_sheets.web.workbook_session import WorkbookSession
+
+NONE: dict[str, Any] = {"phase": "none", "book": ""}
+
+
+class RobotBusy(SheetsError):
+    """Somebody else's run goes on; `book` is its workbook."""
+
+    def __init__(self, message: str, remedy: str, book: str) -> None:
+        super().__init__(message, remedy)
+        self.book = book
+
+
+class RunManager:
+    """The run that goes on, or the last one until somebody clears it away.
+
+    Args:
+        desk: whose rooms are told.
+    """
+
+    def __init__(self, desk: OpenWorkbooks) -> None:
+        self._desk = desk
+        self._lock = threading.Lock()
+        self._unwritten: list[RunSession] = []  # the files of their folders are not all there yet
+        self.session: RunSession | None = None
+        desk.opened, desk.leaving = self._attach, self._leaving
+
+    def _attach(self, room: WorkbookSession) -> None:
+        room.about_run = lambda: self._about(room)
+        room.after_check = lambda: self._checked(room)
+        room.after_edit = lambda: self._edited(room)
+
+    def _leaving(self, room: WorkbookSession) -> None:
+        session = self.session
+        if session is not None and session.room is room and session.is_going:
+            raise SheetsError(f"{session.wish.by} is running {session.book}.", "Stop the run first.")
+
+    def start(self, room: WorkbookSession, book: str, wish: RunOptions) -> RunSession:
+        """Start a run.
+
+        Raises:
+            Taken: when a run goes on.
+            MissingPart: when the simulator is not installed here.
+            SheetsError: when the workbook has errors.
+        """
+        errors = room.analysis().errors
+        if errors:
+            raise SheetsError("Run starts when there are no errors.", "Mend what is listed under Problems.")
+        with self._lock:
+            going = self.session
+            if going is not None and going.is_going:
+                raise RobotBusy(_taken(going), "Wait for its end, or stop it there.", going.book)
+            with self._desk.staying(room):  # a file is renamed before, and then it is not here, or after the run
+                session = self.session = RunSession(room, book, wish, self._tell)
+            self._unwritten = [s for s in self._unwritten if not s.written] + [session]
+        self._tell(session)
+        session.begin(self._over)
+        return session
+
+    def now(self) -> dict[str, Any]:
+        """What every page of the server shows of a run that goes on."""
+        session = self.session
+        return session.short() if session is not None and session.is_going else NONE
+
+    def going(self) -> set[str]:
+        """The names of the folders of runs that go on."""
+        session = self.session
+        return {session.folder} if session is not None and session.is_going and session.folder else set()
+
+    def joints(self, room: WorkbookSession) -> Mapping[str, float]:
+        """The joints (rad) of the robot that runs a workbook now; none when none does."""
+        session = self.session
+        return session.hub.joints if session is not None and session.room is room and session.is_going else {}
+
+    def writing(self) -> set[str]:
+        """The names of the folders of runs that are over, and whose table and pictures are still being written."""
+        return {s.folder for s in list(self._unwritten) if s.folder and not s.is_going and not s.written}
+
+    def clear(self, room: WorkbookSession) -> None:
+        """Forget the last run of a workbook: its values leave the grid."""
+        with self._lock:
+            session = self.session
+            if session is None or session.room is not room or session.is_going:
+                return
+            self.session = None
+        for each in self._desk.rooms():
+            each.tell("run", NONE)
+
+    def forget(self, folders: Collection[str]) -> None:
+        """Runs were deleted: no page shows any more what the last of them did, nor who took part."""
+        session = self.session
+        if session is not None and session.folder in folders:
+            self.clear(session.room)
+
+    # ---- telling
+
+    def _tell(self, session: RunSession) -> None:
+        if session is not self.session:  # its files were still being written when another run began
+            return
+        own, others = message("run", session.state()), message("run", session.short())
+        for room in self._desk.rooms():
+            room.tell_all(own if room is session.room else others)
+
+    def _about(self, room: WorkbookSession) -> str:
+        session = self.session
+        if session is None:
+            return message("run", NONE)
+        if session.room is room:
+            return session.about()
+        return message("run", session.short() if session.is_going else NONE)
+
+    def _over(self, session: RunSession) -> None:
+        self._tell(session)
+        if session.again_by and session.ended is not None and not session.ended["broken"]:
+            try:
+                self.start(session.room, session.book, session.again())
+            except SheetsError as error:
+                session.room.tell("trouble", {"message": f"{error.message} {error.remedy}".strip()})
+
+    def _checked(self, room: WorkbookSession) -> None:
+        session = self.session
+        if session is not None and session.room is room:
+            session.follow_edits()
+
+    def _edited(self, room: WorkbookSession) -> None:
+        """The first edit after a run brings the examples back."""
+        session = self.session
+        if session is not None and session.room is room and not session.is_going:
+            self.clear(room)
+
+
+def _taken(session: RunSession) -> str:
+    who = session.wish.by
+    return f"{who} is running {session.book} since {clock(session.hub.us)}. There is one robot, so one run at a time."

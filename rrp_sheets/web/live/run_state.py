@@ -1,0 +1,257 @@
+"""Listens to a run and knows its newest values; what is new is told to all pages at once, as often as they can show it.
+
+The run's messages come on one thread, which never waits for a page. Only what is newest is kept, so that a flood of
+events costs a display no more than a trickle.
+"""
+
+from __future__ import annotations
+
+import re
+import threading
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from rrp_sheets.errors import RunBroken
+from rrp_sheets.model.exchange import Notice, OperatorAction, State
+from rrp_sheets.model.values import Failure, Record, Value
+from rrp_sheets.runs.formatting import clock
+from rrp_sheets.runs.view import RunStart, RunView, Summary
+from rrp_sheets.web.live.intervals import Drives
+from rrp_sheets.web.live.latest_values import LatestValues
+from rrp_sheets.web.live.log import Line, Log
+from rrp_sheets.web.live.plotting import Plots
+from rrp_sheets.web.live.streams import Known, known_streams
+
+Told = dict[str, Any]
+_COMMAND = re.compile(r"See `rrp-sheets help ([^`]+)`")  # of the terminal; here there is a Help to open
+
+_HEARD = {"say": "speech", "sound": "sound", "person": "person"}  # what can be heard again, and its kind of line
+
+
+class RunState(RunView):
+    """A run as its pages are told it.
+
+    Args:
+        rows: the rows' ids by their refs, as they were when the run began.
+        units: of what rows give, by their refs.
+        changed: called when the phase or something about the run has changed, on the run's thread.
+    """
+
+    def __init__(self, rows: Mapping[str, str], units: Mapping[str, str], changed: Callable[[str], None]) -> None:
+        self._rows = rows
+        self._changed = changed
+        self._lock = threading.Lock()
+        self._streams: dict[str, Known] = {}
+        self._voices: set[str] = set()
+        self._newest = LatestValues(rows, units)
+        self._fields: dict[str, Told] = {}
+        self._new_fields: set[str] = set()
+        self._plots = Plots()
+        self._drives = Drives()
+        self._robot: State | None = None
+        self._new_robot = False
+        self._told_us = -1
+        self.log = Log(rows)
+        self.us = 0
+        self.start: RunStart | None = None
+        self.is_paused = False
+        self.behaviours: dict[str, bool] = {}
+        self.speed = 1.0
+        self.rest: tuple[Summary, RunBroken | None] | None = None  # how it ended
+        self.refusal = ""  # why edited rows are not used
+        self.picture_number = 0
+        self.jpeg = b""
+        self._pictured = 0.0  # when the picture came, by this computer's clock
+
+    # ---- what the run tells
+
+    def started(self, start: RunStart) -> None:
+        """The run begins."""
+        with self._lock:
+            self.start = start
+            self._streams = known_streams(start)
+            self._voices = {stream for stream, needs in start.resources.items() if "voice" in needs}
+            self.behaviours = dict(start.behaviours)
+        self._changed("started")
+
+    def event(self, us: int, stream: str, row: str, value: Value) -> None:
+        """A value on a stream."""
+        known = self._streams.get(stream)
+        if known is None:
+            return
+        with self._lock:
+            self._newest.value(us, known, row, value)
+            if known.kind == "actuator":
+                if stream in self._voices and value is not None:
+                    return  # what is said is told when it is said
+                self.log.command(us, row, known.name, value, self._newest.told(row, value))
+                return
+            self._plots.take(us, known.name, value, fields=known.kind == "sensor")
+            if known.kind == "sensor" and isinstance(value, Record):
+                self._fields[known.name] = {
+                    n: v for n, v in value.as_dict().items() if isinstance(v, (int, float, str))
+                }
+                self._new_fields.add(known.name)
+
+    def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
+        """A formula failed."""
+        with self._lock:
+            self._newest.failed(us, row, failure.message)
+            self.log.trouble(us, "error", failure.message, row)
+
+    def happening(self, us: int, happening: Notice) -> None:
+        """The robot speaks, clamps a command, notes something."""
+        known = self._streams.get(happening.stream)
+        name = known.name if known else ""
+        with self._lock:
+            if happening.kind in _HEARD:
+                kind = _HEARD[happening.kind]
+                self.log.add(us, kind, happening.text, row=happening.row, stream=name, sound=happening.sound)
+                return
+            if happening.kind == "error" and happening.row:
+                self._newest.failed(us, happening.row, happening.text)
+            self.log.trouble(us, happening.kind, happening.text, happening.row, name)
+
+    def frame(self, us: int) -> None:
+        """A frame is over."""
+        self.us = us
+
+    def paused(self, us: int, is_paused: bool) -> None:
+        """The run was paused, or goes on."""
+        self.is_paused = is_paused
+        self._changed("paused")
+
+    def state(self, us: int, state: State) -> None:
+        """What the robot is like."""
+        with self._lock:
+            self._robot, self._new_robot = state, True
+            self._drives.take(us, state.driving)
+
+    def picture(self, us: int, jpeg: bytes) -> None:
+        """What the robot sees."""
+        self.jpeg, self._pictured = jpeg, time.monotonic()
+        self.picture_number += 1
+
+    def acted(self, us: int, act: OperatorAction) -> None:
+        """Somebody did something."""
+        kind = {"press": "button", "pause": "note", "resume": "note", "step": "note", "speed": "note"}
+        with self._lock:
+            if act.kind == "switch":
+                self.behaviours[str(act.detail["behaviour"])] = bool(act.detail["on"])
+            elif act.kind == "speed":
+                self.speed = float(act.detail["factor"])
+            elif act.kind == "edit":
+                self.refusal = ""
+                self._edited(us, act)
+            if "put" in act.detail and "appears" not in act.detail:  # dragged: many places, one line
+                self.log.put(us, str(act.detail["thing"]), act.text, act.by)
+            elif act.kind not in ("step", "edit") and (act.by or act.kind != "switch"):  # what a row switches is a note
+                self.log.add(us, kind.get(act.kind, act.kind), act.text, by=act.by)
+        if act.kind in ("switch", "speed", "edit"):
+            self._changed(act.kind)
+
+    def _edited(self, us: int, act: OperatorAction) -> None:
+        """Edited rows are used from now on; told at each of them, if anything that runs is another one."""
+        rows = [str(row) for row in act.detail.get("rows", ())]
+        for row in rows:
+            self._newest.renewed(us, row)
+        if act.detail.get("changes"):
+            what = ", ".join(rows[1:])
+            text = f"{f'and {what} ' if what else ''}used from {clock(us)} on"
+            self.log.add(us, "edit", text, row=rows[0] if rows else "", by=act.by)
+
+    def unused(self, why: str) -> None:
+        """Edited rows cannot be used."""
+        if why != self.refusal:
+            self.refusal = why
+            self._changed("unused")
+
+    def refused(self, kind: str, message: str, remedy: str) -> None:
+        """Something could not be done."""
+        text = _COMMAND.sub(r"Help: \1", f"{message} {remedy}".strip())
+        with self._lock:
+            if kind == "apply":
+                self.refusal = text
+            elif kind == "speed":  # an event loop goes by the wall clock
+                self.speed = 1.0
+            if kind == "put":  # dragged: many times, one line
+                self.log.again(self.us, text, "refused", text, by="")
+            else:
+                self.log.add(self.us, "error" if kind == "apply" else "refused", text)
+        self._changed("refused")
+
+    def finishing(self) -> None:
+        """The robot is brought to rest."""
+        self._changed("finishing")
+
+    def rested(self, summary: Summary, broken: RunBroken | None) -> None:
+        """The robot is at rest: another run may begin while this one's files are written."""
+        self.rest = summary, broken
+        self._changed("rested")
+
+    def ended(self, words: str) -> None:
+        """It is over."""
+        with self._lock:
+            self.log.add(self.us, "end", words)
+
+    # ---- what the pages are told
+
+    def news(self) -> tuple[Told | None, list[Line]]:
+        """What is new since the last time, or None; and the new lines of the log."""
+        with self._lock:
+            lines = self.log.news()
+            told = self._told(full=False)
+        if len(told) == 1 and self.us == self._told_us:
+            return None, lines
+        self._told_us = self.us
+        return told, lines
+
+    def all(self) -> tuple[Told, list[Line]]:
+        """Everything that was told so far, for a page that joins."""
+        with self._lock:
+            return {"full": True, **self._told(full=True)}, self.log.all()
+
+    def _told(self, *, full: bool) -> Told:
+        told: Told = {"t": self.us / 1e6}
+        rows, streams = self._newest.all() if full else self._newest.news()
+        fields = self._fields if full else {n: self._fields[n] for n in self._new_fields}
+        parts = {
+            "rows": rows, "streams": streams, "fields": fields,
+            "plots": self._plots.all(self.us) if full else self._plots.news(),
+            "drives": self._drives.all() if full else self._drives.news(),
+            "robot": self._robot_told() if full or self._new_robot else None,
+            "eye": self.picture_number,
+            "eye_age": round(time.monotonic() - self._pictured, 1) if full and self.jpeg else 0,
+        }  # fmt: skip
+        told.update((name, part) for name, part in parts.items() if part)
+        if not full:
+            self._new_fields, self._new_robot = set(), False
+        return told
+
+    def _robot_told(self) -> Told | None:
+        state = self._robot
+        if state is None:
+            return None
+        return {
+            "joints": {n: round(v, 4) for n, v in state.joints.items()}, "base": [round(v, 4) for v in state.base],
+            "eyes": [round(v, 3) for v in state.eyes], "saying": state.saying,
+            "things": {n: [round(v, 3) for v in at] for n, at in state.things.items()}, "looks": state.looks,
+            "light": round(state.light, 3), "noise": round(state.noise, 3),
+        }  # fmt: skip
+
+    @property
+    def joints(self) -> Mapping[str, float]:
+        """The robot's joints as they were told last, rad."""
+        with self._lock:
+            return {} if self._robot is None else dict(self._robot.joints)
+
+    def button_counts(self) -> dict[str, int]:
+        """How often each operator button was pressed, by its stream's name."""
+        with self._lock:
+            names = (
+                [self._streams[s].name if s in self._streams else s for s, _ in self.start.buttons]
+                if self.start
+                else []
+            )
+            return {name: self._newest.count(name) for name in names}

@@ -1,0 +1,134 @@
+"""The press: puts printed protocols together and sets them, in a process of its own; what it has made is kept.
+
+A workbook may come from a stranger, and its tests evaluate formulas: the server only reads what the press writes.
+"""
+
+from __future__ import annotations
+
+import json
+import tempfile
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import date
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.render.pack.model import Pack
+from rrp_sheets.runs.records.query_worker import QueryWorker
+from rrp_sheets.web.records.rebuilding import rebuilt
+
+T = TypeVar("T")
+_WITHIN = 120.0  # s for one protocol; its tests alone may take 20, and a thousand rows fill 130 pages
+_KEPT = 8  # protocols, and as many PDFs
+_MOST_BYTES = 60_000_000
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is to be printed.
+
+    Attributes:
+        path: of the workbook; `digest` is its SHA-256, `against_digest` that of the one it is compared with.
+        against: the other workbook; None for no comparison.
+        language: its code; empty for the Protocol's.
+        day: that is printed.
+    """
+
+    path: Path
+    digest: str
+    against: Path | None = None
+    against_digest: str = ""
+    language: str = ""
+    day: str = field(default_factory=lambda: date.today().isoformat())
+
+    @property
+    def name(self) -> tuple[str, ...]:
+        """By which it is kept."""
+        return (str(self.path), self.digest, self.against_digest, self.language, self.day)
+
+    @property
+    def request(self) -> tuple[str, ...]:
+        """As the process is asked for it."""
+        other = str(self.against) if self.against else ""
+        return (str(self.path), f"{self.digest} {self.against_digest} {self.day}", other, self.language)
+
+
+@dataclass(frozen=True)
+class ProtocolPreview:
+    """A protocol to be shown: everything in it, its diagrams by the names under which it asks for them, the legend."""
+
+    pack: Pack
+    pictures: dict[str, str]
+    legend: str
+
+
+class ProtocolPrinter(QueryWorker):
+    """Makes printed protocols; from any thread, one at a time."""
+
+    def __init__(self) -> None:
+        super().__init__(_WITHIN, "rrp_sheets.web.records.press_child")
+        self._keeping = threading.Lock()
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
+        self._made: OrderedDict[tuple[str, ...], Any] = OrderedDict()
+
+    def held(self, content: bytes, name: str) -> Path:
+        """A file with this content for as long as the server runs: a kept version has none of its own."""
+        with self._keeping:
+            if self._folder is None:
+                self._folder = tempfile.TemporaryDirectory(prefix="rrp-sheets-")
+            path = Path(self._folder.name) / sha256(content).hexdigest() / name
+            if not path.is_file():
+                path.parent.mkdir(exist_ok=True)
+                path.write_bytes(content)
+            return path
+
+    def proof(self, wanted: Wanted) -> ProtocolPreview:
+        """The protocol as data.
+
+        Raises:
+            SheetsError: it cannot be made, or not in time.
+        """
+        return self._kept(("proof", *wanted.name), lambda: self._proof(wanted))
+
+    def pdf(self, wanted: Wanted, paper: str) -> tuple[bytes, list[str]]:
+        """The PDF's bytes on that paper (`a4` or `letter`), and what it lacks, in words.
+
+        Raises:
+            SheetsError: it cannot be made, or not in time.
+        """
+        return self._kept(("pdf", paper, *wanted.name), lambda: self._pdf(wanted, paper))
+
+    def _proof(self, wanted: Wanted) -> ProtocolPreview:
+        with tempfile.TemporaryDirectory() as folder:
+            target = Path(folder) / "pack.json"
+            self._ask(wanted.path.name, "data", *wanted.request, str(target))
+            found = json.loads(_content(target))
+        return ProtocolPreview(rebuilt(Pack, found["pack"]), found["pictures"], found["legend"])
+
+    def _pdf(self, wanted: Wanted, paper: str) -> tuple[bytes, list[str]]:
+        with tempfile.TemporaryDirectory() as folder:
+            target = Path(folder) / "protocol.pdf"
+            notes = self._ask(wanted.path.name, "pdf", *wanted.request, paper, str(target))
+            return _content(target), [str(note) for note in notes]
+
+    def _kept(self, name: tuple[str, ...], make: Callable[[], T]) -> T:
+        with self._keeping:
+            if name in self._made:
+                self._made.move_to_end(name)
+                return cast(T, self._made[name])
+        made = make()
+        with self._keeping:
+            self._made[name] = made
+            while len(self._made) > 2 * _KEPT:
+                self._made.popitem(last=False)
+        return made
+
+
+def _content(path: Path) -> bytes:
+    if path.stat().st_size > _MOST_BYTES:
+        raise SheetsError("This protocol is too large to be printed.", "Divide the workbook.")
+    return path.read_bytes()

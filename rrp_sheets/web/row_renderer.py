@@ -1,0 +1,259 @@
+"""The rows of a grid as HTML, made again only when something about a row is new."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from itertools import islice
+from types import MappingProxyType
+from typing import Any
+
+from markupsafe import Markup, escape
+
+from rrp_sheets.connectors import connectors
+from rrp_sheets.devices import Robot
+from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.documents.grid import Column, Grid
+from rrp_sheets.graph import StreamKind
+from rrp_sheets.model.cells import column_letters
+from rrp_sheets.model.names import key
+from rrp_sheets.model.truths import truth_of
+from rrp_sheets.web.analysis import Analysis
+from rrp_sheets.web.browserwords import in_browser
+from rrp_sheets.web.pages import Head
+from rrp_sheets.workbook.headers import KINDS as SHEET_KINDS
+
+KINDS = {
+    "behaviour": {
+        "On": "on", "Input streams": "inputs", "Connector": "connector", "Formula": "formula",
+        "Output stream": "output", "Notes": "notes", "Priority": "amount",
+    },
+    "devices": {"Stream": "text", "Device": "device", "Notes": "notes"},
+    "helpers": {"Name": "helper", "Inputs": "parameters", "Formula": "formula", "Notes": "notes"},
+    "scene": {"Time (s)": "amount", "Thing": "actor", "Does": "verb", "Value": "value", "Notes": "notes"},
+    "test": {"Time (ms)": "amount", "Stream": "tested", "Send": "send", "Expect": "expect", "Notes": "notes"},
+    "protocol": {"Field": "fieldname", "Value": "fieldvalue", "Notes": "notes"},
+    "gestures": {"Name": "gesture", "Time (s)": "amount", "Notes": "notes"},
+}  # fmt: skip
+_CODE = ("formula", "send", "expect")
+_LONG = 600  # characters of a text that is shown in part until the cursor is there
+_BODY = 50  # rows; as many as table.js makes them
+Signature = tuple[Any, ...]
+
+
+class RowRenderer:
+    """Makes the rows of one sheet."""
+
+    def __init__(self, grid: Grid) -> None:
+        self.grid = grid
+        self.has_examples = grid.kind == "behaviour"
+        self.kinds = [self._kind(c) for c in grid.columns]
+        self._signatures: dict[str, Signature] = {}
+        self._problems: dict[int, list[tuple[int, Diagnostic]]] = {}
+        self._examples: Mapping[int, str] = {}
+        self._streams: dict[str, str] = {}
+        self._taken: dict[tuple[str, int], tuple[str, str]] = {}
+        self._marks: Mapping[str, str] = {}
+        self._robot: Robot | None = None
+        self._anonymous: frozenset[int] = frozenset()
+
+    def _kind(self, column: Column) -> str:
+        known = KINDS.get(self.grid.kind, {})
+        if column.name:
+            return known.get(column.name, "text")
+        return {"devices": "setting", "gestures": "angle"}.get(self.grid.kind, "text")
+
+    def heads(self) -> list[Head]:
+        """The headers, from left to right."""
+        of = next((kind for kind in SHEET_KINDS if kind.name == self.grid.kind), None)
+        heads = []
+        for c, k in zip(self.grid.columns, self.kinds, strict=True):
+            spellings = dict.fromkeys([key(c.header), *(of.spellings(c.name) if of and c.name else ())])
+            required = of is not None and c.name in of.required
+            heads.append(Head(c.number, column_letters(c.number), c.header, k, tuple(spellings), required))
+        return heads
+
+    def take(
+        self,
+        look: Analysis,
+        taken: Mapping[tuple[str, str, int], tuple[str, str]],
+        marks: Mapping[str, str] = MappingProxyType({}),
+    ) -> None:
+        """What the newest check says about this sheet, who edits which cells (page, name), and what tests came to."""
+        self._marks = marks
+        self._robot = look.robot
+        self._taken = {(row, column): who for (_, row, column), who in taken.items()}
+        problems: dict[int, list[tuple[int, Diagnostic]]] = {}
+        for number, d in enumerate(look.findings, 1):
+            if d.address and d.address.sheet == self.grid.name:
+                problems.setdefault(d.address.row, []).append((number, d))
+        self._problems = problems
+        behaviour = look.behaviour(self.grid.name)
+        if self.grid.kind != "behaviour" or behaviour is None:
+            return
+        self._streams = look.kinds(self.grid.name)
+        shown = [s for s in behaviour.steps if s.active and not s.connector.is_sink]
+        self._examples = {s.number: look.examples[s.ref] for s in shown if s.ref in look.examples}
+        streams = look.graph.streams
+        anonymous = (s for s in behaviour.steps if s.output in streams)
+        self._anonymous = frozenset(s.number for s in anonymous if streams[s.output].kind is StreamKind.ANONYMOUS)
+
+    def rows(self, first: int, count: int) -> Markup:
+        """Some rows from a place on, as bodies of a table: the browser leaves out a body that is out of sight.
+
+        A long sheet is asked for in parts, so that its beginning is there at once.
+        """
+        made = [self._made(row, number) for row, number in islice(self.grid.numbers().items(), first, first + count)]
+        bodies = (made[i : i + _BODY] for i in range(0, max(len(made), 1), _BODY))
+        return Markup("".join(f'<tbody role="rowgroup">{"".join(body)}</tbody>' for body in bodies))
+
+    def changed(self) -> list[tuple[str, str]]:
+        """The rows that look different from how they were last made; those never made are on nobody's page."""
+        return [
+            (row, self._made(row, number)) for row, number in self.grid.numbers().items()
+            if row in self._signatures and self._signatures[row] != self._signature(row, number)
+        ]  # fmt: skip
+
+    def known(self, sheet: str) -> dict[str, Any]:
+        """All rows about which the check has anything to say, as an event for a page that was made before it."""
+        bare, numbers = RowRenderer(self.grid), self.grid.numbers()
+        told = [r for r, n in numbers.items() if self._signature(r, n) != bare._signature(r, n)]
+        return {"sheet": sheet, "replace": [{"id": r, "html": self._made(r, numbers[r])} for r in told]}
+
+    def html(self, rows: Iterable[str]) -> dict[str, str]:
+        """Rows by their ids, but those that somebody has deleted meanwhile."""
+        numbers = self.grid.numbers()
+        return {row: self._made(row, numbers[row]) for row in rows if row in numbers}
+
+    def _made(self, row: str, number: int) -> str:
+        self._signatures[row] = self._signature(row, number)
+        return self._row(row, number)
+
+    def _signature(self, row: str, number: int) -> Signature:
+        texts = self.grid.texts.get(row, {})
+        names = tuple(self._streams.get(key(n), "") for c, k in self._pairs() if k in ("inputs", "output")
+                      for n in _names(texts.get(c.number, "")))  # fmt: skip
+        problems = tuple((n, d.code, d.message, d.remedy, len(d.fixes)) for n, d in self._problems.get(number, ()))
+        taken = tuple(self._taken.get((row, c.number)) for c in self.grid.columns)
+        return (
+            tuple(texts.items()),
+            names,
+            problems,
+            self._examples.get(number, ""),
+            number in self._anonymous,
+            taken,
+            self._marks.get(row),
+        )
+
+    def _pairs(self) -> list[tuple[Column, str]]:
+        return list(zip(self.grid.columns, self.kinds, strict=True))
+
+    def _row(self, row: str, number: int) -> str:
+        texts = self.grid.texts.get(row, {})
+        problems = self._problems.get(number, [])
+        known = {c.number for c in self.grid.columns}
+        cells = []
+        for column, kind in self._pairs():
+            mine = [(n, d) for n, d in problems if d.address and d.address.column == column.number]
+            if column is self.grid.columns[0]:
+                mine += [(n, d) for n, d in problems if d.address and d.address.column not in known]
+            cells.append(self._cell(row, number, column, kind, texts.get(column.number, ""), mine))
+            if kind == "output" and self.has_examples:
+                example = escape(self._examples.get(number, ""))
+                cells.append(f'<td role="gridcell" class="example" title="{example}">{example}</td>')
+        off = any(k == "on" and truth_of(texts.get(c.number, "")) is False for c, k in self._pairs())
+        filled = [t for _, t in sorted(texts.items()) if t.strip()]
+        comment = bool(filled) and filled[0].lstrip().startswith("#")
+        buried = comment and len(filled) > 1
+        looks = " ".join(w for w, holds in (("off", off), ("comment", comment), ("buried", buried)) if holds)
+        marked = f' class="{looks}"' if looks else ""
+        return (
+            f'<tr role="row" id="{row}" aria-rowindex="{number - self.grid.first + 2}"{marked}>'
+            f'<th role="rowheader" class="number" scope="row">{number}</th>{"".join(cells)}</tr>'
+        )
+
+    def _cell(
+        self, row: str, number: int, column: Column, kind: str, text: str, problems: list[tuple[int, Diagnostic]]
+    ) -> str:
+        looks, more = kind, ""
+        if text:
+            more += f' data-v="{escape(text)}"'
+        if problems:
+            described = " ".join(f"p{n}" for n, _ in problems)
+            worst = problems[0][1].severity.value
+            more += f' aria-describedby="{described}"' + (' aria-invalid="true"' if worst == "error" else "")
+            looks += f" flagged is-{worst}"
+        if kind == "setting" and not text and not self._takes(row, column):
+            looks += " untaken"
+        who = self._taken.get((row, column.number))
+        if who:
+            looks += " taken"
+        if text.lstrip().startswith("#") and column.number == min(self.grid.texts.get(row, {column.number: ""})):
+            looks += " remark"
+            inside = f'<span class="word">{escape(text)}</span>'
+        else:
+            inside = self._inside(row, number, kind, text)
+        if kind == "expect" and row in self._marks:
+            inside += _verdict(self._marks[row])
+        inside += f'<div class="mends">{"".join(_mend(n, d) for n, d in problems)}</div>' if problems else ""
+        inside += _tag(*who) if who else ""
+        return f'<td role="gridcell" tabindex="-1" class="{looks}"{more}>{inside}</td>'
+
+    def _takes(self, row: str, column: Column) -> bool:
+        """Whether the device of a row has the setting of a column; of an unknown device nobody knows."""
+        place = next((c.number for c, k in self._pairs() if k == "device"), 0)
+        found = self._robot.find(self.grid.text(row, place)) if self._robot else None
+        return found is None or key(column.header) in found.type.settings
+
+    def _inside(self, row: str, number: int, kind: str, text: str) -> str:
+        if kind == "on":
+            if not self.grid.texts.get(row):
+                return ""  # a blank row is neither on nor off
+            checked = "" if truth_of(text) is False else " checked"
+            return f'<input type="checkbox" tabindex="-1" aria-label="Row {number} is on"{checked}>'
+        if not text:
+            return (
+                '<span class="hint-word">↓ row below</span>' if kind == "output" and number in self._anonymous else ""
+            )
+        if kind in ("inputs", "output"):
+            return ",<br>".join(self._named(n) for n in _names(text))
+        if kind == "connector":
+            known = connectors().get(text)
+            icon = f' data-icon="{known.name}"' if known else ""
+            return f'<span class="word"{icon}>{escape(text)}</span>'
+        looks = "formula" if kind in _CODE else "word"
+        return f'<span class="{looks}{" lengthy" if len(text) > _LONG else ""}">{escape(text)}</span>'
+
+    def _named(self, name: str) -> str:
+        kind = self._streams.get(key(name), "")
+        spoken = f'<span class="only-spoken">{kind} </span>' if kind else ""
+        return f'<span class="name {kind}">{spoken}{escape(name)}</span>'
+
+
+def _names(text: str) -> list[str]:
+    return [n.strip() for n in text.replace("\n", ",").split(",") if n.strip()]
+
+
+def _tag(client: str, name: str) -> str:
+    return f'<span class="name-tag" data-client="{escape(client)}">{escape(name)} is editing</span>'
+
+
+def _verdict(got: str) -> str:
+    """Whether a row of a test holds, and what came instead."""
+    if not got:
+        return '<span class="verdict holds">✓<span class="only-spoken"> holds</span></span>'
+    return f'<span class="verdict fails">✗<span class="only-spoken"> does not hold;</span> got: {escape(got)}</span>'
+
+
+def _mend(number: int, d: Diagnostic) -> str:
+    remedy = f'<span class="do">→ {escape(in_browser(d.remedy))}</span>' if d.remedy else ""
+    kind = d.severity.value
+    fixes = "".join(
+        f'<button class="button small" type="button" tabindex="-1" data-fix="{i}" data-code="{escape(d.code)}" '
+        f'data-place="{escape(str(d.address or ""))}" data-title="{escape(fix.title)}">Apply fix: {escape(fix.title)}'
+        f"{' <kbd>Ctrl .</kbd>' if i == 0 else ''}</button>"
+        for i, fix in enumerate(d.fixes)
+    )
+    return (
+        f'<div class="mend is-{kind}" id="p{number}" data-code="{escape(d.code)}"><b class="severity">'
+        f"{kind.capitalize()}</b> <span>{escape(in_browser(d.message))}</span> {remedy}{fixes}</div>"
+    )

@@ -1,0 +1,174 @@
+"""Who may see the pages: a browser that was let in by a link, and with `--lan` whoever has the password."""
+
+from __future__ import annotations
+
+import ipaddress
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from flask import Flask, Response, abort, g, redirect, request, url_for
+from markupsafe import escape
+from werkzeug.exceptions import Forbidden
+from werkzeug.wrappers import Response as AnyResponse
+
+from rrp_sheets.web import connections
+from rrp_sheets.web.headers import HEADERS
+from rrp_sheets.web.identity import Links, cookie_name, is_same
+from rrp_sheets.web.password import Password
+from rrp_sheets.web.sessions import Person, Sessions
+from rrp_sheets.web.statics import KEPT, plain_name
+
+HOSTS = ("127.0.0.1", "localhost")
+_HOST = re.compile(r"(?:\[([0-9a-f:.]+)\]|([a-z0-9.-]+))(?::[0-9]{1,5})?")
+_OPEN = frozenset({"login.page", "login.enter"})  # with --lan, for those who have no session yet
+_FORMS = _OPEN | {"login.leave"}  # work without script, so without its header
+_LOGIN_FILES = frozenset({"style.css", "login.css", "icon.svg"})
+
+
+@dataclass(frozen=True, slots=True)
+class Lan:
+    """What makes a server one for others too.
+
+    Attributes:
+        password: that everyone has to give but who was given a link on this computer.
+        hosts: names and addresses of this computer that were printed; it answers to no other, as another site's name
+            may lead here as well.
+    """
+
+    password: Password
+    hosts: tuple[str, ...]
+
+
+class UsedLink(Forbidden):
+    """A link that lets nobody in: another browser has used it, or the server was restarted since."""
+
+
+def init_app(app: Flask, secret: str, lan: Lan | None, sessions: Sessions, links: Links) -> None:
+    """Let the app answer only whom it should, and never with more than it must.
+
+    Args:
+        app: the application.
+        secret: what the cookie of a browser on this computer holds.
+        lan: lets others in too.
+        sessions: of those who gave the password.
+        links: each lets one browser on this computer in, which gets the cookie then.
+    """
+    cookie = cookie_name(secret)
+    hosts = frozenset(host.casefold() for host in (*HOSTS, *(lan.hosts if lan else ())))
+
+    @app.before_request
+    def check() -> AnyResponse | None:
+        if _host() not in hosts:  # a foreign name that leads to this computer
+            abort(400)
+        if _is_foreign() or (request.method not in ("GET", "HEAD") and not _is_ours()):
+            abort(403)
+        here = lan is None or (_host() in HOSTS and _is_near(request.remote_addr))
+        given = request.cookies.get(cookie, "")
+        is_owner = here and is_same(given, secret)
+        if here and request.method == "GET" and "token" in request.args:
+            return _opened(request.args["token"], links, cookie, secret, is_owner=is_owner)
+        g.person = Person() if is_owner else sessions.find(given)
+        if g.person is None and not (lan and _is_for_everyone()):
+            return _sent_away(lan)
+        if g.person is not None:
+            connections.let_in(request.environ)
+        return None
+
+    @app.after_request
+    def finish(response: Response) -> Response:
+        response.headers.update(HEADERS)
+        if request.endpoint not in KEPT or response.status_code >= 400:
+            response.headers["Cache-Control"] = "no-store"
+        person: Person | None = g.get("person")
+        if person and person.key and response.mimetype == "text/event-stream":
+            response.response = _while_open(response.response, sessions, person)  # type: ignore[arg-type]
+        return response
+
+    app.jinja_env.globals["visitor"] = lambda: visitor().name
+
+
+def visitor() -> Person:
+    """Who asks now; without a name for the one with the address of this computer."""
+    return g.get("person") or Person()
+
+
+def _opened(token: str, links: Links, cookie: str, secret: str, *, is_owner: bool) -> AnyResponse:
+    """The answer to a link: the same page without the token, and the cookie for a browser that has none.
+
+    Raises:
+        UsedLink: it lets nobody in, and the browser has no cookie.
+    """
+    headers = request.headers
+    if "prefetch" in headers.get("Sec-Purpose", "") + headers.get("Purpose", "") + headers.get("X-Moz", ""):
+        return Response(status=503)  # nobody has opened it yet
+    if not is_owner and headers.get("Sec-Fetch-Site") == "cross-site":
+        # clicked in another site's page: the browser sends the cookie only with what our own page asks for
+        page = f'<!doctype html><meta http-equiv="refresh" content="0; url={escape(request.full_path)}">'
+        return Response(page, mimetype="text/html")
+    if not links.use(token) and not is_owner:
+        raise UsedLink
+    place = url_for(request.endpoint, **(request.view_args or {})) if request.endpoint else url_for("shelf")
+    response = redirect(place)
+    if not is_owner:
+        response.set_cookie(cookie, secret, httponly=True, samesite="Strict")
+    return response
+
+
+def _sent_away(lan: Lan | None) -> AnyResponse:
+    by_script = "X-RRP" in request.headers or "HX-Request" in request.headers  # which would show the login as an answer
+    wants_page = request.method == "GET" and request.accept_mimetypes.accept_html and not by_script
+    if lan is None or not wants_page or request.headers.get("Accept", "*/*") == "*/*":
+        abort(403)
+    return redirect(url_for("login.page", next=request.path), 303)
+
+
+def _is_for_everyone() -> bool:
+    if request.endpoint == "static":
+        return plain_name((request.view_args or {}).get("filename", "")) in _LOGIN_FILES
+    return request.endpoint in _OPEN
+
+
+def _while_open(messages: Iterable[str], sessions: Sessions, person: Person) -> Iterator[str]:
+    """What a page is told, until its session is ended."""
+    try:
+        for message in messages:
+            if not sessions.is_open(person):
+                return
+            yield message
+    finally:
+        close = getattr(messages, "close", None)
+        if close is not None:
+            close()
+
+
+def _host() -> str:
+    """The name by which this server was asked, without the port."""
+    found = _HOST.fullmatch(request.headers.get("Host", "").casefold())
+    return (found[1] or found[2]) if found else ""
+
+
+def _is_near(address: str | None) -> bool:
+    try:
+        return ipaddress.ip_address(address or "").is_loopback
+    except ValueError:
+        return False
+
+
+def _is_ours() -> bool:
+    """Whether a change is asked for by our own page: no form and no other site can send this header."""
+    headed = request.headers.get("X-RRP") == "grid" or request.endpoint in _FORMS
+    return headed and request.headers.get("Origin") == _own_origin()
+
+
+def _is_foreign() -> bool:
+    """Whether another site's page asks, or that of another port of this computer; links may lead here."""
+    origin = request.headers.get("Origin")
+    if origin is not None and origin != _own_origin():
+        return True
+    headers = request.headers
+    return headers.get("Sec-Fetch-Site") in {"cross-site", "same-site"} and headers.get("Sec-Fetch-Mode") != "navigate"
+
+
+def _own_origin() -> str:
+    return f"{request.scheme}://{request.headers.get('Host', '').casefold()}"

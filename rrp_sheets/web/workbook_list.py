@@ -1,0 +1,153 @@
+"""The shelf: every workbook of the folder with what there is to know before opening it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from functools import cache
+
+from rrp_sheets import api
+from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.documents.tutorial import latest
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.resources import bundled
+from rrp_sheets.runs.records.metadata import RunMetadata
+from rrp_sheets.web.pages import Card, Count, LastRun, ShelfPage, Unreadable
+from rrp_sheets.web.records.run_store import RunStore
+from rrp_sheets.web.records.telling import line_of, when
+from rrp_sheets.web.workbook_repository import (
+    MOST_FILES,
+    SUFFIXES,
+    CheckedWorkbook,
+    WorkbookRepository,
+    addressable,
+    printable,
+)
+
+SORTS = ("recent", "name", "run")
+ARCHIVE = "archive"
+_MADE = (
+    ("guided", "every sheet with its headers, and notes that say what to type where"),
+    ("empty", "every sheet with its headers, and nothing in them"),
+)
+_MOST_RUNS = 1_000  # that are looked through for the newest of each workbook
+_MOST_WORDS = 4_000  # letters that a search looks through
+_UNSHOWABLE = "Its name has letters that cannot be shown here."
+
+
+@cache
+def templates() -> tuple[tuple[str, str], ...]:
+    """What a new workbook may begin with, with a line about each: what its Protocol says that it is for."""
+    found = []
+    for path in sorted(bundled("workbooks").glob("*.xlsx")):
+        found.append((path.stem, api.read(path).workbook.protocol.text("Purpose").partition(". ")[0].rstrip(".")))
+    return (*_MADE, *found)
+
+
+def archived(library: WorkbookRepository) -> tuple[str, ...]:
+    """The names of the workbooks in the archive."""
+    try:
+        found = [p.name for p in (library.folder / ARCHIVE).iterdir() if p.suffix.casefold() in SUFFIXES]
+    except OSError:
+        return ()
+    return tuple(sorted((n for n in found if addressable(n) and n[0] not in ".~"), key=str.casefold)[:MOST_FILES])
+
+
+def shelf_page(
+    library: WorkbookRepository, notice: str = "", *, failed: bool = False, sort: str = "", made: str = ""
+) -> ShelfPage:
+    """What the shelf shows, with what has just been done; raises SheetsError when the folder cannot be read."""
+    names = library.names()
+    runs = _last_runs(library, names)
+    books: list[CheckedWorkbook] = []
+    unreadable: list[Unreadable] = []
+    others: list[str] = []
+    for name in names[:MOST_FILES]:
+        if not addressable(name):
+            unreadable.append(Unreadable(printable(name), _UNSHOWABLE, "Rename the file.", addressed=False))
+            continue
+        if library.is_text(name):
+            others.append(name)
+            continue
+        try:
+            book = library.open(name)
+        except SheetsError as error:
+            unreadable.append(Unreadable(name, error.message, error.remedy))
+            continue
+        books.append(book)
+    sort = sort if sort in SORTS else SORTS[0]
+    if sort == "recent":
+        books.sort(key=lambda b: b.changed, reverse=True)
+    elif sort == "run":
+        books.sort(key=lambda b: _ran(runs.get(b.name)), reverse=True)
+    return ShelfPage(
+        folder=printable(str(library.folder.resolve())), cards=tuple(_card(b, runs.get(b.name)) for b in books),
+        unreadable=tuple(unreadable), others=tuple(others), left_out=max(0, len(names) - MOST_FILES),
+        templates=templates(), archived=archived(library), sort=sort, notice=notice, failed=failed, made=made,
+        tutorial=there.name if (there := latest(library.folder)) else "",
+    )  # fmt: skip
+
+
+def _last_runs(library: WorkbookRepository, names: Collection[str]) -> dict[str, RunMetadata]:
+    """The newest run of each workbook."""
+    runs = RunStore(library.folder)
+    found: dict[str, RunMetadata] = {}
+    for facts in runs.facts(runs.names()[:_MOST_RUNS]):
+        if facts.workbook in names:
+            found.setdefault(facts.workbook, facts)
+    return found
+
+
+def _ran(last: RunMetadata | None) -> float:
+    """When a workbook ran last, in seconds of the system's clock; 0 when it has not run."""
+    return last.began.timestamp() if last is not None and last.began is not None else 0.0
+
+
+def counts(findings: Iterable[Diagnostic]) -> tuple[Count, ...]:
+    """The findings counted by severity, in words; those that are only information do not count."""
+    found = [d.severity.value for d in findings]
+    total = {kind: found.count(kind) for kind in ("error", "warning")}
+    return tuple(Count(kind, plural(n, kind)) for kind, n in total.items() if n) or (Count("none", "no problems"),)
+
+
+def plural(count: int, word: str) -> str:
+    """A count with its word.
+
+    >>> plural(1, "row"), plural(1200, "row")
+    ('1 row', '1,200 rows')
+    """
+    return f"{count:,} {word}{'' if count == 1 else 's'}"
+
+
+def changed(book: CheckedWorkbook) -> str:
+    """When the file was last written, for people."""
+    return when(book.changed)
+
+
+def _card(book: CheckedWorkbook, last: RunMetadata | None) -> Card:
+    workbook = book.look.workbook
+    rows = sum(len(b.rows) for b in workbook.behaviours)
+    drawable = book.look.graph.behaviours[:1]
+    about = workbook.protocol.text("Purpose")
+    return Card(
+        name=book.name,
+        title=book.title,
+        about=about,
+        size=f"{plural(len(workbook.behaviours), 'behaviour')}, {plural(rows, 'row')}",
+        changed=changed(book),
+        counts=counts(book.look.findings),
+        picture=bool(drawable and drawable[0].steps and book.look.understood),
+        words=" ".join([book.title, book.name, about, *_words(book)])[:_MOST_WORDS].casefold(),
+        last=_last(last) if last else None,
+    )
+
+
+def _words(book: CheckedWorkbook) -> list[str]:
+    """The streams' names and the notes."""
+    behaviours = book.look.workbook.behaviours
+    streams = dict.fromkeys(s.name for s in book.look.graph.streams.values() if s.name)
+    return [*streams, *(row.notes for b in behaviours for row in b.rows if row.notes)]
+
+
+def _last(facts: RunMetadata) -> LastRun:
+    line = line_of(facts, ())
+    return LastRun(line.run, line.when, line.ended, line.state, line.opens)

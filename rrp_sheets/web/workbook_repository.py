@@ -1,0 +1,195 @@
+"""The workbooks of one folder, checked again only when their file has changed."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+from rrp_sheets import api
+from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.runs.worker import CheckWorker
+from rrp_sheets.web.analysis import Analysis, analyse
+from rrp_sheets.workbook import Reading
+
+SUFFIXES = (".xlsx", ".md", ".markdown")
+MOST_FILES = 200
+NO_SHEETS = "FILE017"
+_KEPT = 64
+
+Stamp = tuple[int, int, int]
+
+
+@dataclass(frozen=True)
+class CheckedWorkbook:
+    """A workbook that was read and checked.
+
+    Attributes:
+        path: as the user's commands name it.
+        changed: when the file was last written.
+    """
+
+    name: str
+    path: Path
+    changed: datetime
+    reading: Reading
+    look: Analysis
+
+    @property
+    def title(self) -> str:
+        """The Protocol's title, or the file's name without its ending."""
+        return self.look.workbook.protocol.text("Title") or Path(self.name).stem
+
+
+class WorkbookRepository:
+    """The workbooks directly in a folder. Safe to use from several threads.
+
+    Args:
+        folder: as the user gave it.
+        worker: checks them.
+    """
+
+    def __init__(self, folder: Path, worker: CheckWorker) -> None:
+        self.folder = folder
+        self.worker = worker
+        self._lock = threading.Lock()
+        self._kept: OrderedDict[tuple[str, Stamp], CheckedWorkbook | SheetsError] = OrderedDict()
+        self._prose: dict[str, tuple[Stamp, bool]] = {}
+
+    def names(self) -> list[str]:
+        """The names of the files that may be workbooks, in alphabetical order.
+
+        Raises:
+            SheetsError: the folder cannot be read.
+        """
+        try:
+            found = [p.name for p in self.folder.iterdir() if p.suffix.casefold() in SUFFIXES and p.name[0] not in ".~"]
+        except OSError as error:
+            why = error.strerror or "the system refuses it"
+            raise SheetsError(
+                f"The folder {self.folder} cannot be read: {why}.", "Start again with another."
+            ) from error
+        return sorted(found, key=lambda name: (name.casefold(), name))
+
+    def has(self, name: str) -> bool:
+        """Whether there is such a file. Only what is listed can be opened, so no name leads out of the folder."""
+        return name in self.names()
+
+    def workbooks(self) -> list[str]:
+        """The names without the Markdown files that are texts for people, such as a README; see `is_prose`.
+
+        Raises:
+            SheetsError: the folder cannot be read.
+        """
+        return [name for name in self.names() if not self.is_text(name)]
+
+    def is_text(self, name: str) -> bool:
+        """Return True for a readable Markdown file that is a text for people, such as a README, and not a workbook."""
+        path = self.folder / name
+        stamp = None if path.suffix.casefold() == ".xlsx" else _stamp(path)
+        if stamp is None or not path.resolve().is_relative_to(self.folder.resolve()):
+            return False
+        known = self._prose.get(name)
+        if known is None or known[0] != stamp:
+            known = self._prose[name] = stamp, _is_text(path)
+        return known[1]
+
+    def path(self, name: str) -> Path:
+        """Where a file of the folder is; raises SheetsError when its name leads out of the folder."""
+        path = self.folder / name
+        if not self.has(name) or not path.resolve().is_relative_to(self.folder.resolve()):
+            message = f"{printable(name)} is not a file of this folder."
+            raise SheetsError(message, "Put the workbook itself there; links that lead elsewhere are not followed.")
+        return path
+
+    def open(self, name: str) -> CheckedWorkbook:
+        """Read and check a workbook of the folder.
+
+        Raises:
+            SheetsError: it cannot be read, or its name leads out of the folder.
+        """
+        path = self.path(name)
+        stamp = _stamp(path)
+        with self._lock:
+            found = self._kept.get((name, stamp)) if stamp else None
+        if found is None:
+            found = _read(name, path, self.worker)
+            if stamp:
+                self._keep((name, stamp), found)
+        if isinstance(found, SheetsError):
+            raise found
+        return found
+
+    def _keep(self, key: tuple[str, Stamp], result: CheckedWorkbook | SheetsError) -> None:
+        with self._lock:
+            self._kept[key] = result
+            while len(self._kept) > _KEPT:
+                self._kept.popitem(last=False)
+
+
+def _read(name: str, path: Path, worker: CheckWorker) -> CheckedWorkbook | SheetsError:
+    try:
+        reading = api.read(path)
+        changed = datetime.fromtimestamp(path.stat().st_mtime)
+        return CheckedWorkbook(name, path, changed, reading, analyse(path, reading, worker))
+    except UnreadableFile as error:
+        return error
+    except OSError as error:
+        return SheetsError(f"{printable(name)} has just gone: {error.strerror}.", "Go back and look again.")
+
+
+def is_prose(reading: Reading) -> bool:
+    """Whether a Markdown file is a text such as a README: no sheet of ours in it, and nothing that was nearly one."""
+    workbook = reading.workbook
+    near = any(d.code.startswith("SHEET") and d.code != "SHEET001" for d in reading.report)
+    sheets = (workbook.behaviours, workbook.protocol.fields, workbook.scene, workbook.tests, workbook.devices,
+              workbook.helpers, workbook.gestures)  # fmt: skip
+    return reading.format == "markdown" and not near and not any(sheets)
+
+
+def refuse_text(library: WorkbookRepository, name: str) -> None:
+    """Raise SheetsError for a file that is a text for people: it has nothing to edit, run, compare or print."""
+    if library.is_text(name):
+        message = f"“{printable(name)}” is not a workbook but a text for people."
+        raise SheetsError(
+            message, "A workbook needs another name." if _is_readme(name) else "Choose a workbook from the shelf."
+        )
+
+
+def _is_readme(name: str) -> bool:
+    return Path(name).stem.casefold() == "readme"
+
+
+def _is_text(path: Path) -> bool:
+    if _is_readme(path.name):  # also when it shows a table of rows as an example
+        return True
+    try:
+        return is_prose(api.read(path))
+    except UnreadableFile as error:
+        return error.code == NO_SHEETS
+    except (SheetsError, OSError):
+        return False
+
+
+def _stamp(path: Path) -> Stamp | None:
+    try:
+        about = path.stat()
+    except OSError:
+        return None
+    return about.st_mtime_ns, about.st_size, about.st_ino
+
+
+def printable(name: str) -> str:
+    r"""A file's name as it can be shown: bytes that are no letters become question marks.
+
+    >>> printable("caf\udce9.xlsx")
+    'caf?.xlsx'
+    """
+    return name.encode("utf-8", "replace").decode()
+
+
+def addressable(name: str) -> bool:
+    """Whether a name can stand in an address, which names of undecodable bytes cannot."""
+    return printable(name) == name
