@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import random
@@ -122,21 +123,27 @@ def axe() -> str:
     folder = root / "node_modules" / ".axe"
     script = folder / "node_modules" / "axe-core" / "axe.min.js"
     npm = shutil.which("npm")
-    if not script.is_file() and npm:
+    if npm:
         folder.mkdir(parents=True, exist_ok=True)
-        for name in ("package.json", "package-lock.json"):
-            shutil.copy(root / name, folder)
-        command = [npm, "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error"]
-        subprocess.run(command, cwd=folder, check=False, timeout=120, capture_output=True)
+        with (folder / "lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)  # one test worker at a time: npm empties the folder before it fills it
+            if not script.is_file():
+                for name in ("package.json", "package-lock.json"):
+                    shutil.copy(root / name, folder)
+                command = [npm, "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--loglevel=error"]
+                subprocess.run(command, cwd=folder, check=False, timeout=600)
     return script.read_text(encoding="utf-8") if script.is_file() else ""
 
 
 def violations(page: Any) -> list[str]:
     """What axe-core finds wrong with a page, a line for each element."""
     if not page.evaluate("() => 'axe' in window"):
+        assert axe(), "npm could not fetch axe-core: what it would find is not known"
         page.evaluate(axe())
-    found = page.evaluate("() => axe.run(document, { resultTypes: ['violations'], preload: false })")
-    return [f"{v['id']}: {n['html'][:120]}" for v in found["violations"] for n in v["nodes"]]
+    script = """async () => (await axe.run(document, { resultTypes: ['violations'], preload: false })).violations
+      .flatMap((rule) => rule.nodes.map((node) => `${rule.id}: ${node.html.slice(0, 120)}`))"""
+    found: list[str] = page.evaluate(script)
+    return found
 
 
 def frames(page: Any, count: int = 1) -> None:

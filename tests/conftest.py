@@ -13,6 +13,7 @@ from pathlib import Path
 
 import hypothesis
 import pytest
+from jinja2.bccache import Bucket, BytecodeCache
 
 # How long one example takes says more about the machine than about the program.
 hypothesis.settings.register_profile("patient", deadline=None)
@@ -122,6 +123,28 @@ def _one_checker():
         patch.setattr("rrp_sheets.web.app.CheckWorker", lambda: kept)
         yield
     CheckWorker.close(kept)
+
+
+class _Compiled(BytecodeCache):
+    """Page templates as they were compiled for the first server."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, bytes] = {}
+
+    def load_bytecode(self, bucket: Bucket) -> None:
+        if bucket.key in self._kept:
+            bucket.bytecode_from_string(self._kept[bucket.key])
+
+    def dump_bytecode(self, bucket: Bucket) -> None:
+        self._kept[bucket.key] = bucket.bytecode_to_string()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _templates_compiled_once():
+    """The servers of all tests share their compiled templates: to compile them takes longer than most tests."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("flask.Flask.jinja_options", {"bytecode_cache": _Compiled()})
+        yield
 
 
 @pytest.fixture(scope="session")

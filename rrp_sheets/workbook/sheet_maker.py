@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from copy import copy
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
@@ -57,18 +58,25 @@ class SheetMaker:
         fill = PatternFill("solid", fgColor=colour)
         line = Border(bottom=Side("medium", color="8FA3B2"))
         self.sheet.sheet_properties.tabColor = colour
+        styles: dict[tuple[int, int], Any] = {}  # openpyxl's, of the cells that look alike: setting one part takes long
         for number in range(1, self.last + 1):
             texts = self.rows[number - 1] if number <= len(self.rows) else ()
             for column in range(1, self.width + 1):
                 cell = self.sheet.cell(number, column)
                 _set_text(cell, texts[column - 1] if column <= len(texts) else "")
-                cell.alignment = wrapped
-                cell.font = notes if self.names.get(column) == "Notes" else body
+                plain = notes if self.names.get(column) == "Notes" else body
                 if self.prose:
-                    cell.font = self._prose_font(number, title, head, body)
-                elif number == self.header:
-                    cell.font, cell.fill, cell.border = head, fill, line
-                    cell.alignment = Alignment(vertical="center", wrap_text=True)
+                    font = self._prose_font(number, title, head, body)
+                else:
+                    font = head if number == self.header else plain
+                look = id(plain), id(font)
+                if look not in styles:
+                    cell.number_format, cell.alignment, cell.font = "@", wrapped, plain
+                    cell.font = font
+                    if font is head and not self.prose:
+                        cell.fill, cell.border = fill, line
+                    styles[look] = cell._style
+                cell._style = copy(styles[look])
         if not self.prose:
             self.sheet.row_dimensions[self.header].height = 24
 
@@ -156,4 +164,3 @@ def _set_text(cell: Any, text: str) -> None:
     if text:
         cell.value = escape_literal(_CONTROL.sub("\ufffd", text))
         cell.data_type = "s"  # after the value: a text that begins with = must not become a formula
-    cell.number_format = "@"
