@@ -113,6 +113,16 @@ def test_a_killed_simulator_breaks_the_run_off_with_a_readable_trace(tmp_path):
     assert (out / "run.xlsx").is_file()
 
 
+@pytest.mark.parametrize(
+    ("command", "limited"), [("explain", True), ("set", True), ("diagram", True), ("marbles", True), ("run", False)]
+)
+def test_what_evaluates_formulas_in_its_own_process_has_a_memory_limit(command, limited):
+    script = "import resource\nfrom rrp_sheets.cli.main import main\ntry:\n    main()\nexcept SystemExit:\n    "
+    script += "print(resource.getrlimit(resource.RLIMIT_AS)[0])"
+    done = subprocess.run([sys.executable, "-c", script, command, "--help"], capture_output=True, text=True, check=True)
+    assert (0 < int(done.stdout.splitlines()[-1]) < 1 << 32) is limited
+
+
 def children(pid: int) -> list[int]:
     """The numbers of a process's children."""
     return [int(c) for c in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]

@@ -38,8 +38,8 @@ _COMMANDS = {
     "serve": "Edit the workbooks of a folder in the browser.",
     "tutorial": "Learn in ten short lessons, in the browser.",
 }
-# formulas of strangers, in the command's own process:
-_EVALUATING = frozenset(("check", "diff", "formula", "pack", "print", "replay", "test"))
+_UNLIMITED = frozenset(("export", "faces", "help", "run", "runs", "serve", "tutorial"))
+"""The commands that evaluate no stranger's formulas in their own process. All others have a memory limit."""
 UNREADABLE, BROKEN, INTERRUPTED = 2, 3, 130
 
 
@@ -98,7 +98,7 @@ def main() -> None:
     """The entry point. What the user can mend is told in one or two lines, never as a traceback."""
     try:
         plain_output()
-        if sys.argv[1:2] and sys.argv[1] in _EVALUATING:
+        if not _UNLIMITED.intersection(sys.argv[1:2]):
             from rrp_sheets.runs import limits
 
             limits.limit_memory()
