@@ -1,0 +1,114 @@
+"""What .github/ARCHITECTURE.md says of the files is true: they exist, define the names, and are reached from one another."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import grimp
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = ROOT / ".github" / "ARCHITECTURE.md"
+ENTRY = re.compile(r"\d+\. (?P<begins>\*[^*]+\* )?`(?P<path>[^`]+)` (?P<names>.*?): ")
+MOST = {"Key press": 53, "Formula": 56, "Ball": 28, "Stop": 34}
+"""The files of each journey; who makes one shorter lowers it here."""
+
+
+@dataclass(frozen=True)
+class JourneyFile:
+    """A file of a journey.
+
+    Attributes:
+        path: of the file, from the root.
+        names: what is entered there, `Class.method` or `function`.
+        begins: whether a process or another kind of code begins here, which nothing before it imports.
+    """
+
+    path: str
+    names: tuple[str, ...]
+    begins: bool
+
+
+def journeys() -> dict[str, list[JourneyFile]]:
+    """Read the journeys of the page, by their names."""
+    text = PAGE.read_text(encoding="utf-8").partition("## Four journeys")[2].partition("\n## ")[0]
+    found: dict[str, list[JourneyFile]] = {}
+    for part in text.split("\n### ")[1:]:
+        title = part.partition(":")[0]
+        found[title] = [
+            JourneyFile(match["path"], tuple(_names(match["names"])), match["begins"] is not None)
+            for line in part.splitlines()
+            if (match := ENTRY.match(line))
+        ]
+    return found
+
+
+def _names(text: str) -> Iterator[str]:
+    """Give the names of an entry; `.method` belongs to the class before it."""
+    owner = ""
+    for name in re.findall(r"`([^`]+)`", text):
+        if name.startswith("."):
+            yield owner + name
+        else:
+            owner = name.partition(".")[0]
+            yield name
+
+
+def defined(tree: ast.Module) -> set[str]:
+    """Collect what a module defines: functions at any depth, classes, and what they have as `Class.name`."""
+    names = set()
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+            names.add(node.name)
+        if isinstance(node, ast.ClassDef):
+            names |= {f"{node.name}.{part.name}" for part in node.body if isinstance(part, ast.FunctionDef)}
+    return names
+
+
+def module(path: str) -> str:
+    """Return the dotted name of a Python file."""
+    return ".".join(Path(path).with_suffix("").parts).removesuffix(".__init__")
+
+
+JOURNEYS = journeys()
+IMPORTS = grimp.build_graph("rrp_sheets")
+ENTRIES = sorted({(entry.path, entry.names) for entries in JOURNEYS.values() for entry in entries})
+
+
+@pytest.mark.parametrize("journey", MOST)
+def test_journey_is_no_longer_than_it_was(journey: str) -> None:
+    assert len(JOURNEYS[journey]) <= MOST[journey]
+    paths = [entry.path for entry in JOURNEYS[journey]]
+    assert len(paths) == len(set(paths)), "each file once"
+
+
+@pytest.mark.parametrize(("path", "names"), ENTRIES)
+def test_file_has_the_names(path: str, names: tuple[str, ...]) -> None:
+    text = (ROOT / path).read_text(encoding="utf-8")
+    if path.endswith(".py"):
+        assert set(names) <= defined(ast.parse(text))
+    for name in names:
+        assert re.search(rf"\b{name.rpartition('.')[2]}\b", text)
+
+
+@pytest.mark.parametrize("journey", MOST)
+def test_file_is_near_another_of_its_journey(journey: str) -> None:
+    """One imports the other, directly or through one module; a process and a route are reached by a message instead."""
+    files = {module(entry.path): entry for entry in JOURNEYS[journey] if entry.path.endswith(".py")}
+    for name, entry in files.items():
+        text = (ROOT / entry.path).read_text(encoding="utf-8")
+        by_message = entry.begins or '__name__ == "__main__"' in text or "Blueprint(" in text
+        others = [other for other in files if other != name]  # what is called gives back: the way may lead up too
+        chains = [IMPORTS.find_shortest_chain(*pair) for o in others for pair in ((o, name), (name, o))]
+        assert by_message or any(chain and len(chain) <= 3 for chain in chains), entry.path
+
+
+@pytest.mark.parametrize(
+    "path", sorted(set(re.findall(r"`((?:rrp_sheets|templates)/[\w/.]+)`", PAGE.read_text("utf-8"))))
+)
+def test_named_file_exists(path: str) -> None:
+    assert (ROOT / path).exists()

@@ -1,0 +1,35 @@
+"""The measures of how the code reads may only fall, down to what is wanted (`make house`)."""
+
+from __future__ import annotations
+
+import pytest
+from house import Measure, measures
+
+CEILINGS = {
+    "lines of Python": 72_200,
+    "modules": 627,
+    "docstrings that begin as a question": 877,
+    "lines of README": 264,
+    "modules under 40 lines that only one other imports": 15,
+    "class names that two modules define": 48,
+    "module names in more than two packages": 24,
+    "import circles": 2,
+    "docstrings that restate the name": 13,
+    "references that no reader can open": 31,
+}
+"""The most that there may be of each. Who brings one down lowers it here."""
+
+
+@pytest.fixture(scope="module")
+def taken() -> dict[str, Measure]:
+    return {measure.name: measure for measure in measures()}
+
+
+@pytest.mark.parametrize("name", CEILINGS)
+def test_measure_is_below_its_ceiling(taken: dict[str, Measure], name: str) -> None:
+    measure = taken[name]
+    assert measure.today <= CEILINGS[name], "\n".join(measure.places)
+
+
+def test_every_measure_has_a_ceiling(taken: dict[str, Measure]) -> None:
+    assert list(taken) == list(CEILINGS)
