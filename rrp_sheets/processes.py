@@ -1,4 +1,4 @@
-"""Starting and supervising the processes that a run consists of: each is a module of this package.
+"""Starting and supervising the processes of a run and those that a server asks: each is a module of this package.
 
 A process has a connection to its starter, on which both say lines of JSON, and may have a heartbeat: whole numbers in
 memory that both see. Whether it still works is judged by its processor time, not by the clock on the wall: on a busy
@@ -87,7 +87,7 @@ class ChildProcess:
             self.kill()
         self._log.close()
 
-    def last_words(self) -> str:
+    def exit_summary(self) -> str:
         """How it ended: its exit code and the last line it wrote; empty while it goes on."""
         try:
             code = self._process.wait(2.0)

@@ -73,15 +73,15 @@ def test_many_rows_on_one_stream_are_no_storm() -> None:
 
 
 def test_events_that_pile_up_end_the_run() -> None:
-    mail = EventQueue()
-    mail.begin()
+    queue = EventQueue()
+    queue.begin()
     for i in range(MOST_WAITING):
-        mail.event("redball", i)
-    assert mail.take(0) is not None
-    mail.event("redball", 0)
-    mail.event("redball", 1)
+        queue.event("redball", i)
+    assert queue.take(0) is not None
+    queue.event("redball", 0)
+    queue.event("redball", 1)
     with pytest.raises(RunBroken, match="faster"):
-        mail.take(0)
+        queue.take(0)
 
 
 def test_a_test_that_would_take_a_day_of_frames_is_broken_off() -> None:

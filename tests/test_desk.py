@@ -1,4 +1,4 @@
-"""The desk: what is open, and what may happen to it while somebody begins a run or gives the file another name."""
+"""Open workbooks: what is open, and what may happen to it while somebody begins a run or gives the file another name."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def book(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def desk(book: Path, tmp_path: Path) -> Iterator[OpenWorkbooks]:
+def open_workbooks(book: Path, tmp_path: Path) -> Iterator[OpenWorkbooks]:
     (tmp_path / book.name).write_bytes(book.read_bytes())
     with CheckWorker() as worker:
         made = OpenWorkbooks(tmp_path, worker)
@@ -34,22 +34,22 @@ def desk(book: Path, tmp_path: Path) -> Iterator[OpenWorkbooks]:
         made.close()
 
 
-def test_no_run_begins_of_a_workbook_whose_file_has_another_name_by_then(desk: OpenWorkbooks) -> None:
-    path = desk.folder / "b.xlsx"
-    floor, room = RunManager(desk), desk.room(path)
+def test_no_run_begins_of_a_workbook_whose_file_has_another_name_by_then(open_workbooks: OpenWorkbooks) -> None:
+    path = open_workbooks.folder / "b.xlsx"
+    run_manager, room = RunManager(open_workbooks), open_workbooks.room(path)
     renaming, goes_on = threading.Event(), threading.Event()
 
     def rename() -> None:
-        with desk.without(path.name):
+        with open_workbooks.without(path.name):
             renaming.set()
             assert goes_on.wait(20)
-            path.rename(desk.folder / "c.xlsx")
+            path.rename(open_workbooks.folder / "c.xlsx")
 
     told: list[str] = []
 
     def start() -> None:
         try:
-            floor.start(room, path.name, RunOptions("Aya"))
+            run_manager.start(room, path.name, RunOptions("Aya"))
         except SheetsError as error:
             told.append(error.message)
 
@@ -62,45 +62,45 @@ def test_no_run_begins_of_a_workbook_whose_file_has_another_name_by_then(desk: O
     goes_on.set()
     for thread in threads:
         thread.join(20)
-    assert told == ["This workbook was renamed or moved meanwhile."] and floor.session is None
+    assert told == ["This workbook was renamed or moved meanwhile."] and run_manager.session is None
 
 
-def test_nobody_opens_a_workbook_while_its_file_goes_away(desk: OpenWorkbooks) -> None:
-    path = desk.folder / "b.xlsx"
+def test_nobody_opens_a_workbook_while_its_file_goes_away(open_workbooks: OpenWorkbooks) -> None:
+    path = open_workbooks.folder / "b.xlsx"
     opened = threading.Event()
 
     def come() -> None:
         with pytest.raises(SheetsError):
-            desk.room(path)
+            open_workbooks.room(path)
         opened.set()
 
-    with desk.without(path.name):
+    with open_workbooks.without(path.name):
         thread = threading.Thread(target=come)
         thread.start()
         assert not opened.wait(0.2)
-        path.rename(desk.folder / "c.xlsx")
+        path.rename(open_workbooks.folder / "c.xlsx")
     assert opened.wait(20)
     thread.join(20)
 
 
-def test_a_rename_that_fails_leaves_the_workbook_usable(desk: OpenWorkbooks) -> None:
-    path = desk.folder / "b.xlsx"
-    page = desk.room(path).join("a", "Aya")
-    with pytest.raises(OSError, match="there is such a file"), desk.without(path.name):
+def test_a_rename_that_fails_leaves_the_workbook_usable(open_workbooks: OpenWorkbooks) -> None:
+    path = open_workbooks.folder / "b.xlsx"
+    page = open_workbooks.room(path).join("a", "Aya")
+    with pytest.raises(OSError, match="there is such a file"), open_workbooks.without(path.name):
         raise OSError("there is such a file")
     assert "event: reload" in page.take(str)
-    assert "T" in desk.room(path).document.grids
+    assert "T" in open_workbooks.room(path).document.grids
 
 
 @pytest.mark.parametrize("end", ["closed", "forgotten"])
 def test_what_looks_after_the_files_ends(end: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rrp_sheets.web.open_workbooks.POLL_EVERY", 0.01)
     before = set(threading.enumerate())
-    desk: OpenWorkbooks | None = OpenWorkbooks(tmp_path, CheckWorker())
+    open_workbooks: OpenWorkbooks | None = OpenWorkbooks(tmp_path, CheckWorker())
     (thread,) = set(threading.enumerate()) - before
-    if end == "closed" and desk is not None:
-        desk.close()
-    desk = None
+    if end == "closed" and open_workbooks is not None:
+        open_workbooks.close()
+    open_workbooks = None
     gc.collect()
     thread.join(20)
     assert not thread.is_alive()

@@ -39,15 +39,15 @@ class Part:
 
     def __init__(self, name, log, **steps):
         self.name, self.log, self.steps = name, log, steps
-        self.mail = None
+        self.queue = None
 
     def _do(self, step, *arguments):
         self.log.append((step, self.name, *arguments))
         if step in self.steps:
             self.steps[step](*arguments)
 
-    def start(self, mail=None):
-        self.mail = mail
+    def start(self, queue=None):
+        self.queue = queue
         self._do("start")
 
     def stop(self):
@@ -66,10 +66,10 @@ class World:
     def __init__(self, **parts):
         self.log = []
         self.parts = {name: Part(name, self.log, **steps) for name, steps in parts.items()}
-        self.mail = None
+        self.queue = None
 
-    def open(self, mail):
-        self.mail = mail
+    def open(self, queue):
+        self.queue = queue
         self.log.append(("open",))
 
     def sensor(self, use):
@@ -95,7 +95,7 @@ class Until(RunObserver):
         return self.over.is_set()
 
 
-def course(world, book=BOOK, observer=None):
+def runner(world, book=BOOK, observer=None):
     plan = make_plan(check(rows(book)))
 
     def wire():
@@ -105,9 +105,9 @@ def course(world, book=BOOK, observer=None):
     return RealtimeRunner(plan, world, wire)
 
 
-def go(made, hooks, until_us=5_000_000):
+def go(made, observer, until_us=5_000_000):
     ended = []
-    thread = threading.Thread(target=lambda: ended.append(made.go(until_us, hooks)), daemon=True)
+    thread = threading.Thread(target=lambda: ended.append(made.go(until_us, observer)), daemon=True)
     thread.start()
     return thread, ended
 
@@ -118,7 +118,7 @@ def hang(*ignored):
 
 def test_it_starts_sensors_connectors_actuators_and_stops_in_order():
     world = World()
-    made = course(world)
+    made = runner(world)
     assert world.log == [("open",), ("start", "headyaw"), ("start", "headpitch"), ("wired",), ("start", "print"),
                          ("start", "say")]  # fmt: skip
     world.log.clear()
@@ -134,7 +134,7 @@ def test_a_device_that_does_not_start_is_told_with_its_cell_and_nothing_is_left_
 
     world = World(**{which: {"start": fail}})
     with pytest.raises(RunBroken) as caught:
-        course(world)
+        runner(world)
     assert words in caught.value.message and "no such cable" in caught.value.message
     assert ("stop", "headyaw") in world.log and world.log[-1] == ("close",)
 
@@ -143,7 +143,7 @@ def test_a_device_that_hangs_at_its_start_is_told(monkeypatch):
     monkeypatch.setattr(realtime_runner, "START_WITHIN", 0.2)
     world = World(headyaw={"start": hang})
     with pytest.raises(RunBroken, match="did not start within"):
-        course(world)
+        runner(world)
 
 
 def test_values_of_many_threads_are_settled_one_by_one_in_order_of_arrival():
@@ -153,14 +153,14 @@ def test_values_of_many_threads_are_settled_one_by_one_in_order_of_arrival():
     checked = check(rows(BOOK))
     seen = Seen(checked)
     world = World()
-    made = course(world, observer=seen)
-    hooks = Until()
-    thread, _ = go(made, hooks, until_us=60_000_000)
-    world.mail.begun.wait(5)
+    made = runner(world, observer=seen)
+    observer = Until()
+    thread, _ = go(made, observer, until_us=60_000_000)
+    world.queue.begun.wait(5)
 
     def send(first):
         for i in range(200):
-            world.mail.event("headyaw", first + i)
+            world.queue.event("headyaw", first + i)
 
     senders = [threading.Thread(target=send, args=(1000 * n,)) for n in range(4)]
     for sender in senders:
@@ -170,7 +170,7 @@ def test_values_of_many_threads_are_settled_one_by_one_in_order_of_arrival():
     deadline = time.monotonic() + 20
     while len(seen["Both"]) < 800 and time.monotonic() < deadline:
         os.sched_yield()
-    hooks.over.set()
+    observer.over.set()
     thread.join(5)
     assert not thread.is_alive()
     made.stop()
@@ -187,13 +187,13 @@ def test_a_hanging_actuator_stops_neither_the_run_nor_stop(monkeypatch):
     monkeypatch.setattr(realtime_runner, "REST_WITHIN", 0.3)
     taken = threading.Event()
     world = World(say={"take": hang}, print={"take": lambda value: taken.set()})
-    made = course(world)
-    hooks = Until()
-    thread, ended = go(made, hooks)
-    world.mail.event("headpitch", 1)  # its actuator never comes back
-    world.mail.event("headyaw", 1)
+    made = runner(world)
+    observer = Until()
+    thread, ended = go(made, observer)
+    world.queue.event("headpitch", 1)  # its actuator never comes back
+    world.queue.event("headyaw", 1)
     assert taken.wait(5)
-    hooks.over.set()
+    observer.over.set()
     thread.join(5)
     assert [how for _, how in ended] == ["stopped"]
     before = time.monotonic()
@@ -206,7 +206,7 @@ def test_a_hanging_actuator_stops_neither_the_run_nor_stop(monkeypatch):
 def test_a_hanging_sensor_does_not_keep_the_actuators_from_their_rest(monkeypatch):
     monkeypatch.setattr(realtime_runner, "STOP_WITHIN", 0.2)
     world = World(headyaw={"stop": hang})
-    made = course(world)
+    made = runner(world)
     assert ["Head yaw" in h.text for h in made.stop()] == [True]
     assert {("rest", "print"), ("rest", "say"), ("close",)} <= set(world.log)
 
@@ -234,7 +234,7 @@ def test_what_waits_for_an_actuator_at_stop_is_dropped():
 
 def test_a_device_that_breaks_ends_the_run():
     world = World()
-    made = course(world)
+    made = runner(world)
     failures = []
 
     def run():
@@ -245,7 +245,7 @@ def test_a_device_that_breaks_ends_the_run():
 
     thread = threading.Thread(target=run)
     thread.start()
-    world.mail.broke(RunBroken("The cable is out.", "Plug it in."))
+    world.queue.broke(RunBroken("The cable is out.", "Plug it in."))
     thread.join(5)
     assert failures == ["The cable is out."]
     made.stop()
@@ -254,11 +254,11 @@ def test_a_device_that_breaks_ends_the_run():
 def test_a_wait_ends_and_the_run_ends_itself_without_any_event():
     book = "| Head yaw | subscribe | 0.05 | Wait |\n| Wait done | subscribe | | End run |"
     world = World()
-    made = course(world, book)
-    hooks = Until()
-    world.mail.event("headyaw", 1)
+    made = runner(world, book)
+    observer = Until()
+    world.queue.event("headyaw", 1)
     before = time.monotonic()
-    at, how = made.go(30_000_000, hooks)
+    at, how = made.go(30_000_000, observer)
     assert how == "end run" and made.engine.ended_by == "T!3"
     assert at >= 50_000 and time.monotonic() - before < 5 * crowded()
     made.stop()
@@ -286,12 +286,12 @@ def test_a_world_in_lockstep_goes_with_the_wall_clock():
     world = Lockstep()
     plan = make_plan(check(rows(BOOK)))
     made = RealtimeRunner(plan, RealtimeAdapter(world, 30), lambda: EventEngine(plan))
-    hooks = Until()
+    observer = Until()
     before = time.monotonic()
-    assert made.go(500_000, hooks) == (500_000, "time")
+    assert made.go(500_000, observer) == (500_000, "time")
     assert 0.5 <= time.monotonic() - before < 3 * crowded()
     made.stop()
-    assert world.stopped and hooks.told == [Notice("note", "ready")]
+    assert world.stopped and observer.told == [Notice("note", "ready")]
     assert world.steps == [n * 1_000_000 // 30 for n in range(1, len(world.steps) + 1)]
     assert 2 <= len(world.steps) <= 16
     assert world.got[:2] == [("print", 1), ("print", 12)]

@@ -184,10 +184,10 @@ def test_a_run_that_was_deleted_is_no_longer_what_the_run_panel_shows(tmp_path: 
     for name in ("1-a", "2-b"):
         write_run(tmp_path, name, HEADER, EVENT, END)
     client = visit(tmp_path)
-    floor = client.application.extensions["forget"].__self__
-    last = floor.session = SimpleNamespace(folder="1-a", room=None, is_going=False)
-    assert "1 run deleted" in send(client, run="2-b", typed="delete", shown="2-b").text and floor.session is last
-    assert "1 run deleted" in send(client, run="1-a", typed="delete", shown="1-a").text and floor.session is None
+    run_manager = client.application.extensions["forget"].__self__
+    last = run_manager.session = SimpleNamespace(folder="1-a", room=None, is_going=False)
+    assert "1 run deleted" in send(client, run="2-b", typed="delete", shown="2-b").text and run_manager.session is last
+    assert "1 run deleted" in send(client, run="1-a", typed="delete", shown="1-a").text and run_manager.session is None
 
 
 def test_a_run_that_goes_on_is_not_deleted(tmp_path: Path) -> None:

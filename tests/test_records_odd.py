@@ -19,14 +19,14 @@ from recorded import END, EVENT, HEADER, HOSTILE, write_run
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs import worker_process
-from rrp_sheets.runs.records import query_worker as clerks
+from rrp_sheets.runs.records import query_worker
 from rrp_sheets.runs.records.metadata import facts_of
 from rrp_sheets.runs.records.query_worker import QueryWorker
 from rrp_sheets.runs.worker_process import readable
 
 
 @pytest.fixture
-def clerk() -> Iterator[QueryWorker]:
+def queries() -> Iterator[QueryWorker]:
     made = QueryWorker()
     yield made
     made.close()
@@ -91,48 +91,48 @@ def test_a_run_that_goes_on_is_shown_as_such(tmp_path: Path) -> None:
     assert "This run is going on" in get(client, "/runs/now").text
 
 
-def test_what_takes_too_long_is_ended_and_the_next_is_answered(tmp_path: Path, clerk: QueryWorker) -> None:
+def test_what_takes_too_long_is_ended_and_the_next_is_answered(tmp_path: Path, queries: QueryWorker) -> None:
     place = write_run(tmp_path, "x", HEADER, EVENT, END)
     with pytest.raises(SheetsError, match="did not come to an end"):
         QueryWorker(within=0.0).course(place)
-    assert clerk.course(place)["count"] == 1
+    assert queries.course(place)["count"] == 1
     (place / "trace.jsonl").write_bytes(b"\xff\xfe")
     with pytest.raises(SheetsError, match="not a record"):
-        clerk.course(place)
-    assert clerk.pid is not None
-    os.kill(clerk.pid, signal.SIGKILL)
-    os.waitid(os.P_PID, clerk.pid, os.WEXITED | os.WNOWAIT)
+        queries.course(place)
+    assert queries.pid is not None
+    os.kill(queries.pid, signal.SIGKILL)
+    os.waitid(os.P_PID, queries.pid, os.WEXITED | os.WNOWAIT)
     write_run(tmp_path, "y", HEADER, EVENT, END)
-    assert clerk.course(tmp_path / "runs" / "y")["count"] == 1
+    assert queries.course(tmp_path / "runs" / "y")["count"] == 1
 
 
 def test_who_comes_when_many_wait_is_told_and_waits_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(clerks, "MOST", 1)
+    monkeypatch.setattr(query_worker, "MOST", 1)
     place = write_run(tmp_path, "good", HEADER, EVENT, END)
-    clerk, refused = QueryWorker(), list[SheetsError]()
+    queries, refused = QueryWorker(), list[SheetsError]()
 
     def one_more_meanwhile(*link: object) -> bool:
         with pytest.raises(SheetsError, match="at once") as told:
-            clerk.course(place)
+            queries.course(place)
         refused.append(told.value)
         return readable(*link)  # type: ignore[arg-type]
 
     monkeypatch.setattr(worker_process, "readable", one_more_meanwhile)
-    assert clerk.course(place)["count"] == 1 and refused
+    assert queries.course(place)["count"] == 1 and refused
     monkeypatch.setattr(worker_process, "readable", readable)
-    assert clerk.course(place)["count"] == 1
-    clerk.close()
+    assert queries.course(place)["count"] == 1
+    queries.close()
 
 
 def test_what_the_process_keeps_for_a_moment_goes_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     scratch = tmp_path / "tmp"
     scratch.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(scratch))
-    clerk = QueryWorker()
-    clerk.course(write_run(tmp_path, "good", HEADER, END))
+    queries = QueryWorker()
+    queries.course(write_run(tmp_path, "good", HEADER, END))
     (place,) = scratch.iterdir()
     (place / "half a table").write_text("x", encoding="utf-8")
-    clerk.close()
+    queries.close()
     assert not list(scratch.iterdir())
 
 

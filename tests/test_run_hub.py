@@ -40,18 +40,18 @@ BALL = record_from_mapping("Red ball", {"x": 0.1, "y": -0.2, "distance": 0.5, "c
 
 
 @pytest.fixture
-def hub() -> RunState:
-    hub = RunState(ROWS, {"A!2": "m"}, lambda what: None)
-    hub.started(START)
-    return hub
+def run_state() -> RunState:
+    run_state = RunState(ROWS, {"A!2": "m"}, lambda what: None)
+    run_state.started(START)
+    return run_state
 
 
-def test_only_what_is_new_is_told_and_a_page_that_joins_is_told_all(hub: RunState) -> None:
+def test_only_what_is_new_is_told_and_a_page_that_joins_is_told_all(run_state: RunState) -> None:
     for us in range(0, 1_000_000, 1_000):  # a flood: one row is told once, with its newest value
-        hub.event(us, "redball", "", BALL)
-        hub.event(us, "a!distance", "A!2", us / 2_000_000)
-    hub.frame(1_000_000)
-    told, _ = hub.news()
+        run_state.event(us, "redball", "", BALL)
+        run_state.event(us, "a!distance", "A!2", us / 2_000_000)
+    run_state.frame(1_000_000)
+    told, _ = run_state.news()
     assert told is not None
     assert told["rows"] == {"w2": {"v": "0.499 m", "at": 0.999, "n": 1000, "e": ""}}
     assert {n: s["kind"] for n, s in told["streams"].items()} == {"Red ball": "sensor", "A!Distance": "stream"}
@@ -59,95 +59,95 @@ def test_only_what_is_new_is_told_and_a_page_that_joins_is_told_all(hub: RunStat
     plots = dict(told["plots"])
     assert plots["A!Distance"][0] == [0.0, 0.0] and plots["A!Distance"][-1] == [0.999, 0.4995]
     assert all(len(points) <= 4 for points in plots.values()) and "Red ball.distance" in plots
-    assert hub.news() == (None, [])
-    hub.event(1_100_000, "a!near", "A!3", True)
-    hub.frame(1_100_000)
-    assert list(hub.news()[0]["rows"]) == ["w3"]
-    everything, _ = hub.all()
+    assert run_state.news() == (None, [])
+    run_state.event(1_100_000, "a!near", "A!3", True)
+    run_state.frame(1_100_000)
+    assert list(run_state.news()[0]["rows"]) == ["w3"]
+    everything, _ = run_state.all()
     assert everything["full"] and set(everything["rows"]) == {"w2", "w3"} and "Near" in everything["streams"]
     assert dict(everything["plots"])["A!Distance"] == plots["A!Distance"]
 
 
-def test_an_error_stands_until_values_come_for_a_second_and_is_told_once(hub: RunState) -> None:
+def test_an_error_stands_until_values_come_for_a_second_and_is_told_once(run_state: RunState) -> None:
     for us in (0, 100_000, 200_000):
-        hub.error(us, "A!2", Failure("FORM020", "This divides by zero."), ())
-    hub.event(300_000, "a!distance", "A!2", 1.0)
-    told, lines = hub.news()
+        run_state.error(us, "A!2", Failure("FORM020", "This divides by zero."), ())
+    run_state.event(300_000, "a!distance", "A!2", 1.0)
+    told, lines = run_state.news()
     assert told["rows"]["w2"]["e"] == "This divides by zero."
     assert [(n["kind"], n["row"], n["id"]) for n in lines] == [("error", "A!2", "w2")]
-    hub.event(1_300_000, "a!distance", "A!2", 1.0)
-    assert hub.news()[0]["rows"]["w2"]["e"] == ""
+    run_state.event(1_300_000, "a!distance", "A!2", 1.0)
+    assert run_state.news()[0]["rows"]["w2"]["e"] == ""
 
 
-def test_the_log_tells_commands_once_and_what_is_said_with_its_sound(hub: RunState) -> None:
+def test_the_log_tells_commands_once_and_what_is_said_with_its_sound(run_state: RunState) -> None:
     for us in range(0, 3_000_000, 33_000):  # a tracker fed at camera rate
-        hub.event(us, "headtracker", "A!5", 0.5)
-    hub.event(3_000_000, "headtracker", "A!5", None)
-    hub.event(3_100_000, "say", "A!3", "Hello")
-    hub.happening(3_200_000, Notice("say", "Hello", "say", "A!3", "say-001.wav"))
-    hub.acted(3_300_000, OperatorAction("mark", "Kai laughs", "Mika"))
+        run_state.event(us, "headtracker", "A!5", 0.5)
+    run_state.event(3_000_000, "headtracker", "A!5", None)
+    run_state.event(3_100_000, "say", "A!3", "Hello")
+    run_state.happening(3_200_000, Notice("say", "Hello", "say", "A!3", "say-001.wav"))
+    run_state.acted(3_300_000, OperatorAction("mark", "Kai laughs", "Mika"))
     for us in range(3_400_000, 4_000_000, 100_000):
-        hub.acted(
+        run_state.acted(
             us,
             OperatorAction("scene", "Red ball is put to 1, 0, 0 m.", "Mika", {"thing": "Red ball", "put": [1, 0, 0]}),
         )
-        hub.refused("put", "Blue ball cannot be put there.", "")
-    lines = hub.news()[1]
+        run_state.refused("put", "Blue ball cannot be put there.", "")
+    lines = run_state.news()[1]
     assert [(n["kind"], n["text"], n["by"], n["sound"]) for n in lines] == [
         ("command", "0.5", "", ""), ("command", "stops", "", ""), ("speech", "Hello", "", "say-001.wav"),
         ("mark", "Kai laughs", "Mika", ""), ("scene", "Red ball is dragged to 1, 0, 0 m.", "Mika", ""),
         ("refused", "Blue ball cannot be put there.", "", ""),
     ]  # fmt: skip
-    assert hub.news()[1] == [] and hub.all()[1] == lines
+    assert run_state.news()[1] == [] and run_state.all()[1] == lines
 
 
-def test_a_thing_that_is_dragged_is_one_line_that_tells_its_last_place(hub: RunState) -> None:
+def test_a_thing_that_is_dragged_is_one_line_that_tells_its_last_place(run_state: RunState) -> None:
     def put(us: int, x: int, by: str = "Mika") -> None:
         act = OperatorAction("scene", f"Red ball is put to {x}, 0, 0 m.", by, {"thing": "Red ball", "put": [x, 0, 0]})
-        hub.acted(us, act)
+        run_state.acted(us, act)
 
     put(0, 1)
-    [first] = hub.news()[1]
+    [first] = run_state.news()[1]
     for n in range(2, 30):
         put(n * 100_000, n)
-        hub.event(n * 100_000, "headtracker", "A!5", n / 10)  # what the robot does meanwhile does not divide it
-    assert all(line["kind"] == "command" for line in hub.news()[1]), "told again when it stands"
-    hub.acted(3_000_000, OperatorAction("mark", "Kai laughs", "Ken"))
-    moved, mark = (line for line in hub.news()[1] if line["kind"] != "command")
+        run_state.event(n * 100_000, "headtracker", "A!5", n / 10)  # what the robot does meanwhile does not divide it
+    assert all(line["kind"] == "command" for line in run_state.news()[1]), "told again when it stands"
+    run_state.acted(3_000_000, OperatorAction("mark", "Kai laughs", "Ken"))
+    moved, mark = (line for line in run_state.news()[1] if line["kind"] != "command")
     assert (moved["text"], moved["t"], moved["instead"]) == ("Red ball is dragged to 29, 0, 0 m.", 2.9, first["i"])
     assert mark["text"] == "Kai laughs"
     put(3_100_000, 5)
     put(3_200_000, 6, "Ken")
     put(7_000_000, 7, "Ken")
-    assert [line["text"][-10:] for line in hub.news()[1]] == ["5, 0, 0 m.", "6, 0, 0 m.", "7, 0, 0 m."]
-    kept = [line["text"] for line in hub.all()[1] if line["kind"] == "scene"]
+    assert [line["text"][-10:] for line in run_state.news()[1]] == ["5, 0, 0 m.", "6, 0, 0 m.", "7, 0, 0 m."]
+    kept = [line["text"] for line in run_state.all()[1] if line["kind"] == "scene"]
     assert len(kept) == 4 and "dragged" in kept[0]
 
 
-def test_memory_stays_small_however_long_a_run_is(hub: RunState) -> None:
+def test_memory_stays_small_however_long_a_run_is(run_state: RunState) -> None:
     for us in range(0, 4_000_000_000, 1_000_000):
-        hub.event(us, "a!distance", "A!2", us / 1e9)
-        hub.acted(us, OperatorAction("mark", "x" * 500, "Mika"))
-        hub.state(us, State({}, (0,) * 6, (0, 0, 0), "", {}, {"head": f"A!{us % 7}"}))
-        hub.frame(us)
-        hub.news()
-    told, lines = hub.all()
+        run_state.event(us, "a!distance", "A!2", us / 1e9)
+        run_state.acted(us, OperatorAction("mark", "x" * 500, "Mika"))
+        run_state.state(us, State({}, (0,) * 6, (0, 0, 0), "", {}, {"head": f"A!{us % 7}"}))
+        run_state.frame(us)
+        run_state.news()
+    told, lines = run_state.all()
     assert len(lines) == 400 and len(lines[0]["text"]) == 300 and len(told["drives"]) == 400
     assert len(json.dumps(told)) < 60_000
 
 
-def test_who_drives_what_goes_over_short_pauses(hub: RunState) -> None:
+def test_who_drives_what_goes_over_short_pauses(run_state: RunState) -> None:
     def see(us: int, **driving: str) -> list[list[object]]:
-        hub.state(us, State({}, (0,) * 6, (1, 1, 1), "", {}, driving))
-        hub.frame(us)
-        return hub.news()[0].get("drives", [])
+        run_state.state(us, State({}, (0,) * 6, (1, 1, 1), "", {}, driving))
+        run_state.frame(us)
+        return run_state.news()[0].get("drives", [])
 
     assert see(0, head="A!5") == [["head", "A!5", 0.0, None]]
     assert see(80_000, head="A!5") == []
     assert see(160_000) == [["head", "A!5", 0.0, 0.16]]
     assert see(500_000, head="A!5") == [["head", "A!5", 0.0, None]]
     assert see(900_000, head="A!3") == [["head", "A!5", 0.0, 0.9], ["head", "A!3", 0.9, None]]
-    assert hub.all()[0]["drives"] == [["head", "A!5", 0.0, 0.9], ["head", "A!3", 0.9, None]]
+    assert run_state.all()[0]["drives"] == [["head", "A!5", 0.0, 0.9], ["head", "A!3", 0.9, None]]
 
 
 def test_a_page_that_lags_behind_is_told_the_newest_instead_of_everything() -> None:
@@ -258,12 +258,12 @@ def test_a_mistake_that_is_mended_before_its_check_has_ended_does_not_stay_unuse
     rows = [["", "Red ball", "map", "redBall.distance", "Distance", ""], ["", "Distance", "subscribe", "", "Print", ""]]
     make_workbook({"T": [HEADER, *rows]}, tmp_path / "b.xlsx")
     worker = Held()
-    desk = OpenWorkbooks(tmp_path, worker)
-    floor, room = RunManager(desk), desk.room(tmp_path / "b.xlsx")
+    open_workbooks = OpenWorkbooks(tmp_path, worker)
+    run_manager, room = RunManager(open_workbooks), open_workbooks.room(tmp_path / "b.xlsx")
     page = room.join("a", "Aya")
     room.analysis()  # begins the first check
     hear(page, "checked")
-    session = floor.start(room, "b.xlsx", RunOptions("Aya", speed=0))
+    session = run_manager.start(room, "b.xlsx", RunOptions("Aya", speed=0))
     hear(page, '"phase":"running"')
     worker.answer.clear()
     worker.begun.clear()
@@ -291,22 +291,22 @@ def hear(page: EventStream, words: str) -> str:
     return heard
 
 
-def test_a_picture_is_told_by_its_number_and_who_joins_hears_how_old_it_is(hub: RunState, monkeypatch) -> None:
+def test_a_picture_is_told_by_its_number_and_who_joins_hears_how_old_it_is(run_state: RunState, monkeypatch) -> None:
     now = 100.0
     monkeypatch.setattr("rrp_sheets.web.live.run_state.time", SimpleNamespace(monotonic=lambda: now))
-    hub.state(0, State({}, (), (), "", {}))
-    hub.picture(0, b"first")
-    hub.picture(0, b"second")
-    told, _ = hub.news()
-    assert told is not None and (told["eye"], "eye_age" in told, hub.jpeg) == (2, False, b"second")
+    run_state.state(0, State({}, (), (), "", {}))
+    run_state.picture(0, b"first")
+    run_state.picture(0, b"second")
+    told, _ = run_state.news()
+    assert told is not None and (told["eye"], "eye_age" in told, run_state.jpeg) == (2, False, b"second")
     now += 7.5
-    told, _ = hub.all()
+    told, _ = run_state.all()
     assert (told["eye"], told["eye_age"]) == (2, 7.5)
 
 
-def test_a_refusal_speaks_of_the_help_of_the_page_and_of_the_speed_there_is(hub: RunState) -> None:
-    hub.speed = 4.0
-    hub.refused("send", "There is no function “RANDOM”.", "See `rrp-sheets help functions`.")
-    assert hub.news()[1][-1]["text"] == "There is no function “RANDOM”. Help: functions." and hub.speed == 4
-    hub.refused("speed", "An event loop has no speed.", "")
-    assert hub.speed == 1
+def test_a_refusal_speaks_of_the_help_of_the_page_and_of_the_speed_there_is(run_state: RunState) -> None:
+    run_state.speed = 4.0
+    run_state.refused("send", "There is no function “RANDOM”.", "See `rrp-sheets help functions`.")
+    assert run_state.news()[1][-1]["text"] == "There is no function “RANDOM”. Help: functions." and run_state.speed == 4
+    run_state.refused("speed", "An event loop has no speed.", "")
+    assert run_state.speed == 1

@@ -59,21 +59,21 @@ def test_at_rest_everything_is_recorded_and_the_files_come_after(tmp_path: Path)
 
 def test_the_next_run_is_not_disturbed_by_the_end_of_the_one_before(tmp_path: Path) -> None:
     make_workbook({"T": ROWS}, tmp_path / "b.xlsx")
-    desk = OpenWorkbooks(tmp_path, CheckWorker())
-    floor, room = RunManager(desk), desk.room(tmp_path / "b.xlsx")
+    open_workbooks = OpenWorkbooks(tmp_path, CheckWorker())
+    run_manager, room = RunManager(open_workbooks), open_workbooks.room(tmp_path / "b.xlsx")
     page = Ear(room.join("a", "Aya"))
-    first = floor.start(room, "b.xlsx", RunOptions("Aya", speed=0))
+    first = run_manager.start(room, "b.xlsx", RunOptions("Aya", speed=0))
     page.until('"phase":"running"')
     first.restart("Ben")
     heard = page.until('"phase":"ended"') + page.until('"phase":"running"')
     assert '"words":"Stopped by Ben at ' in heard and f'"folder":"{first.folder}"' in heard
-    second = floor.session
-    assert second is not None and second is not first and second.is_going and second.hub.speed == 0
+    second = run_manager.session
+    assert second is not None and second is not first and second.is_going and second.run_state.speed == 0
     until = time.monotonic() + 60
     while not (tmp_path / "runs" / first.folder / "diagram.svg").is_file():
         assert time.monotonic() < until
         page.until("event: live")
-    assert floor.now()["id"] == second.id
+    assert run_manager.now()["id"] == second.id
     second.stop("Aya")
     heard = page.until('"phase":"ended"')
     assert first.id not in heard and second.id in heard

@@ -28,13 +28,13 @@ def test_when_a_row_that_waits_has_its_turn(case: str) -> None:
     for row, text in enumerate(times, start=2):
         cue, plus, seconds = text.rpartition("+")
         actions.append(SceneAction(round(float(seconds) * S), "Mia", "say", row=row, cue=(cue or "+") if plus else ""))
-    cues = SceneTriggers(actions)
+    triggers = SceneTriggers(actions)
     for second in events:
-        cues.heard("ask", second * S)
-    due = [(str(a.row), a.time_us / S) for a in cues.take()]
-    assert due == expected and cues.take() == ()
+        triggers.heard("ask", second * S)
+    due = [(str(a.row), a.time_us / S) for a in triggers.take()]
+    assert due == expected and triggers.take() == ()
     waiting = {a.row for a in actions if a.cue} - {int(row) for row, _ in due}
-    assert [h.row for h in cues.left()] == [f"Scene!{row}" for row in sorted(waiting)]
+    assert [h.row for h in triggers.left()] == [f"Scene!{row}" for row in sorted(waiting)]
 
 
 def test_light_cups_and_ranges_by_hand(tmp_path) -> None:

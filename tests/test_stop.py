@@ -327,8 +327,8 @@ re.match("(a+)+$", "a" * 64 + "b")  # native code that does not let go of the in
 STARTER = """
 import os, sys, time
 from pathlib import Path
-from rrp_sheets.processes import Child
-child = Child("stuck")
+from rrp_sheets.processes import ChildProcess
+child = ChildProcess("stuck")
 while not Path(os.environ["BEGUN"]).exists():
     time.sleep(0.01)
 print(child.pid, flush=True)

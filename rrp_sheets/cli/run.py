@@ -89,7 +89,7 @@ def _seconds(text: str) -> float | None:
 
 
 def _stop_on_interrupt(watch: Watch) -> None:
-    """Ctrl-C (or a polite kill) asks the run to stop; it ends after the frame, and everything is written."""
+    """Ctrl-C (or a polite kill) asks the run to stop: the robot halts at once, and everything is written."""
     if threading.current_thread() is not threading.main_thread():
         return
 

@@ -23,7 +23,7 @@ class Watch(RunView):
     """Prints a run.
 
     Attributes:
-        interrupted: set by Ctrl-C; the run stops after the frame.
+        interrupted: set by Ctrl-C.
     """
 
     def __init__(self) -> None:

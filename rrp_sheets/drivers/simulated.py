@@ -31,7 +31,7 @@ class SimulatedWorld(World):
         actuators: the actuators in use.
         scene: what happens in the world.
         dones: streams that tell the end of commands, each with its actuator stream.
-        seed: for what is random (nothing is in this version).
+        seed: of what is random: the noise of the room.
         frame_rate: frames a second of the engine; divides 240.
         out: the folder of the run, for `say-001.wav`, …, `film.gif` and `strip.png`; None writes nothing.
         film: whether to record the film and the strip of moments.

@@ -72,20 +72,20 @@ class CommandHandler:
 
     Args:
         engine: of the run.
-        ground: its loop.
-        hooks: told what was done, and what cannot be.
-        control: where wishes come from.
+        controller: its loop.
+        observer: told what was done, and what cannot be.
+        control: where the operator's commands come from.
     """
 
-    def __init__(self, engine: Engine, ground: RunController, hooks: RunObserver, control: CommandQueue) -> None:
+    def __init__(self, engine: Engine, controller: RunController, observer: RunObserver, control: CommandQueue) -> None:
         self._engine = engine
-        self._ground = ground
-        self._hooks = hooks
+        self._controller = controller
+        self._observer = observer
         self._control = control
         self._robot = engine.plan.checked.robot
         self._editor = Editor(engine, control)
         self._stimulus = ValueInjector(engine)
-        self._cast = SceneEntities(engine.plan, engine.seed)
+        self._entities = SceneEntities(engine.plan, engine.seed)
         self._buttons = {key(label_of(use)): label_of(use) for use in buttons(engine.plan.sensors)}
         self._do: dict[str, Callable[[int, OperatorCommand], OperatorAction | None]] = {
             "pause": self._pause, "resume": self._resume, "step": self._step, "speed": self._speed,
@@ -110,29 +110,29 @@ class CommandHandler:
                 raise
             except SheetsError as error:
                 kind = "apply" if wish.kind == "edited" else wish.kind
-                self._hooks.refused(kind, error.message, error.remedy)
+                self._observer.refused(kind, error.message, error.remedy)
             else:
                 if act is not None:
-                    self._hooks.acted(us, act)
+                    self._observer.acted(us, act)
         return bool(wishes)
 
     # ---- the clock
     def _pause(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
-        if not self._ground.pause(us):
+        if not self._controller.pause(us):
             return None
-        self._hooks.paused(us, True)
+        self._observer.paused(us, True)
         return OperatorAction("pause", "Paused.", wish.by)
 
     def _resume(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
-        if not self._ground.resume(us):
+        if not self._controller.resume(us):
             return None
-        self._hooks.paused(us, False)
+        self._observer.paused(us, False)
         return OperatorAction("resume", "Goes on.", wish.by)
 
     def _step(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
-        if self._ground.pause(us):
-            self._hooks.paused(us, True)
-        self._ground.step(us)
+        if self._controller.pause(us):
+            self._observer.paused(us, True)
+        self._controller.step(us)
         return OperatorAction("step", "One frame.", wish.by)
 
     def _speed(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
@@ -142,7 +142,7 @@ class CommandHandler:
                 f"The speed {factor:g} is not possible.",
                 f"Choose one from {SLOWEST:g} to {FASTEST:g} times real time, or as fast as it can.",
             )
-        self._ground.speed(factor, us)
+        self._controller.speed(factor, us)
         words = f"Speed {factor:g}." if factor else "As fast as it can."
         return OperatorAction("speed", words, wish.by, {"factor": factor})
 
@@ -188,7 +188,7 @@ class CommandHandler:
             remedy = f"The buttons are: {known}." if known else "Name an operator's button (Start button) in a row."
             raise SheetsError(f"There is no button “{label}” in this run.", remedy)
         label = self._buttons[key(label)]
-        self._ground.act((SceneAction(us, wish.by or OPERATOR, "press", {"label": label}),))
+        self._controller.act((SceneAction(us, wish.by or OPERATOR, "press", {"label": label}),))
         return OperatorAction("press", label, wish.by, {"label": label})
 
     def _scene(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
@@ -207,8 +207,8 @@ class CommandHandler:
         for action in actions:
             if action.verb == "press":
                 return self._press(us, OperatorCommand("press", wish.by, action.values))
-        self._ground.act([replace(action, time_us=us, row=0) for action in actions])
-        self._cast.add(actions)
+        self._controller.act([replace(action, time_us=us, row=0) for action in actions])
+        self._entities.add(actions)
         detail = dict(zip(("thing", "does", "value"), parts, strict=True))
         return OperatorAction("scene", " ".join(p for p in parts if p), wish.by, detail)
 
@@ -218,26 +218,26 @@ class CommandHandler:
             raise SheetsError(f"{thing} cannot be put there.", f"Put it within {FARTHEST:g} m of the robot.")
         detail = {"thing": thing, "put": [round(c, 4) for c in at]}
         move = SceneAction(us, thing, "move", {"to": at, "seconds": 0.0})
-        entry = None if self._is_there(thing) else self._cast.entry(thing)
+        entry = None if self._is_there(thing) else self._entities.entry(thing)
         if entry is None:
             self._require(thing)
-            self._ground.act((move,))
+            self._controller.act((move,))
             return OperatorAction("scene", f"{thing} is put to {_spot(at)}.", wish.by, detail)
-        self._ground.act((replace(entry, time_us=us, row=0), move))  # it comes as it is, and stands there at once
+        self._controller.act((replace(entry, time_us=us, row=0), move))  # it comes as it is, and stands there at once
         return OperatorAction("scene", f"{entry.thing} appears at {_spot(at)}.", wish.by, {**detail, "appears": True})
 
     def _is_there(self, thing: str) -> bool:
-        present = self._ground.things()
+        present = self._controller.things()
         return present is None or key(thing) in {key(t) for t in present}
 
     def _require(self, thing: str) -> None:
         if not self._is_there(thing):
-            present = self._ground.things()
+            present = self._controller.things()
             there = f"There are: {', '.join(present)}." if present else "Nothing is there."
             raise SheetsError(f"“{thing}” is not in the scene now.", f"Let it appear first. {there}")
 
     def _look(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
-        self._ground.watch(**{("look" if wish.kind == "look" else "wanted"): bool(wish.what["wanted"])})
+        self._controller.watch(**{("look" if wish.kind == "look" else "wanted"): bool(wish.what["wanted"])})
         return None
 
 

@@ -13,7 +13,7 @@ class OperatorCommand:
     """Something that somebody wants of a run.
 
     Attributes:
-        kind: a name that `acts` knows.
+        kind: a name that `CommandHandler` knows.
         by: who wants it.
         what: plain data, by name.
     """

@@ -51,13 +51,13 @@ class Engine(ABC):
         plan: what runs.
         observer: told of every event and error, in order.
         seed: of everything random in the rows.
-        cell: where the engine is, for a watchdog (see `progress`).
+        cell: where the engine is, for a watchdog (see `heartbeat`).
 
     Attributes:
         clock: the run's clock.
         streams: by id; each knows its latest value and how many it has had.
         errors: how often each row's formula has failed, by row ref.
-        cues: the rows of the scene that wait for an event.
+        triggers: the rows of the scene that wait for an event.
         on: keys of the behaviours that are switched on now.
         ended_by: the row that has ended the run with the actuator End run; empty while it goes on.
         sent_by: who sent the value that is entering now by hand; None while others do.
@@ -89,8 +89,8 @@ class Engine(ABC):
             sys.setrecursionlimit(max(sys.getrecursionlimit(), 1_000 + _FRAMES_PER_ROW * len(plan.steps)))
         if observer is not None:
             self._watch_all(observer)
-        self.cues = SceneTriggers(draw_scene(plan.checked.scene or (), seed)[0])
-        for stream in sorted(self.cues.streams & set(self.streams)):
+        self.triggers = SceneTriggers(draw_scene(plan.checked.scene or (), seed)[0])
+        for stream in sorted(self.triggers.streams & set(self.streams)):
             self._cue(stream)
         uses = [u for u in (*plan.sensors, *plan.actuators) if u.stream in plan.own]
         dones = {actuator: done for done, actuator in plan.dones.items()}
@@ -260,8 +260,8 @@ class Engine(ABC):
 
     def _cue(self, stream: str) -> None:
         """Let the scene's rows that wait for a stream know of its events; a blank is none."""
-        cues, clock = self.cues, self.clock
-        self.streams[stream].subscribe(lambda value: None if value is None else cues.heard(stream, clock.us))
+        triggers, clock = self.triggers, self.clock
+        self.streams[stream].subscribe(lambda value: None if value is None else triggers.heard(stream, clock.us))
 
     def _connect(self, step: Step, wired: CompositeDisposable) -> None:
         checked = self.plan.checked

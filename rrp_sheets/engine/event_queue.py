@@ -11,7 +11,7 @@ from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.exchange import Notice, WorldSnapshot
 from rrp_sheets.model.values import Value
 
-MOST_WAITING = 20_000  # letters: minutes of work for any workbook, so that it will not be caught up with
+MOST_WAITING = 20_000  # events: minutes of work for any workbook, so that it will not be caught up with
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +97,7 @@ class EventQueue:
         return found
 
     def take(self, until_us: int) -> QueuedEvent | None:
-        """The next letter, waiting until a time of the run for it; None when there is none by then.
+        """The next event, waiting until a time of the run for it; None when there is none by then.
 
         Raises:
             RunBroken: when so much waits that it grows faster than it is worked out.

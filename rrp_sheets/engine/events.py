@@ -2,7 +2,7 @@
 
 Between two events nothing waits: each settles the whole graph, by (time, rank), exactly as a frame with this one event
 does, so that a diamond is consistent here too. A timer acts at its own time, and a value of just that time is its
-instant's. How time passes is the business of who drives it: the wall clock in `live`, anything at all in a test.
+instant's. Whoever drives it decides how time passes: `realtime_runner` by the wall clock, a test as it likes.
 """
 
 from __future__ import annotations

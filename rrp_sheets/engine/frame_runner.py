@@ -38,9 +38,9 @@ class FrameRunner:
         self.engine = wire()
         self._loop = _FrameLoop(self.engine, world, control or CommandQueue(), paced=paced)
 
-    def go(self, until_us: int, hooks: RunObserver) -> tuple[int, str]:
+    def go(self, until_us: int, observer: RunObserver) -> tuple[int, str]:
         """Run frames."""
-        return self._loop.go(self._arrivals, until_us, hooks)
+        return self._loop.go(self._arrivals, until_us, observer)
 
     def stop(self) -> list[Notice]:
         """Stop the world; returns what happened meanwhile."""
@@ -56,7 +56,7 @@ def run_loop(
     arrivals: Arrivals,
     until_us: int,
     *,
-    hooks: RunObserver | None = None,
+    observer: RunObserver | None = None,
     paced: bool = False,
     control: CommandQueue | None = None,
 ) -> tuple[int, str]:
@@ -67,17 +67,17 @@ def run_loop(
         world: started and stopped by the caller.
         arrivals: what its start gave: those of time 0.
         until_us: the last frame is the first at or after this time.
-        hooks: told and asked after each frame.
+        observer: told and asked after each frame.
         paced: wait so that the run is not faster than real time.
         control: what people want while it goes on.
     """
     return _FrameLoop(engine, world, control or CommandQueue(), paced=paced).go(
-        arrivals, until_us, hooks or RunObserver()
+        arrivals, until_us, observer or RunObserver()
     )
 
 
 class _FrameLoop:
-    """Frames, one after the other, and what people do between them: the `Ground` of acts."""
+    """Frames, one after the other, and what people do between them: the `RunController` of the command handler."""
 
     def __init__(self, engine: Engine, world: World, control: CommandQueue, *, paced: bool) -> None:
         self._engine = engine
@@ -88,43 +88,43 @@ class _FrameLoop:
         self._things: Collection[str] | None = None  # what a display has last seen in the world
         self._pace = FramePacer(0.0)
 
-    def go(self, arrivals: Arrivals, until_us: int, hooks: RunObserver) -> tuple[int, str]:
+    def go(self, arrivals: Arrivals, until_us: int, observer: RunObserver) -> tuple[int, str]:
         engine, world, control = self._engine, self._world, self._control
-        acts = CommandHandler(engine, self, hooks, control)
+        handler = CommandHandler(engine, self, observer, control)
         rate = engine.plan.checked.run.frame_rate
         frame = now = 0
         self._pace = FramePacer(1.0 if self._paced else 0.0)
         while True:
             commands = engine.settle(now, arrivals.events)
-            if cued := engine.cues.take():
+            if cued := engine.triggers.take():
                 world.act(cued)
             for happening in (*arrivals.happenings, *engine.take_happenings()):
-                hooks.happening(now, happening)
-            hooks.frame(now)
+                observer.happening(now, happening)
+            observer.frame(now)
             if engine.ended_by:
                 return now, "end run"
-            if control.stopped or hooks.stopped():
+            if control.stopped or observer.stopped():
                 return now, "stopped"
             if now >= until_us:
                 return now, "time"
             frame += 1
             due = frame * 1_000_000 // rate
-            if not self._wait(now, due, acts, hooks):
+            if not self._wait(now, due, handler, observer):
                 return now, "stopped"
             now = due
             arrivals = world.advance(now, commands)
             if control.stopped:  # meanwhile: the robot rests already, and the rows of this frame may take long
                 for happening in arrivals.happenings:
-                    hooks.happening(now, happening)
+                    observer.happening(now, happening)
                 return now, "stopped"
 
-    def _wait(self, now: int, due: int, acts: CommandHandler, hooks: RunObserver) -> bool:
+    def _wait(self, now: int, due: int, handler: CommandHandler, observer: RunObserver) -> bool:
         """Do what people want until the next frame is due; False when the run is to stop."""
         control, pace = self._control, self._pace
-        self._show(now, hooks)
+        self._show(now, observer)
         while True:
-            if acts.between(now):
-                self._show(now, hooks)
+            if handler.between(now):
+                self._show(now, observer)
             if control.stopped:
                 return False
             if not pace.stands and (left := pace.left(due)) <= 0:
@@ -132,22 +132,22 @@ class _FrameLoop:
                 return True
             control.wait(STANDING if pace.stands else min(left, LONGEST_WAIT))
             if pace.stands or left > LONGEST_WAIT:
-                if hooks.stopped():
+                if observer.stopped():
                     return False
-                hooks.standing(now)
+                observer.standing(now)
                 if self._showing.wanted:
                     self._world.show(False)  # whether it is still there: nothing else asks it anything
 
-    def _show(self, now: int, hooks: RunObserver) -> None:
+    def _show(self, now: int, observer: RunObserver) -> None:
         picture = self._showing.due()
         if picture is not None:
             began = time.monotonic()
             shown = self._world.show(picture)
             self._things = shown.state.things
-            hooks.shown(now, shown)
+            observer.shown(now, shown)
             self._showing.cost(time.monotonic() - began)
 
-    # ---- the ground of acts
+    # ---- the run controller of the command handler
     def pause(self, us: int) -> bool:
         if self._pace.paused:
             return False

@@ -47,7 +47,7 @@ class Runner(Protocol):
         """The engine."""
         ...
 
-    def go(self, until_us: int, hooks: RunObserver) -> tuple[int, str]:
+    def go(self, until_us: int, observer: RunObserver) -> tuple[int, str]:
         """Run until the time is over, a row ends the run or the user stops; the time (µs) and how it ended.
 
         Raises:

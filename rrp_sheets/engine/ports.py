@@ -52,9 +52,9 @@ class World(Protocol):
 
 
 class Sensor(Protocol):
-    """A sensor of a world that goes by itself. What it delivers from threads of its own is only put into the mail."""
+    """A sensor of a world that goes by itself; what its own threads deliver is only put into the event queue."""
 
-    def start(self, mail: EventQueue) -> None:
+    def start(self, queue: EventQueue) -> None:
         """Begin to deliver. Raises RunBroken when it cannot."""
         ...
 
@@ -82,7 +82,7 @@ class Actuator(Protocol):
 class LiveWorld(Protocol):
     """A world that goes by itself, on the wall clock: devices one by one."""
 
-    def open(self, mail: EventQueue) -> None:
+    def open(self, queue: EventQueue) -> None:
         """Make the world ready. Raises RunBroken when it cannot be."""
         ...
 
@@ -99,11 +99,11 @@ class LiveWorld(Protocol):
         ...
 
     def show(self, showing: SnapshotThrottle) -> None:
-        """Put the world into the mail for a display, as often as that wants it."""
+        """Put the world into the event queue for a display, as often as that wants it."""
         ...
 
     def wake(self) -> None:
-        """The mail's clock, which stood still, goes on."""
+        """The clock of the event queue, which stood still, goes on."""
         ...
 
     def close(self) -> Sequence[Notice] | None:

@@ -39,10 +39,10 @@ class RealtimeAdapter(LiveWorld):
         self._broken: RunBroken | None = None
         self._showing: SnapshotThrottle | None = None
 
-    def open(self, mail: EventQueue) -> None:
-        """Start the world; its first values are in the mail."""
-        self._post(mail, self._world.start())
-        self._thread = threading.Thread(target=self._pump, args=(mail,), name="world", daemon=True)
+    def open(self, queue: EventQueue) -> None:
+        """Start the world; its first values are in the event queue."""
+        self._post(queue, self._world.start())
+        self._thread = threading.Thread(target=self._pump, args=(queue,), name="world", daemon=True)
         self._thread.start()
 
     def sensor(self, use: DeviceUse) -> Sensor:
@@ -64,7 +64,7 @@ class RealtimeAdapter(LiveWorld):
         self._awake.set()
 
     def show(self, showing: SnapshotThrottle) -> None:
-        """Put the world into the mail for a display, as often as it wants."""
+        """Put the world into the event queue for a display, as often as it wants."""
         self._showing = showing
         self._awake.set()
 
@@ -91,8 +91,8 @@ class RealtimeAdapter(LiveWorld):
             raise self._broken
         return left.happenings if left else ()
 
-    def _pump(self, mail: EventQueue) -> None:
-        while not mail.begun.wait(0.1):
+    def _pump(self, queue: EventQueue) -> None:
+        while not queue.begun.wait(0.1):
             if self._over:
                 return
         step = 0
@@ -100,39 +100,39 @@ class RealtimeAdapter(LiveWorld):
             while not self._over:
                 step += 1
                 due = step * 1_000_000 // self._rate
-                self._sleep(mail, due)
+                self._sleep(queue, due)
                 if not self._over:
-                    self._post(mail, self._world.advance(due, _all(self._commands)))
-                    self._serve(mail)
+                    self._post(queue, self._world.advance(due, _all(self._commands)))
+                    self._serve(queue)
         except RunBroken as error:
             self._broken = error
-            mail.broke(error)
+            queue.broke(error)
 
-    def _sleep(self, mail: EventQueue, due: int) -> None:
+    def _sleep(self, queue: EventQueue, due: int) -> None:
         """Until a step is due; what people do to the world is done meanwhile, also while the clock stands still."""
-        while not self._over and (left := (due - mail.now_us) / 1_000_000) > 0:
-            if self._awake.wait(STANDING if mail.stands else left):
+        while not self._over and (left := (due - queue.now_us) / 1_000_000) > 0:
+            if self._awake.wait(STANDING if queue.stands else left):
                 self._awake.clear()
-                self._serve(mail)
-            elif self._showing is not None and mail.stands:
+                self._serve(queue)
+            elif self._showing is not None and queue.stands:
                 self._world.show(False)  # whether it is still there: nothing else asks it anything
 
-    def _serve(self, mail: EventQueue) -> None:
+    def _serve(self, queue: EventQueue) -> None:
         actions, showing = _all(self._actions), self._showing
         if actions:
             self._world.act(actions)
         picture = showing.due() if showing is not None else None
         if showing is not None and picture is not None:
             began = time.monotonic()
-            mail.show(self._world.show(picture))
+            queue.show(self._world.show(picture))
             showing.cost(time.monotonic() - began)
 
     @staticmethod
-    def _post(mail: EventQueue, arrivals: Arrivals) -> None:
+    def _post(queue: EventQueue, arrivals: Arrivals) -> None:
         for stream, value in arrivals.events:
-            mail.event(stream, value)
+            queue.event(stream, value)
         for happening in arrivals.happenings:
-            mail.tell(happening)
+            queue.tell(happening)
 
 
 def _all(queue: SimpleQueue[_Item]) -> list[_Item]:
@@ -150,7 +150,7 @@ class _Part(Sensor, Actuator):
     def __init__(self, world: RealtimeAdapter) -> None:
         self._world = world
 
-    def start(self, mail: EventQueue | None = None) -> None:
+    def start(self, queue: EventQueue | None = None) -> None:
         """Nothing to do: the world has been started."""
 
     def stop(self) -> None:

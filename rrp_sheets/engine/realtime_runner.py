@@ -1,4 +1,4 @@
-"""The event loop: one thread that evaluates, on the wall clock; sensors only put values into the mail.
+"""The event loop: one thread that evaluates, on the wall clock; sensors only put values into the event queue.
 
 Starting goes in the order of the thesis: sensors, connectors, actuators; a device that does not start is told with its
 cell, and the run does not begin. Stopping is orderly and bounded: sensors, timers, connectors, actuators to a safe
@@ -56,7 +56,7 @@ class RealtimeRunner:
         self._showing = SnapshotThrottle()
         self._things: Collection[str] | None = None  # what the display has last seen in the world
         self._world = world
-        self._mail = EventQueue()
+        self._queue = EventQueue()
         self._sensors: list[tuple[str, Sensor]] = []
         self._hands: dict[str, ActuatorThread] = {}
         self._engine: EventEngine | None = None
@@ -74,18 +74,18 @@ class RealtimeRunner:
 
     def _start(self, wire: Callable[[], EventEngine]) -> None:
         places = {s.id: f" ({s.address})" if s.address else "" for s in self._plan.streams}
-        self._world.open(self._mail)
+        self._world.open(self._queue)
         for use in self._plan.outer_sensors:
             sensor = self._world.sensor(use)
-            _start_one(f"The sensor stream “{use.name}”{places[use.stream]}", partial(sensor.start, self._mail))
+            _start_one(f"The sensor stream “{use.name}”{places[use.stream]}", partial(sensor.start, self._queue))
             self._sensors.append((use.name, sensor))
         self._engine = wire()
         for use in self._plan.outer_actuators:
-            hand = ActuatorThread(use.name, self._world.actuator(use), self._mail)
+            hand = ActuatorThread(use.name, self._world.actuator(use), self._queue)
             _start_one(f"The actuator stream “{use.name}”{places[use.stream]}", hand.start)
             self._hands[use.stream] = hand
 
-    def go(self, until_us: int, hooks: RunObserver) -> tuple[int, str]:
+    def go(self, until_us: int, observer: RunObserver) -> tuple[int, str]:
         """Run until the time is over, a row ends the run, or the user stops; the time (µs) and how it ended.
 
         Raises:
@@ -94,77 +94,77 @@ class RealtimeRunner:
         interval = sys.getswitchinterval()
         sys.setswitchinterval(SWITCH_SECONDS)
         try:
-            self._mail.begin()
-            return self._loop(until_us, hooks)
+            self._queue.begin()
+            return self._loop(until_us, observer)
         finally:
             sys.setswitchinterval(interval)
 
-    def _loop(self, until_us: int, hooks: RunObserver) -> tuple[int, str]:
-        engine, mail = self.engine, self._mail
-        acts = CommandHandler(engine, self, hooks, self._control)
+    def _loop(self, until_us: int, observer: RunObserver) -> tuple[int, str]:
+        engine, queue = self.engine, self._queue
+        handler = CommandHandler(engine, self, observer, self._control)
         engine.halted = lambda: self._control.stopped
-        letter: QueuedEvent | None = None
+        queued: QueuedEvent | None = None
         ticked = 0
         while True:
-            if not self._between(acts, hooks):
+            if not self._between(handler, observer):
                 return engine.clock.us, "stopped"
             due = engine.clock.next_due
             tick = ticked + TICK_US
-            if letter is None:
-                letter = mail.take(min(until_us, tick) if due is None else min(until_us, tick, due))
-            now = mail.now_us if letter is None else letter.us
+            if queued is None:
+                queued = queue.take(min(until_us, tick) if due is None else min(until_us, tick, due))
+            now = queue.now_us if queued is None else queued.us
             if due is not None and due < tick < now:  # timers come first, and no more than a tick of them at a time
                 now = tick
                 self._settle(min(now, until_us), [])
             else:
-                self._settle(min(now, until_us), self._open(letter, hooks) if letter and now < until_us else [])
-                letter = None
+                self._settle(min(now, until_us), self._open(queued, observer) if queued and now < until_us else [])
+                queued = None
             for told in engine.take_happenings():
-                hooks.happening(engine.clock.us, told)
+                observer.happening(engine.clock.us, told)
             if now >= tick or now >= until_us or engine.ended_by:
                 ticked = now
-                hooks.frame(engine.clock.us)
-                if hooks.stopped():
+                observer.frame(engine.clock.us)
+                if observer.stopped():
                     return engine.clock.us, "stopped"
             if engine.ended_by:
                 return engine.clock.us, "end run"
-            if now >= until_us or mail.now_us > until_us + BEHIND_US:
+            if now >= until_us or queue.now_us > until_us + BEHIND_US:
                 return min(now, until_us), "time"
 
-    def _between(self, acts: CommandHandler, hooks: RunObserver) -> bool:
+    def _between(self, handler: CommandHandler, observer: RunObserver) -> bool:
         """Do what people want, and as long as the clock stands still nothing else; False when the run is to stop."""
         clock, control = self.engine.clock, self._control
         while True:
-            if acts.between(clock.us):
+            if handler.between(clock.us):
                 self._settle(clock.us, [])
             if control.stopped:
                 return False
-            for shown in self._mail.seen():
+            for shown in self._queue.seen():
                 self._things = shown.state.things
-                hooks.shown(clock.us, shown)
-            if not self._mail.stands:
+                observer.shown(clock.us, shown)
+            if not self._queue.stands:
                 return True
-            hooks.standing(clock.us)
-            if hooks.stopped():
+            observer.standing(clock.us)
+            if observer.stopped():
                 return False
             control.wait(STANDING / 5)  # what the world shows comes soon
 
-    def _open(self, letter: QueuedEvent, hooks: RunObserver) -> list[tuple[str, object]]:
+    def _open(self, queued: QueuedEvent, observer: RunObserver) -> list[tuple[str, object]]:
         """Tell what is to be told; the value that is to enter, if it is one."""
-        if letter.broken is not None:
-            raise letter.broken
-        if letter.happening is None:
-            return [(letter.stream, letter.value)]
-        hooks.happening(self.engine.clock.us, letter.happening)
+        if queued.broken is not None:
+            raise queued.broken
+        if queued.happening is None:
+            return [(queued.stream, queued.value)]
+        observer.happening(self.engine.clock.us, queued.happening)
         return []
 
-    # ---- the ground of acts
+    # ---- the run controller of the command handler
     def pause(self, us: int) -> bool:
         """Let the clock stand still, and with it timers and world."""
         if self._paused:
             return False
         self._paused = True
-        self._mail.pause()
+        self._queue.pause()
         self._showing.again()
         self._world.wake()
         return True
@@ -174,13 +174,13 @@ class RealtimeRunner:
         if not self._paused:
             return False
         self._paused = False
-        self._mail.resume()
+        self._queue.resume()
         self._world.wake()
         return True
 
     def step(self, us: int) -> None:
         """Let the clock go on for one tick; while one goes on, it is made longer."""
-        self._mail.resume(TICK_US)
+        self._queue.resume(TICK_US)
         self._showing.again()
         self._world.wake()
 
@@ -212,7 +212,7 @@ class RealtimeRunner:
         for command in self.engine.settle(now_us, arrivals):
             if command.stream in self._hands:
                 self._hands[command.stream].give(command)
-        if cued := self.engine.cues.take():
+        if cued := self.engine.triggers.take():
             self._world.act(cued)
 
     def stop(self) -> list[Notice]:

@@ -23,12 +23,12 @@ class SceneTriggers:
     >>> rows = [SceneAction(1_000_000, "Operator", "press", row=2),
     ...         SceneAction(2_000_000, "Child", "say", row=3, cue="askdone"),
     ...         SceneAction(500_000, "Child", "touch", row=4, cue="+")]
-    >>> cues = SceneTriggers(rows)
-    >>> cues.heard("askdone", 900_000)
-    >>> cues.take()
+    >>> triggers = SceneTriggers(rows)
+    >>> triggers.heard("askdone", 900_000)
+    >>> triggers.take()
     ()
-    >>> cues.heard("askdone", 4_000_000)
-    >>> [(a.verb, a.time_us) for a in cues.take()]
+    >>> triggers.heard("askdone", 4_000_000)
+    >>> [(a.verb, a.time_us) for a in triggers.take()]
     [('say', 6000000), ('touch', 6500000)]
     """
 

@@ -52,10 +52,10 @@ class ActuatorThread:
         resting: set when it is to rest; then no further command is carried out.
     """
 
-    def __init__(self, name: str, actuator: Actuator, mail: EventQueue) -> None:
+    def __init__(self, name: str, actuator: Actuator, queue: EventQueue) -> None:
         self.name = name
         self._actuator = actuator
-        self._mail = mail
+        self._queue = queue
         self._commands: SimpleQueue[Command | None] = SimpleQueue()
         self.resting = threading.Event()
         self._thread = threading.Thread(target=self._work, name=name, daemon=True)
@@ -81,5 +81,5 @@ class ActuatorThread:
                 if not self.resting.is_set():
                     self._actuator.take(command)
         except RunBroken as error:
-            self._mail.broke(error)
+            self._queue.broke(error)
         self._actuator.rest()

@@ -1,4 +1,4 @@
-"""One run from the workbook to the folder that it leaves; in this process (`run`), or in one of its own (`apart`)."""
+"""One run from the workbook to the folder that it leaves; here (`run`), or in a process of its own (`run_process`)."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ _ROBOT = "the robot itself"  # where an error is counted that is no row's: it ha
 
 
 class Recorder(RunObserver):
-    """An engine's observer and a loop's hooks: tells the trace and the view. The trace comes when the run begins."""
+    """The observer of an engine and of its loop: tells the trace and the view. The trace comes when the run begins."""
 
     def __init__(self, view: RunView, control: CommandQueue) -> None:
         self.view = view

@@ -64,9 +64,9 @@ class RunProcess:
     def __init__(self, path: Path, settings: RunSettings | None = None) -> None:
         require()
         self._simulator = Simulator()
-        self._office = RunWorkerProcess(self._simulator.requests.fileno())
+        self._worker = RunWorkerProcess(self._simulator.requests.fileno())
         self._simulator.requests.close()  # else it would not be told when the engine has gone
-        self._watchdog = Watchdog(self._office.cell, self._office.cpu)
+        self._watchdog = Watchdog(self._worker.cell, self._worker.cpu)
         self._sending = threading.Lock()
         self._asked: float | None = None  # when it was to stop
         self._stopped_by = ""
@@ -83,14 +83,14 @@ class RunProcess:
     @property
     def pid(self) -> int:
         """The number of the engine's process."""
-        return self._office.pid
+        return self._worker.pid
 
     @property
     def simulator_pid(self) -> int:
         """The number of the simulator's process."""
         return self._simulator.pid
 
-    # ---- what people do: from any thread, without waiting; the view is told what came of it
+    # ---- what people do: from any thread, waiting at most SEND_WITHIN; the view is told what came of it
     def stop(self, by: str = "") -> None:
         """Bring the robot to its rest and end the run, whatever its rows are doing.
 
@@ -101,7 +101,7 @@ class RunProcess:
             self._simulator.rest()
             if self._sending.acquire(timeout=STOP_WAITS):  # an engine that does not take it is ended
                 try:
-                    self._office.say("stop", by)
+                    self._worker.say("stop", by)
                 finally:
                     self._sending.release()
 
@@ -164,7 +164,7 @@ class RunProcess:
 
     def _send(self, *message: Any) -> None:
         with self._sending:
-            self._deaf = self._deaf or not self._office.send(*message, within=SEND_WITHIN)
+            self._deaf = self._deaf or not self._worker.send(*message, within=SEND_WITHIN)
 
     def listen(self, view: RunView) -> RunOutcome:
         """Tell a view everything until the run has ended.
@@ -177,17 +177,17 @@ class RunProcess:
         """
         try:
             with selectors.DefaultSelector() as selector:
-                for end in (self._office, self._simulator):
+                for end in (self._worker, self._simulator):
                     selector.register(end, selectors.EVENT_READ)
                 return self._listen(view, selector)
         finally:
-            self._office.close()
+            self._worker.close()
             self._simulator.close(CLOSE_WITHIN)
             if self._finisher is not None:
                 self._finisher.close()
 
     def _listen(self, view: RunView, selector: selectors.BaseSelector) -> RunOutcome:
-        office = self._office
+        worker = self._worker
         if type(view).state is not RunView.state:
             self._wish("show", wanted=True)
         while True:
@@ -197,9 +197,9 @@ class RunProcess:
             self._look_at_simulator()
             if self._simulator.gone and len(selector.get_map()) > 1:
                 selector.unregister(self._simulator)
-            messages = office.receive(0)
+            messages = worker.receive(0)
             if messages is None:
-                words = f"The run's process has ended unexpectedly{office.last_words()}{self._where()}."
+                words = f"The run's process has ended unexpectedly{worker.last_words()}{self._where()}."
                 return self._alone(view, RunBroken(words, REMEDY_DIED))
             for message in messages:
                 ended = self._take(message, view)
@@ -207,7 +207,7 @@ class RunProcess:
                     return ended
             self._tell_finishing(view)
             if self._asked is not None and not self._starting:
-                office.kill()  # nothing has begun, and the check of a workbook need not be waited for
+                worker.kill()  # nothing has begun, and the check of a workbook need not be waited for
                 return RunOutcome()
             if self._is_late():
                 return self._alone(view, None)
@@ -253,7 +253,7 @@ class RunProcess:
 
     def _row(self) -> str:
         """The row that is being worked out; empty when it is none."""
-        return self._started.rows.get(self._office.cell[RANK], "") if self._started else ""
+        return self._started.rows.get(self._worker.cell[RANK], "") if self._started else ""
 
     def _where(self) -> str:
         row = self._row()
@@ -296,7 +296,7 @@ class RunProcess:
             error: why the run breaks off; None when it was stopped and its rows did not end in time.
         """
         start, row, where = self._started, self._row(), self._where()
-        self._office.kill()
+        self._worker.kill()
         self._simulator.rest()
         if start is None or not (start.folder / "trace.jsonl").is_file():
             if error is None:

@@ -85,7 +85,7 @@ def run(
     recorder = Recorder(view, control or CommandQueue())
     try:
         live = (world or _simulated(settings, simulator, ending))(plan, scene, seed, folder.path)
-        course = _begin(plan, live, recorder, seed, settings, cell)
+        runner = _begin(plan, live, recorder, seed, settings, cell)
     except SheetsError:
         folder.drop()
         raise
@@ -94,15 +94,15 @@ def run(
         folder.make()
         folder.keep_workbook(checked)
         trace = TraceWriter(folder.path / "trace.jsonl", plan, _header(reading, checked, settings, seed))
-        recorder.begin(trace, course.engine)
+        recorder.begin(trace, runner.engine)
         for one in drawn:
             recorder.happening(0, Notice("note", one.text, row=f"Scene!{one.row}"))
     except SheetsError:
         with suppress(RunBroken):  # what is told is why the run does not begin
-            course.stop()
+            runner.stop()
         folder.drop()
         raise
-    summary, broken = _go(course, until, trace, recorder)
+    summary, broken = _go(runner, until, trace, recorder)
     view.rested(summary, broken)
     files, problems = folder.finish(checked)
     return RunResult(folder.path, files, summary, broken, problems)
@@ -147,23 +147,23 @@ def _begin(
     return RealtimeRunner(plan, pumped, lambda: EventEngine(plan, recorder, seed, cell), recorder.control)
 
 
-def _go(course: Runner, until: int, trace: TraceWriter, recorder: Recorder) -> tuple[Summary, RunBroken | None]:
+def _go(runner: Runner, until: int, trace: TraceWriter, recorder: Recorder) -> tuple[Summary, RunBroken | None]:
     """The loop between starting and stopping; whatever happens, the world is stopped and the trace is closed."""
     began = time.monotonic()
     broken: RunBroken | None = None
     ended, row, out_of_memory = "broken", "", False
     try:
-        _, ended = course.go(until, recorder)
-        row = course.engine.ended_by
+        _, ended = runner.go(until, recorder)
+        row = runner.engine.ended_by
     except RunBroken as error:
         broken = error
     except MemoryError:  # told below: while it is handled, what holds the memory is still held
         out_of_memory = True
     finally:
         if ended == "broken":
-            row = course.engine.row
+            row = runner.engine.row
         if out_of_memory:
-            course.engine.close()
+            runner.engine.close()
             broken = RunBroken(
                 f"{f'The row {row}' if row else 'The run'} needs more memory than a run may have.",
                 "Keep less in that row: fewer values, or shorter texts and lists.",
@@ -173,12 +173,12 @@ def _go(course: Runner, until: int, trace: TraceWriter, recorder: Recorder) -> t
             recorder.view.finishing()
         finally:
             try:
-                for happening in (*course.stop(), *course.engine.cues.left()):
-                    recorder.happening(course.engine.clock.us, happening)
+                for happening in (*runner.stop(), *runner.engine.triggers.left()):
+                    recorder.happening(runner.engine.clock.us, happening)
             except RunBroken as error:
                 broken, ended = broken or error, "broken"  # the first break is the cause
             finally:
-                summary = _summary(course.engine, recorder, wall, ended, row)
+                summary = _summary(runner.engine, recorder, wall, ended, row)
                 if broken is not None:
                     summary.why, summary.remedy = broken.message, broken.remedy
                 try:

@@ -1,4 +1,6 @@
-"""How processes of ours and the program that started them speak: lines of JSON, which can do no harm.
+"""Encode what a process and the program that started it tell each other as lines of JSON, which can do no harm.
+
+The engine and the simulator are both ours and exchange pickled messages (`sim/messages.py`).
 
 A value keeps what it is: a record its kind and its fields, a list its places.
 """

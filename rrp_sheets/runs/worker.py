@@ -42,7 +42,7 @@ class CheckWorker:
 
     def __init__(self, within: float = CHECK_WITHIN) -> None:
         self._within = within
-        self._office = RestartingWorker(RunWorkerProcess)
+        self._worker = RestartingWorker(RunWorkerProcess)
 
     def __enter__(self) -> CheckWorker:
         return self
@@ -53,7 +53,7 @@ class CheckWorker:
     def check(self, path: Path) -> Findings:
         """Read and check a workbook. A file that cannot be read, or a check that had to be ended, is one finding."""
         try:
-            findings, examples = self._office.ask(["check", str(path.absolute())], self._within)
+            findings, examples = self._worker.ask(["check", str(path.absolute())], self._within)
         except WorkerError as none:
             report = Report()
             report.add("FILE018", None, name=path.name, why=f"it {none.why}")
@@ -64,4 +64,4 @@ class CheckWorker:
 
     def close(self) -> None:
         """End the process."""
-        self._office.close()
+        self._worker.close()

@@ -1,6 +1,6 @@
 """A process of ours that answers, from its own side: it has a memory limit, and what goes wrong is an answer too.
 
-It ends when its connection does. The other side is `office`.
+It ends when its connection does. The other side is `worker`.
 """
 
 from __future__ import annotations

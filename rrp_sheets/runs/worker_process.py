@@ -129,7 +129,7 @@ class WorkerProcess:
 
     def last_words(self) -> str:
         """How it ended: its exit code and the last line it wrote."""
-        return self._child.last_words()
+        return self._child.exit_summary()
 
 
 class RunWorkerProcess(WorkerProcess):
@@ -170,13 +170,13 @@ class RestartingWorker:
         self._start = start
         self._lock = threading.Lock()
         self._closed = False
-        self._office: WorkerProcess | None = None
+        self._worker: WorkerProcess | None = None
 
     @property
     def pid(self) -> int | None:
         """The process's number; None while there is none."""
-        office = self._office
-        return office.pid if office is not None else None
+        worker = self._worker
+        return worker.pid if worker is not None else None
 
     def ask(self, request: Sequence[Any], within: float, start: float = 0.0) -> list[Any]:
         """Its answer, without the word that says that it is one.
@@ -191,14 +191,14 @@ class RestartingWorker:
             SheetsError: what it says instead, or when this was closed.
         """
         with self._lock:
-            if self._office is not None and self._office.ended:  # meanwhile: this request is not to blame
+            if self._worker is not None and self._worker.ended:  # meanwhile: this request is not to blame
                 self._drop()
-            if self._office is None and not self._closed:
-                self._office, within = self._start(), within + start
-            if self._closed or self._office is None:  # asked after it was made: `close` sees it, or this sees `close`
+            if self._worker is None and not self._closed:
+                self._worker, within = self._start(), within + start
+            if self._closed or self._worker is None:  # asked after it was made: `close` sees it, or this sees `close`
                 raise _closed()
             try:
-                kind, *answer = next(m for m in self._office.answers(request, within) if m is not None)
+                kind, *answer = next(m for m in self._worker.answers(request, within) if m is not None)
                 if kind == "memory":
                     raise WorkerError("needed more memory than it may have")
             except WorkerError:
@@ -213,16 +213,16 @@ class RestartingWorker:
     def close(self) -> None:
         """End the process, whatever it is doing, and start no other."""
         self._closed = True
-        office = self._office
-        if office is not None:
-            office.kill()
+        worker = self._worker
+        if worker is not None:
+            worker.kill()
         with self._lock:
             self._drop()
 
     def _drop(self) -> None:
-        office, self._office = self._office, None
-        if office is not None:
-            office.close()
+        worker, self._worker = self._worker, None
+        if worker is not None:
+            worker.close()
 
 
 def _closed() -> SheetsError:

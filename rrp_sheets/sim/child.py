@@ -139,7 +139,7 @@ def main() -> None:
 
 
 def _take_all_memory() -> None:
-    """The process that evaluates formulas has a memory limit, and we inherit it: pictures and sound need more."""
+    """Lift a memory limit that whoever started this process may have: pictures and sound need more."""
     try:
         import resource
     except ImportError:  # Windows knows no such limit

@@ -26,7 +26,7 @@ class Spec:
     Attributes:
         robot: the catalogue, with the folder of the robot's model.
         scene: in the order of their times.
-        seed: for what is random; nothing is in this version.
+        seed: of what is random: the noise of the room.
         frame_rate: frames a second; divides 240.
         out: the folder for sound and film, or empty for none.
         film: whether to record the film and the strip of moments.

@@ -147,7 +147,7 @@ class Simulator:
 
     def exit_words(self) -> str:
         """How it ended, in brackets."""
-        return self._child.last_words()
+        return self._child.exit_summary()
 
     def kill(self) -> None:
         """End it at once."""

@@ -86,32 +86,34 @@ def create_app(
     app.jinja_env.globals["known"] = lambda endpoint: endpoint in app.view_functions
     app.jinja_env.globals["program"] = build_id
     worker = CheckWorker()
-    desk = OpenWorkbooks(folder, worker)
-    library = WorkbookRepository(folder, worker)
+    open_workbooks = OpenWorkbooks(folder, worker)
+    repository = WorkbookRepository(folder, worker)
     sessions = Sessions()
     init_app(app, secret, lan, sessions, links or Links())
     if lan is not None:
         app.register_blueprint(make_login(lan, sessions, cookie_name(secret), tell))
     _answer_errors(app, folder)
-    floor = RunManager(desk)
-    app.extensions.update(going=floor.going, writing=floor.writing, forget=floor.forget, close=desk.close)
-    app.register_blueprint(make_editing(library, desk))
-    app.register_blueprint(make_sheeting(library, desk))
-    app.register_blueprint(make_live(library, desk, floor))
-    app.register_blueprint(make_posing(library, desk, floor.joints))
-    app.register_blueprint(make_shelving(library, desk))
-    app.register_blueprint(make_records(library, desk))
-    app.register_blueprint(make_helping(workbook_or_404(library, desk)))
+    run_manager = RunManager(open_workbooks)
+    app.extensions.update(
+        going=run_manager.going, writing=run_manager.writing, forget=run_manager.forget, close=open_workbooks.close
+    )
+    app.register_blueprint(make_editing(repository, open_workbooks))
+    app.register_blueprint(make_sheeting(repository, open_workbooks))
+    app.register_blueprint(make_live(repository, open_workbooks, run_manager))
+    app.register_blueprint(make_posing(repository, open_workbooks, run_manager.joints))
+    app.register_blueprint(make_shelving(repository, open_workbooks))
+    app.register_blueprint(make_records(repository, open_workbooks))
+    app.register_blueprint(make_helping(workbook_or_404(repository, open_workbooks)))
 
     @app.get("/")
     def shelf() -> str:
-        return show(shelf_page(library, sort=request.args.get("sort", "")))
+        return show(shelf_page(repository, sort=request.args.get("sort", "")))
 
     @app.get("/book/<name>/diagram/<int:number>.svg")
     def diagram(name: str, number: int) -> Response:
-        if not library.has(name):
+        if not repository.has(name):
             abort(404)
-        opened = library.open(name)
+        opened = repository.open(name)
         behaviours = opened.look.graph.behaviours
         if not 1 <= number <= len(behaviours):
             abort(404)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import Any
 
-from rrp_sheets.web.cell_locks import CellLocks, identity
+from rrp_sheets.web.cell_locks import CellLocks, Place, identity
 from rrp_sheets.web.sse import EventBacklog, EventStream
 
 
@@ -14,12 +14,12 @@ class Broadcaster:
 
     Attributes:
         listeners: the pages that are open.
-        seats: the cells that they have taken.
+        locks: the cells that they have taken.
     """
 
     def __init__(self) -> None:
         self.listeners: list[EventStream] = []
-        self.seats = CellLocks()
+        self.locks = CellLocks()
         self._lock = threading.RLock()
         self._told = EventBacklog()
 
@@ -47,22 +47,27 @@ class Broadcaster:
             self.leave(listener)
 
     def end_streams(self, client: str) -> None:
-        """A page opens another stream: its older ones end, and the cells that it has taken stay its own."""
+        """A page opens another stream: its older ones end, and the cells that it has taken stay its own.
+
+        An older stream is nobody's from now on, so that its end, which its thread notices at any time later, frees no
+        cell (`leave`).
+        """
         with self._lock:
             older = [li for li in self.listeners if client and li.client == client]
             self.listeners = [li for li in self.listeners if li not in older]
         for listener in older:
             listener.leave()
 
-    def leave(self, listener: EventStream) -> None:
-        """The page was closed."""
+    def leave(self, listener: EventStream) -> list[Place]:
+        """The page was closed, unless it has ended this stream for another; return the cells that it had taken."""
         listener.leave()
+        places: list[Place] = []
         with self._lock:
             if listener in self.listeners:
                 self.listeners.remove(listener)
-            if all(one.client != listener.client for one in self.listeners):  # else the page has another stream
-                self.seats.leave(listener.client)
+                places = self.locks.leave(listener.client)
         self.tell_people()
+        return places
 
     def stand(self, client: str, name: str, place: tuple[str, str, int]) -> None:
         """Somebody's cursor is on a cell; or they have another name now."""

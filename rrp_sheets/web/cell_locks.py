@@ -19,17 +19,23 @@ def identity(client: str) -> str:
 
 
 class CellLocks:
-    """The cells that are taken for editing; its room locks it."""
+    """The cells that are taken for editing; whoever owns it calls it under a thread lock."""
 
     def __init__(self) -> None:
         self._taken: dict[Place, tuple[str, str, float]] = {}
 
     def taken(self, sheet: str = "") -> dict[Place, str]:
         """Who is editing which cell, of one sheet or of all."""
+        old = self._expired()
+        return {p: name for p, (_, name, _) in self._taken.items() if sheet in ("", p[0]) and p not in old}
+
+    def _expired(self) -> list[Place]:
         now = time.monotonic()
-        for place in [p for p, (_, _, since) in self._taken.items() if now - since > LOCK_SECONDS]:
-            del self._taken[place]
-        return {place: name for place, (_, name, _) in list(self._taken.items()) if sheet in ("", place[0])}
+        return [p for p, (_, _, since) in self._taken.items() if now - since > LOCK_SECONDS]
+
+    def expire(self) -> list[Place]:
+        """Give free what was taken too long ago; the places."""
+        return self._free(self._expired())
 
     def take(self, client: str, name: str, place: Place) -> str:
         """Take a cell; who has it already, or an empty text."""
@@ -44,17 +50,19 @@ class CellLocks:
         if self._taken.get(place, ("",))[0] == client:
             del self._taken[place]
 
-    def leave(self, client: str) -> None:
-        """Somebody's page was closed."""
-        self._taken = {p: held for p, held in self._taken.items() if held[0] != client}
+    def leave(self, client: str) -> list[Place]:
+        """Somebody's page was closed: give free what it had; the places."""
+        return self._free([p for p, held in self._taken.items() if held[0] == client])
 
     def again(self, client: str) -> list[Place]:
         """A page is loaded again, and edits nothing yet: give free what it had; the places."""
         mine = identity(client)
-        old = [p for p, held in self._taken.items() if held[0] != client and identity(held[0]) == mine]
-        for place in old:
+        return self._free([p for p, held in self._taken.items() if held[0] != client and identity(held[0]) == mine])
+
+    def _free(self, places: list[Place]) -> list[Place]:
+        for place in places:
             del self._taken[place]
-        return old
+        return places
 
     def rename(self, old: str, new: str) -> None:
         """A sheet has another name now."""

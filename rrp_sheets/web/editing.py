@@ -33,13 +33,13 @@ _COLUMN = re.compile(r"[0-9]{1,5}", re.ASCII)
 PIECE = 1_000  # rows that are sent at once
 
 
-def make_editing(library: WorkbookRepository, desk: OpenWorkbooks) -> Blueprint:
+def make_editing(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Blueprint:
     """The routes of the grid."""
     pages = Blueprint("editing", __name__)
 
-    room_of = workbook_or_404(library, desk)
+    room_of = workbook_or_404(repository, open_workbooks)
     _add_pages(pages, room_of)
-    _add_events(pages, room_of, desk)
+    _add_events(pages, room_of, open_workbooks)
     _add_edits(pages, room_of)
     return pages
 
@@ -83,7 +83,7 @@ def _add_pages(pages: Blueprint, room_of: RoomOf) -> None:
         return jsonify(vocabulary(room_of(name).analysis()))
 
 
-def _add_events(pages: Blueprint, room_of: RoomOf, desk: OpenWorkbooks) -> None:
+def _add_events(pages: Blueprint, room_of: RoomOf, open_workbooks: OpenWorkbooks) -> None:
     @pages.get("/book/<name>/events")
     def events(name: str) -> Response:
         room = room_of(name)
@@ -100,7 +100,7 @@ def _add_events(pages: Blueprint, room_of: RoomOf, desk: OpenWorkbooks) -> None:
             had=back or request.args.get("had", ""),
             person=person.key,
         )
-        listener = desk.listen(room, client, person.key, join)
+        listener = open_workbooks.listen(room, client, person.key, join)
         if isinstance(listener, str):
             return Response(listener, 503, {"Retry-After": "5"}, mimetype="text/plain")
         answer = Response(

@@ -1,4 +1,4 @@
-"""The desk: all workbooks that are open in the browser."""
+"""All workbooks that are open in the browser."""
 
 from __future__ import annotations
 
@@ -158,8 +158,8 @@ class OpenWorkbooks:
                     room.poll()
 
 
-def _watch(desk: weakref.ref[OpenWorkbooks], closed: threading.Event) -> None:
-    """Poll until the desk is closed, or nobody has it any more."""
-    while not closed.wait(POLL_EVERY) and (found := desk()) is not None:
+def _watch(open_workbooks: weakref.ref[OpenWorkbooks], closed: threading.Event) -> None:
+    """Poll until the server closes the workbooks, or nobody has them any more."""
+    while not closed.wait(POLL_EVERY) and (found := open_workbooks()) is not None:
         found.poll()
         del found

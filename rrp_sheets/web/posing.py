@@ -33,12 +33,12 @@ Joints = Mapping[str, float]
 
 
 def make_posing(
-    library: WorkbookRepository, desk: OpenWorkbooks, now: Callable[[WorkbookSession], Joints]
+    repository: WorkbookRepository, open_workbooks: OpenWorkbooks, now: Callable[[WorkbookSession], Joints]
 ) -> Blueprint:
     """The routes; `now` gives the joints of the robot that runs a room's workbook, none when none does."""
     pages = Blueprint("posing", __name__)
 
-    room_of = workbook_or_404(library, desk)
+    room_of = workbook_or_404(repository, open_workbooks)
 
     @pages.get("/book/<name>/gesture/<sheet>/<row>")
     def play(name: str, sheet: str, row: str) -> Response:

@@ -22,11 +22,11 @@ MOST_NAMED = 12  # places that are told before a sheet is deleted
 _COLUMNS = 2_000  # letters of a new table's columns
 
 
-def make_sheeting(library: WorkbookRepository, desk: OpenWorkbooks) -> Blueprint:
+def make_sheeting(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Blueprint:
     """The routes of the tabs."""
     pages = Blueprint("sheeting", __name__)
 
-    room_of = workbook_or_404(library, desk)
+    room_of = workbook_or_404(repository, open_workbooks)
 
     @pages.get("/book/<name>/tabs/<sheet>")
     def tabs(name: str, sheet: str) -> str:
@@ -101,7 +101,7 @@ def _duplicate(room: WorkbookSession, document: Document, author: str, given: As
 
 def _delete(room: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
     sheet = _of(document, given)
-    people = room.seats.others(text_of(given, "client"), sheet)
+    people = room.locks.others(text_of(given, "client"), sheet)
     if people:
         who = " and ".join(people[:3])
         raise Refused(f"{who} {'is' if len(people) == 1 else 'are'} editing a cell of it just now.", "Try again later.")

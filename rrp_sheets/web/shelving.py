@@ -25,7 +25,7 @@ _LONGEST = 100
 _MOST_UPLOADS = 20  # files at once
 
 
-def make_shelving(library: WorkbookRepository, desk: OpenWorkbooks) -> Blueprint:
+def make_shelving(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Blueprint:
     """The routes of the shelf."""
     pages = Blueprint("shelving", __name__)
     actions = {
@@ -37,18 +37,18 @@ def make_shelving(library: WorkbookRepository, desk: OpenWorkbooks) -> Blueprint
     def act(action: str) -> Response:
         sort = request.args.get("sort", "")
         try:
-            notice, made = actions[action](library, desk)
+            notice, made = actions[action](repository, open_workbooks)
         except SheetsError as error:
             notice = f"{error.message} {error.remedy}".strip()
-            return Response(show(shelf_page(library, notice, failed=True, sort=sort)))
-        answer = Response(show(shelf_page(library, notice, sort=sort, made=made)))
+            return Response(show(shelf_page(repository, notice, failed=True, sort=sort)))
+        answer = Response(show(shelf_page(repository, notice, sort=sort, made=made)))
         if action in ("new", "tutorial"):  # one wants to write in it now
             answer.headers["HX-Redirect"] = url_for("editing.book", name=made)
         return answer
 
     @pages.get("/book/<name>/file")
     def download(name: str) -> Response:
-        return send_file(library.path(name).absolute(), as_attachment=True, download_name=name)
+        return send_file(repository.path(name).absolute(), as_attachment=True, download_name=name)
 
     return pages
 
@@ -57,19 +57,19 @@ Done = tuple[str, str]
 """What was done, in words, and the file that is there now; empty for none."""
 
 
-def _new(library: WorkbookRepository, desk: OpenWorkbooks) -> Done:
-    path = _free(library, _name(request.form.get("name", "")))
+def _new(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Done:
+    path = _free(repository, _name(request.form.get("name", "")))
     api.new(path, template=request.form.get("template", "guided"))
     return f"Made {path.name}.", path.name
 
 
-def _tutorial(library: WorkbookRepository, desk: OpenWorkbooks) -> Done:
-    path = begin(library.folder)
+def _tutorial(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Done:
+    path = begin(repository.folder)
     return f"Made {path.name}.", path.name
 
 
-def _copy(library: WorkbookRepository, desk: OpenWorkbooks) -> Done:
-    source = library.path(request.form.get("book", ""))
+def _copy(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Done:
+    source = repository.path(request.form.get("book", ""))
     target = _numbered(source)
     if not source.is_file():  # of a pipe the end would be waited for
         raise SheetsError(f"“{source.name}” is no file any more.", "Put the workbook there again.")
@@ -77,40 +77,40 @@ def _copy(library: WorkbookRepository, desk: OpenWorkbooks) -> Done:
     return f"Made {target.name}.", target.name
 
 
-def _rename(library: WorkbookRepository, desk: OpenWorkbooks) -> Done:
-    source = library.path(request.form.get("book", ""))
-    target = _free(library, _name(request.form.get("name", ""), source.suffix))
-    with desk.without(source.name):
+def _rename(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Done:
+    source = repository.path(request.form.get("book", ""))
+    target = _free(repository, _name(request.form.get("name", ""), source.suffix))
+    with open_workbooks.without(source.name):
         source.rename(target)
-        desk.renamed(source.name, target.name)
+        open_workbooks.renamed(source.name, target.name)
     return f"{source.name} is now {target.name}.", target.name
 
 
-def _archive(library: WorkbookRepository, desk: OpenWorkbooks) -> Done:
-    source = library.path(request.form.get("book", ""))
-    folder = library.folder / ARCHIVE
+def _archive(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Done:
+    source = repository.path(request.form.get("book", ""))
+    folder = repository.folder / ARCHIVE
     folder.mkdir(exist_ok=True)
     target = folder / source.name
     if target.exists():
         target = _numbered(target)
-    with desk.without(source.name):
+    with open_workbooks.without(source.name):
         shutil.move(source, target)
     return f"{source.name} is in the folder {ARCHIVE} now.", ""
 
 
-def _unarchive(library: WorkbookRepository, desk: OpenWorkbooks) -> Done:
+def _unarchive(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Done:
     name = request.form.get("book", "")
-    source = library.folder / ARCHIVE / name
-    if name not in archived(library) or source.is_symlink():
+    source = repository.folder / ARCHIVE / name
+    if name not in archived(repository) or source.is_symlink():
         raise SheetsError("This workbook is not in the archive any more.", "Look at the list again.")
-    target = library.folder / name
+    target = repository.folder / name
     if target.exists():
         target = _numbered(target)
     source.rename(target)
     return f"{target.name} is back on the shelf.", target.name
 
 
-def _upload(library: WorkbookRepository, desk: OpenWorkbooks) -> Done:
+def _upload(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Done:
     files = [f for f in request.files.getlist("file") if f.filename]
     if not files:
         raise SheetsError("No file was chosen.", "Choose an .xlsx file, or a bundle (.zip).")
@@ -120,11 +120,11 @@ def _upload(library: WorkbookRepository, desk: OpenWorkbooks) -> Done:
         try:
             name = Path(file.filename or "").name
             if is_zip(Path(name)):
-                book, note = take_in(library.folder, name, file.stream.read())  # of a request of bounded size
+                book, note = take_in(repository.folder, name, file.stream.read())  # of a request of bounded size
                 stored.append(book)
                 notes.append(note)
             else:
-                stored.append(_store(library, name, file.stream.read(FILE_BYTES + 1)))
+                stored.append(_store(repository, name, file.stream.read(FILE_BYTES + 1)))
         except SheetsError as error:
             done = f" {' and '.join(stored)} could be stored." if stored else ""
             raise SheetsError(error.message + done, error.remedy) from error
@@ -133,12 +133,12 @@ def _upload(library: WorkbookRepository, desk: OpenWorkbooks) -> Done:
     return told, stored[0] if len(stored) == 1 else ""
 
 
-def _store(library: WorkbookRepository, name: str, data: bytes) -> str:
-    path = _free(library, _name(name))
+def _store(repository: WorkbookRepository, name: str, data: bytes) -> str:
+    path = _free(repository, _name(name))
     write_atomically(path, data, replace=False)
     try:
         api.read(path)
-        refuse_text(library, path.name)
+        refuse_text(repository, path.name)
     except SheetsError:
         path.unlink()
         raise
@@ -169,8 +169,8 @@ def _name(wanted: str, suffix: str = ".xlsx") -> str:
     return name
 
 
-def _free(library: WorkbookRepository, name: str) -> Path:
-    path = library.folder / name
+def _free(repository: WorkbookRepository, name: str) -> Path:
+    path = repository.folder / name
     if path.exists():
         raise SheetsError(f"There is already a file “{name}”.", "Choose another name.")
     return path

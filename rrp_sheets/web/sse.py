@@ -116,7 +116,7 @@ class EventBacklog:
         return [text for count, but, text in self._kept if count > last and but != client]
 
 
-def stream(listener: EventStream, anew: Callable[[], str], leave: Callable[[EventStream], None]) -> Iterator[str]:
+def stream(listener: EventStream, anew: Callable[[], str], leave: Callable[[EventStream], object]) -> Iterator[str]:
     """The messages for one page, as server-sent events, until it is closed; then `leave` is called."""
     try:
         yield listener.welcome

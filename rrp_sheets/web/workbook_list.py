@@ -43,21 +43,21 @@ def templates() -> tuple[tuple[str, str], ...]:
     return (*_MADE, *found)
 
 
-def archived(library: WorkbookRepository) -> tuple[str, ...]:
+def archived(repository: WorkbookRepository) -> tuple[str, ...]:
     """The names of the workbooks in the archive."""
     try:
-        found = [p.name for p in (library.folder / ARCHIVE).iterdir() if p.suffix.casefold() in SUFFIXES]
+        found = [p.name for p in (repository.folder / ARCHIVE).iterdir() if p.suffix.casefold() in SUFFIXES]
     except OSError:
         return ()
     return tuple(sorted((n for n in found if addressable(n) and n[0] not in ".~"), key=str.casefold)[:MOST_FILES])
 
 
 def shelf_page(
-    library: WorkbookRepository, notice: str = "", *, failed: bool = False, sort: str = "", made: str = ""
+    repository: WorkbookRepository, notice: str = "", *, failed: bool = False, sort: str = "", made: str = ""
 ) -> ShelfPage:
     """What the shelf shows, with what has just been done; raises SheetsError when the folder cannot be read."""
-    names = library.names()
-    runs = _last_runs(library, names)
+    names = repository.names()
+    runs = _last_runs(repository, names)
     books: list[CheckedWorkbook] = []
     unreadable: list[Unreadable] = []
     others: list[str] = []
@@ -65,11 +65,11 @@ def shelf_page(
         if not addressable(name):
             unreadable.append(Unreadable(printable(name), _UNSHOWABLE, "Rename the file.", addressed=False))
             continue
-        if library.is_text(name):
+        if repository.is_text(name):
             others.append(name)
             continue
         try:
-            book = library.open(name)
+            book = repository.open(name)
         except SheetsError as error:
             unreadable.append(Unreadable(name, error.message, error.remedy))
             continue
@@ -80,16 +80,16 @@ def shelf_page(
     elif sort == "run":
         books.sort(key=lambda b: _ran(runs.get(b.name)), reverse=True)
     return ShelfPage(
-        folder=printable(str(library.folder.resolve())), cards=tuple(_card(b, runs.get(b.name)) for b in books),
+        folder=printable(str(repository.folder.resolve())), cards=tuple(_card(b, runs.get(b.name)) for b in books),
         unreadable=tuple(unreadable), others=tuple(others), left_out=max(0, len(names) - MOST_FILES),
-        templates=templates(), archived=archived(library), sort=sort, notice=notice, failed=failed, made=made,
-        tutorial=there.name if (there := latest(library.folder)) else "",
+        templates=templates(), archived=archived(repository), sort=sort, notice=notice, failed=failed, made=made,
+        tutorial=there.name if (there := latest(repository.folder)) else "",
     )  # fmt: skip
 
 
-def _last_runs(library: WorkbookRepository, names: Collection[str]) -> dict[str, RunMetadata]:
+def _last_runs(repository: WorkbookRepository, names: Collection[str]) -> dict[str, RunMetadata]:
     """The newest run of each workbook."""
-    runs = RunStore(library.folder)
+    runs = RunStore(repository.folder)
     found: dict[str, RunMetadata] = {}
     for facts in runs.facts(runs.names()[:_MOST_RUNS]):
         if facts.workbook in names:

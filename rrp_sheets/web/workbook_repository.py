@@ -149,9 +149,9 @@ def is_prose(reading: Reading) -> bool:
     return reading.format == "markdown" and not near and not any(sheets)
 
 
-def refuse_text(library: WorkbookRepository, name: str) -> None:
+def refuse_text(repository: WorkbookRepository, name: str) -> None:
     """Raise SheetsError for a file that is a text for people: it has nothing to edit, run, compare or print."""
-    if library.is_text(name):
+    if repository.is_text(name):
         message = f"“{printable(name)}” is not a workbook but a text for people."
         raise SheetsError(
             message, "A workbook needs another name." if _is_readme(name) else "Choose a workbook from the shelf."

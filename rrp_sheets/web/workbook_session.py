@@ -17,6 +17,7 @@ from rrp_sheets.runs.worker import CheckWorker
 from rrp_sheets.web.analysis import Analysis, analyse, no_analysis
 from rrp_sheets.web.broadcaster import Broadcaster
 from rrp_sheets.web.build import build_id
+from rrp_sheets.web.cell_locks import Place
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.sse import EventStream, message
 from rrp_sheets.web.testing.results import RoomTests
@@ -61,7 +62,7 @@ class WorkbookSession(Broadcaster):
             maker = self._makers.get(sheet)
             if maker is None or maker.grid is not grid:
                 maker = self._makers[sheet] = RowRenderer(grid)
-            maker.take(self.analysis(), self.seats.holders(sheet), self.tests.marks(sheet))
+            maker.take(self.analysis(), self.locks.holders(sheet), self.tests.marks(sheet))
             return maker
 
     # ---- editing
@@ -110,7 +111,7 @@ class WorkbookSession(Broadcaster):
         """A sheet came, went, or has another name: all pages show other tabs then."""
         if change.was:
             with self._lock:
-                self.seats.rename(change.was, change.name)
+                self.locks.rename(change.was, change.name)
                 self._makers.pop(change.was, None)
         self.tell("sheets", told := {**asdict(change), "by": author}, but=client)
         return told
@@ -217,7 +218,7 @@ class WorkbookSession(Broadcaster):
             person: the key of the session.
         """
         with self._lock:
-            left = self.seats.again(client)
+            left = self.locks.again(client)
         for place in left:
             self._tell_row(place, but=client)
         listener = EventStream(client, name, person)
@@ -236,10 +237,17 @@ class WorkbookSession(Broadcaster):
         self.tests.join()
         return listener
 
+    def leave(self, listener: EventStream) -> list[Place]:
+        """The page was closed; the others see that the cells which it had taken are free."""
+        places = super().leave(listener)
+        for place in places:
+            self._tell_row(place, but=listener.client)
+        return places
+
     def take(self, client: str, name: str, place: tuple[str, str, int]) -> str:
         """Take a cell for editing; who has it already, or an empty text."""
         with self._lock:
-            holder = self.seats.take(client, name, place)
+            holder = self.locks.take(client, name, place)
         if holder:
             return holder
         self._tell_row(place, but=client)
@@ -248,7 +256,7 @@ class WorkbookSession(Broadcaster):
     def release(self, client: str, place: tuple[str, str, int]) -> None:
         """Give a cell free."""
         with self._lock:
-            self.seats.release(client, place)
+            self.locks.release(client, place)
         self._tell_row(place, but=client)
 
     def _tell_row(self, place: tuple[str, str, int], but: str) -> None:
@@ -258,7 +266,11 @@ class WorkbookSession(Broadcaster):
             self.tell("grid", self._rows(Changed(sheet, touched=(row,))), but=but)
 
     def poll(self) -> None:
-        """Look whether another program has changed the file."""
+        """Look whether another program has changed the file, and whether somebody has left a cell open for long."""
+        with self._lock:
+            expired = self.locks.expire()
+        for place in expired:
+            self._tell_row(place, but="")
         hindered = hindrance(self.document.path)
         if hindered != self._hindered:
             self._hindered = hindered

@@ -32,20 +32,20 @@ class Pace:
     def __init__(self, use, sent):
         self.use, self.sent, self.over = use, sent, threading.Event()
         self.thread = threading.Thread(target=self._work, daemon=True)
-        self.mail = None
+        self.queue = None
 
-    def start(self, mail):
-        self.mail = mail
+    def start(self, queue):
+        self.queue = queue
         self.thread.start()
 
     def _work(self):
-        self.mail.begun.wait()
+        self.queue.begun.wait()
         began = time.monotonic()
         for number in range(int(SECONDS * RATE)):
             if self.over.wait(max(0.0, began + number / RATE - time.monotonic())):
                 return
             self.sent[self.use.stream, number] = time.perf_counter_ns()
-            self.mail.event(self.use.stream, number)
+            self.queue.event(self.use.stream, number)
 
     def stop(self):
         self.over.set()
@@ -72,7 +72,7 @@ class World:
     def __init__(self):
         self.sent, self.got = {}, []
 
-    def open(self, mail):
+    def open(self, queue):
         pass
 
     def sensor(self, use):

@@ -1,4 +1,4 @@
-"""What a page that looks back at a run asks for: answered in the clerk's process, what was read last is kept."""
+"""What a page that looks back at a run asks for: answered in the query process, what was read last is kept."""
 
 from __future__ import annotations
 

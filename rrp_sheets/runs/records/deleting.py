@@ -178,7 +178,8 @@ def _planned(
     return Deletion(
         folder=root, participant=participant, runs=tuple(wanted), files=len(files),
         size=sum(p.lstat().st_size for p in files), pictures=_count(files, (".gif", ".png", ".svg", ".jpg", ".zip")),
-        sounds=_count(files, (".wav",)), faces=tuple(plan_faces(kept, every, places, gone, participant) if kept else ()),
+        sounds=_count(files, (".wav",)),
+        faces=tuple(plan_faces(kept, every, places, gone, participant) if kept else ()),
         unread=unread, like=tuple(sorted(c for c in codes if participant and _squeezed(c) == _squeezed(participant))),
         unknown=tuple(f.run for f in every.values() if not f.readable and f.run not in gone),
         elsewhere=(), whole=True,

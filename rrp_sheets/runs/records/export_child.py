@@ -1,6 +1,6 @@
-"""The archive's process: exports runs, compares two, and deletes; `python -m rrp_sheets.runs.records.export_child LINK`.
+"""The exporting process: `python -m rrp_sheets.runs.records.export_child LINK`; exports, compares and deletes runs.
 
-Started by a `Clerk` only. What takes long here does not keep the pages waiting that the other clerk answers.
+Started by a `QueryWorker` only. What takes long here keeps no page waiting that the other query worker answers.
 """
 
 from __future__ import annotations

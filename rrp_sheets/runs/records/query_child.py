@@ -1,4 +1,4 @@
-"""The clerk's process: `python -m rrp_sheets.runs.records.query_child LINK`, started by `clerk` only.
+"""The query process: `python -m rrp_sheets.runs.records.query_child LINK`, started by `query_worker` only.
 
 It ends when the connection does.
 """
@@ -10,7 +10,6 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.records.metadata import TRACE
 from rrp_sheets.runs.worker_loop import serve
 
@@ -32,15 +31,6 @@ def _marbles(place: str, behaviour: str, rows: list[int], window: list[float | N
     from rrp_sheets.runs.records.marbles import marbles
 
     return marbles(Path(place), behaviour, rows, (window[0], window[1]), spread)
-
-
-def _csv(place: str, target: str) -> None:
-    from rrp_sheets.runs.records.table import write_csv
-
-    try:
-        write_csv([Path(place) / TRACE], Path(target))
-    except OSError as error:
-        raise SheetsError(f"“{target}” cannot be written ({error.strerror}).", "Make room there.") from None
 
 
 def _compare(first: str, second: str) -> dict[str, Any]:
@@ -67,7 +57,6 @@ _DO: dict[str, Callable[..., Any]] = {
     "lookback": _lookback,
     "course": _course,
     "marbles": _marbles,
-    "csv": _csv,
     "compare": _compare,
 }
 

@@ -1,4 +1,4 @@
-"""The clerk: reads records and compares workbooks in a process of its own, for a server.
+"""The query worker reads records and compares workbooks in a process of its own, for a server.
 
 What it reads may come from strangers and be as large as they like. It has a memory limit and some seconds; a server
 that asks it goes on answering others meanwhile.
@@ -19,9 +19,9 @@ from rrp_sheets.runs.worker_process import RestartingWorker, WorkerError, Worker
 WITHIN = 30.0
 """Seconds for one answer, the start of the process included."""
 MOST = 8
-"""Requests at once to one clerk: who comes then is told so, and keeps no thread of the server waiting."""
+"""Requests at once to one query worker: who comes then is told so, and keeps no thread of the server waiting."""
 MOST_OF_ALL = 18
-"""Requests at once to all clerks: the server has more threads, so that a run can always be stopped."""
+"""Requests at once to all query workers: the server has more threads, so that a run can always be stopped."""
 _all_places = threading.BoundedSemaphore(MOST_OF_ALL)
 
 
@@ -36,15 +36,15 @@ class QueryWorker:
     def __init__(self, within: float = WITHIN, program: str = "rrp_sheets.runs.records.query_child") -> None:
         self._within = within
         self._places = threading.BoundedSemaphore(MOST)
-        self._office = RestartingWorker(lambda: WorkerProcess(program, scratch=True))
+        self._worker = RestartingWorker(lambda: WorkerProcess(program, scratch=True))
 
     @property
     def pid(self) -> int | None:
         """The process's number; None while there is none."""
-        return self._office.pid
+        return self._worker.pid
 
     def course(self, place: Path) -> dict[str, Any]:
-        """The log and the curves of a run; see `records.course`."""
+        """The log and the curves of a run; see `records.timeline`."""
         return dict(self._ask(place.name, "course", str(place)))
 
     def marbles(
@@ -52,10 +52,6 @@ class QueryWorker:
     ) -> dict[str, Any]:
         """Marble diagrams of a run; see `records.marbles`."""
         return dict(self._ask(place.name, "marbles", str(place), behaviour, rows, window, spread))
-
-    def csv(self, place: Path, target: Path) -> None:
-        """Write the events of a run as CSV."""
-        self._ask(place.name, "csv", str(place), str(target))
 
     def compare(self, first: Path, second: Path) -> Comparison:
         """Compare two workbooks by what they mean."""
@@ -75,7 +71,7 @@ class QueryWorker:
 
     def close(self) -> None:
         """End the process."""
-        self._office.close()
+        self._worker.close()
 
     def _ask(self, what: str, *request: Any) -> Any:
         """Its answer.
@@ -85,7 +81,7 @@ class QueryWorker:
         """
         with _place(self._places), _place(_all_places):
             try:
-                (answer,) = self._office.ask(request, self._within)
+                (answer,) = self._worker.ask(request, self._within)
             except WorkerError as none:
                 message = f"{what} cannot be shown: it {none.why}."
                 raise SheetsError(message, "It is perhaps too large, or damaged.") from None

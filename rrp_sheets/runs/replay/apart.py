@@ -40,13 +40,13 @@ def replay_apart(
         Stopped: when it was stopped.
         SheetsError: when it cannot be replayed, needs too much memory or too long.
     """
-    office = WorkerProcess("rrp_sheets.runs.replay.child")
+    worker = WorkerProcess("rrp_sheets.runs.replay.child")
     try:
-        said = office.answers([str(trace), str(other or "")], within, every=_LISTEN)
+        said = worker.answers([str(trace), str(other or "")], within, every=_LISTEN)
         while True:
             message = next(said)
             if stopped():
-                office.kill()
+                worker.kill()
                 raise Stopped("The replay was stopped.", "Replay it again.")
             if message is None:
                 continue
@@ -62,4 +62,4 @@ def replay_apart(
         remedy = "Try it again." if none.gone else "Replay it by rrp-sheets replay."
         raise SheetsError(f"The replay {none.why}.", remedy) from None
     finally:
-        office.close(0.5)
+        worker.close(0.5)

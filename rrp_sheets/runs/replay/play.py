@@ -216,7 +216,7 @@ class Player:
         self._engine.settle(now, arrivals)
         for happening in self._engine.take_happenings():
             self.played.entries.append(happened(now, happening))
-        self._engine.cues.take()
+        self._engine.triggers.take()
 
     # ---- from the record to the engine
     def _is_fed(self, entry: Entry) -> bool:

@@ -31,23 +31,23 @@ MODES = ("simulated", "pilot")
 _SOUND = re.compile(r"(say|sound|person)-\d{3,6}\.wav")
 
 
-def make_live(library: WorkbookRepository, desk: OpenWorkbooks, floor: RunManager) -> Blueprint:
+def make_live(repository: WorkbookRepository, open_workbooks: OpenWorkbooks, run_manager: RunManager) -> Blueprint:
     """The routes of the run panel."""
     pages = Blueprint("live", __name__)
 
-    _add_stop(pages, library, floor)
-    _add_panel(pages, workbook_or_404(library, desk), floor)
-    _add_views(pages, floor)
+    _add_stop(pages, repository, run_manager)
+    _add_panel(pages, workbook_or_404(repository, open_workbooks), run_manager)
+    _add_views(pages, run_manager)
     return pages
 
 
-def _add_stop(pages: Blueprint, library: WorkbookRepository, floor: RunManager) -> None:
+def _add_stop(pages: Blueprint, repository: WorkbookRepository, run_manager: RunManager) -> None:
     @pages.post("/book/<name>/run/stop")
     def stop(name: str) -> tuple[Response, int]:
         """Stop the run, whose workbook it is does not matter; the workbook is not asked for, as that may take long."""
-        if not library.has(name):
+        if not repository.has(name):
             abort(404)
-        by, session = _by(json_body()), floor.session
+        by, session = _by(json_body()), run_manager.session
         if session is None:
             return jsonify({"message": "No run is going."}), 409
         if session.is_going:  # else it has ended while Stop was pressed: nothing is wrong
@@ -55,7 +55,7 @@ def _add_stop(pages: Blueprint, library: WorkbookRepository, floor: RunManager) 
         return jsonify({}), 200
 
 
-def _add_panel(pages: Blueprint, room_of: RoomOf, floor: RunManager) -> None:
+def _add_panel(pages: Blueprint, room_of: RoomOf, run_manager: RunManager) -> None:
     @pages.get("/book/<name>/run")
     @pages.get("/book/<name>/run/<sheet>")
     def panel(name: str, sheet: str = "") -> str:
@@ -70,7 +70,7 @@ def _add_panel(pages: Blueprint, room_of: RoomOf, floor: RunManager) -> None:
     def start(name: str) -> tuple[Response, int]:
         room = room_of(name)
         try:
-            floor.start(room, name, _wish(json_body()))
+            run_manager.start(room, name, _wish(json_body()))
         except RobotBusy as taken:
             where = url_for("live.panel", name=taken.book)
             return jsonify({"message": f"{taken.message} {taken.remedy}", "book": taken.book, "where": where}), 409
@@ -84,29 +84,29 @@ def _add_panel(pages: Blueprint, room_of: RoomOf, floor: RunManager) -> None:
         if action not in (*_ACTIONS, "clear"):
             abort(404)
         if action == "clear":
-            floor.clear(room)
+            run_manager.clear(room)
             return jsonify({}), 200
-        session = floor.session
+        session = run_manager.session
         if session is None or session.room is not room or not session.is_going:
             return jsonify({"message": "No run of this workbook is going."}), 409
         _ACTIONS[action](session, _by(sent), sent)
         return jsonify({}), 200
 
 
-def _add_views(pages: Blueprint, floor: RunManager) -> None:
+def _add_views(pages: Blueprint, run_manager: RunManager) -> None:
     @pages.get("/run/now")
     def now() -> Response:
-        return jsonify(floor.now())
+        return jsonify(run_manager.now())
 
     @pages.get("/run/eye.jpg")
     def eye() -> Response:
-        picture = floor.session.eye() if floor.session is not None and floor.session.is_going else b""
+        picture = run_manager.session.eye() if run_manager.session is not None and run_manager.session.is_going else b""
         return Response(picture, mimetype="image/jpeg") if picture else Response(status=204)
 
     @pages.get("/run/sound/<file>")
     def sound(file: str) -> Response:
-        session = floor.session
-        start = session.hub.start if session is not None else None
+        session = run_manager.session
+        start = session.run_state.start if session is not None else None
         if start is None or not _SOUND.fullmatch(file) or not (start.folder / file).is_file():
             abort(404)
         return send_file(start.folder / file, mimetype="audio/wav", conditional=True)
@@ -151,7 +151,7 @@ def _speed(sent: Asked) -> float:
 
 def _press(session: RunSession, by: str, sent: Asked) -> None:
     label = text_of(sent, "label")
-    start = session.hub.start
+    start = session.run_state.start
     if start is None or label not in {button for _, button in start.buttons}:
         raise BadRequest
     session.process.press(label, by)

@@ -1,4 +1,4 @@
-"""The floor where the robot stands: one robot, so one run at a time for all workbooks of the server."""
+"""One robot, so one run at a time for all workbooks of the server."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ class RunManager:
     """The run that goes on, or the last one until somebody clears it away.
 
     Args:
-        desk: whose rooms are told.
+        open_workbooks: whose pages are told.
     """
 
-    def __init__(self, desk: OpenWorkbooks) -> None:
-        self._desk = desk
+    def __init__(self, open_workbooks: OpenWorkbooks) -> None:
+        self._open_workbooks = open_workbooks
         self._lock = threading.Lock()
         self._unwritten: list[RunSession] = []  # the files of their folders are not all there yet
         self.session: RunSession | None = None
-        desk.opened, desk.leaving = self._attach, self._leaving
+        open_workbooks.opened, open_workbooks.leaving = self._attach, self._leaving
 
     def _attach(self, room: WorkbookSession) -> None:
         room.about_run = lambda: self._about(room)
@@ -63,7 +63,9 @@ class RunManager:
             going = self.session
             if going is not None and going.is_going:
                 raise RobotBusy(_taken(going), "Wait for its end, or stop it there.", going.book)
-            with self._desk.staying(room):  # a file is renamed before, and then it is not here, or after the run
+            with self._open_workbooks.staying(
+                room
+            ):  # a file is renamed before, and then it is not here, or after the run
                 session = self.session = RunSession(room, book, wish, self._tell)
             self._unwritten = [s for s in self._unwritten if not s.written] + [session]
         self._tell(session)
@@ -83,7 +85,7 @@ class RunManager:
     def joints(self, room: WorkbookSession) -> Mapping[str, float]:
         """The joints (rad) of the robot that runs a workbook now; none when none does."""
         session = self.session
-        return session.hub.joints if session is not None and session.room is room and session.is_going else {}
+        return session.run_state.joints if session is not None and session.room is room and session.is_going else {}
 
     def writing(self) -> set[str]:
         """The names of the folders of runs that are over, and whose table and pictures are still being written."""
@@ -96,7 +98,7 @@ class RunManager:
             if session is None or session.room is not room or session.is_going:
                 return
             self.session = None
-        for each in self._desk.rooms():
+        for each in self._open_workbooks.rooms():
             each.tell("run", NONE)
 
     def forget(self, folders: Collection[str]) -> None:
@@ -111,7 +113,7 @@ class RunManager:
         if session is not self.session:  # its files were still being written when another run began
             return
         own, others = message("run", session.state()), message("run", session.short())
-        for room in self._desk.rooms():
+        for room in self._open_workbooks.rooms():
             room.tell_all(own if room is session.room else others)
 
     def _about(self, room: WorkbookSession) -> str:
@@ -143,5 +145,5 @@ class RunManager:
 
 
 def _taken(session: RunSession) -> str:
-    who = session.wish.by
-    return f"{who} is running {session.book} since {clock(session.hub.us)}. There is one robot, so one run at a time."
+    who, since = session.wish.by, clock(session.run_state.us)
+    return f"{who} is running {session.book} since {since}. There is one robot, so one run at a time."

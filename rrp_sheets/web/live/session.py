@@ -80,8 +80,8 @@ class RunSession:
         look = room.analysis()
         grids = room.document.grids.values()
         self.rows = {f"{g.name}!{n}": row for g in grids if g.kind == "behaviour" for row, n in g.numbers().items()}
-        self.hub = RunState(self.rows, {ref: unit_of(text) for ref, text in look.examples.items()}, self._changed)
-        self.hub.speed = wish.speed
+        self.run_state = RunState(self.rows, {ref: unit_of(text) for ref, text in look.examples.items()}, self._changed)
+        self.run_state.speed = wish.speed
         self.process = RunProcess(room.document.path, RunSettings(
             seconds=wish.seconds, mode=wish.mode, participant=wish.participant,
             condition=wish.condition, operator=wish.operator, everything=True,
@@ -90,7 +90,7 @@ class RunSession:
     def begin(self, over: Callable[[RunSession], None]) -> None:
         """Listen until it has ended; then `over` is called."""
         what = "Started" if self.wish.mode == "simulated" else "Pilot rehearsal started"
-        self.hub.log.add(0, "start", what, by=self.wish.by)
+        self.run_state.log.add(0, "start", what, by=self.wish.by)
         threading.Thread(target=self._listen, args=(over,), daemon=True).start()
         threading.Thread(target=self._keep_telling, daemon=True).start()
 
@@ -100,10 +100,10 @@ class RunSession:
         self._when_over = over
         words = lost()
         try:
-            words = in_words(self.process.listen(self.hub), self.stopped_by)
+            words = in_words(self.process.listen(self.run_state), self.stopped_by)
         except SheetsError as error:
             words = failed(error)
-            if self.hub.start is not None and not self.hub.start.folder.is_dir():
+            if self.run_state.start is not None and not self.run_state.start.folder.is_dir():
                 self.folder = ""  # there is no recording to look at
         finally:
             self.written = True
@@ -114,24 +114,24 @@ class RunSession:
         with self._lock:
             was, self.ended, self.phase = self.ended, words, "ended"
         if was is None:
-            self.hub.ended(words["words"])
+            self.run_state.ended(words["words"])
             self._over.set()
             self._when_over(self)
         elif was != words:
             self._tell(self)
 
     def _changed(self, what: str) -> None:
-        """The hub has heard something that changes more than values."""
-        if what == "rested" and self.hub.rest is not None:
-            self._end(at_rest(*self.hub.rest, self.stopped_by))
+        """The run process has told something that changes more than values."""
+        if what == "rested" and self.run_state.rest is not None:
+            self._end(at_rest(*self.run_state.rest, self.stopped_by))
             return
         with self._lock:
-            if what == "started" and self.hub.start is not None:
-                self.folder = self.hub.start.folder.name
+            if what == "started" and self.run_state.start is not None:
+                self.folder = self.run_state.start.folder.name
                 self.phase = "stopping" if self.phase == "stopping" else "running"
                 self._looked, self._looking = time.monotonic(), False  # what was wished before it ran may be lost
             elif what == "paused" and self.phase in ("running", "paused"):
-                self.phase = "paused" if self.hub.is_paused else "running"
+                self.phase = "paused" if self.run_state.is_paused else "running"
             elif what == "finishing":
                 self.phase = "finishing"
         if what == "started":
@@ -149,7 +149,7 @@ class RunSession:
             over = self._over.wait(self._rest if self.room.listeners else 0.5)
             began = time.monotonic()
             self._look()
-            live, lines = self.hub.news()
+            live, lines = self.run_state.news()
             if live or lines:
                 self.room.tell_live(self._values(live, lines))
             self._rest = max(TELL_EVERY, (time.monotonic() - began) * _WORK_SHARE)
@@ -164,14 +164,14 @@ class RunSession:
     def eye(self) -> bytes:
         """The newest picture of the camera; asking for it makes the run take pictures, at once."""
         self._looked = time.monotonic()
-        if self.hub.start is not None:
+        if self.run_state.start is not None:
             self._look()
-        return self.hub.jpeg
+        return self.run_state.jpeg
 
     def about(self) -> str:
         """Everything so far, as it is sent to a page that joins."""
         self._looked = time.monotonic()  # it asks for pictures when there are any
-        return message("run", self.state()) + self._values(*self.hub.all())
+        return message("run", self.state()) + self._values(*self.run_state.all())
 
     def _values(self, live: Told | None, lines: list[Line]) -> str:
         """Values and lines of the log as they are sent, with the run that they are of: another may have begun."""
@@ -180,21 +180,22 @@ class RunSession:
 
     def state(self) -> Told:
         """The run besides its values."""
-        hub, start, wish = self.hub, self.hub.start, self.wish
+        run_state, start, wish = self.run_state, self.run_state.start, self.wish
         with self._lock:
             told: Told = {
                 "phase": self.phase, "id": self.id, "book": self.book, "by": wish.by, "mode": wish.mode,
                 "participant": wish.participant, "condition": wish.condition, "operator": wish.operator,
-                "speed": hub.speed, "t": hub.us / 1e6, "since": self._wall, "until": None, "folder": self.folder,
-                "ended": self.ended, "restart": hub.refusal, "stopped_by": self.stopped_by, "rows": self.rows,
+                "speed": run_state.speed, "t": run_state.us / 1e6, "since": self._wall, "until": None,
+                "folder": self.folder,
+                "ended": self.ended, "restart": run_state.refusal, "stopped_by": self.stopped_by, "rows": self.rows,
                 "behaviours": [], "sensors": [], "buttons": [], "things": [], "camera": None, "resources": {},
             }  # fmt: skip
         if start is None:
             return told
-        counts = hub.button_counts()
+        counts = run_state.button_counts()
         told.update({
             "until": start.until_us / 1e6 if wish.seconds != FOREVER else None,
-            "behaviours": [{"name": n, "on": on} for n, on in hub.behaviours.items()],
+            "behaviours": [{"name": n, "on": on} for n, on in run_state.behaviours.items()],
             "sensors": [{"name": n, "device": d, "example": e} for n, d, e in start.sensors],
             "buttons": [{"stream": s, "label": label, "count": counts.get(s, 0)} for s, label in start.buttons],
             "things": [{"name": n, "kind": k, "at": at} for n, k, at in start.things],
@@ -231,7 +232,7 @@ class RunSession:
 
     def again(self) -> RunOptions:
         """The settings of the run that follows."""
-        return replace(self.wish, by=self.again_by, speed=self.hub.speed)
+        return replace(self.wish, by=self.again_by, speed=self.run_state.speed)
 
     def follow_edits(self) -> None:
         """The workbook was checked after an edit: use it in the run, or say why not."""
@@ -239,7 +240,7 @@ class RunSession:
         if self.phase not in ("running", "paused") or document.version == self._version:
             return
         if self.room.analysis().errors:  # perhaps of an older version: what was mended meanwhile is checked next
-            self.hub.unused("What was edited since then is not used while there are errors.")
+            self.run_state.unused("What was edited since then is not used while there are errors.")
             return
         self._version = document.version
         self.process.apply(document.path, self.room.author)

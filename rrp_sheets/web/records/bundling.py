@@ -30,16 +30,16 @@ class Packer(QueryWorker):
         self._ask(path.name, "pack", str(path), [str(run) for run in runs], str(target))
 
 
-def add_bundles(pages: Blueprint, library: WorkbookRepository, runs: RunStore) -> None:
+def add_bundles(pages: Blueprint, repository: WorkbookRepository, runs: RunStore) -> None:
     """The address of a workbook's bundle; `run` names a run that goes along."""
     packer = Packer()
 
     @pages.get("/book/<name>/bundle.zip")
     def bundle(name: str) -> Response:
         wanted = request.args.getlist("run")[:_MOST_RUNS]
-        if not library.has(name) or set(wanted) - set(runs.names()):
+        if not repository.has(name) or set(wanted) - set(runs.names()):
             abort(404)
-        path = library.path(name).absolute()
+        path = repository.path(name).absolute()
         places = [runs.place(run).absolute() for run in wanted]
         file = made("bundle.zip", lambda target: packer.pack(path, places, target))
         shown = f"{printable(path.stem)}-bundle.zip"

@@ -35,38 +35,42 @@ _LATER = Markup(
 
 
 def compare_page(
-    library: WorkbookRepository,
-    desk: OpenWorkbooks,
+    repository: WorkbookRepository,
+    open_workbooks: OpenWorkbooks,
     runs: RunStore,
-    clerk: QueryWorker,
+    queries: QueryWorker,
     refs: tuple[str, str],
     asked_book: str,
 ) -> ComparePage:
     """The page; the comparison itself is made when both workbooks are named."""
     first, second = refs
-    names = [n for n in library.workbooks() if addressable(n)]
+    names = [n for n in repository.workbooks() if addressable(n)]
     books = [b for b in dict.fromkeys(filter(None, (asked_book, *map(_book_of, refs)))) if b in names]
-    groups = choices(library, desk, runs, books, refs)
+    groups = choices(repository, open_workbooks, runs, books, refs)
     words = {c.ref: f"{c.words} (as it is now)" if c.ref.startswith("book/") else c.words for _, g in groups for c in g}
     result, trouble = Markup(""), ""
     if first and second:
         try:
-            result = _result(library, desk, runs, clerk, refs, words)
+            result = _result(repository, open_workbooks, runs, queries, refs, words)
         except SheetsError as error:
             trouble = f"{error.message} {error.remedy}".strip()
     return ComparePage(tuple(groups), first, second, books[0] if len(books) == 1 else "", result, trouble)
 
 
 def choices(
-    library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore, books: Sequence[str], refs: Sequence[str] = ()
+    repository: WorkbookRepository,
+    open_workbooks: OpenWorkbooks,
+    runs: RunStore,
+    books: Sequence[str],
+    refs: Sequence[str] = (),
 ) -> list[tuple[str, tuple[Choice, ...]]]:
     """What can be chosen, in groups: all workbooks, the kept versions of some, and what ran of these or is named."""
-    names = [n for n in library.workbooks() if addressable(n)]
+    names = [n for n in repository.workbooks() if addressable(n)]
     groups: list[tuple[str, tuple[Choice, ...]]] = [
         ("Workbooks as they are now", tuple(Choice(f"book/{n}", n) for n in names))
     ]
     for book in books:
-        kept = desk.room(library.path(book)).document.versions()
+        kept = open_workbooks.room(repository.path(book)).document.versions()
         found = tuple(Choice(f"version/{v.id}/{book}", f"{v.name}, {moment(v)}") for v in kept)
         groups.append((f"Kept versions of {book}", found))
     ran = [line_of(f, names) for f in runs.facts(runs.names()[:300]) if f.readable]
@@ -83,17 +87,17 @@ def _book_of(ref: str) -> str:
 
 
 def _result(
-    library: WorkbookRepository,
-    desk: OpenWorkbooks,
+    repository: WorkbookRepository,
+    open_workbooks: OpenWorkbooks,
     runs: RunStore,
-    clerk: QueryWorker,
+    queries: QueryWorker,
     refs: tuple[str, str],
     words: dict[str, str],
 ) -> Markup:
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        paths = [path_of(library, desk, runs, ref, folder / str(n)) for n, ref in enumerate(refs)]
-        found = clerk.compare(*paths)
+        paths = [path_of(repository, open_workbooks, runs, ref, folder / str(n)) for n, ref in enumerate(refs)]
+        found = queries.compare(*paths)
     named = [
         replace(version, source=words.get(ref, version.source))
         for ref, version in zip(refs, (found.first, found.second), strict=True)
@@ -106,18 +110,26 @@ def _result(
 
 
 def drawn_changes(
-    library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore, drawer: QueryWorker, refs: tuple[str, str]
+    repository: WorkbookRepository,
+    open_workbooks: OpenWorkbooks,
+    runs: RunStore,
+    drawer: QueryWorker,
+    refs: tuple[str, str],
 ) -> Markup:
     """The changes drawn, which comes after the text of the page; why not, when they cannot be."""
     with tempfile.TemporaryDirectory() as folder:
         try:
-            paths = [path_of(library, desk, runs, ref, Path(folder) / str(n)) for n, ref in enumerate(refs)]
+            paths = [
+                path_of(repository, open_workbooks, runs, ref, Path(folder) / str(n)) for n, ref in enumerate(refs)
+            ]
             return Markup(drawer.drawn(*paths))  # of our own making, everything in it is escaped
         except SheetsError as error:
             return Markup('<p class="notice is-error" role="status">{} {}</p>').format(error.message, error.remedy)
 
 
-def path_of(library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore, ref: str, folder: Path) -> Path:
+def path_of(
+    repository: WorkbookRepository, open_workbooks: OpenWorkbooks, runs: RunStore, ref: str, folder: Path
+) -> Path:
     """The file that a reference names; a version is put into a folder.
 
     Raises:
@@ -125,8 +137,8 @@ def path_of(library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore, re
     """
     kind, _, rest = ref.partition("/")
     if kind == "book":
-        path = library.path(rest)
-        refuse_text(library, rest)
+        path = repository.path(rest)
+        refuse_text(repository, rest)
         return path.absolute()
     if kind == "run":
         path = runs.place(rest) / WORKBOOK
@@ -136,7 +148,7 @@ def path_of(library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore, re
     number, _, book = rest.partition("/")
     if kind != "version" or not number.isdecimal():
         raise SheetsError("This cannot be compared.", _GONE)
-    content = desk.room(library.path(book)).document.version_content(int(number[:15]))
+    content = open_workbooks.room(repository.path(book)).document.version_content(int(number[:15]))
     if content is None:
         raise SheetsError("There is no such version any more.", _GONE)
     folder.mkdir()

@@ -68,19 +68,19 @@ class DeletePage:
     failed: bool = False
 
 
-def add_deleting(pages: Blueprint, library: WorkbookRepository, runs: RunStore, archive: QueryWorker) -> None:
+def add_deleting(pages: Blueprint, repository: WorkbookRepository, runs: RunStore, exporter: QueryWorker) -> None:
     """The routes."""
 
     @pages.get("/runs/delete", endpoint="delete")
     def ask() -> str:
-        page = _asked_page(runs, library, archive, *_asked(request.args.get("participant")))
+        page = _asked_page(runs, repository, exporter, *_asked(request.args.get("participant")))
         return render_template(page.template, page=page)
 
     @pages.post("/runs/delete/now", endpoint="delete_now")
     def do() -> str:
         participant, names = _asked(request.form.get("participant"))
         try:
-            page = _deleted_page(runs, library, archive, participant, names)
+            page = _deleted_page(runs, repository, exporter, participant, names)
         except SheetsError as error:  # told where it was asked for
             page = DeletePage(participant, "", notice=f"{error.message} {error.remedy}", failed=True)
         return render_template(page.template, page=page)
@@ -92,39 +92,41 @@ def _asked(participant: str | None) -> tuple[str, list[str]]:
 
 def _asked_page(
     runs: RunStore,
-    library: WorkbookRepository,
-    archive: QueryWorker,
+    repository: WorkbookRepository,
+    exporter: QueryWorker,
     participant: str,
     names: list[str],
     notice: str = "",
 ) -> DeletePage:
     """What would go and what would stay; raises SheetsError when there is nothing like that, or a run goes on."""
-    told = archive.ask("This folder", "plan", str(runs.folder), participant, names, _busy(runs))
-    return _page(library, participant, told, runs, notice, failed=bool(notice))
+    told = exporter.ask("This folder", "plan", str(runs.folder), participant, names, _busy(runs))
+    return _page(repository, participant, told, runs, notice, failed=bool(notice))
 
 
 def _deleted_page(
-    runs: RunStore, library: WorkbookRepository, archive: QueryWorker, participant: str, names: list[str]
+    runs: RunStore, repository: WorkbookRepository, exporter: QueryWorker, participant: str, names: list[str]
 ) -> DeletePage:
     """Delete, when what has to be typed was typed, and nothing has changed since the page was shown."""
     typed, expected = request.form.get("typed", "").strip(), request.form.getlist("shown")
     below = request.form.getlist("below")
     if typed != (participant or "delete"):
         what = f"The code {participant}" if participant else "The word “delete”"
-        return _asked_page(runs, library, archive, participant, names, f"{what} was not typed; nothing was deleted.")
+        return _asked_page(
+            runs, repository, exporter, participant, names, f"{what} was not typed; nothing was deleted."
+        )
     # what it was is told from what is there now: afterwards there is nothing to tell it from
     folder = str(runs.folder)
-    told = archive.ask("This folder", "delete", folder, participant, names, _busy(runs), expected, below)
+    told = exporter.ask("This folder", "delete", folder, participant, names, _busy(runs), expected, below)
     if not told["deleted"]:
         notice = "Meanwhile there are other runs than were shown; nothing was deleted. Look again."
-        return _page(library, participant, told, runs, notice, failed=True)
+        return _page(repository, participant, told, runs, notice, failed=True)
     runs.forget({str(run["run"]) for run in told["runs"]})
     count = len(told["runs"]) + sum(len(d["runs"]) for d in told.get("below", ()) if d["folder"] in below)
     notice = f"{count} run{'' if count == 1 else 's'} deleted{f' of {participant}' if participant else ''}."
     if told["begun"]:
         named = ", ".join(printable(str(n)) for n in told["begun"][:_MOST_NAMED])
         notice += f" Meanwhile there is another one, which stays: {named}. Delete again when it has ended."
-    return _page(library, participant, told, runs, notice, failed=bool(told["begun"]))
+    return _page(repository, participant, told, runs, notice, failed=bool(told["begun"]))
 
 
 def _busy(runs: RunStore) -> list[str]:
@@ -132,9 +134,15 @@ def _busy(runs: RunStore) -> list[str]:
 
 
 def _page(
-    library: WorkbookRepository, participant: str, told: Mapping[str, Any], runs: RunStore, notice: str, *, failed: bool
+    repository: WorkbookRepository,
+    participant: str,
+    told: Mapping[str, Any],
+    runs: RunStore,
+    notice: str,
+    *,
+    failed: bool,
 ) -> DeletePage:
-    books = set(library.names())
+    books = set(repository.names())
     done = bool(told.get("deleted"))
     names = [str(run["run"]) for run in told["runs"]]
     below = told.get("below", ())

@@ -68,24 +68,24 @@ class PairPage:
     trouble: str
 
 
-def add_keeping(pages: Blueprint, library: WorkbookRepository, runs: RunStore, archive: QueryWorker) -> None:
+def add_keeping(pages: Blueprint, repository: WorkbookRepository, runs: RunStore, exporter: QueryWorker) -> None:
     """The routes."""
-    _add_exports(pages, runs, archive)
+    _add_exports(pages, runs, exporter)
 
     @pages.get("/runs/pair", endpoint="pair")
     def two() -> str:
-        page = pair_page(runs, library, archive, request.args.getlist("run"))
+        page = pair_page(runs, repository, exporter, request.args.getlist("run"))
         return render_template(page.template, page=page)
 
-    add_deleting(pages, library, runs, archive)
+    add_deleting(pages, repository, runs, exporter)
 
 
-def _add_exports(pages: Blueprint, runs: RunStore, archive: QueryWorker) -> None:
+def _add_exports(pages: Blueprint, runs: RunStore, exporter: QueryWorker) -> None:
     @pages.get("/runs/<run>/plots.<any(svg,png,pdf):form>", endpoint="plots")
     def drawn(run: str, form: str) -> Response:
         if run not in runs.names():
             abort(404)
-        return _made(archive, [runs.place(run)], f".{form}", f"{run}-plots", take="take" in request.args)
+        return _made(exporter, [runs.place(run)], f".{form}", f"{run}-plots", take="take" in request.args)
 
     @pages.get("/runs/<run>/marbles.<any(svg,png,pdf):form>", endpoint="marbles_file")
     def marbles(run: str, form: str) -> Response:
@@ -94,7 +94,7 @@ def _add_exports(pages: Blueprint, runs: RunStore, archive: QueryWorker) -> None
         rows = [int(r) for r in request.args.getlist("row") if r.isdecimal() and len(r) < 7][:MOST_RUNS]
         behaviour, *window = (request.args.get(name, "")[:300] for name in ("behaviour", "from", "to"))
         asked = (str(runs.place(run)), behaviour, rows, [seconds_of(w) for w in window])
-        return _answered(f".{form}", f"{run}-marbles", True, lambda to: archive.ask(run, "marbles", *asked, str(to)))
+        return _answered(f".{form}", f"{run}-marbles", True, lambda to: exporter.ask(run, "marbles", *asked, str(to)))
 
     @pages.get("/runs/table.<any(csv,xlsx):kind>", endpoint="table")
     def table(kind: str) -> Response:
@@ -102,13 +102,13 @@ def _add_exports(pages: Blueprint, runs: RunStore, archive: QueryWorker) -> None
         if not chosen:
             raise SheetsError("No run is chosen.", "Tick the runs that the table shall have.")
         places = [runs.place(run) for run in dict.fromkeys(chosen)]
-        return _made(archive, places, f".{kind}", places[0].name if len(places) == 1 else "runs", take=True)
+        return _made(exporter, places, f".{kind}", places[0].name if len(places) == 1 else "runs", take=True)
 
 
-def _made(archive: QueryWorker, places: Sequence[Path], suffix: str, name: str, *, take: bool) -> Response:
+def _made(exporter: QueryWorker, places: Sequence[Path], suffix: str, name: str, *, take: bool) -> Response:
     """An export that is made for this answer."""
     asked = [str(place) for place in places]
-    return _answered(suffix, name, take, lambda to: archive.ask(places[0].name, "export", asked, str(to)))
+    return _answered(suffix, name, take, lambda to: exporter.ask(places[0].name, "export", asked, str(to)))
 
 
 def _answered(suffix: str, name: str, take: bool, make: Callable[[Path], object]) -> Response:
@@ -121,7 +121,7 @@ def _answered(suffix: str, name: str, take: bool, make: Callable[[Path], object]
 # ---- two runs
 
 
-def pair_page(runs: RunStore, library: WorkbookRepository, archive: QueryWorker, chosen: Sequence[str]) -> PairPage:
+def pair_page(runs: RunStore, repository: WorkbookRepository, exporter: QueryWorker, chosen: Sequence[str]) -> PairPage:
     """Two runs side by side.
 
     Raises:
@@ -134,12 +134,12 @@ def pair_page(runs: RunStore, library: WorkbookRepository, archive: QueryWorker,
     places = [runs.place(name) for name in names]
     facts = sorted(runs.facts(names), key=lambda f: (f.began.timestamp() if f.began else 0.0, f.run))
     places.sort(key=lambda p: [f.run for f in facts].index(p.name))
-    books = set(library.names())
+    books = set(repository.names())
     lines = (line_of(facts[0], books), line_of(facts[1], books))
     told: dict[str, Any] = {"streams": [], "svg": ""}
     trouble = ""
     try:
-        told = archive.ask(f"{names[0]} and {names[1]}", "pair", str(places[0]), str(places[1]))
+        told = exporter.ask(f"{names[0]} and {names[1]}", "pair", str(places[0]), str(places[1]))
     except SheetsError as error:
         trouble = f"{error.message} {error.remedy}"
     same = bool(facts[0].digest) and facts[0].digest == facts[1].digest

@@ -27,18 +27,18 @@ def run_file(runs: RunStore, run: str, name: str, *, take: bool) -> Response:
     return send_file(path, mimetype=kind, as_attachment=attachment, download_name=f"{run}-{name}" if take else name)
 
 
-def trace_csv(runs: RunStore, archive: QueryWorker, run: str) -> Response:
+def trace_csv(runs: RunStore, exporter: QueryWorker, run: str) -> Response:
     """The events as CSV."""
     place = runs.place(run)
-    file = made("trace.csv", lambda target: _csv(archive, place, target))
+    file = made("trace.csv", lambda target: _csv(exporter, place, target))
     return send_file(file, mimetype="text/csv", as_attachment=True, download_name=f"{run}.csv")
 
 
-def _csv(archive: QueryWorker, place: Path, target: Path) -> None:
-    archive.ask(place.name, "export", [str(place)], str(target))
+def _csv(exporter: QueryWorker, place: Path, target: Path) -> None:
+    exporter.ask(place.name, "export", [str(place)], str(target))
 
 
-def everything(runs: RunStore, archive: QueryWorker, run: str) -> Response:
+def everything(runs: RunStore, exporter: QueryWorker, run: str) -> Response:
     """All files of a run, and its events as CSV, in a zip."""
     files = runs.files(run)
     if sum(path.stat().st_size for path, _ in files.values()) > _MOST_ZIP:
@@ -50,7 +50,7 @@ def everything(runs: RunStore, archive: QueryWorker, run: str) -> Response:
         with tempfile.TemporaryDirectory() as folder:
             target = Path(folder) / "trace.csv"
             try:
-                _csv(archive, runs.place(run), target)
+                _csv(exporter, runs.place(run), target)
                 whole.write(target, f"{run}/trace.csv")
             except SheetsError:  # a record that cannot be read is taken along as it is
                 whole.writestr(f"{run}/trace-could-not-be-read.txt", "trace.jsonl is no whole record of a run.\n")

@@ -82,9 +82,9 @@ class DrawnSheet:
     why: str
 
 
-def add_lookback(pages: Blueprint, library: WorkbookRepository, runs: RunStore) -> None:
-    """The addresses. A clerk of its own answers: who moves the slider waits for nobody else's drawings."""
-    clerk = QueryWorker()
+def add_lookback(pages: Blueprint, repository: WorkbookRepository, runs: RunStore) -> None:
+    """The addresses. A query worker of its own answers: who moves the slider waits for nobody else's drawings."""
+    queries = QueryWorker()
 
     def have(run: str) -> str:
         if run not in runs.names():
@@ -93,20 +93,20 @@ def add_lookback(pages: Blueprint, library: WorkbookRepository, runs: RunStore) 
 
     @pages.get("/runs/<run>/lookback")
     def lookback(run: str) -> str:
-        page = lookback_page(runs, library, clerk, have(run))
+        page = lookback_page(runs, repository, queries, have(run))
         return render_template(page.template, page=page)
 
     @pages.get("/runs/<run>/lookback/overview.json", endpoint="lookback_overview")
     def overview(run: str) -> Response:
-        return _json(clerk, runs, have(run), "overview", 0)
+        return _json(queries, runs, have(run), "overview", 0)
 
     @pages.get("/runs/<run>/lookback/<any(piece, poses):what>/<int:number>.json", endpoint="lookback_part")
     def part(run: str, what: str, number: int) -> Response:
-        return _json(clerk, runs, have(run), what, number)
+        return _json(queries, runs, have(run), what, number)
 
     @pages.get("/runs/<run>/lookback/picture/<int:number>.jpg", endpoint="lookback_picture")
     def picture(run: str, number: int) -> Response:
-        data = base64.b64decode(clerk.lookback(runs.place(have(run)), "picture", number))
+        data = base64.b64decode(queries.lookback(runs.place(have(run)), "picture", number))
         if not data:
             abort(404)
         return Response(data, mimetype="image/jpeg")
@@ -114,34 +114,34 @@ def add_lookback(pages: Blueprint, library: WorkbookRepository, runs: RunStore) 
     @pages.get("/runs/<run>/lookback/diagram/<int:number>", endpoint="lookback_diagram")
     def diagram(run: str, number: int) -> str:
         try:
-            drawn = DrawnSheet(Markup(clerk.lookback(runs.place(have(run)), "diagram", number)), "")
+            drawn = DrawnSheet(Markup(queries.lookback(runs.place(have(run)), "diagram", number)), "")
         except SheetsError as error:
             drawn = DrawnSheet(Markup(), f"{error.message} {error.remedy}")
         return render_template(drawn.template, page=drawn)
 
 
-def _json(clerk: QueryWorker, runs: RunStore, run: str, what: str, number: int) -> Response:
+def _json(queries: QueryWorker, runs: RunStore, run: str, what: str, number: int) -> Response:
     try:
-        return Response(clerk.lookback(runs.place(run), what, number), mimetype="application/json")
+        return Response(queries.lookback(runs.place(run), what, number), mimetype="application/json")
     except SheetsError as error:
         told = json.dumps({"trouble": f"{error.message} {error.remedy}"})
         return Response(told, status=422, mimetype="application/json")
 
 
-def lookback_page(runs: RunStore, library: WorkbookRepository, clerk: QueryWorker, run: str) -> LookbackPage:
+def lookback_page(runs: RunStore, repository: WorkbookRepository, queries: QueryWorker, run: str) -> LookbackPage:
     """The page of a run; raises SheetsError when there is none of that name."""
     facts = runs.facts([run])[0]
     told: Mapping[str, Any] = {"sheets": [], "why": ""}
     trouble = "" if facts.readable else f"{facts.why} {facts.remedy}"
     if not trouble:
         try:
-            told = json.loads(clerk.lookback(runs.place(run), "sheets"))
+            told = json.loads(queries.lookback(runs.place(run), "sheets"))
         except SheetsError as error:
             told = {"sheets": [], "why": f"{error.message} {error.remedy}"}
     sheets = tuple(_sheet(number, sheet) for number, sheet in enumerate(told["sheets"]))
     ids = {f"{sheet.name}!{row.number}": row.ident for sheet in sheets for row in sheet.rows}
     return LookbackPage(
-        line_of(facts, set(library.names())), facts.seconds, sheets,
+        line_of(facts, set(repository.names())), facts.seconds, sheets,
         Markup(json.dumps(ids, ensure_ascii=False).replace("<", "\\u003c")), trouble, str(told["why"]),
     )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""The press's process: `python -m rrp_sheets.web.records.press_child LINK`, started by `press` only.
+"""The printer's process: `python -m rrp_sheets.web.records.press_child LINK`, started by `protocol_printer` only.
 
 It puts the printed protocol of a workbook together and sets it. The workbook's tests run here, with a memory limit.
 """

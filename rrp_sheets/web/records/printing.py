@@ -35,17 +35,17 @@ _NOTHING = "none"  # chosen by hand, where an approved version would be proposed
 class Printer:
     """What the pages of a folder's workbooks print with."""
 
-    library: WorkbookRepository
-    desk: OpenWorkbooks
+    repository: WorkbookRepository
+    open_workbooks: OpenWorkbooks
     runs: RunStore
-    press: ProtocolPrinter
+    printer: ProtocolPrinter
 
     def page(self, name: str, asked: Mapping[str, str]) -> PrintPage:
         """The page, which asks for the protocol itself when it is shown."""
-        book = self.library.open(name)
-        kept = self.desk.room(self.library.path(name)).document.versions()
+        book = self.repository.open(name)
+        kept = self.open_workbooks.room(self.repository.path(name)).document.versions()
         against = asked.get("against", "") or _approved(name, kept)
-        groups = choices(self.library, self.desk, self.runs, [name], [against])
+        groups = choices(self.repository, self.open_workbooks, self.runs, [name], [against])
         mine = [(title, tuple(c for c in group if c.ref != f"book/{name}")) for title, group in groups]
         choice = {"language": _one_of(asked.get("language", ""), LANGUAGES), "against": against,
                   "paper": _one_of(asked.get("paper", ""), PAPERS) or "a4"}  # fmt: skip
@@ -59,7 +59,7 @@ class Printer:
     def part(self, name: str, asked: Mapping[str, str]) -> ProtocolPart:
         """The protocol as a piece of the page, or why there is none."""
         try:
-            proof = self.press.proof(self._wanted(name, asked))
+            proof = self.printer.proof(self._wanted(name, asked))
         except SheetsError as error:
             return ProtocolPart(None, {}, {}, Markup(""), f"{error.message} {error.remedy}".strip())
         words = texts(proof.pack.language).entries
@@ -73,36 +73,36 @@ class Printer:
         Raises:
             SheetsError: it cannot be made.
         """
-        return self.press.pdf(self._wanted(name, asked), _one_of(asked.get("paper", ""), PAPERS) or "a4")
+        return self.printer.pdf(self._wanted(name, asked), _one_of(asked.get("paper", ""), PAPERS) or "a4")
 
     def _wanted(self, name: str, asked: Mapping[str, str]) -> Wanted:
-        book = self.library.open(name)
+        book = self.repository.open(name)
         language = _one_of(asked.get("language", ""), LANGUAGES)
         ref = asked.get("against", "")[:400]
         if not ref or ref == _NOTHING:
-            return Wanted(self.library.path(name).absolute(), book.reading.digest, language=language)
+            return Wanted(self.repository.path(name).absolute(), book.reading.digest, language=language)
         other, digest = self._other(ref)
-        return Wanted(self.library.path(name).absolute(), book.reading.digest, other, digest, language)
+        return Wanted(self.repository.path(name).absolute(), book.reading.digest, other, digest, language)
 
     def _other(self, ref: str) -> tuple[Path, str]:
         """The file of what is compared with, and its SHA-256."""
         with tempfile.TemporaryDirectory() as folder:
-            path = path_of(self.library, self.desk, self.runs, ref, Path(folder) / "version")
+            path = path_of(self.repository, self.open_workbooks, self.runs, ref, Path(folder) / "version")
             content = b"" if path.is_dir() else path.read_bytes()
             if path.is_relative_to(folder):
-                path = self.press.held(content, path.name)
+                path = self.printer.held(content, path.name)
         return path, sha256(content).hexdigest()
 
 
-def add_paper(pages: Blueprint, library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore) -> None:
+def add_paper(pages: Blueprint, repository: WorkbookRepository, open_workbooks: OpenWorkbooks, runs: RunStore) -> None:
     """The addresses of the printed page and its PDF."""
-    printer = Printer(library, desk, runs, ProtocolPrinter())
+    printer = Printer(repository, open_workbooks, runs, ProtocolPrinter())
 
     def have(name: str) -> str:
-        if not library.has(name):
+        if not repository.has(name):
             abort(404)
-        refuse_text(library, name)
-        library.open(name)  # one that cannot be read, or leads out of the folder, is refused as everywhere
+        refuse_text(repository, name)
+        repository.open(name)  # one that cannot be read, or leads out of the folder, is refused as everywhere
         return name
 
     @pages.get("/book/<name>/print", endpoint="print_page")
@@ -129,7 +129,7 @@ def add_paper(pages: Blueprint, library: WorkbookRepository, desk: OpenWorkbooks
 
     @pages.get("/book/<name>/paper.css")
     def paper(name: str) -> Response:
-        style = paper_style(name, library.open(have(name)).reading.digest, today())
+        style = paper_style(name, repository.open(have(name)).reading.digest, today())
         return Response(style, mimetype="text/css")
 
 

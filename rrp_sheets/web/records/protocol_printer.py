@@ -1,6 +1,6 @@
-"""The press: puts printed protocols together and sets them, in a process of its own; what it has made is kept.
+"""Puts printed protocols together and sets them, in a process of its own; what it has made is kept.
 
-A workbook may come from a stranger, and its tests evaluate formulas: the server only reads what the press writes.
+A workbook may come from a stranger, and its tests evaluate formulas: the server only reads what that process writes.
 """
 
 from __future__ import annotations

@@ -91,7 +91,7 @@ class ReplayResult:
     unknown: tuple[str, ...] = ()
 
 
-def add_replay(pages: Blueprint, library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore) -> None:
+def add_replay(pages: Blueprint, repository: WorkbookRepository, open_workbooks: OpenWorkbooks, runs: RunStore) -> None:
     """The addresses."""
     replays = Replays()
 
@@ -102,19 +102,21 @@ def add_replay(pages: Blueprint, library: WorkbookRepository, desk: OpenWorkbook
 
     @pages.get("/runs/<run>/replay")
     def replay(run: str) -> str:
-        page = replay_page(library, desk, runs, run, asked(run))
+        page = replay_page(repository, open_workbooks, runs, run, asked(run))
         return render_template(page.template, page=page)
 
     @pages.get("/runs/<run>/replay/result")
     def replayed(run: str) -> str:
-        piece = replay_result(library, desk, runs, replays, run, asked(run))
+        piece = replay_result(repository, open_workbooks, runs, replays, run, asked(run))
         return render_template(piece.template, page=piece)
 
 
-def replay_page(library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore, run: str, ref: str) -> ReplayPage:
+def replay_page(
+    repository: WorkbookRepository, open_workbooks: OpenWorkbooks, runs: RunStore, run: str, ref: str
+) -> ReplayPage:
     """The page; the replay itself is asked for by it."""
     facts = runs.facts([run])[0]
-    names = [n for n in library.workbooks() if addressable(n)]
+    names = [n for n in repository.workbooks() if addressable(n)]
     line = line_of(facts, names)
     trouble = "" if facts.readable else f"{facts.why} {facts.remedy}".strip()
     if facts.ended == "going":
@@ -125,7 +127,7 @@ def replay_page(library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore
         ("Workbooks as they are now", tuple(Choice(f"book/{n}", n) for n in books))
     ]
     for book in mine:
-        kept = desk.room(library.path(book)).document.versions()
+        kept = open_workbooks.room(repository.path(book)).document.versions()
         groups.append(
             (
                 f"Kept versions of {book}",
@@ -136,20 +138,20 @@ def replay_page(library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore
 
 
 def replay_result(
-    library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore, replays: Replays, run: str, ref: str
+    repository: WorkbookRepository, open_workbooks: OpenWorkbooks, runs: RunStore, replays: Replays, run: str, ref: str
 ) -> ReplayResult:
     """What came of it, or how far it is."""
     place = runs.place(run)
     named: dict[str, Any] = {"with": ref} if ref else {}
     address = url_for("records.replayed", run=run, **named)
     try:
-        stamp = _stamp(place, library, ref)
+        stamp = _stamp(place, repository, ref)
 
         def other(stack: ExitStack) -> Path | None:
             if not ref:
                 return None
             folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-            return path_of(library, desk, runs, ref, folder / "other")
+            return path_of(repository, open_workbooks, runs, ref, folder / "other")
 
         job = replays.job((run, ref, stamp), place, other)
     except SheetsError as error:
@@ -158,10 +160,10 @@ def replay_result(
         return ReplayResult(address, True, round(100 * job.part))
     if job.trouble:
         return ReplayResult(address, False, 100, str(job.trouble))
-    return _told(job, address, library, desk, runs, run, ref)
+    return _told(job, address, repository, open_workbooks, runs, run, ref)
 
 
-def _stamp(place: Path, library: WorkbookRepository, ref: str) -> tuple[float, ...]:
+def _stamp(place: Path, repository: WorkbookRepository, ref: str) -> tuple[float, ...]:
     """What changes when the record or the workbook does.
 
     Raises:
@@ -172,7 +174,7 @@ def _stamp(place: Path, library: WorkbookRepository, ref: str) -> tuple[float, .
     if any(p.is_symlink() for p in paths):
         raise SheetsError("The files of this run are links to others.", "Copy its folder again.")
     if kind == "book":
-        paths.append(library.path(name))
+        paths.append(repository.path(name))
     found = []
     for path in paths:
         about = path.stat() if path.exists() else None
@@ -181,10 +183,16 @@ def _stamp(place: Path, library: WorkbookRepository, ref: str) -> tuple[float, .
 
 
 def _told(
-    job: Job, address: str, library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore, run: str, ref: str
+    job: Job,
+    address: str,
+    repository: WorkbookRepository,
+    open_workbooks: OpenWorkbooks,
+    runs: RunStore,
+    run: str,
+    ref: str,
 ) -> ReplayResult:
     told: dict[str, Any] = job.account or {}
-    grids = _Grids(library, desk, runs, run, ref)
+    grids = _Grids(repository, open_workbooks, runs, run, ref)
     look = url_for("records.lookback", run=run)
 
     def lines(name: str) -> tuple[TimeLine, ...]:
@@ -203,15 +211,17 @@ def _told(
 class _Grids:
     """Where rows stand in the grid, when their workbook is in the folder as it was replayed."""
 
-    def __init__(self, library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore, run: str, ref: str) -> None:
+    def __init__(
+        self, repository: WorkbookRepository, open_workbooks: OpenWorkbooks, runs: RunStore, run: str, ref: str
+    ) -> None:
         kind, _, name = ref.partition("/")
         self._book = name if kind == "book" else ""
         if not ref:
             facts = runs.facts([run])[0]
-            if facts.workbook in library.names() and addressable(facts.workbook):
-                digest = library.open(facts.workbook).reading.digest
+            if facts.workbook in repository.names() and addressable(facts.workbook):
+                digest = repository.open(facts.workbook).reading.digest
                 self._book = facts.workbook if digest == facts.digest else ""
-        self._grids = desk.room(library.path(self._book)).document.grids if self._book else {}
+        self._grids = open_workbooks.room(repository.path(self._book)).document.grids if self._book else {}
 
     def address(self, row: str) -> str:
         """The address of a row (`Tracking!5`); empty when there is none."""

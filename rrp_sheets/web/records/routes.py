@@ -32,20 +32,20 @@ _WORD = re.compile("[0-9a-f]{16}")
 _MOST_ROWS = 200  # that marbles are asked for
 
 
-def make_records(library: WorkbookRepository, desk: OpenWorkbooks) -> Blueprint:
+def make_records(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Blueprint:
     """The routes."""
     pages = Blueprint("records", __name__)
-    clerk, archive = QueryWorker(), QueryWorker(WITHIN, PROGRAM)
-    runs = RunStore(library.folder, lambda: _names("going"), lambda: _names("writing"), _forget)
-    _add_runs(pages, library, runs, clerk)
-    _add_files(pages, runs, archive)
-    add_keeping(pages, library, runs, archive)
-    add_lookback(pages, library, runs)
-    add_replay(pages, library, desk, runs)
-    _add_comparison(pages, library, desk, runs, clerk)
-    add_bundles(pages, library, runs)
-    _add_versions(pages, workbook_or_404(library, desk))
-    add_paper(pages, library, desk, runs)
+    queries, exporter = QueryWorker(), QueryWorker(WITHIN, PROGRAM)
+    runs = RunStore(repository.folder, lambda: _names("going"), lambda: _names("writing"), _forget)
+    _add_runs(pages, repository, runs, queries)
+    _add_files(pages, runs, exporter)
+    add_keeping(pages, repository, runs, exporter)
+    add_lookback(pages, repository, runs)
+    add_replay(pages, repository, open_workbooks, runs)
+    _add_comparison(pages, repository, open_workbooks, runs, queries)
+    add_bundles(pages, repository, runs)
+    _add_versions(pages, workbook_or_404(repository, open_workbooks))
+    add_paper(pages, repository, open_workbooks, runs)
     pages.after_request(_made)
     return pages
 
@@ -64,16 +64,16 @@ def _have(runs: RunStore, run: str) -> str:
     return run
 
 
-def _add_runs(pages: Blueprint, library: WorkbookRepository, runs: RunStore, clerk: QueryWorker) -> None:
+def _add_runs(pages: Blueprint, repository: WorkbookRepository, runs: RunStore, queries: QueryWorker) -> None:
     @pages.get("/runs", endpoint="runs")
     def all_runs() -> str:
         book, words, participant = (request.args.get(n, "")[:300] for n in ("book", "words", "participant"))
         first = request.args.get("first", 0, type=int)
-        return show(runs_page(runs, library, book, words, max(0, first), participant))
+        return show(runs_page(runs, repository, book, words, max(0, first), participant))
 
     @pages.get("/runs/<run>")
     def record(run: str) -> str:
-        return show(record_page(runs, library, clerk, _have(runs, run), wait="read" in request.args))
+        return show(record_page(runs, repository, queries, _have(runs, run), wait="read" in request.args))
 
     @pages.get("/runs/<run>/written")
     def written(run: str) -> Response:
@@ -82,44 +82,48 @@ def _add_runs(pages: Blueprint, library: WorkbookRepository, runs: RunStore, cle
     @pages.get("/runs/<run>/marbles")
     def marbles(run: str) -> str:
         rows = [int(r) for r in request.args.getlist("row") if r.isdecimal() and len(r) < 7]
-        return show(marbles_page(runs, clerk, _have(runs, run), request.args, rows[:_MOST_ROWS]))
+        return show(marbles_page(runs, queries, _have(runs, run), request.args, rows[:_MOST_ROWS]))
 
     @pages.get("/runs/<run>/series.json")
     def series(run: str) -> Response:
         try:
-            return jsonify(clerk.course(runs.place(_have(runs, run)))["curves"])
+            return jsonify(queries.course(runs.place(_have(runs, run)))["curves"])
         except SheetsError:  # the page says what is wrong with it
             return jsonify([])
 
 
-def _add_files(pages: Blueprint, runs: RunStore, archive: QueryWorker) -> None:
+def _add_files(pages: Blueprint, runs: RunStore, exporter: QueryWorker) -> None:
     @pages.get("/runs/<run>/file/<file>")
     def file(run: str, file: str) -> Response:
         return run_file(runs, _have(runs, run), file, take="take" in request.args)
 
     @pages.get("/runs/<run>/trace.csv")
     def csv(run: str) -> Response:
-        return trace_csv(runs, archive, _have(runs, run))
+        return trace_csv(runs, exporter, _have(runs, run))
 
     @pages.get("/runs/<run>/everything.zip")
     def zipped(run: str) -> Response:
-        return everything(runs, archive, _have(runs, run))
+        return everything(runs, exporter, _have(runs, run))
 
 
 def _add_comparison(
-    pages: Blueprint, library: WorkbookRepository, desk: OpenWorkbooks, runs: RunStore, clerk: QueryWorker
+    pages: Blueprint,
+    repository: WorkbookRepository,
+    open_workbooks: OpenWorkbooks,
+    runs: RunStore,
+    queries: QueryWorker,
 ) -> None:
     drawer = QueryWorker()  # a process of its own: whoever looks at a run does not wait for pictures
 
     @pages.get("/compare")
     def compare() -> str:
         refs = (request.args.get("first", "")[:400], request.args.get("second", "")[:400])
-        return show(compare_page(library, desk, runs, clerk, refs, request.args.get("book", "")))
+        return show(compare_page(repository, open_workbooks, runs, queries, refs, request.args.get("book", "")))
 
     @pages.get("/compare/drawn", endpoint="drawn_changes")
     def drawn() -> str:
         refs = (request.args.get("first", "")[:400], request.args.get("second", "")[:400])
-        return drawn_changes(library, desk, runs, drawer, refs)
+        return drawn_changes(repository, open_workbooks, runs, drawer, refs)
 
     @pages.get("/compare/changes.css")
     def changes_style() -> Response:

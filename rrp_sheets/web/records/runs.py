@@ -48,10 +48,10 @@ _KINDS = {
 
 
 def runs_page(
-    runs: RunStore, library: WorkbookRepository, book: str, words: str, first: int, participant: str = ""
+    runs: RunStore, repository: WorkbookRepository, book: str, words: str, first: int, participant: str = ""
 ) -> RunsPage:
     """The list, from the newest to the oldest; `first`: how many are skipped."""
-    books = set(library.names())
+    books = set(repository.names())
     every = newest_first(runs.facts(runs.names()))
     found = [
         f for f in every
@@ -75,7 +75,7 @@ def _has(facts: RunMetadata, words: str) -> bool:
 
 
 def record_page(
-    runs: RunStore, library: WorkbookRepository, clerk: QueryWorker, run: str, *, wait: bool = False
+    runs: RunStore, repository: WorkbookRepository, queries: QueryWorker, run: str, *, wait: bool = False
 ) -> RecordPage:
     """Everything about one run; raises SheetsError when there is none of that name.
 
@@ -84,7 +84,7 @@ def record_page(
     """
     place = runs.place(run)
     facts = runs.facts([run])[0]
-    books = set(library.names())
+    books = set(repository.names())
     others = [f for f in runs.facts(runs.names()[:300]) if f.workbook == facts.workbook and f.readable]
     writing = run in runs.writing()  # before one looks which files there are: what comes meanwhile is not missed
     files = runs.files(run)
@@ -94,7 +94,7 @@ def record_page(
     reading = "" if wait or not facts.readable or size < _LONG else f"{size / 1e6:,.0f} MB"
     if facts.readable and not reading:
         try:
-            told = clerk.course(place)
+            told = queries.course(place)
         except SheetsError as error:
             trouble = f"{error.message} {error.remedy}"
     log = tuple(_log_line(entry) for entry in told.get("lines", ())[:_LOG])
@@ -105,7 +105,7 @@ def record_page(
     return RecordPage(
         line=_with_length(line_of(facts, books), seconds),
         others=tuple(line_of(f, books) for f in others[:_BESIDE]),
-        facts=tuple(_facts(facts)), same=_same(facts, library), pictures=frozenset(PICTURES.keys() & files.keys()),
+        facts=tuple(_facts(facts)), same=_same(facts, repository), pictures=frozenset(PICTURES.keys() & files.keys()),
         downloads=_downloads(run, files), log=log, left_out=left_out,
         sounds=() if reading else tuple(n for n in files if n.endswith(".wav") and n not in spoken),
         errors=facts.errors,
@@ -134,14 +134,14 @@ def _facts(facts: RunMetadata) -> list[Fact]:
     return [f for f in found if f.value]
 
 
-def _same(facts: RunMetadata, library: WorkbookRepository) -> str:
+def _same(facts: RunMetadata, repository: WorkbookRepository) -> str:
     """Whether the workbook in the folder is still the one that ran."""
     if not facts.digest:
         return "unknown"
-    if facts.workbook not in library.names():
+    if facts.workbook not in repository.names():
         return "gone"
     try:
-        return "same" if library.open(facts.workbook).reading.digest == facts.digest else "changed"
+        return "same" if repository.open(facts.workbook).reading.digest == facts.digest else "changed"
     except SheetsError:
         return "unknown"
 
@@ -185,7 +185,7 @@ def _edits(entries: Sequence[Mapping[str, Any]]) -> tuple[Edited, ...]:
 
 
 def marbles_page(
-    runs: RunStore, clerk: QueryWorker, run: str, asked: Mapping[str, Any], rows: list[int]
+    runs: RunStore, queries: QueryWorker, run: str, asked: Mapping[str, Any], rows: list[int]
 ) -> MarblesPage:
     """The marble diagrams that were asked for; raises SheetsError when there is no such run."""
     place = runs.place(run)
@@ -193,7 +193,7 @@ def marbles_page(
     spread = "spread" in asked
     trouble, told = "", {"behaviours": [], "behaviour": "", "rows": [], "seconds": 0, "pictures": [], "left_out": 0}
     try:
-        told = clerk.marbles(place, behaviour, rows, (seconds_of(first), seconds_of(last)), spread)
+        told = queries.marbles(place, behaviour, rows, (seconds_of(first), seconds_of(last)), spread)
     except SheetsError as error:
         trouble = f"{error.message} {error.remedy}"
     if not trouble and not told["pictures"]:

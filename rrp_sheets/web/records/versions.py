@@ -74,7 +74,7 @@ def restore(room: WorkbookSession, name: str) -> VersionsPage:
 
 def busy(room: WorkbookSession) -> list[str]:
     """Who is editing a cell just now."""
-    return sorted(set(room.seats.taken().values()))
+    return sorted(set(room.locks.taken().values()))
 
 
 def file_name(book: str, version: Version) -> str:

@@ -19,12 +19,12 @@ class Tester:
     __test__ = False  # no test of pytest's
 
     def __init__(self) -> None:
-        self._office = RestartingWorker(lambda: WorkerProcess("rrp_sheets.web.testing.child"))
+        self._worker = RestartingWorker(lambda: WorkerProcess("rrp_sheets.web.testing.child"))
 
     @property
     def pid(self) -> int | None:
         """The process's number; None while there is none."""
-        return self._office.pid
+        return self._worker.pid
 
     def run(self, path: Path, within: float) -> dict[str, Any]:
         """Run the tests of a workbook; see `child.run`.
@@ -38,7 +38,7 @@ class Tester:
             SheetsError: when the file cannot be read.
         """
         try:
-            (answer,) = self._office.ask([str(path.absolute()), within], within + GRACE, START)
+            (answer,) = self._worker.ask([str(path.absolute()), within], within + GRACE, START)
         except WorkerError as none:
             remedy = "Let what they test come less often, or make them shorter."
             if none.gone:
@@ -49,4 +49,4 @@ class Tester:
 
     def close(self) -> None:
         """End the process, whatever it is doing, and start no other."""
-        self._office.close()
+        self._worker.close()
