@@ -357,6 +357,15 @@ def test_what_is_typed_survives_a_reload_and_one_is_nobody_else(shelf: Books) ->
     expect(aya.page.locator(DIALOG)).to_have_count(0)
 
 
+def test_others_see_that_a_cell_is_free_when_the_page_of_its_editor_is_closed(shelf: Books) -> None:
+    aya, mika = shelf.two()
+    typing(aya, "F4", "half")
+    mika.page.wait_for_selector("td.taken:has-text('Aya is editing')")
+    aya.page.evaluate("() => window.fetch = () => new Promise(() => {})")  # nobody is told that the page goes
+    aya.page.goto("about:blank")
+    mika.page.wait_for_selector("td.taken", state="detached")
+
+
 def test_what_is_typed_survives_going_back_and_is_thrown_away_when_asked(shelf: Books) -> None:
     grid = shelf.open()
     typing(grid, "F4", "half")

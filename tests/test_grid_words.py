@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
+from typing import Any
 
 import pytest
-from chromium import becomes, eventually
+from chromium import becomes, eventually, until
 from grid_books import HEADER, TRACKING, Books, Shared
 from playwright.sync_api import expect
 
@@ -131,6 +132,28 @@ def test_tab_and_enter_take_what_is_offered(shelf: Books) -> None:
         grid.page.keyboard.type(typed)
         grid.press(*then.split())
         becomes(lambda: grid.text("D2"), text)
+
+
+def test_suggestions_are_offered_when_the_words_come_after_the_editor_was_opened(shelf: Books) -> None:
+    grid = shelf.open({**TRACKING, "Try": [SHEETS["Try"][0], ["0", "Dista", "1", "", ""]]}, sheet="Try")
+    held: list[Any] = []
+
+    def hold(route: Any) -> None:
+        held.append(route)
+
+    grid.page.route("**/vocabulary", hold)
+    grid.page.reload()
+    grid.page.wait_for_selector("body[data-ready]")
+    grid.go("B2")
+    grid.press("F2")
+    until(grid.page, lambda: held)
+    expect(grid.page.locator(".suggestions [role=option]")).to_have_count(0)
+    for route in held:
+        route.continue_()
+    grid.page.wait_for_selector(".suggestions [role=option]")
+    expect(grid.page.locator(".suggestions [aria-selected=true]")).to_have_count(0)
+    grid.page.unroute("**/vocabulary")
+    grid.press("Escape")
 
 
 def test_suggestions_leave_what_is_wrong_with_the_cell_in_sight(shelf: Books) -> None:

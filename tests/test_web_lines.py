@@ -206,6 +206,23 @@ def test_pages_in_the_background_and_one_page_too_many(browser: Any, url: str) -
     another.context.close()
 
 
+def test_a_page_opened_in_the_background_takes_its_line_when_it_is_looked_at(browser: Any, url: str) -> None:
+    cookie = owner(url)
+    context = browser.new_context()
+    let_in(context, url, "Ben")
+    context.add_init_script(
+        "window.away = true; Object.defineProperty(document, 'hidden', {get: () => window.away, configurable: true});"
+        "addEventListener('htmx:sse:after:connection', () => { window.opened = true; }, true);"
+    )
+    page = context.new_page()
+    page.goto(f"{url}/book/b.xlsx")
+    page.wait_for_function("() => window.opened")
+    eventually(lambda: "Ben" not in people(url, cookie))
+    page.evaluate("() => { window.away = false; document.dispatchEvent(new Event('visibilitychange')); }")
+    eventually(lambda: "Ben" in people(url, cookie))
+    context.close()
+
+
 def test_when_all_lines_are_taken_one_is_told_so_and_how_many_are_ones_own(url: str) -> None:
     zoe = person(url, "Zoe")
     lines = []

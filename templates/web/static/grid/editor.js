@@ -115,8 +115,14 @@ export class Editor {
     this.field.style.height = `${this.field.scrollHeight + 4}px`;
   }
 
+  /** The words have come while somebody types: offer them, and choose none for the next Enter. */
+  renew() {
+    if (this.isOpen && this.list.hidden && this.typed !== null) this.update(false);
+  }
+
   /** Look again at what could be meant. */
   update(typed) {
+    this.typed = typed;
     this.grow();
     this.context.typing();
     const row = this.table.row(this.rowId);

@@ -36,6 +36,8 @@ export function listening(listen) {
     stopped = false;
     line.textContent = "";
     document.dispatchEvent(new CustomEvent("rrp:line", { detail: { lost: false } }));
+    // htmx gives the line of a hidden page up, but has not heard of it when it was hidden before the answer came
+    if (document.hidden) setTimeout(() => document.dispatchEvent(new Event("visibilitychange")));
   });
   listen.addEventListener("htmx:sse:error", ({ detail }) => lost(detail.status ?? 0)); // it tries again by itself
   listen.addEventListener("htmx:response:error", ({ detail: { ctx } }) => {

@@ -78,6 +78,7 @@ listen.addEventListener("checked", async () => {
 async function fetchWords() {
   const response = await fetch(`${grid.server.url}/vocabulary`);
   if (response.ok) grid.words = await response.json();
+  grid.editor.renew();
   document.body.toggleAttribute("data-words", true); // what can be suggested is here
 }
 
