@@ -38,7 +38,7 @@ create table if not exists identities (
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class JournalEntry:
     """An edit that is in the journal and perhaps not in the file, and the digest of the file before it."""
 
     seq: int
@@ -168,10 +168,10 @@ class Journal:
                 self._do("delete from edits where seq = ?", seq, ("delete from requests where seq = ?", seq))
                 self._dropped.pop()
 
-    def waiting(self, book: str) -> list[Entry]:
+    def waiting(self, book: str) -> list[JournalEntry]:
         """What a killed server left: edits that may not be in the file, in their order."""
         rows = self._all("select seq, edits, before from edits where book = ? and not stored order by seq", book)
-        return [Entry(seq, _edits(text), before) for seq, text, before in rows]
+        return [JournalEntry(seq, _edits(text), before) for seq, text, before in rows]
 
     def added(self, book: str) -> set[str]:
         """The keys of the sheets that were added here, by their names of now."""

@@ -40,7 +40,7 @@ _TAG, _FORMULA = re.compile(rb"<[^<>]*>"), re.compile(rb"<f[ >][^<]*</f>")
 _NAME = re.compile(rb' (?:name|title|author|displayName)="([^"<>]*)"')
 
 
-class Code:
+class ParticipantCode:
     """A participant's code as it may stand in bytes: as a word of its own, in plain text or escaped as in JSON."""
 
     def __init__(self, code: str) -> None:
@@ -95,7 +95,7 @@ def places_of(code: str, folder: Path, without: frozenset[Path] = frozenset()) -
         without: folders that are left out. So is installed software: it would take all the time, and holds any code.
     """
     left = TracesLeft()
-    search = _Search(Code(code), time.monotonic() + _MOST_SECONDS)
+    search = _Search(ParticipantCode(code), time.monotonic() + _MOST_SECONDS)
     for number, path in enumerate(_files(folder, without)):
         if number >= _MOST_FILES:
             left.whole = False
@@ -139,7 +139,7 @@ class _Search:
         skipped: what of the file was not looked into: blank for all of it, else the name of a file in it.
     """
 
-    def __init__(self, code: Code, deadline: float) -> None:
+    def __init__(self, code: ParticipantCode, deadline: float) -> None:
         self._code, self._deadline = code, deadline
         self.skipped: list[str] = []
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from itertools import groupby
 from typing import Any
 
-from rrp_sheets.runs.replay.record import ERROR, Entry, same_json
+from rrp_sheets.runs.replay.record import ERROR, RecordedLine, same_json
 
 MISSING, EXTRA, VALUE, TIME, ROW, ORDER = "missing", "extra", "value", "time", "row", "order"
 MOVED_US = 1_000_000
@@ -91,7 +91,7 @@ class Comparer:
         self._there = there
         self._exact = exact
 
-    def compare(self, recorded: Iterable[Entry], came: Iterable[Entry]) -> Found:
+    def compare(self, recorded: Iterable[RecordedLine], came: Iterable[RecordedLine]) -> Found:
         """All differences; streams of both have the names of the record.
 
         Both are gone through once and side by side, time by time: only what has no counterpart is kept.
@@ -99,7 +99,7 @@ class Comparer:
         lanes: dict[tuple[str, str], _Lane] = {}
         order = _Order(self._text) if self._exact else None
         for was, now in _side_by_side(recorded, came):
-            here: dict[tuple[str, str], tuple[list[Entry], list[Entry]]] = {}
+            here: dict[tuple[str, str], tuple[list[RecordedLine], list[RecordedLine]]] = {}
             for entry in was:
                 here.setdefault(_lane(entry, entry.row), ([], []))[0].append(entry)
             for entry in now:
@@ -128,7 +128,7 @@ class Comparer:
         found.sort(key=lambda d: (min(d.us, d.came_us), d.stream))
         return Found(tuple(found), tuple(counts))
 
-    def _count(self, lane: _Lane, was: list[Entry], now: list[Entry]) -> None:
+    def _count(self, lane: _Lane, was: list[RecordedLine], now: list[RecordedLine]) -> None:
         """By row: several may command one actuator stream."""
         for entry in was:
             lane.was.setdefault((entry.row, self._here(entry.row)), [0, 0, 0])[0] += 1
@@ -137,13 +137,13 @@ class Comparer:
 
     # ---- one stream
     def _moment(
-        self, was: list[Entry], now: list[Entry], same: Counter[str], found: list[Difference]
-    ) -> tuple[list[Entry], list[Entry]]:
+        self, was: list[RecordedLine], now: list[RecordedLine], same: Counter[str], found: list[Difference]
+    ) -> tuple[list[RecordedLine], list[RecordedLine]]:
         """Pair what came at one time: the same values first, then others in their order; what is left of both."""
         if len(was) == len(now) == 1 and _is_alike(was[0], now[0]) and self._same_row(was[0], now[0]):
             same[was[0].row] += 1
             return [], []
-        values: dict[str, deque[Entry]] = defaultdict(deque)
+        values: dict[str, deque[RecordedLine]] = defaultdict(deque)
         for entry in now:
             values[self._text(entry)].append(entry)
         left = []
@@ -165,9 +165,9 @@ class Comparer:
         found += [self._difference(VALUE, a, b) for a, b in zip(left, over, strict=False)]
         return left[pairs:], over[pairs:]
 
-    def _moved(self, left: list[Entry], over: list[Entry]) -> list[Difference]:
+    def _moved(self, left: list[RecordedLine], over: list[RecordedLine]) -> list[Difference]:
         """Equal values that came at another time, not far away; they leave both lists."""
-        waiting: dict[str, deque[Entry]] = defaultdict(deque)
+        waiting: dict[str, deque[RecordedLine]] = defaultdict(deque)
         for entry in over:
             waiting[self._text(entry)].append(entry)
         found, gone = [], set()
@@ -183,14 +183,14 @@ class Comparer:
         over[:] = [e for e in over if id(e) not in gone]
         return found
 
-    def _same_row(self, a: Entry, b: Entry) -> bool:
+    def _same_row(self, a: RecordedLine, b: RecordedLine) -> bool:
         return self._here(a.row) == b.row
 
-    def _text(self, entry: Entry) -> str:
+    def _text(self, entry: RecordedLine) -> str:
         value = entry.value if entry.kind != "happening" else [entry.what, entry.text]
         return same_json(value if self._exact else _alike(value))
 
-    def _difference(self, kind: str, was: Entry | None, now: Entry | None) -> Difference:
+    def _difference(self, kind: str, was: RecordedLine | None, now: RecordedLine | None) -> Difference:
         entry = was or now
         assert entry is not None
         row = was.row if was else self._there(now.row) if now else ""
@@ -215,8 +215,8 @@ class _Lane:
     stream: str
     same: Counter[str] = field(default_factory=Counter)
     found: list[Difference] = field(default_factory=list)
-    left: list[Entry] = field(default_factory=list)
-    over: list[Entry] = field(default_factory=list)
+    left: list[RecordedLine] = field(default_factory=list)
+    over: list[RecordedLine] = field(default_factory=list)
     was: dict[tuple[str, str], list[int]] = field(default_factory=dict)
     now: dict[tuple[str, str], list[int]] = field(default_factory=dict)
     recorded: bool = False
@@ -238,12 +238,12 @@ class _Order:
         first: these two; None when there are none so far.
     """
 
-    def __init__(self, text: Callable[[Entry], str]) -> None:
-        self.first: tuple[Entry, Entry] | None = None
+    def __init__(self, text: Callable[[RecordedLine], str]) -> None:
+        self.first: tuple[RecordedLine, RecordedLine] | None = None
         self._text = text
-        self._waiting: tuple[deque[Entry], deque[Entry]] = deque(), deque()
+        self._waiting: tuple[deque[RecordedLine], deque[RecordedLine]] = deque(), deque()
 
-    def add(self, was: list[Entry], now: list[Entry]) -> None:
+    def add(self, was: list[RecordedLine], now: list[RecordedLine]) -> None:
         """What was recorded and what came at one time."""
         if self.first is not None:
             return
@@ -260,13 +260,15 @@ class _Order:
                 return
 
 
-def _side_by_side(first: Iterable[Entry], second: Iterable[Entry]) -> Iterator[tuple[list[Entry], list[Entry]]]:
+def _side_by_side(
+    first: Iterable[RecordedLine], second: Iterable[RecordedLine]
+) -> Iterator[tuple[list[RecordedLine], list[RecordedLine]]]:
     """What both have of each time, in the order of time."""
     moments = [groupby(course, key=lambda e: e.us) for course in (first, second)]
     heads = [next(moment, None) for moment in moments]
     while times := [head[0] for head in heads if head is not None]:
         us = min(times)
-        here: list[list[Entry]] = [[], []]
+        here: list[list[RecordedLine]] = [[], []]
         for n in range(2):
             head = heads[n]
             if head is not None and head[0] == us:
@@ -275,20 +277,20 @@ def _side_by_side(first: Iterable[Entry], second: Iterable[Entry]) -> Iterator[t
         yield here[0], here[1]
 
 
-def _lane(entry: Entry, row: str) -> tuple[str, str]:
+def _lane(entry: RecordedLine, row: str) -> tuple[str, str]:
     """What is compared with each other: the events of a stream, the errors of a row, what the engine tells."""
     if entry.kind == ERROR:
         return ERROR, row
     return entry.kind, entry.stream
 
 
-def _is_alike(a: Entry, b: Entry) -> bool:
+def _is_alike(a: RecordedLine, b: RecordedLine) -> bool:
     """Whether two are the same at the first look, which most are; others may be so too."""
     at, other = (a.us, a.kind, a.what, a.text), (b.us, b.kind, b.what, b.text)
     return at == other and repr(a.value) == repr(b.value)
 
 
-def _value(entry: Entry | None) -> Any:
+def _value(entry: RecordedLine | None) -> Any:
     if entry is None:
         return None
     return entry.text if entry.kind == "happening" else entry.value

@@ -18,7 +18,7 @@ from typing import Any
 from rrp_sheets.engine.builtin_devices import MIN_DELAY_US
 from rrp_sheets.model.exchange import DONE, commanded
 from rrp_sheets.model.values import Value
-from rrp_sheets.runs.replay.record import EVENT, Entry, same_json
+from rrp_sheets.runs.replay.record import EVENT, RecordedLine, same_json
 
 
 @dataclass(eq=False)
@@ -40,7 +40,7 @@ class Ends:
         unknown: commands of whose end nothing is known.
     """
 
-    def __init__(self, entries: Iterable[Entry], streams: Mapping[str, str], dones: Mapping[str, str]) -> None:
+    def __init__(self, entries: Iterable[RecordedLine], streams: Mapping[str, str], dones: Mapping[str, str]) -> None:
         self.usual: list[tuple[str, Value, float]] = []
         self.unknown: list[tuple[str, Value]] = []
         self._done = {actuator: done for done, actuator in dones.items()}
@@ -62,7 +62,7 @@ class Ends:
             elif not entry.row and stream in dones and isinstance(entry.value, dict):
                 self._ended(entry, dones[stream], waiting)
 
-    def _ended(self, entry: Entry, actuator: str, waiting: Mapping[tuple[str, str], deque[_Command]]) -> None:
+    def _ended(self, entry: RecordedLine, actuator: str, waiting: Mapping[tuple[str, str], deque[_Command]]) -> None:
         mine = actuator, same_json(entry.value.get("value"))
         if waiting.get(mine):
             self._by_end[entry.number] = waiting[mine].popleft()
@@ -93,7 +93,7 @@ class Ends:
         else:
             self.unknown.append((stream, value))
 
-    def kept(self, entry: Entry) -> bool:
+    def kept(self, entry: RecordedLine) -> bool:
         """Whether a value of the record comes now as well: ends of commands that are not made do not."""
         command = self._by_end.get(entry.number)
         return command is None or command.made

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from rrp_sheets.render.marble_diagram import Group, Lane, Marble, MarbleDiagram
 from rrp_sheets.runs.marbles import stamped, value_from_json
 from rrp_sheets.runs.replay.differences import EXTRA, MISSING, ROW, TIME, VALUE, Difference
-from rrp_sheets.runs.replay.record import Entry
+from rrp_sheets.runs.replay.record import RecordedLine
 from rrp_sheets.runs.replay.result import Replayed
 
 MOST_STREAMS = 6
@@ -53,7 +53,9 @@ def _window(here: Sequence[Difference], until: int) -> tuple[int, int]:
     return first, min(until, first + _SHOWN_US)
 
 
-def _by_stream(entries: Iterable[Entry], streams: Sequence[str], first: int, last: int) -> dict[str, list[Marble]]:
+def _by_stream(
+    entries: Iterable[RecordedLine], streams: Sequence[str], first: int, last: int
+) -> dict[str, list[Marble]]:
     """The values of some streams within a window (µs), gone through once."""
     found: dict[str, list[Marble]] = {stream: [] for stream in streams}
     for e in entries:

@@ -17,7 +17,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Failure, Value, to_json
 from rrp_sheets.runs.replay.edits import Editions
 from rrp_sheets.runs.replay.ends import Ends
-from rrp_sheets.runs.replay.record import ACT, ERROR, EVENT, HAPPENING, Entry
+from rrp_sheets.runs.replay.record import ACT, ERROR, EVENT, HAPPENING, RecordedLine
 from rrp_sheets.runs.replay.sensed import Senses
 from rrp_sheets.runs.replay.source import Source
 from rrp_sheets.runs.replay.spool import Spool
@@ -40,8 +40,8 @@ class Script:
         behaviours: keys of behaviours as they are called in the workbook that is played, by those of the record.
     """
 
-    moments: Iterator[tuple[int, Sequence[Entry]]]
-    at_end: Sequence[Entry] | None
+    moments: Iterator[tuple[int, Sequence[RecordedLine]]]
+    at_end: Sequence[RecordedLine] | None
     streams: Mapping[str, str]
     seed: int
     until_us: int
@@ -101,7 +101,7 @@ class Player:
         """A value on a stream."""
         told = to_json(value)
         entries = self.played.entries
-        entries.append(Entry(us, EVENT, stream, row, told))
+        entries.append(RecordedLine(us, EVENT, stream, row, told))
         if stream in self._actuators:
             self._senses.command(stream, value)
             if self._ends is not None:
@@ -112,7 +112,7 @@ class Player:
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
         """A formula failed."""
         inputs = [to_json(v) for v in values]
-        self.played.entries.append(Entry(us, ERROR, "", row, [failure.message, failure.code, inputs]))
+        self.played.entries.append(RecordedLine(us, ERROR, "", row, [failure.message, failure.code, inputs]))
 
     # ---- playing
     def play(self) -> Played:
@@ -149,7 +149,7 @@ class Player:
         coming = next(moments, None)
         while True:
             now = frame * 1_000_000 // rate
-            entries: list[Entry] = []
+            entries: list[RecordedLine] = []
             while coming is not None and _frame(coming[0], rate) <= frame:
                 entries += coming[1]
                 self._tell(coming[0])
@@ -219,7 +219,7 @@ class Player:
         self._engine.triggers.take()
 
     # ---- from the record to the engine
-    def _is_fed(self, entry: Entry) -> bool:
+    def _is_fed(self, entry: RecordedLine) -> bool:
         """Whether it is a value that came from the world: the engine's own devices give theirs by themselves."""
         if entry.kind != EVENT or entry.row or entry.by is not None:
             return False
@@ -227,7 +227,7 @@ class Player:
             return False
         return self._ends is None or self._ends.kept(entry)
 
-    def _values(self, entries: Iterable[Entry]) -> list[tuple[str, Value]]:
+    def _values(self, entries: Iterable[RecordedLine]) -> list[tuple[str, Value]]:
         streams = self._script.streams
         known = [(streams.get(e.stream, ""), e.value) for e in entries]
         return [
@@ -237,15 +237,15 @@ class Player:
     def _nominal(self, now: int) -> list[tuple[str, Value]]:
         return self._ends.take(now) if self._ends is not None else []
 
-    def _send(self, entries: Iterable[Entry]) -> None:
+    def _send(self, entries: Iterable[RecordedLine]) -> None:
         for entry in entries:
             if entry.by is not None and entry.kind == EVENT:
                 for stream, value in self._values([entry]):
                     self._engine.stimulate(stream, value, entry.by)
 
-    def _act(self, acts: Sequence[Entry]) -> None:
+    def _act(self, acts: Sequence[RecordedLine]) -> None:
         """What people did to the rows; what they did to the world is in what the sensors gave."""
-        edit: list[Entry] = []
+        edit: list[RecordedLine] = []
         for act in acts:
             if edit and (act.what != "edit" or act.wall != edit[0].wall):
                 self._editions.use([e.detail for e in edit])
@@ -278,6 +278,6 @@ def _frame(us: int, rate: int) -> int:
     return -(-us * rate // 1_000_000)
 
 
-def happened(us: int, happening: Notice) -> Entry:
+def happened(us: int, happening: Notice) -> RecordedLine:
     """What the engine's own devices tell, as a line of a trace has it."""
-    return Entry(us, HAPPENING, happening.stream, happening.row, None, happening.kind, happening.text)
+    return RecordedLine(us, HAPPENING, happening.stream, happening.row, None, happening.kind, happening.text)

@@ -22,7 +22,7 @@ _ACTS = frozenset(("mark", "switch", "press", "scene", "speed", "edit", "pause",
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class RecordedLine:
     """A line of a trace.
 
     Attributes:
@@ -59,10 +59,10 @@ _NO_LINE = (AttributeError, KeyError, TypeError, ValueError, OverflowError, Recu
 class Entries:
     """Entries in the order of time that can be gone through again and again, and are made anew each time."""
 
-    def __init__(self, make: Callable[[], Iterable[Entry]]) -> None:
+    def __init__(self, make: Callable[[], Iterable[RecordedLine]]) -> None:
         self._make = make
 
-    def __iter__(self) -> Iterator[Entry]:
+    def __iter__(self) -> Iterator[RecordedLine]:
         return iter(self._make())
 
 
@@ -83,7 +83,7 @@ class Recorded:
     path: Path
     header: Mapping[str, Any]
     entries: Entries
-    tail: tuple[Entry, ...]
+    tail: tuple[RecordedLine, ...]
     before_us: int
     summary: Mapping[str, Any] | None
     streams: Mapping[str, str]
@@ -124,7 +124,7 @@ def read_record(path: Path) -> Recorded:
     file = path / TRACE if path.is_dir() else path
     header: Mapping[str, Any] = {}
     summary: Mapping[str, Any] | None = None
-    tail: list[Entry] = []
+    tail: list[RecordedLine] = []
     count = before = 0
     try:
         for number, line in enumerate(read_trace(file)):
@@ -154,7 +154,7 @@ def read_record(path: Path) -> Recorded:
     return Recorded(file, header, Entries(lambda: islice(_entries(file), count)), tuple(tail), before, summary, streams)
 
 
-def _entries(file: Path) -> Iterator[Entry]:
+def _entries(file: Path) -> Iterator[RecordedLine]:
     """The entries of a trace that was read before without fault; it may have grown since."""
     number = 0
     try:
@@ -179,23 +179,23 @@ def _header(line: Mapping[str, Any]) -> Mapping[str, Any]:
     return line
 
 
-def _entry(line: Mapping[str, Any], number: int) -> Entry:
+def _entry(line: Mapping[str, Any], number: int) -> RecordedLine:
     us = _us(line["t"])
     row, stream = _text(line, "row"), _text(line, "stream")
     if "value" in line:
         by = _text(line, "by") if line.get("stimulated") is True else None
-        return Entry(us, EVENT, stream, row, line["value"], detail=NO_DETAIL, by=by, number=number)
+        return RecordedLine(us, EVENT, stream, row, line["value"], detail=NO_DETAIL, by=by, number=number)
     if "error" in line:
         value = [line["error"], line.get("code"), line.get("inputs")]
-        return Entry(us, ERROR, "", row, value, text=_text(line, "error"), number=number)
+        return RecordedLine(us, ERROR, "", row, value, text=_text(line, "error"), number=number)
     what = _text(line, "happening")
     if what in _ACTS:
         detail = line.get("detail") or {}
         if not isinstance(detail, dict):
             raise ValueError(detail)
-        return Entry(us, ACT, stream, row, None, what, _text(line, "text"), detail, _text(line, "by"),
+        return RecordedLine(us, ACT, stream, row, None, what, _text(line, "text"), detail, _text(line, "by"),
                      float(line.get("wall") or 0.0), number)  # fmt: skip
-    return Entry(us, HAPPENING, stream, row, None, what, _text(line, "text"), number=number)
+    return RecordedLine(us, HAPPENING, stream, row, None, what, _text(line, "text"), number=number)
 
 
 def _text(line: Mapping[str, Any], name: str) -> str:
@@ -224,9 +224,9 @@ def same_json(value: Any) -> str:
     return _ENCODE(value)
 
 
-def moments(entries: Iterable[Entry]) -> Iterator[tuple[int, list[Entry]]]:
+def moments(entries: Iterable[RecordedLine]) -> Iterator[tuple[int, list[RecordedLine]]]:
     """The lines of one time each."""
-    here: list[Entry] = []
+    here: list[RecordedLine] = []
     for entry in entries:
         if here and entry.us != here[0].us:
             yield here[0].us, here

@@ -18,7 +18,17 @@ from rrp_sheets.runs.replay.ends import Ends
 from rrp_sheets.runs.replay.matching import Matching, itself, matching
 from rrp_sheets.runs.replay.matching import remarks as other_remarks
 from rrp_sheets.runs.replay.play import Played, Player, Script, Told
-from rrp_sheets.runs.replay.record import ACT, ERROR, EVENT, HAPPENING, Entries, Entry, Recorded, moments, read_record
+from rrp_sheets.runs.replay.record import (
+    ACT,
+    ERROR,
+    EVENT,
+    HAPPENING,
+    Entries,
+    Recorded,
+    RecordedLine,
+    moments,
+    read_record,
+)
 from rrp_sheets.runs.replay.result import Replayed, Spoken
 from rrp_sheets.runs.replay.source import Source, another, remarks, the_one_that_ran
 from rrp_sheets.runs.replay.telling import ending, unknown
@@ -129,7 +139,7 @@ class _Tally:
         world: what the robot and its world did, with how often.
     """
 
-    def __init__(self, engines: Callable[[Entry], bool]) -> None:
+    def __init__(self, engines: Callable[[RecordedLine], bool]) -> None:
         self._engines = engines
         self._begin()
 
@@ -138,7 +148,7 @@ class _Tally:
         self.streams: set[str] = set()
         self.world: Counter[str] = Counter()
 
-    def expected(self, entries: Entries, is_wanted: Callable[[Entry], bool]) -> Iterator[Entry]:
+    def expected(self, entries: Entries, is_wanted: Callable[[RecordedLine], bool]) -> Iterator[RecordedLine]:
         """The entries that are compared; counted anew."""
         self._begin()
         for entry in entries:
@@ -199,7 +209,7 @@ def _script(recorded: Recorded, entries: Entries, found: Matching) -> Script:
     return Script(played, at_end, found.streams, int(recorded.header.get("seed") or 0), until, found.behaviours)
 
 
-def _at_end(recorded: Recorded) -> tuple[Entry, ...] | None:
+def _at_end(recorded: Recorded) -> tuple[RecordedLine, ...] | None:
     """The ends of the commands that the end of the run has ended: the last lines, and no row has seen them."""
     last, found = recorded.last_us, []
     if recorded.ended in ("cut", "broken"):
@@ -226,14 +236,14 @@ def _own(source: Source, found: Matching) -> set[str]:
     return {name for name, there in found.streams.items() if there in own}
 
 
-def _is_rows(entry: Entry, own: set[str]) -> bool:
+def _is_rows(entry: RecordedLine, own: set[str]) -> bool:
     """Whether an entry comes of rows, and not of the world."""
     if entry.kind == ERROR:
         return True
     return entry.kind == EVENT and entry.by is None and (bool(entry.row) or entry.stream in own)
 
 
-def _is_engines(entry: Entry, source: Source, found: Matching) -> bool:
+def _is_engines(entry: RecordedLine, source: Source, found: Matching) -> bool:
     """Whether an entry is something that the engine has told, and not the world."""
     if entry.kind != HAPPENING:
         return False
@@ -253,7 +263,7 @@ def _as_long(came: Entries, expected: Entries) -> Entries:
     for entry in expected:
         last, most = (last, most + 1) if entry.us == last else (entry.us, 1)
 
-    def until() -> Iterator[Entry]:
+    def until() -> Iterator[RecordedLine]:
         count = 0
         for entry in came:
             count += entry.us == last

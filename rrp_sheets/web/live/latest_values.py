@@ -16,7 +16,7 @@ Told = dict[str, Any]
 
 
 @dataclass(slots=True)
-class Entry:
+class LatestValue:
     """What came last, and how often something came."""
 
     value: Value = None
@@ -40,27 +40,27 @@ class LatestValues:
     def __init__(self, rows: Mapping[str, str], units: Mapping[str, str]) -> None:
         self._ids = rows
         self._units = units
-        self._rows: dict[str, Entry] = {}
-        self._streams: dict[str, Entry] = {}
+        self._rows: dict[str, LatestValue] = {}
+        self._streams: dict[str, LatestValue] = {}
         self._new_rows: set[str] = set()
         self._new_streams: set[str] = set()
 
     def value(self, us: int, known: Known, row: str, value: Value) -> None:
         """A value on a stream, by a row or from a device."""
         unit = self._units.get(row, "")
-        stream = self._streams.setdefault(known.name, Entry(kind=known.kind))
+        stream = self._streams.setdefault(known.name, LatestValue(kind=known.kind))
         _put(stream, us, value, unit)
         self._new_streams.add(known.name)
         ident = self._ids.get(row)
         if ident is not None:
-            _put(self._rows.setdefault(ident, Entry()), us, value, unit)
+            _put(self._rows.setdefault(ident, LatestValue()), us, value, unit)
             self._new_rows.add(ident)
 
     def failed(self, us: int, row: str, message: str) -> None:
         """A row could not give a value."""
         ident = self._ids.get(row)
         if ident is not None:
-            entry = self._rows.setdefault(ident, Entry())
+            entry = self._rows.setdefault(ident, LatestValue())
             entry.error, entry.error_us = message[:_LONGEST], us
             self._new_rows.add(ident)
 
@@ -68,7 +68,7 @@ class LatestValues:
         """A row's formula is another one from now on."""
         ident = self._ids.get(row)
         if ident is not None:
-            self._rows.setdefault(ident, Entry()).renewed_us = us
+            self._rows.setdefault(ident, LatestValue()).renewed_us = us
             self._new_rows.add(ident)
 
     def told(self, row: str, value: Value) -> str:
@@ -92,18 +92,18 @@ class LatestValues:
         return {i: _row(e) for i, e in self._rows.items()}, {n: _stream(e) for n, e in self._streams.items()}
 
 
-def _put(entry: Entry, us: int, value: Value, unit: str) -> None:
+def _put(entry: LatestValue, us: int, value: Value, unit: str) -> None:
     entry.value, entry.us, entry.unit = value, us, unit
     entry.count += 1
     if entry.error and us - entry.error_us > _FORGIVEN_US:
         entry.error = ""
 
 
-def _row(entry: Entry) -> Told:
+def _row(entry: LatestValue) -> Told:
     text = told(entry.value, entry.unit) if entry.count else ""
     row = {"v": text, "at": entry.us / 1e6 if entry.count else None, "n": entry.count, "e": entry.error}
     return row if entry.renewed_us < 0 else {**row, "from": entry.renewed_us / 1e6}
 
 
-def _stream(entry: Entry) -> Told:
+def _stream(entry: LatestValue) -> Told:
     return {"v": told(entry.value, entry.unit), "at": entry.us / 1e6, "n": entry.count, "kind": entry.kind}
