@@ -57,7 +57,7 @@ class CodeBase:
     @cached_property
     def imports(self) -> grimp.ImportGraph:
         """The imports between modules, those for types alone included."""
-        return grimp.build_graph(PACKAGE)
+        return grimp.build_graph(PACKAGE, cache_dir=None)
 
     def lines(self, module: str) -> int:
         """Count the lines of a module."""
@@ -76,7 +76,7 @@ class CodeBase:
 
     def circles(self) -> list[str]:
         """Return circles of imports, those for types alone left out; each is broken before the next is looked for."""
-        graph = grimp.build_graph(PACKAGE, exclude_type_checking_imports=True)
+        graph = grimp.build_graph(PACKAGE, exclude_type_checking_imports=True, cache_dir=None)
         needs = {module: set(graph.find_modules_directly_imported_by(module)) for module in sorted(graph.modules)}
         found = []
         while True:
@@ -86,7 +86,6 @@ class CodeBase:
                 circle = error.args[1]
                 found.append(" → ".join(circle))
                 needs[circle[1]].discard(circle[0])
-                needs[circle[0]].discard(circle[1])
             else:
                 return found
 

@@ -1,4 +1,4 @@
-"""What .github/ARCHITECTURE.md says of the files is true: they exist, define the names, and are reached from one another."""
+"""The files that .github/ARCHITECTURE.md names exist, define the names, and are reached from one another."""
 
 from __future__ import annotations
 
@@ -75,8 +75,12 @@ def module(path: str) -> str:
 
 
 JOURNEYS = journeys()
-IMPORTS = grimp.build_graph("rrp_sheets")
 ENTRIES = sorted({(entry.path, entry.names) for entries in JOURNEYS.values() for entry in entries})
+
+
+@pytest.fixture(scope="module")
+def imports() -> grimp.ImportGraph:
+    return grimp.build_graph("rrp_sheets", cache_dir=None)
 
 
 @pytest.mark.parametrize("journey", MOST)
@@ -96,14 +100,14 @@ def test_file_has_the_names(path: str, names: tuple[str, ...]) -> None:
 
 
 @pytest.mark.parametrize("journey", MOST)
-def test_file_is_near_another_of_its_journey(journey: str) -> None:
+def test_file_is_near_another_of_its_journey(imports: grimp.ImportGraph, journey: str) -> None:
     """One imports the other, directly or through one module; a process and a route are reached by a message instead."""
     files = {module(entry.path): entry for entry in JOURNEYS[journey] if entry.path.endswith(".py")}
     for name, entry in files.items():
         text = (ROOT / entry.path).read_text(encoding="utf-8")
         by_message = entry.begins or '__name__ == "__main__"' in text or "Blueprint(" in text
         others = [other for other in files if other != name]  # what is called gives back: the way may lead up too
-        chains = [IMPORTS.find_shortest_chain(*pair) for o in others for pair in ((o, name), (name, o))]
+        chains = [imports.find_shortest_chain(*pair) for o in others for pair in ((o, name), (name, o))]
         assert by_message or any(chain and len(chain) <= 3 for chain in chains), entry.path
 
 

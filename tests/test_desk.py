@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import gc
+import json
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,9 +13,13 @@ import pytest
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.worker import CheckWorker
+from rrp_sheets.web import cell_locks
+from rrp_sheets.web.cell_locks import Place
 from rrp_sheets.web.live.run_manager import RunManager
 from rrp_sheets.web.live.session import RunOptions
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
+from rrp_sheets.web.sse import EventStream
+from rrp_sheets.web.workbook_session import WorkbookSession
 from rrp_sheets.workbook.maker import make_workbook
 
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
@@ -104,3 +110,43 @@ def test_what_looks_after_the_files_ends(end: str, tmp_path: Path, monkeypatch: 
     gc.collect()
     thread.join(20)
     assert not thread.is_alive()
+
+
+def first_cell(room: WorkbookSession) -> Place:
+    return "T", room.document.grids["T"].rows[0], 5
+
+
+def free_cells_told(listener: EventStream) -> list[str]:
+    """The rows that the page was told, without a word of who is editing there."""
+    told = [json.loads(m.partition("data: ")[2]) for m in listener.messages if "event: grid\n" in m]
+    return [row["id"] for entry in told for row in entry["replace"] if "Aya" not in row["html"]]
+
+
+def test_a_page_keeps_its_cell_when_its_older_stream_ends_before_the_new_one_has_begun(
+    open_workbooks: OpenWorkbooks,
+) -> None:
+    room = open_workbooks.room(open_workbooks.folder / "b.xlsx")
+    older = room.join("mine.1", "Aya")
+    assert not room.take("mine.1", "Aya", first_cell(room))
+    room.end_streams("mine.1")
+    room.leave(older)  # its thread notices the end
+    newer = room.join("mine.1", "Aya")
+    assert room.take("other.1", "Ben", first_cell(room)) == "Aya"
+    room.leave(newer)
+    assert not room.take("other.1", "Ben", first_cell(room))
+
+
+def test_others_are_told_that_a_cell_is_free_which_was_left_open_for_long(
+    open_workbooks: OpenWorkbooks, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    room = open_workbooks.room(open_workbooks.folder / "b.xlsx")
+    room.join("mine.1", "Aya")
+    other = room.join("other.1", "Ben")
+    room.take("mine.1", "Aya", first_cell(room))
+    room.poll()
+    assert not free_cells_told(other)
+    now = time.monotonic()
+    monkeypatch.setattr(cell_locks.time, "monotonic", lambda: now + cell_locks.LOCK_SECONDS + 1)
+    room.poll()
+    assert free_cells_told(other) == [first_cell(room)[1]]
+    assert not room.take("other.1", "Ben", first_cell(room))

@@ -26,7 +26,7 @@ from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.workbook import Behaviour, Row, Workbook
 from rrp_sheets.render import layout as layout_module
 from rrp_sheets.render.boxes import Marks, make_drawing
-from rrp_sheets.render.diagram import draw_diagram, row_ids, to_dot
+from rrp_sheets.render.diagram import draw_diagram, to_dot
 from rrp_sheets.render.dot import dot_text
 from rrp_sheets.render.layout import binaries, lay_out
 from rrp_sheets.render.measure import columns, wrap
@@ -157,7 +157,8 @@ def test_rows_streams_flags_and_switched_off_rows_can_be_found_in_the_picture():
     (page,) = draw_diagram(graph, graph.behaviours[0], problems={13: 4}, words={14: "changed"})
     root = ET.fromstring(page.svg)
     ids = {e.get("id"): e for e in root.iter() if e.get("id")}
-    assert set(row_ids(graph.behaviours).values()) <= ids.keys()
+    rows = {f"b{n}-r{step.number}" for n, behaviour in enumerate(graph.behaviours, 1) for step in behaviour.steps}
+    assert rows <= ids.keys()
     assert set(page.elements.values()) <= ids.keys()
     assert ids["b1-r5"].get("class") == "row off" and "off" in "".join(ids["b1-r5"].itertext())
     assert ids["b1-r6"].get("class") == "row off"

@@ -299,14 +299,13 @@ def test_a_line_does_not_go_across_a_gap(tmp_path: Path) -> None:
 
 
 def film(place: Path, seconds: int) -> None:
-    from rrp_sheets.sim.film import Shot
-    from rrp_sheets.sim.film_file import write_film
+    from rrp_sheets.sim.camera import Shot
+    from rrp_sheets.sim.film_file import FilmFile
 
     outside = np.full((320, 560, 3), 200, np.uint8)
-    shots = [
-        Shot(n * 1_000_000, outside, outside[:96, :128], "", (1, 0, 0), f"moment {n}", 0.0) for n in range(seconds)
-    ]
-    write_film(place / "film.gif", shots)
+    file = FilmFile(place / "film.gif")
+    for n in range(seconds):
+        file.add(Shot(n * 1_000_000, outside, outside[:96, :128], "", (1, 0, 0), f"moment {n}", 0.0))
 
 
 def test_hostile_names_are_text_in_every_picture(tmp_path: Path) -> None:

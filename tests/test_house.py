@@ -8,12 +8,12 @@ from house import Measure, measures
 CEILINGS = {
     "lines of Python": 72_200,
     "modules": 627,
-    "docstrings that begin as a question": 877,
+    "docstrings that begin as a question": 876,
     "lines of README": 264,
     "modules under 40 lines that only one other imports": 15,
-    "class names that two modules define": 48,
+    "class names that two modules define": 46,
     "module names in more than two packages": 24,
-    "import circles": 2,
+    "import circles": 1,
     "docstrings that restate the name": 13,
     "references that no reader can open": 31,
 }

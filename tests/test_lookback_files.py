@@ -21,7 +21,7 @@ from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.runs.lookback import answer
 from rrp_sheets.runs.lookback.index import PIECE_EVENTS, index_trace
 from rrp_sheets.sim import recording
-from rrp_sheets.sim.film_file import FilmFile, write_film
+from rrp_sheets.sim.film_file import FilmFile
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.recording import Pictures
 from rrp_sheets.sim.strip import write_strip
@@ -84,7 +84,7 @@ def test_where_no_picture_may_be_kept_the_film_has_none(
     world.start()
     film = world._film
     assert film is not None and [shot.inside for shot in film.shots] == [None]
-    write_film(tmp_path / "film.gif", film.shots)
+    FilmFile(tmp_path / "film.gif").add(film.shots[0])
     write_strip(tmp_path / "strip.png", film.shots)
     corner = np.asarray(Image.open(tmp_path / "film.gif").convert("RGB"), int)[200:300, 430:540]
     assert corner.std() < 15  # where else the camera's small picture is, with its frame
@@ -178,7 +178,7 @@ def test_a_trace_that_is_none_says_so(tmp_path: Path, text: str) -> None:
 
 
 def test_a_film_is_whole_after_each_picture_and_when_pictures_are_dropped(tmp_path):
-    from rrp_sheets.sim.film import Shot
+    from rrp_sheets.sim.camera import Shot
 
     colours = [(200, 200, 200), (200, 40, 40), (40, 40, 200), (40, 160, 40)]
 

@@ -15,7 +15,8 @@ from rrp_sheets.devices import load_robot
 from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.resources import vendored
-from rrp_sheets.sim.film import EVERY, MOST, Film, Shot
+from rrp_sheets.sim.camera import Shot
+from rrp_sheets.sim.film import EVERY, MOST, Film
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.strip import choose, font_of
 from rrp_sheets.sim.world import SimWorld

@@ -57,6 +57,7 @@ def provide():
     from rrp_sheets.connectors.spec import Parameter
     yield "slow", replace(MAP, name="slow", build=build, parameter=Parameter.NONE, synonyms=())
 """
+COARSE = 0.02  # s: the clock of a file system is behind by a tick of the kernel's
 FILES = {"trace.jsonl", "run.xlsx", "diagram.svg", "protocol.xlsx"}
 SLOW = "\n".join(f"| Red ball | slow | | S{n} |\n| S{n} | subscribe | | Print |" for n in range(40))
 FAST = "| Red ball | subscribe | | Head tracker |"
@@ -307,11 +308,13 @@ def test_ctrl_c_ends_the_command_soon_with_all_files(tmp_path: Path) -> None:
 def test_the_robot_rests_at_once_when_its_supervisor_is_killed(tmp_path: Path) -> None:
     poses = tmp_path / "out" / "poses.jsonl"
     with command(tmp_path) as running:
-        running.kill()
         killed = time.time()
+        running.kill()
     trace = tmp_path / "out" / "trace.jsonl"
     wait_until(lambda: '"summary"' in trace.read_text().splitlines()[-1])
-    assert 0 < poses.stat().st_mtime - killed < 1 * crowded(), "the record of poses is closed when the rest begins"
+    assert -COARSE < poses.stat().st_mtime - killed < 1 * crowded(), (
+        "the record of poses is closed when the rest begins"
+    )
     summary = json.loads(trace.read_text().splitlines()[-1])
     assert summary["ended"] == "stopped" and "the end of the program" in summary["stopped_by"]
 
@@ -325,18 +328,15 @@ open(os.environ["BEGUN"], "w").close()
 re.match("(a+)+$", "a" * 64 + "b")  # native code that does not let go of the interpreter
 """
 STARTER = """
-import os, sys, time
-from pathlib import Path
+import os
 from rrp_sheets.processes import ChildProcess
 child = ChildProcess("stuck")
-while not Path(os.environ["BEGUN"]).exists():
-    time.sleep(0.01)
+open(os.environ["BEGUN"]).close()  # a named pipe: until the child opens it, too
 print(child.pid, flush=True)
 os._exit(1)
 """
 SIMULATOR = """
-import os, sys, time
-from pathlib import Path
+import os
 from rrp_sheets.devices import load_robot
 from rrp_sheets.sim.espeak import espeak
 from rrp_sheets.sim.messages import Spec
@@ -345,8 +345,7 @@ from multiprocessing.connection import Connection
 simulator = Simulator()
 requests = Connection(os.dup(simulator.requests.fileno()))
 requests.send((1, "open", (Spec(load_robot()),)))
-while not Path(os.environ["BEGUN"]).exists():
-    time.sleep(0.01)
+open(os.environ["BEGUN"]).close()
 print(simulator.pid, flush=True)
 os._exit(1)
 """
@@ -382,6 +381,7 @@ def test_native_code_that_never_ends_does_not_outlive_its_starter(
     (tmp_path / "stuck.py").write_text(STUCK)
     package = str(Path(__file__).parent.parent)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join((str(tmp_path), package)))
+    os.mkfifo(tmp_path / "begun")
     monkeypatch.setenv("BEGUN", str(tmp_path / "begun"))
     monkeypatch.setenv("GRACE", str(grace))
     with outlived(STARTER) as seconds:
@@ -393,6 +393,7 @@ def test_native_code_that_never_ends_does_not_outlive_its_starter(
 def test_a_simulator_stuck_in_native_code_ends_soon_after_its_supervisor(
     begun: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    os.mkfifo(begun)
     (tmp_path / "site" / "cv2.py").write_text(CV2)
     package = str(Path(__file__).parent.parent)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join((str(tmp_path / "site"), package)))

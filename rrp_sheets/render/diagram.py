@@ -213,8 +213,3 @@ def _alternative(drawing: Drawing, title: str, first: int, last: int, words: Tex
 
     rows = words.get("diagram.rows" if first != last else "diagram.row", first=first, last=last, n=first)
     return words.get("diagram.alt", title=title, rows=rows, sensors=names("sensor"), actuators=names("actuator"))
-
-
-def row_ids(behaviours: Sequence[BehaviourGraph]) -> dict[str, str]:
-    """The id in the pictures of every row, by the row's reference: `{"Tracking!4": "b1-r4"}`."""
-    return {step.ref: f"b{n}-r{step.number}" for n, b in enumerate(behaviours, 1) for step in b.steps}

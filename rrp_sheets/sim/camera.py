@@ -155,6 +155,31 @@ def jpeg(picture: Image) -> bytes:
     return bytes(data)
 
 
+@dataclass(frozen=True)
+class Shot:
+    """One moment of a film.
+
+    Attributes:
+        us: when.
+        outside: the robot from outside.
+        inside: what the robot saw; None when no picture of its camera may be kept.
+        saying: what it was saying, or empty.
+        eyes: the colour of its eyes, 0 to 1.
+        sees: what it detected, in words.
+        weight: how much happened: the strip prefers moments where something did.
+        from_left: whether it is filmed from the robot's left, which then is to the right in the picture.
+    """
+
+    us: int
+    outside: Image
+    inside: Image | None
+    saying: str
+    eyes: tuple[float, float, float]
+    sees: str
+    weight: float
+    from_left: bool = False
+
+
 class FilmCamera:
     """A camera that stands still and films the robot, smoothed by drawing it larger than it is shown."""
 

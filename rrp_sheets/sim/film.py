@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.model.values import Record, Value
-from rrp_sheets.sim.camera import FilmCamera, Image
+from rrp_sheets.sim.camera import FilmCamera, Image, Shot
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.paths import Point
 from rrp_sheets.sim.stage import FRONT
@@ -36,31 +35,6 @@ SEES, SAYS = 1.0, 1.0  # as much: that something is seen, that it speaks, withou
 POSED, FAR = 7.0, 1.2  # as much: that arms or head are so far (rad) from where they are when it stands
 AFTERWARDS = 3.0  # and so much less, when the run is over
 MOST_NEWS = 4.0  # so that a first moment with many beginnings does not outweigh all others
-
-
-@dataclass(frozen=True)
-class Shot:
-    """One moment.
-
-    Attributes:
-        us: when.
-        outside: the robot from outside.
-        inside: what the robot saw; None when no picture of its camera may be kept.
-        saying: what it was saying, or empty.
-        eyes: the colour of its eyes, 0 to 1.
-        sees: what it detected, in words.
-        weight: how much happened: the strip prefers moments where something did.
-        from_left: whether it is filmed from the robot's left, which then is to the right in the picture.
-    """
-
-    us: int
-    outside: Image
-    inside: Image | None
-    saying: str
-    eyes: tuple[float, float, float]
-    sees: str
-    weight: float
-    from_left: bool = False
 
 
 class Film:
@@ -191,7 +165,7 @@ class Film:
 
 
 def _writer(out: Path, title: str) -> FilmWriter:
-    from rrp_sheets.sim.film_file import FilmWriter  # it needs what a shot is
+    from rrp_sheets.sim.film_file import FilmWriter  # loads Pillow, which a run without a film does not need
 
     return FilmWriter(out, title)
 

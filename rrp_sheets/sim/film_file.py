@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import GifImagePlugin, Image
 
-from rrp_sheets.sim.film import Shot
+from rrp_sheets.sim.camera import Shot
 from rrp_sheets.sim.strip import film_frame, palette_of, write_strip
 
 FRAME_MS = 333  # ms, of a film picture
@@ -122,13 +122,6 @@ def _encoded(picture: _Picture, before: _Picture | None) -> bytes:
             image, (left, top), include_color_table=True, duration=FRAME_MS, disposal=1, transparency=SAME
         )
     )
-
-
-def write_film(path: Path, shots: Sequence[Shot]) -> None:
-    """Write a whole film. Raises OSError."""
-    film = FilmFile(path)
-    for shot in shots:
-        film.add(shot)
 
 
 class FilmWriter:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from rrp_sheets.resources import vendored
-from rrp_sheets.sim.film import Shot
+from rrp_sheets.sim.camera import Shot
 
 INK, FAINT, PAPER, EDGE = (38, 44, 52), (110, 118, 128), (255, 255, 255), (214, 218, 222)
 MOMENTS = 6

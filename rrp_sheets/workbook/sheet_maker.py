@@ -58,7 +58,9 @@ class SheetMaker:
         fill = PatternFill("solid", fgColor=colour)
         line = Border(bottom=Side("medium", color="8FA3B2"))
         self.sheet.sheet_properties.tabColor = colour
-        styles: dict[tuple[int, int], Any] = {}  # openpyxl's, of the cells that look alike: setting one part takes long
+        # Setting one part of a style makes openpyxl search its tables for the rest of it, which takes most of the time:
+        # the style of the first cell of each look is copied to the others.
+        styles: dict[tuple[int, int], Any] = {}
         for number in range(1, self.last + 1):
             texts = self.rows[number - 1] if number <= len(self.rows) else ()
             for column in range(1, self.width + 1):
@@ -72,7 +74,7 @@ class SheetMaker:
                 look = id(plain), id(font)
                 if look not in styles:
                     cell.number_format, cell.alignment, cell.font = "@", wrapped, plain
-                    cell.font = font
+                    cell.font = font  # after `plain`, which thereby has the same number in every file
                     if font is head and not self.prose:
                         cell.fill, cell.border = fill, line
                     styles[look] = cell._style

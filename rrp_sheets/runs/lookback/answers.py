@@ -1,4 +1,4 @@
-"""What a page that looks back at a run asks for: answered in the query process, what was read last is kept."""
+"""Answers the requests of the page that looks back at a run, in the query process; keeps what was read last."""
 
 from __future__ import annotations
 

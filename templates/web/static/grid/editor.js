@@ -115,7 +115,7 @@ export class Editor {
     this.field.style.height = `${this.field.scrollHeight + 4}px`;
   }
 
-  /** The words have come while somebody types: offer them, and choose none for the next Enter. */
+  /** Show the suggestions once the word list is loaded, if an editor was opened before; Enter takes none of them. */
   renew() {
     if (this.isOpen && this.list.hidden && this.typed !== null) this.update(false);
   }

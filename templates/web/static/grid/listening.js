@@ -36,7 +36,8 @@ export function listening(listen) {
     stopped = false;
     line.textContent = "";
     document.dispatchEvent(new CustomEvent("rrp:line", { detail: { lost: false } }));
-    // htmx gives the line of a hidden page up, but has not heard of it when it was hidden before the answer came
+    // htmx closes the event stream of a hidden page on "visibilitychange", but listens for that only once the stream is
+    // open: a page that is hidden by now would keep it
     if (document.hidden) setTimeout(() => document.dispatchEvent(new Event("visibilitychange")));
   });
   listen.addEventListener("htmx:sse:error", ({ detail }) => lost(detail.status ?? 0)); // it tries again by itself
