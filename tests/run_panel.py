@@ -80,7 +80,10 @@ class Panel:
         self.page.goto(f"{url}/book/b.xlsx/run/T")
         self.page.wait_for_selector("#diagram svg")
         self.page.wait_for_selector("body[data-ready]")
-        self.page.wait_for_selector("#drives svg", state="attached")
+        # Each view that comes later than the page makes it tell anew which run it knows of: none.
+        views = "() => ['eye', 'speech', 'plots', 'drives'].every((id) => document.getElementById(id).childElementCount)"
+        self.page.wait_for_function(views)
+        self.page.wait_for_selector("#robot3d[data-ready], #robot3d > p", state="attached")
         # The server says that nothing runs, when the page joins and when it joins again: here it is told otherwise.
         self.page.evaluate("""() => { for (const told of ["run", "live", "log"]) document.getElementById("listen")
             .addEventListener(told, (event) => event.stopImmediatePropagation(), true); }""")

@@ -23,7 +23,6 @@ BOOKS = {"b.xlsx": BOOK}
 @pytest.fixture(scope="module")
 def panel(browser: Any, url: str) -> Iterator[Panel]:
     made = Panel(browser, url)
-    made.page.wait_for_selector("#robot3d p")
     yield made
     assert not made.errors, made.errors
     made.context.close()
