@@ -12,7 +12,7 @@ from rrp_sheets.diagnostics.phrase import Phrase, sentences, str_of
 from rrp_sheets.formulas import FormulaProblem, HelperDef, Input, compile_formula, make_scope
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.formulas.limits import DEEPEST_HELPERS
-from rrp_sheets.formulas.tables import Table
+from rrp_sheets.formulas import Table
 from rrp_sheets.graph.sorting import after_needs
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.names import Proposals, argument_name, is_reserved, key

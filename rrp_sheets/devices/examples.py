@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rrp_sheets.devices.catalogue import Robot
-from rrp_sheets.devices.device import DeviceType
+from rrp_sheets.devices import DeviceType, Robot
 
 FOLDER = "examples"
 _TEST = "\n## Test\n"

@@ -44,10 +44,10 @@ def parse_gestures(rows: Sequence[GestureRow], robot: Robot, report: Report) -> 
     for row in rows:
         if row.name:
             groups.setdefault(key(row.name.text), []).append(row)
-    return tuple(found for group in groups.values() if (found := _gesture(group, robot, report)) is not None)
+    return tuple(found for group in groups.values() if (found := _read_gesture(group, robot, report)) is not None)
 
 
-def _gesture(rows: Sequence[GestureRow], robot: Robot, report: Report) -> Gesture | None:
+def _read_gesture(rows: Sequence[GestureRow], robot: Robot, report: Report) -> Gesture | None:
     lines: list[_Line] = []
     for row in rows[:MOST]:
         at = _time(row, lines[-1] if lines else None, report)
