@@ -112,7 +112,7 @@ def _no_limit_here(monkeypatch):
 @pytest.fixture(scope="session", autouse=True)
 def _one_checker():
     """The servers of all tests check workbooks in one process: to start it takes longer than most checks."""
-    from rrp_sheets.runs.worker import CheckWorker
+    from rrp_sheets.runs.worker_process import CheckWorker
 
     class Kept(CheckWorker):
         def close(self) -> None:

@@ -12,10 +12,10 @@ from rrp_sheets.devices import load_robot
 from rrp_sheets.engine.frame import FrameEngine
 from rrp_sheets.engine.frame_runner import run_loop
 from rrp_sheets.engine.plan import make_plan
-from rrp_sheets.engine.scripted_world import ScriptedWorld
 from rrp_sheets.engine.trace import stream_label
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record
+from rrp_sheets.topics.marbles import ScriptedWorld
 
 HEADER = "| Input streams | Connector | Formula | Output stream |\n|---|---|---|---|\n"
 

@@ -21,8 +21,7 @@ from rrp_sheets.devices import load_robot
 from rrp_sheets.devices.trajectory import Planner
 from rrp_sheets.model.names import key
 from rrp_sheets.sim.body import Body
-from rrp_sheets.sim.gait import STEP_TIME, Gait, Spot, Standing
-from rrp_sheets.sim.legs import Legs
+from rrp_sheets.sim.gait import STEP_TIME, Gait, Legs, Spot, Standing
 from rrp_sheets.sim.pointing import Pointing
 
 ROBOT = load_robot()

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.worker import CheckWorker
-from rrp_sheets.web import cell_locks
-from rrp_sheets.web.cell_locks import Place
+from rrp_sheets.runs.worker_process import CheckWorker
+from rrp_sheets.web import broadcaster
+from rrp_sheets.web.broadcaster import Place
 from rrp_sheets.web.live.run_manager import RunManager
 from rrp_sheets.web.live.session import RunOptions
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
@@ -146,7 +146,7 @@ def test_others_are_told_that_a_cell_is_free_which_was_left_open_for_long(
     room.poll()
     assert not free_cells_told(other)
     now = time.monotonic()
-    monkeypatch.setattr(cell_locks.time, "monotonic", lambda: now + cell_locks.LOCK_SECONDS + 1)
+    monkeypatch.setattr(broadcaster.time, "monotonic", lambda: now + broadcaster.LOCK_SECONDS + 1)
     room.poll()
     assert free_cells_told(other) == [first_cell(room)[1]]
     assert not room.take("other.1", "Ben", first_cell(room))

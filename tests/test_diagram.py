@@ -24,14 +24,12 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph.build import build_graph
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.workbook import Behaviour, Row, Workbook
-from rrp_sheets.render import layout as layout_module
+from rrp_sheets.render import dot as layout_module
 from rrp_sheets.render.boxes import Marks, make_drawing
-from rrp_sheets.render.diagram import draw_diagram, to_dot
-from rrp_sheets.render.dot import dot_text
-from rrp_sheets.render.layout import binaries, lay_out
+from rrp_sheets.render.diagram import draw_diagram, split, to_dot
+from rrp_sheets.render.dot import binaries, dot_text, lay_out
 from rrp_sheets.render.measure import columns, wrap
 from rrp_sheets.render.output import write_diagram
-from rrp_sheets.render.pagination import split
 from rrp_sheets.render.style import LEAST_SCALE, WRAPPINGS
 from rrp_sheets.resources import bundled
 

@@ -20,8 +20,7 @@ from rrp_sheets.engine.frame_runner import RunObserver
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.ports import Arrivals
 from rrp_sheets.engine.realtime import RealtimeAdapter
-from rrp_sheets.engine.realtime_runner import RealtimeRunner
-from rrp_sheets.engine.timeouts import ActuatorThread
+from rrp_sheets.engine.realtime_runner import ActuatorThread, RealtimeRunner
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.exchange import Command, Notice
 

@@ -26,9 +26,9 @@ from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.render.svg import frame
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs.bundle import form
+from rrp_sheets.runs.folder import stamp_pictures
+from rrp_sheets.runs.records.metadata import stamp_of
 from rrp_sheets.runs.records.participant_search import places_of
-from rrp_sheets.runs.records.stamp import stamp_of
-from rrp_sheets.runs.records.stamping import stamp_pictures
 from rrp_sheets.workbook.table import write_table
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -32,8 +32,8 @@ from rrp_sheets.render.marbles import draw_marbles
 from rrp_sheets.render.plots import Curve, Note, draw_plots
 from rrp_sheets.runs.replay.account import account
 from rrp_sheets.runs.replay.differences import Count, Difference
+from rrp_sheets.runs.replay.report import as_text
 from rrp_sheets.runs.replay.result import Replayed, Spoken
-from rrp_sheets.runs.replay.wording import as_text
 from rrp_sheets.runs.replay.words import in_words
 from rrp_sheets.runs.wire import pack_finding, unpack_finding
 

@@ -22,12 +22,12 @@ from rrp_sheets.diagnostics.page import PAGES, completed, load_page, parse_page
 from rrp_sheets.engine.frame import FrameEngine
 from rrp_sheets.engine.frame_runner import run_loop
 from rrp_sheets.engine.plan import make_plan
-from rrp_sheets.engine.scripted_world import ScriptedWorld
 from rrp_sheets.formulas import compile_formula, make_scope
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.functions import define
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.registry import Registry
+from rrp_sheets.topics.marbles import ScriptedWorld
 
 HERE = Path(__file__).name
 WITH_PAGE = sorted(path.stem for path in PAGES.glob("*.md"))

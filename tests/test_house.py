@@ -6,8 +6,8 @@ import pytest
 from house import Measure, measures
 
 CEILINGS = {
-    "lines of Python": 72_200,
-    "modules": 627,
+    "lines of Python": 71_160,
+    "modules": 502,
     "docstrings that begin as a question": 876,
     "lines of README": 264,
     "modules under 40 lines that only one other imports": 15,

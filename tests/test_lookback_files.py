@@ -21,10 +21,9 @@ from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.runs.lookback import answer
 from rrp_sheets.runs.lookback.index import PIECE_EVENTS, index_trace
 from rrp_sheets.sim import recording
-from rrp_sheets.sim.film_file import FilmFile
+from rrp_sheets.sim.film_file import FilmFile, write_strip
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.recording import Pictures
-from rrp_sheets.sim.strip import write_strip
 from rrp_sheets.sim.world import SimWorld
 from rrp_sheets.workbook.maker import make_workbook
 

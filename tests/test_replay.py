@@ -14,15 +14,15 @@ from play import rows
 
 from rrp_sheets import api
 from rrp_sheets.checks import check_workbook
-from rrp_sheets.engine.scripted_world import ScriptedWorld
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs import RunSettings
 from rrp_sheets.runs.replay.record import RecordedLine
 from rrp_sheets.runs.replay.replaying import replay
-from rrp_sheets.runs.replay.wording import as_text
+from rrp_sheets.runs.replay.report import as_text
 from rrp_sheets.runs.running import run as start_run
+from rrp_sheets.topics.marbles import ScriptedWorld
 from rrp_sheets.workbook import read
 
 ROWS = """

@@ -21,8 +21,7 @@ from rrp_sheets.cli.replay import command
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.runs.replay.output import write
-from rrp_sheets.runs.replay.wording import as_text, row_lines
-from rrp_sheets.runs.replay.wording_robot import robot_lines
+from rrp_sheets.runs.replay.report import as_text, robot_lines, row_lines
 
 FILTER = """
 | Head yaw | map | headYaw * 2 | Double |

@@ -19,8 +19,8 @@ from rrp_sheets.engine.trace import read_trace
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.runs.marbles import trace_scores
 from rrp_sheets.runs.records.tidy import tidy
-from rrp_sheets.runs.starting import start_of
-from rrp_sheets.runs.watchdog import Watchdog
+from rrp_sheets.runs.run_process import Watchdog
+from rrp_sheets.runs.running import start_of
 
 BOOK = rows(
     """

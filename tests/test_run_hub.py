@@ -16,7 +16,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import Notice, OperatorAction, State
 from rrp_sheets.model.values import Failure, record_from_mapping
 from rrp_sheets.runs.view import RunStart
-from rrp_sheets.runs.worker import CheckWorker, Findings
+from rrp_sheets.runs.worker_process import CheckWorker, Findings
 from rrp_sheets.web import open_workbooks as desk_module
 from rrp_sheets.web.app import create_app
 from rrp_sheets.web.live.run_manager import RunManager

@@ -10,14 +10,13 @@ import pytest
 from panel import HEADER
 
 from rrp_sheets.checks import check_workbook
-from rrp_sheets.engine.scripted_world import ScriptedWorld
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.runs.running import run
 from rrp_sheets.runs.view import RunSettings, RunView, Summary
-from rrp_sheets.runs.worker import CheckWorker
-from rrp_sheets.web.live.ending import failed
+from rrp_sheets.runs.worker_process import CheckWorker
+from rrp_sheets.topics.marbles import ScriptedWorld
 from rrp_sheets.web.live.run_manager import RunManager
-from rrp_sheets.web.live.session import RunOptions
+from rrp_sheets.web.live.session import RunOptions, failed
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.sse import EventStream
 from rrp_sheets.workbook import read

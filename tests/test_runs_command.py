@@ -27,7 +27,7 @@ from rrp_sheets.documents.journal import Journal
 from rrp_sheets.engine import file_lock
 from rrp_sheets.engine.file_lock import lock, locked
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.render.image_metadata import png_with
+from rrp_sheets.render.output import png_with
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs.faces import kept
 from rrp_sheets.runs.records.deleting import delete, plan

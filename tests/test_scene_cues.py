@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from test_run_control import BOOK, FRAME, Run, Script, wish
 
-from rrp_sheets.engine.scene_triggers import SceneTriggers
+from rrp_sheets.engine.scene import SceneTriggers
 from rrp_sheets.model.scene import SceneAction
 
 S = 1_000_000

@@ -11,8 +11,7 @@ from test_scene import ROBOT, rows_of
 
 from rrp_sheets import api
 from rrp_sheets.devices.scene import parse_scene, scene_end_us
-from rrp_sheets.devices.scene_draw import draw_scene
-from rrp_sheets.devices.scene_words import KINDS
+from rrp_sheets.devices.scene_words import KINDS, draw_scene
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.scene import Range, SceneAction

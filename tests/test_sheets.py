@@ -16,7 +16,6 @@ from lossless import FEATURES, make, parts, repack
 from rrp_sheets import api
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.beginnings import TITLES, beginning
 from rrp_sheets.workbook.editing import (
     AddSheet,
     BringSheet,
@@ -28,6 +27,7 @@ from rrp_sheets.workbook.editing import (
     read_sheets,
 )  # fmt: skip
 from rrp_sheets.workbook.headers import recognise
+from rrp_sheets.workbook.template import TITLES, beginning
 
 HEAD = beginning("behaviour")
 LISTED = re.compile(r"\[Content_Types\]\.xml|docProps/app\.xml|xl/(workbook|styles|_rels/workbook|calcChain)\.")

@@ -16,8 +16,8 @@ from rrp_sheets.devices import load_robot
 from rrp_sheets.model.exchange import DeviceUse
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.sensors import FARTHEST, NEAREST, Beam, cone
 from rrp_sheets.sim.solids import Box, Cylinder, Solid, Sphere
-from rrp_sheets.sim.sonar import FARTHEST, NEAREST, Beam, cone
 from rrp_sheets.sim.world import SimWorld
 
 SIDES = {"left": "Left", "right": "Right", "both": ""}

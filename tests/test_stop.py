@@ -203,7 +203,7 @@ def test_a_frozen_simulator_and_a_frozen_engine_are_both_ended(tmp_path: Path) -
 def test_an_instant_that_takes_too_long_is_ended_with_its_costliest_rows(
     tmp_path: Path, begun: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("rrp_sheets.runs.watchdog.INSTANT_WITHIN", 1.0)
+    monkeypatch.setattr("rrp_sheets.runs.run_process.INSTANT_WITHIN", 1.0)
     running = Running(tmp_path, SLOW)
     running.thread.join(60)
     result = running.ended[0].result

@@ -10,11 +10,11 @@ from play import check, rows
 from rrp_sheets.engine.frame import FrameEngine
 from rrp_sheets.engine.frame_runner import run_loop
 from rrp_sheets.engine.plan import make_plan
-from rrp_sheets.engine.scripted_world import ScriptedWorld
 from rrp_sheets.engine.trace import TraceWriter, read_trace
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.exchange import Notice
 from rrp_sheets.runs.records.tidy import tidy
+from rrp_sheets.topics.marbles import ScriptedWorld
 
 BOOK = rows(
     """

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rrp_sheets.cli.watch import Watch
+from rrp_sheets.cli.run import Watch
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.runs import RunResult, RunStart, Summary
 

@@ -19,14 +19,7 @@ from busy import crowded
 from PIL import Image
 from play import rows
 
-from rrp_sheets.runs.watchdog import (
-    INSTANT_WITHIN,
-    PREPARED_AFTER,
-    ROW_WITHIN,
-    SILENT_AFTER,
-    STILL_WITHIN,
-    Watchdog,
-)
+from rrp_sheets.runs.run_process import INSTANT_WITHIN, PREPARED_AFTER, ROW_WITHIN, SILENT_AFTER, STILL_WITHIN, Watchdog
 
 COMMAND = [sys.executable, "-c", "from rrp_sheets.cli.main import main; main()"]
 

@@ -31,7 +31,7 @@ from rrp_sheets.workbook.editing import (
 from rrp_sheets.workbook.maker import make_workbook
 from rrp_sheets.workbook.rows import to_rows
 from rrp_sheets.workbook.text_cells import from_csv, from_markdown, to_csv, to_markdown
-from rrp_sheets.workbook.text_write import csv_text, write_csv, write_markdown
+from rrp_sheets.workbook.text_patch import csv_text, write_csv, write_markdown
 
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
 MANY_SHEETS = {"exercise-coach", "greeter-with-memory", "reception", "say-ball-colour-ja"}
@@ -387,10 +387,10 @@ def test_conflicts_in_text_files(folder, markdown):
 
 
 def test_all_files_of_a_folder_or_none(folder, monkeypatch):
-    from rrp_sheets.workbook import text_folder
+    from rrp_sheets.workbook import editing
 
     before = {p.name: p.read_bytes() for p in folder.iterdir()}
-    real, calls = text_folder.write_atomically, []
+    real, calls = editing.write_atomically, []
 
     def second_fails(path, data, **options):
         calls.append(path.name)
@@ -398,7 +398,7 @@ def test_all_files_of_a_folder_or_none(folder, monkeypatch):
             raise SheetsError("full", "free some space")
         real(path, data, **options)
 
-    monkeypatch.setattr(text_folder, "write_atomically", second_fails)
+    monkeypatch.setattr(editing, "write_atomically", second_fails)
     with pytest.raises(SheetsError, match="full"):
         edit(folder, [SetCell("T", 2, 1, "x"), SetCell("Mine", 2, 1, "y")])
     assert {p.name: p.read_bytes() for p in folder.iterdir()} == before and len(calls) == 3

@@ -110,7 +110,7 @@ def marbles(
 
 def draw_marbles(scores: Sequence[MarbleDiagram], target: Path | str) -> list[str]:
     """Draw marble diagrams into an .svg, .pdf, .png or .txt file; what the picture lacks, in words."""
-    from rrp_sheets.render.marble_output import write_marbles
+    from rrp_sheets.render.output import write_marbles
 
     return write_marbles(scores, target)
 

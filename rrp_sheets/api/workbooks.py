@@ -79,7 +79,7 @@ def fix(path: Path | str, target: Path | str, chosen: Mapping[str, int] | None =
     Raises:
         SheetsError: when the copy would replace the workbook itself, or cannot be written.
     """
-    from rrp_sheets.runs.fixes import fix_copy
+    from rrp_sheets.runs.changes import fix_copy
 
     return fix_copy(Path(path), Path(target), chosen or {})
 

@@ -2,32 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import unicodedata
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from rrp_sheets.checks.ambiguous_fixes import judge_proposals
 from rrp_sheets.checks.facts import Fact
-from rrp_sheets.checks.formulas import check_formulas
+from rrp_sheets.checks.formulas import Compiled, check_formulas
 from rrp_sheets.checks.keeping import check_kept
 from rrp_sheets.checks.lints import lint
-from rrp_sheets.checks.material import check_device_material
 from rrp_sheets.checks.protocol import RunPlan, check_protocol
-from rrp_sheets.checks.scene import find_cues
 from rrp_sheets.checks.tests import Case, MakeScope, check_tests, switchable
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import Robot, load_robot, robot_names
 from rrp_sheets.devices.gesture_sheet import parse_gestures
 from rrp_sheets.devices.own_robot import own_robot
 from rrp_sheets.devices.scene import check_presses, parse_scene
-from rrp_sheets.diagnostics import Report
+from rrp_sheets.devices.sound_files import SUFFIX, BadSoundError, is_plain, look_at
+from rrp_sheets.diagnostics import Diagnostic, Report
+from rrp_sheets.diagnostics.fix import Fix, Replace
 from rrp_sheets.diagnostics.phrase import Phrase
+from rrp_sheets.diagnostics.proposals import slips
 from rrp_sheets.formulas import Formula, make_scope
-from rrp_sheets.graph import Graph, Stream
+from rrp_sheets.formulas.functions import library
+from rrp_sheets.graph import Graph, Stream, StreamKind
 from rrp_sheets.graph.build import build_graph
-from rrp_sheets.model.names import nearest
-from rrp_sheets.model.scene import SceneAction
-from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.graph.names import DONE_DEVICE
+from rrp_sheets.graph.settings import divided_phrase, doubtful_phrase, understand
+from rrp_sheets.model.cells import Cell
+from rrp_sheets.model.names import Proposals, argument_name, key, nearest
+from rrp_sheets.model.scene import ROW_ABOVE, SceneAction
+from rrp_sheets.model.workbook import SceneRow, Workbook
 
 
 @dataclass(frozen=True)
@@ -122,3 +127,158 @@ def _robot(workbook: Workbook, report: Report) -> Robot:
     )
     report.add("PROT001", address, name=name, remedy=remedy)
     return load_robot("nao")
+
+
+_ANY = "Write a stream that a row of this workbook reads or gives, or that tells the end of its actuator: Say done."
+_PLAIN = (StreamKind.SENSOR, StreamKind.DONE, StreamKind.ORDINARY)
+
+
+def find_cues(
+    rows: Sequence[SceneRow], scene: Sequence[SceneAction], graph: Graph, report: Report
+) -> tuple[tuple[SceneAction, ...], tuple[Stream, ...]]:
+    """The actions with the ids of the streams that they wait for, and those streams.
+
+    Args:
+        rows: as they stand in the sheet.
+        scene: what was understood of them, with the names of streams as they are typed.
+        graph: of the workbook.
+        report: takes the names that are of no stream.
+    """
+    cells = {row.time.address.row: row.time for row in rows}
+    known: dict[str, Stream] | None = None
+    propose = Proposals()
+    found, streams = [], dict[str, Stream]()
+    for action in scene:
+        if action.cue in ("", ROW_ABOVE):
+            found.append(action)
+            continue
+        known = known if known is not None else _by_name(graph)
+        stream = known.get(_name(action.cue))
+        if stream is None:
+            guess = propose(action.cue, [s.name for s in known.values()])
+            remedy = Phrase("Did you mean {guess}?", guess=guess) if guess else _ANY
+            report.add("SCENE007", cells[action.row].address, name=action.cue, remedy=remedy)
+            continue
+        streams[stream.id] = stream
+        found.append(replace(action, cue=stream.id))
+    return tuple(found), tuple(streams.values())
+
+
+def _by_name(graph: Graph) -> dict[str, Stream]:
+    """The streams that a row may wait for, by the key of each name that means one: the first sheet's come first."""
+    named: dict[str, Stream] = {}
+    for stream in graph.streams.values():
+        if stream.kind in _PLAIN and stream.active:
+            named.setdefault(key(stream.name), stream)
+            if stream.kind is StreamKind.ORDINARY:
+                named.setdefault(f"{key(stream.address.sheet)}!{key(stream.name)}", stream)
+        elif stream.kind is StreamKind.ACTUATOR and stream.active:
+            done = f"{stream.id}done"
+            made = Stream(done, f"{stream.name} done", StreamKind.DONE, stream.address, DONE_DEVICE, done_of=stream.id)
+            named.setdefault(done, graph.streams.get(done, made))
+    return named
+
+
+def _name(text: str) -> str:
+    sheet, mark, name = text.partition("!")
+    return f"{key(sheet)}!{key(name)}" if mark else key(sheet)
+
+
+_ELSE = "Put it there, or leave the cell blank and choose a Sound."
+
+
+def check_device_material(workbook: Workbook, robot: Robot, folder: Path, report: Report) -> None:
+    """Warn of words that are not English ones, and of sound files that cannot be played.
+
+    Args:
+        workbook: as it was read.
+        robot: whose devices it uses.
+        folder: where the workbook's files are.
+        report: takes the findings.
+    """
+    for device in workbook.devices:
+        found = robot.find(device.device.text)
+        for k, cell in device.settings.items() if found else ():
+            setting = found.type.settings.get(k) if found else None
+            if setting is None or not cell:
+                continue
+            if setting.kind == "words":
+                words, wrong = understand(setting, cell.text, robot)
+                word = next((w for w in words or () if not can_be_heard(w)), None)
+                if word is not None and not wrong:
+                    report.add("DEV011", cell.address, word=word)
+                if (phrase := doubtful_phrase(cell.text)) and not wrong:
+                    report.add("DEV013", cell.address, phrase=phrase)
+                whole, count = divided_phrase(cell.text)
+                if whole and not wrong:
+                    report.add("DEV014", cell.address, phrase=whole, count=count)
+            elif setting.kind == "sound file":
+                _check_sound(cell, folder, report)
+
+
+def can_be_heard(word: str) -> bool:
+    """Whether a word is written as English is: Latin letters and digits, with signs between them.
+
+    >>> [can_be_heard(w) for w in ("yes", "x-ray", "café", "7 up", "はい", "да", "?")]
+    [True, True, True, True, False, False, False]
+    """
+    spoken = [c for c in unicodedata.normalize("NFKC", word) if c.isalnum()]
+    return bool(spoken) and all(c in "0123456789" or unicodedata.name(c, "").startswith("LATIN ") for c in spoken)
+
+
+def _check_sound(cell: Cell, folder: Path, report: Report) -> None:
+    name = cell.text.strip()
+    if not is_plain(name):  # told as a setting that is not understood
+        return
+    try:
+        look_at(folder, name)
+    except BadSoundError as problem:
+        remedy = _ELSE
+        if not (folder / name).is_file():
+            guess = nearest(name, _sounds_in(folder))
+            remedy = Phrase("Did you mean {guess}?", guess=guess) if guess else _ELSE
+        report.add("DEV012", cell.address, name=name, problem=problem, remedy=remedy)
+
+
+def _sounds_in(folder: Path) -> list[str]:
+    try:
+        return [p.name for p in sorted(folder.iterdir())[:1_000] if p.suffix.casefold() == SUFFIX]
+    except OSError:
+        return []
+
+
+MOST_JUDGED = 300
+"""A workbook with more mistakes is corrected step by step, each with a check of its own."""
+MOST_COMPARED = 300_000  # pairs of names, for the same reason
+
+
+def judge_proposals(graph: Graph, robot: Robot, compiled: Compiled, report: Report) -> None:
+    """Leave to the user what may mean two names."""
+    if not any(d.fixes for d in report):
+        return
+    streams = {s.name for s in graph.streams.values() if s.name}
+    devices = {f.name for f in robot.names.values() if f.offered}
+    helpers = {h.shown for h in compiled.helpers.by_key.values()}
+    names: dict[str, Collection[str]] = {
+        "CONN002": {c.name for c in connectors()},
+        "GRAPH001": streams | devices,
+        "GRAPH006": streams | devices,
+        "DEV001": devices,
+        "FORM004": {argument_name(n) for n in streams} | helpers,
+        "FORM005": {f.name for f in library()} | helpers,
+    }
+    judged, compared = MOST_JUDGED, MOST_COMPARED
+
+    def judge(finding: Diagnostic, fix: Fix) -> Fix:
+        edit = fix.edits[0] if len(fix.edits) == 1 else None
+        if not fix.safe or not isinstance(edit, Replace) or finding.code not in names:
+            return fix
+        nonlocal judged, compared
+        judged, compared = judged - 1, compared - len(names[finding.code])
+        if judged < 0 or compared < 0:
+            return replace(fix, safe=False)
+        best = slips(edit.old, edit.new)
+        near = {key(n) for n in names[finding.code] if slips(edit.old, n, best) <= best}
+        return replace(fix, safe=not near - {key(edit.new)})
+
+    report.judge_fixes(judge)

@@ -28,7 +28,7 @@ def command(source: Path, output: Path | None, behaviour: str, first: str, last:
     Exit code: 0, or 1 when the workbook has errors or no tests, 2 when it cannot be read.
     """
     from rrp_sheets import api
-    from rrp_sheets.render.marble_output import text_of
+    from rrp_sheets.render.output import text_of
 
     window = (_time(first, "--from"), _time(last, "--to"))
     names = [n.strip() for n in streams.split(",") if n.strip()]

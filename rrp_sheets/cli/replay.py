@@ -77,7 +77,7 @@ def _replay_all(runs: Sequence[Path], other: Path | None, as_json: bool, output:
 
 
 def _show(found: Replayed, as_json: bool) -> None:
-    from rrp_sheets.runs.replay.wording import as_text
+    from rrp_sheets.runs.replay.report import as_text
 
     if as_json:
         click.echo(json.dumps(found.as_dict(), ensure_ascii=False, indent=2))

@@ -6,15 +6,21 @@ import json
 import signal
 import sys
 import threading
+import time
 from pathlib import Path
 from types import FrameType
 
 import click
 
 from rrp_sheets.cli.bundled import Workbook, home_of
-from rrp_sheets.cli.main import BROKEN, INTERRUPTED
-from rrp_sheets.cli.watch import Watch
+from rrp_sheets.cli.check import print_findings
+from rrp_sheets.cli.main import BROKEN, INTERRUPTED, mute
+from rrp_sheets.cli.plain import plain_text
 from rrp_sheets.model.durations import parse_duration
+from rrp_sheets.model.exchange import DONE, Notice
+from rrp_sheets.model.values import Failure, Record, Value, show
+from rrp_sheets.runs import RunResult, RunStart, RunView
+from rrp_sheets.runs.commands import Commands
 
 
 @click.command(name="run")
@@ -100,3 +106,126 @@ def _stop_on_interrupt(watch: Watch) -> None:
     signal.signal(signal.SIGTERM, ask)
     if hasattr(signal, "SIGHUP"):  # the terminal's window was closed
         signal.signal(signal.SIGHUP, ask)
+
+
+_TICK_US = 5_000_000  # progress at least this often
+_TELLING = ("name", "new", "colour", "distance", "value")
+_MOST_ERRORS = 3  # of one row are shown in full; the end counts them all
+
+
+class Watch(RunView):
+    """Prints a run.
+
+    Attributes:
+        interrupted: set by Ctrl-C.
+    """
+
+    def __init__(self) -> None:
+        self.interrupted = False
+        self._names: dict[str, str] = {}
+        self._commands = Commands()
+        self._began = time.monotonic()
+        self._failures: dict[str, int] = {}
+        self._until = 0
+        self._told = 0
+        self._hidden = 0  # commands that were not shown
+
+    def _echo(self, text: str, *, nl: bool = True, err: bool = False) -> None:
+        """Print; when nobody reads any more, the run goes on unseen: its files are what counts."""
+        try:
+            click.echo(plain_text(text), nl=nl, err=err)
+        except OSError:  # the reader has gone, or the disk is full
+            mute()
+
+    def stopped(self) -> bool:
+        """Whether Ctrl-C was pressed."""
+        return self.interrupted
+
+    def started(self, start: RunStart) -> None:
+        """Say what runs and for how long."""
+        self._names = dict(start.actuators)
+        self._until = start.until_us
+        print_findings(start.findings, err=True)
+        self._echo(f"{start.title}: {_counted(len(start.rows), 'row')} for {start.until_us / 1e6:g} s. Ctrl-C stops.")
+
+    def _line(self, us: int, text: str, colour: str | None = None) -> None:
+        self._told = us
+        self._echo(f"{us / 1e6:7.2f} s  {click.style(text, fg=colour) if colour else text}")
+
+    def event(self, us: int, stream: str, row: str, value: Value) -> None:
+        """A command for an actuator, when it is not the same stream of commands going on."""
+        name = self._names.get(stream)
+        if name is None:
+            return
+        if self._commands.tell(us, row, value, stream):
+            what = "stops" if value is None else f"← {_short(value)}"
+            self._line(us, f"{name} {what}  ({row})")
+        else:
+            self._hidden += 1
+
+    def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
+        """A formula failed."""
+        count = self._failures[row] = self._failures.get(row, 0) + 1
+        if count <= _MOST_ERRORS:
+            given = ", ".join(show(v) for v in values)
+            self._line(us, f"error in {row}: {failure.message} (it got {given})", "red")
+
+    def happening(self, us: int, happening: Notice) -> None:
+        """Speech, clamped commands, notes."""
+        verb = {"say": "says", "sound": "plays"}.get(happening.kind)
+        colour = "green" if verb else {"person": "cyan", "error": "red", "clamp": "yellow"}.get(happening.kind)
+        text = f"{verb} “{happening.text}”" if verb else happening.text
+        self._line(us, f"{text}{f'  ({happening.row})' if happening.row else ''}", colour)
+
+    def frame(self, us: int) -> None:
+        """Progress when nothing else was told for a while."""
+        if us - self._told >= _TICK_US:
+            self._line(us, f"… of {self._until / 1e6:g} s")
+
+    def finishing(self) -> None:
+        """The run is over."""
+        self._echo("Stopped: " if self.interrupted else "The run is over: ", nl=False)
+        self._echo("the robot goes to rest, the files are written …")
+
+    def ended(self, result: RunResult) -> None:
+        """Say what was left where."""
+        summary = result.summary
+        if result.broken is not None:
+            self._echo(click.style(f"The run broke off: {result.broken.message}", fg="red"), err=True)
+            self._echo(f"  → {result.broken.remedy}", err=True)
+        if summary.ended == "end run":
+            self._echo(f"The row {summary.ended_by} ended the run.")
+        for problem in result.problems:
+            self._echo(click.style(problem, fg="red"), err=True)
+        speed = summary.simulated / summary.wall if summary.wall else 0
+        commands, errors = sum(summary.commands.values()), sum(summary.errors.values())
+        repeats = " (repeats are not shown)" if self._hidden else ""
+        whole = time.monotonic() - self._began
+        self._echo(f"{round(summary.simulated, 1):g} s in {summary.wall:.1f} s ({speed:.1f} times real time), "
+                   f"{_counted(commands, 'command')}{repeats}, {_counted(errors, 'error')}.")  # fmt: skip
+        self._echo(f"With start, rest and files it took {whole:.1f} s.")
+        self._echo(f"In {result.folder}:")
+        width = max((len(n) for n in result.files), default=0)
+        for name, what in result.files.items():
+            self._echo(f"  {name:<{width}}  {what}")
+
+
+def _counted(count: int, word: str) -> str:
+    """`1 command`, `2 commands`."""
+    return f"{count:,} {word}{'' if count == 1 else 's'}"
+
+
+def _short(value: Value) -> str:
+    """A value on one line of the terminal: of a record what it is and its one or two telling fields.
+
+    >>> _short(DONE.make(value="Hello", completed=True, seconds=2.21)), _short(DONE.make(completed=False, seconds=0.04))
+    ('completed after 2.2 s', 'broken off after 0.04 s')
+    """
+    if not isinstance(value, Record):
+        return show(value)
+    if value.type == DONE:
+        seconds = value.values["seconds"]
+        after = f" after {round(seconds, 1 if seconds >= 0.1 else 2):g} s" if isinstance(seconds, (int, float)) else ""
+        return f"{'completed' if value.values['completed'] else 'broken off'}{after}"
+    told = [f"{n} {show(v)}" for n, v in value.as_dict().items() if n in _TELLING and v not in (None, "")]
+    return f"{value.type.name} ({', '.join(told[:2])})" if told else value.type.name

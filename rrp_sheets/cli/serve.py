@@ -170,15 +170,15 @@ def _from_file() -> str:
 
 
 def _reached(password: Password, *, both: bool) -> Lan:
-    from rrp_sheets.web.network import own_addresses, own_name
     from rrp_sheets.web.security import Lan
+    from rrp_sheets.web.serving import own_addresses, own_name
 
     addresses = [address for address in own_addresses() if both or ":" not in address]
     return Lan(password, tuple(name for name in (*addresses, own_name()) if name))
 
 
 def _print_lan(folder: Path, url: str, port: int, page: str, lan: Lan, made: str) -> None:
-    from rrp_sheets.web.network import address_of
+    from rrp_sheets.web.serving import address_of
 
     click.echo(f"The workbooks of {folder.resolve()} are open to others of this network.\n")
     click.echo(f"On this computer, without a password:\n\n  {url}\n")

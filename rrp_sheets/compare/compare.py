@@ -10,18 +10,25 @@ behaviour. They are told all the same.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import replace
+
 from rrp_sheets.checks import Checked
 from rrp_sheets.compare.changes import Change, Comparison, Version
-from rrp_sheets.compare.declared import device_changes, helper_changes
 from rrp_sheets.compare.detail import detail
 from rrp_sheets.compare.lists import gesture_changes, scene_changes, table_changes, test_changes
-from rrp_sheets.compare.match import Match, match
-from rrp_sheets.compare.own import sheet_changes
-from rrp_sheets.compare.protocol import protocol_changes
-from rrp_sheets.compare.rows import row_changes
-from rrp_sheets.compare.side import Side
+from rrp_sheets.compare.match import Match, helper_meaning, match
+from rrp_sheets.compare.rows import RENAMED, WRITTEN, row_changes
+from rrp_sheets.compare.side import DeviceView, Side
+from rrp_sheets.compare.tokens import meanings, pieces
 from rrp_sheets.model.changed import ChangedBehaviour
+from rrp_sheets.model.names import key
+from rrp_sheets.model.values import Value
+from rrp_sheets.model.workbook import Helper
 from rrp_sheets.workbook import Reading
+from rrp_sheets.workbook.headers import recognise
+from rrp_sheets.workbook.kinds.tables import words
+from rrp_sheets.workbook.raw import RawSheet
 
 
 def compare(first: tuple[Reading, Checked], second: tuple[Reading, Checked]) -> Comparison:
@@ -76,3 +83,272 @@ def _notes(old: Side, new: Side) -> list[Change]:
                 rows = (at[0].row, at[1].row)
                 out.append(Change("notes", part, at[1].sheet, name, rows, "notes", before, after, effect=False))
     return sorted(out, key=lambda c: (c.part, c.rows[1]))
+
+
+OWN = "a sheet of one's own, which the robot does not read"
+EMPTY = "it has no rows"
+_OURS = ("devices", "helpers", "gestures")
+_LISTS = ("lists", "listsfordropdowns")  # with what drop-downs offer: made by the program, not by people
+
+
+def sheet_changes(first: Side, second: Side) -> list[Change]:
+    """The sheets that only one of both has."""
+    out = []
+    for word, here, other in (("added", second, first), ("removed", first, second)):
+        there = {key(name) for name in other.workbook.sheets}
+        for name, note in _untold(here).items():
+            if key(name) not in there:
+                out.append(Change(word, "sheet", name, effect=False, note=note))
+    return out
+
+
+def _untold(side: Side) -> dict[str, str]:
+    found = {}
+    for sheet in side.reading.sheets:
+        what = recognise(sheet)
+        if what.kind is None and key(sheet.name) not in {*side.workbook.tables, *_LISTS} and sheet.cells:
+            found[sheet.name] = OWN
+        elif what.kind is not None and what.kind.name in _OURS and not _filled(sheet, what.row):
+            found[sheet.name] = EMPTY
+    return found
+
+
+def _filled(sheet: RawSheet, header: int) -> bool:
+    return any(row > header for row, _ in sheet.cells)
+
+
+FOR_PEOPLE = "for people; the robot does not act on it"
+DEFAULT = "this is what a blank field means"
+
+# What the fields that have an effect mean, their defaults filled in.
+_ACTED_ON: Mapping[str, Callable[[Side], Hashable]] = {
+    "robot": lambda side: side.checked.robot.name,
+    "engine": lambda side: key(side.workbook.protocol.text("Engine", "frame")),
+    "framerate": lambda side: side.checked.run.frame_rate,
+    "seed": lambda side: side.checked.run.seed,
+    "timelimit": lambda side: side.checked.run.time_limit_us,
+    "run": lambda side: side.checked.run.behaviours,
+    "facememory": lambda side: key(side.workbook.protocol.text("Face memory", "ends with the run")),
+    "camerapictures": lambda side: key(side.workbook.protocol.text("Camera pictures", "kept")),
+}
+
+
+def protocol_changes(first: Side, second: Side, found: Match) -> list[Change]:
+    """The changes of the Protocol's fields, in the order of the second workbook, then what is gone."""
+    old, new = first.workbook.protocol, second.workbook.protocol
+    out: list[Change] = []
+    for k in dict.fromkeys([*new.fields, *old.fields]):
+        mine, other = old.fields.get(k), new.fields.get(k)
+        before, after = mine.text if mine else "", other.text if other else ""
+        cells = [c for c in (other, mine) if c is not None]
+        rows = (mine.address.row if mine else 0, other.address.row if other else 0)
+        place = cells[0].address.sheet
+        name = new.names.get(k) or old.names[k]
+        base = Change("changed", "protocol", place, name, rows, "", before, after)
+        out += _field(base, k, first, second, found)
+        was, now = (s.note(place, row) if row else "" for s, row in zip((first, second), rows, strict=True))
+        if was != now:
+            out.append(Change("notes", "protocol", place, name, rows, "notes", was, now, effect=False))
+    return out
+
+
+def _field(base: Change, k: str, first: Side, second: Side, found: Match) -> list[Change]:
+    if base.before == base.after:
+        return []
+    meaning = _ACTED_ON.get(k)
+    if meaning is None:
+        return [base.harmless(FOR_PEOPLE)]
+    mine, other = meaning(first), meaning(second)
+    if k == "run":
+        mine, other = _run(first, found), second.checked.run.behaviours
+    errors = base.before and base.after and _refused(first, k) and _refused(second, k)
+    if mine != other or errors:
+        return [base]
+    note = WRITTEN if base.before and base.after else DEFAULT
+    return [replace(base, kind="written", effect=False, note=note)]
+
+
+def _run(side: Side, found: Match) -> frozenset[str]:
+    """The behaviours that the first workbook runs, called as in the second."""
+    return frozenset(found.streams.sheets.get(k, k) for k in side.checked.run.behaviours)
+
+
+def _refused(side: Side, k: str) -> bool:
+    """Whether the value of a field was refused by the check."""
+    cell = side.workbook.protocol.fields.get(k)
+    return cell is not None and any(d.address == cell.address for d in side.checked.report.errors)
+
+
+UNUSED = "no row that is switched on uses it"
+_BY_NAME = "its name alone means the same device"
+
+
+# ---- devices
+
+
+def device_changes(first: Side, second: Side, found: Match) -> list[Change]:
+    """The changes of the streams that are devices, in the order of the second workbook, then what is gone."""
+    out: list[Change] = []
+    partner = {}
+    for k in first.devices:
+        partner[found.streams.of(k)] = k
+    for k, new in second.devices.items():
+        old_key = partner.get(k)
+        old = first.devices.get(old_key) if old_key is not None else None
+        used = k in second.used or (old_key is not None and old_key in first.used)
+        out += _device(old, new, used, found)
+    for k, old in first.devices.items():
+        if found.streams.of(k) not in second.devices:
+            out += _device(old, None, k in first.used, found)
+    return out
+
+
+def _device(old: DeviceView | None, new: DeviceView | None, used: bool, found: Match) -> list[Change]:
+    if old is None or new is None:
+        out = _one_sided(old, new)
+    else:
+        out = [*_device_name(old, new), *_device_type(old, new, found), *_settings(old, new, found)]
+    return out if used else [c.harmless(UNUSED) for c in out]
+
+
+def _change(old: DeviceView | None, new: DeviceView | None, kind: str, what: str = "", before: str = "",
+            after: str = "", effect: bool = True, note: str = "") -> Change:  # fmt: skip
+    view = new or old
+    assert view is not None
+    sheet = next((v.sheet for v in (new, old) if v is not None and v.row), "Devices")
+    rows = (old.row if old else 0, new.row if new else 0)
+    return Change(kind, "device", sheet, view.name, rows, what, before, after, effect, note)
+
+
+def _one_sided(old: DeviceView | None, new: DeviceView | None) -> list[Change]:
+    """A device that only one workbook has; one that is meant by its name alone is told at the row that names it."""
+    view = new or old
+    if view is None or not view.row:
+        return []
+    said = ", ".join([view.device, *(f"{k} {text}" for k, text in view.texts.items())])
+    if new is not None:
+        return [_change(None, new, "added", after=said)]
+    return [_change(old, None, "removed", before=said)]
+
+
+def _device_name(old: DeviceView, new: DeviceView) -> list[Change]:
+    if old.name == new.name:
+        return []
+    if key(old.name) == key(new.name):
+        same_sheet = old.row and new.row
+        return [_change(old, new, "written", "stream", old.name, new.name, False, WRITTEN)] if same_sheet else []
+    rows = (old.row, new.row)
+    return [Change("renamed", "stream", new.sheet, rows=rows, before=old.name, after=new.name, effect=False,
+                   note=RENAMED)]  # fmt: skip
+
+
+def _device_type(old: DeviceView, new: DeviceView, found: Match) -> list[Change]:
+    mine = old.found.type.name if old.found else key(old.device)
+    other = new.found.type.name if new.found else key(new.device)
+    if mine != other:
+        return [_change(old, new, "changed", "device", old.device, new.device)]
+    if bool(old.row) != bool(new.row):
+        if old.meaning(found.streams.sheets) != new.meaning({}) or key(old.name) != key(new.name):
+            return []
+        before, after = ("declared", "") if old.row else ("", "declared")
+        return [_change(old, new, "written", "declaration", before, after, False, _BY_NAME)]
+    presets = [view.found.preset if view.found else {} for view in (old, new)]
+    if presets[0] != presets[1] and old.row:
+        return [_change(old, new, "changed", "device", old.device, new.device)]
+    if old.device != new.device and old.row:
+        return [_change(old, new, "written", "device", old.device, new.device, False, WRITTEN)]
+    return []
+
+
+def _settings(old: DeviceView, new: DeviceView, found: Match) -> list[Change]:
+    out = []
+    kept = old.found is None or new.found is None or old.found.type.name == new.found.type.name
+    for k in dict.fromkeys([*old.settings, *new.settings, *old.texts, *new.texts]):
+        view = new if new.found is not None and k in new.found.type.settings else old
+        name = view.found.type.settings[k].name if view.found is not None and k in view.found.type.settings else k
+        before, after = old.value(k, found.streams.sheets), new.value(k, {})
+        texts = old.texts.get(k, ""), new.texts.get(k, "")
+        known = k in old.settings or k in new.settings
+        same = before == after if known and kept else texts[0] == texts[1]
+        if not same:
+            was, now = texts[0] or _default(before), texts[1] or _default(after)
+            out.append(_change(old, new, "changed", name, was, now))
+        elif same and texts[0] != texts[1]:
+            note = WRITTEN if texts[0] and texts[1] else "this is what a blank cell means"
+            out.append(_change(old, new, "written", name, texts[0], texts[1], False, note))
+    return out
+
+
+def _default(value: Value) -> str:
+    if value is None or value == "":
+        return ""
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+# ---- helpers
+
+
+def helper_changes(first: Side, second: Side, found: Match) -> list[Change]:
+    """The changes of the helpers, in the order of the second workbook, then what is gone."""
+    old, new = _helpers(first), _helpers(second)
+    back = {b: a for a, b in found.helpers.items()}
+    called = _called(first) | _called(second)
+    out: list[Change] = []
+    for k, helper in new.items():
+        was = back.get(k, k)
+        changes = _helper(first, second, old.get(was), helper, found)
+        out += changes if {k, was} & called else [c.harmless(UNUSED) for c in changes]
+    for k, helper in old.items():
+        if found.helpers.get(k, k) not in new:
+            changes = _helper(first, second, helper, None, found)
+            out += changes if k in called else [c.harmless(UNUSED) for c in changes]
+    return out
+
+
+def _helpers(side: Side) -> dict[str, Helper]:
+    found: dict[str, Helper] = {}
+    for helper in side.workbook.helpers:
+        found.setdefault(key(helper.name.text), helper)
+    return found
+
+
+def _called(side: Side) -> set[str]:
+    """The names that formulas of rows which are on, or of helpers, hold."""
+    rows = [row.row.formula.text for b in side.behaviours for row in b.rows if row.on]
+    return words([*rows, *(h.formula.text for h in side.workbook.helpers)])
+
+
+def _helper(first: Side, second: Side, old: Helper | None, new: Helper | None, found: Match) -> list[Change]:
+    view = new or old
+    assert view is not None
+    place = view.name.address
+    rows = (old.name.address.row if old else 0, new.name.address.row if new else 0)
+    change = Change("changed", "helper", place.sheet, view.name.text, rows)
+    if old is None or new is None:
+        kind, text = ("added" if old is None else "removed"), view.formula.text
+        return [replace(change, kind=kind, before="" if old is None else text, after=text if old is None else "")]
+    out: list[Change] = []
+    k, now = key(old.name.text), key(new.name.text)
+    if k != now:
+        out.append(replace(change, kind="renamed", before=old.name.text, after=new.name.text, effect=False,
+                           note="the same helper under another name"))  # fmt: skip
+    meanings_known = helper_meaning(first, k, found.helpers), helper_meaning(second, now, {})
+    inputs = tuple(", ".join(c.text for c in h.inputs) for h in (old, new))
+    before, after = old.formula.text, new.formula.text
+    if None not in meanings_known:
+        same_inputs = same = meanings_known[0] == meanings_known[1]
+    else:
+        same_inputs = [key(c.text) for c in old.inputs] == [key(c.text) for c in new.inputs]
+        same = meanings(before, found.helpers) == meanings(after)
+    out += _cell(change, "inputs", inputs[0], inputs[1], same_inputs or inputs[0] == inputs[1], {})
+    out += _cell(change, "formula", before, after, same, found.helpers)
+    return out
+
+
+def _cell(change: Change, what: str, before: str, after: str, same: bool, names: Mapping[str, str]) -> list[Change]:
+    if before == after or (same and names and meanings(before, names) == meanings(after)):
+        return []
+    change = replace(change, what=what, before=before, after=after)
+    if same:
+        return [replace(change, kind="written", effect=False, note=WRITTEN)]
+    return [replace(change, pieces=pieces(before, after, names) if before and after else ())]

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from rrp_sheets.compare.changes import Change
 from rrp_sheets.compare.match import Match
 from rrp_sheets.compare.side import BehaviourView, DeviceView, RowView, Side
-from rrp_sheets.compare.trees import helpers_in
+from rrp_sheets.compare.tokens import helpers_in
 from rrp_sheets.formulas import HelperDef
 from rrp_sheets.model import changed as c
 from rrp_sheets.model.changed import ChangedBehaviour, ChangedRow, ChangedStream, Link, Words, same

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from rrp_sheets.compare.pairing import Pairs
 from rrp_sheets.compare.side import BehaviourView, RowView, Side
-from rrp_sheets.compare.trees import shape, shape_of
+from rrp_sheets.compare.tokens import shape, shape_of
 from rrp_sheets.model.names import key
 
 _ALIKE = 0.55  # of 1: inputs 0.3, formula 0.35, connector 0.2, output 0.15

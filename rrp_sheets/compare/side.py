@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from rrp_sheets.checks import Checked
-from rrp_sheets.compare.tokens import meanings
-from rrp_sheets.compare.trees import helpers_in, shape_of
+from rrp_sheets.compare.tokens import helpers_in, meanings, shape_of
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import Found
 from rrp_sheets.diagnostics import Report

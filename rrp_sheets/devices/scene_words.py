@@ -6,11 +6,90 @@ offer them, and a test plays every example.
 
 from __future__ import annotations
 
+import random
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
-from rrp_sheets.devices.scene_kinds import FARTHEST, Kind, Part, Verb
 from rrp_sheets.model.names import key
+from rrp_sheets.model.scene import Range, SceneAction
+from rrp_sheets.model.values import Value
+
+FARTHEST = 20.0  # m; farther is surely a typing mistake
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a Value cell: a word and what follows it.
+
+    Attributes:
+        word: before it; `also` are further ones. The first part of a verb may come without its word.
+        name: of what it says, in the action's values.
+        kind: how it is read: `place`, `length`, `lengths`, `seconds`, `share`, `angle`, `text`, `rest`, `whole`,
+            `flag`, `choice`, `file`, `zone`.
+        least, most: limits of a number, or how many numbers a place or a size has.
+        choices: of `choice` and `flag`: the words, and what each means.
+        default: when the cell does not say it; None: then it is left out.
+        needed: whether the cell must say it.
+        help: for people.
+    """
+
+    word: str
+    name: str
+    kind: str
+    least: float = 0.0
+    most: float = FARTHEST
+    also: tuple[str, ...] = ()
+    choices: Mapping[str, object] = field(default_factory=lambda: MappingProxyType({}))
+    default: object = None
+    needed: bool = False
+    help: str = ""
+
+
+@dataclass(frozen=True)
+class Verb:
+    """Something that a kind of thing can do.
+
+    Attributes:
+        name: as people write it; `also` are further ways.
+        action: what it is to the simulator.
+        parts: of the Value cell; the first may come without its word.
+        examples: of the Value cell, each with a line of help; the first is the one in messages.
+        help: in a line.
+    """
+
+    name: str
+    action: str
+    parts: tuple[Part, ...] = ()
+    examples: tuple[tuple[str, str], ...] = (("", ""),)
+    also: tuple[str, ...] = ()
+
+    @property
+    def example(self) -> str:
+        """A Value cell as one would write it; empty where nothing is needed."""
+        return self.examples[0][0]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of thing.
+
+    Attributes:
+        name: `ball`, `person`, …
+        title: as help calls it.
+        named: how a thing of this kind may be called, in words.
+        things: names that drop-downs offer; the first is the one in examples.
+        coloured: whether a colour may stand before the name.
+    """
+
+    name: str
+    title: str
+    things: tuple[str, ...]
+    verbs: tuple[Verb, ...]
+    coloured: bool = False
+    help: str = ""
+
 
 COLOURS = (
     "red", "green", "blue", "yellow", "orange", "pink", "purple", "violet", "magenta", "cyan", "turquoise", "brown",
@@ -231,3 +310,59 @@ def known_things() -> Sequence[str]:
     """Every name that is known, for guesses."""
     coloured = [f"{c.capitalize()} {k.name}" for k in KINDS.values() if k.coloured for c in COLOURS]
     return [*coloured, *(t for k in KINDS.values() for t in k.things), "Ball", "Cup"]
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What a run has drawn.
+
+    Attributes:
+        row: of the Scene sheet.
+        text: what it drew, in words.
+    """
+
+    row: int
+    text: str
+
+
+def draw_scene(actions: Sequence[SceneAction], seed: int) -> tuple[tuple[SceneAction, ...], tuple[Drawn, ...]]:
+    """The actions with a number for each range, and what was drawn. The same seed draws the same numbers.
+
+    Each number depends on the seed and its own cell alone: a row more or less changes no other.
+
+    >>> action = SceneAction(0, "Red ball", "appear", {"at": (Range(0.8, 1.2), 0.0, 0.4)}, row=4)
+    >>> (one,), (told,) = draw_scene([action], 7)
+    >>> 0.8 <= one.values["at"][0] <= 1.2, told.row, draw_scene([action], 7)[0][0] == one
+    (True, 4, True)
+    """
+    found, told = [], []
+    for one in actions:
+        action, drawer = one, _Drawer(seed, one.row)
+        values = {name: drawer.value(name, value) for name, value in action.values.items()}
+        time_us = action.time_us
+        if action.span_us:
+            time_us = round(1e6 * drawer.number("time", Range(time_us / 1e6, (time_us + action.span_us) / 1e6)))
+        if drawer.told:
+            told.append(Drawn(action.row, f"Drawn by the run: {', '.join(drawer.told)}."))
+            action = replace(action, time_us=time_us, span_us=0, values=values)
+        found.append(action)
+    return tuple(found), tuple(told)
+
+
+class _Drawer:
+    def __init__(self, seed: int, row: int) -> None:
+        self._name = f"{seed}\nScene!{row}"
+        self.told: list[str] = []
+
+    def value(self, name: str, value: Value) -> Value:
+        if isinstance(value, tuple):
+            return tuple(self.value(name if i == 0 else f"{name} {i + 1}", part) for i, part in enumerate(value))
+        return self.number(name, value) if isinstance(value, Range) else value
+
+    def number(self, name: str, among: Range) -> float:
+        # seeded with a text, Python hashes it the same way everywhere; only random() stays the same for ever
+        chance = random.Random(f"{self._name}\n{name}").random()
+        number = among.low + chance * (among.high - among.low)
+        number = min(max(round(number, 3), among.low), among.high)
+        self.told.append(f"{name} {number:g} of {among}")
+        return number

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from rrp_sheets.documents.cellsteps import cell_edits, put_texts
 from rrp_sheets.documents.changes import CellText, Changed, Refused, SheetChange
 from rrp_sheets.documents.grid import Grid
 from rrp_sheets.documents.journal import Journal, Version
 from rrp_sheets.documents.opening import take_over
-from rrp_sheets.documents.queue import EditRequest, Queue
 from rrp_sheets.documents.refusals import must_have
-from rrp_sheets.documents.requests import made_for
-from rrp_sheets.documents.rowsteps import blocks, bring, remove, shift
+from rrp_sheets.documents.requests import made_for, requests_now
 from rrp_sheets.documents.sheet_edits import SheetEdits
-from rrp_sheets.documents.sheetsteps import Sheets, make_sheet_step
+from rrp_sheets.documents.steps import Sheets, blocks, bring, cell_edits, make_sheet_step, put_texts, remove, shift
 from rrp_sheets.documents.undo import Batch, Cells, Moved, RemoveRows, RestoreRows, SheetIn, SheetStep, Step, Steps
 from rrp_sheets.documents.workfile import WorkFile
 from rrp_sheets.errors import SheetsError
@@ -351,3 +349,49 @@ class Document:
         if grid is None:
             raise Refused(f"There is no sheet “{sheet}” any more.", "Reload the page.")
         return grid
+
+
+MOST = 500  # edits that are stored at once
+
+
+@dataclass
+class EditRequest:
+    """Cells that somebody wants to change, and what became of that."""
+
+    author: str
+    sheet: str
+    cells: tuple[CellText, ...]
+    requests: tuple[str, ...] = field(default_factory=requests_now)
+    done: threading.Event = field(default_factory=threading.Event)
+    changed: Changed | None = None
+    error: SheetsError | None = None
+
+
+class Queue:
+    """Wishes that wait. Whoever comes first carries out all that have come by then; the others only wait.
+
+    Args:
+        lock: held while wishes are carried out.
+        carry_out: does it, and says in each wish what became of it.
+    """
+
+    def __init__(self, lock: threading.RLock, carry_out: Callable[[Sequence[EditRequest]], None]) -> None:  # type: ignore[valid-type,unused-ignore]
+        self._lock = lock
+        self._carry_out = carry_out
+        self._waiting: deque[EditRequest] = deque()
+
+    def ask(self, wish: EditRequest) -> Changed:
+        """Wait until the wish is fulfilled; raises the error that kept it from being."""
+        self._waiting.append(wish)
+        with self._lock:
+            while not wish.done.is_set():
+                some = [self._waiting.popleft() for _ in range(min(MOST, len(self._waiting)))]
+                try:
+                    self._carry_out(some)
+                finally:  # whatever happens, nobody waits for ever
+                    for one in some:
+                        one.done.set()
+        if wish.error is not None:
+            raise wish.error
+        assert wish.changed is not None, "a wish ended without an answer"
+        return wish.changed

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from rrp_sheets.documents.changes import Changed, Refused
-from rrp_sheets.documents.sheet_templates import added_sheet, naming
-from rrp_sheets.documents.sheetsteps import Sheets
-from rrp_sheets.documents.undo import SheetNamed, SheetOut, SheetPlaced, SheetStep
-from rrp_sheets.workbook.beginnings import SINGLE
+from rrp_sheets.documents.sheet_references import renamed_cells, users
+from rrp_sheets.documents.steps import Sheets, added
+from rrp_sheets.documents.undo import SheetIn, SheetNamed, SheetOut, SheetPlaced, SheetStep
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.names import key
+from rrp_sheets.workbook.edits import AddSheet
+from rrp_sheets.workbook.headers import recognise
+from rrp_sheets.workbook.raw import RawCell, RawSheet
 from rrp_sheets.workbook.sheet_names import free_name
+from rrp_sheets.workbook.template import SINGLE, TITLES, beginning, place_of
 
 
 class SheetEdits:
@@ -67,3 +72,78 @@ class SheetEdits:
         """What in the workbook refers to a sheet, in words."""
         with self._lock:
             return naming(self._sheets(), self._path, sheet)
+
+
+_MOST_COLUMNS = 30
+
+
+def added_sheet(sheets: Sheets, kind: str, name: str, rows: Sequence[Sequence[str]] = ()) -> SheetIn:
+    """The step that adds a sheet.
+
+    Args:
+        sheets: those there are.
+        kind: one of `TITLES`.
+        name: of the sheet; empty for a proposal.
+        rows: what it begins with instead of the usual: a table's columns, a duplicate's texts.
+
+    Raises:
+        Refused: there can be no such sheet.
+    """
+    if kind not in TITLES:
+        raise Refused("There is no such kind of sheet.", "Reload the page.")
+    there = next((grid.name for grid in sheets.grids.values() if grid.kind == kind), "")
+    if kind in SINGLE and there:
+        raise Refused(f"There is “{there}” already, and a workbook has one sheet of that kind.", "Write into that one.")
+    book = sheets.reading.workbook
+    if kind == "table" and rows:
+        _refuse_columns(rows[0])
+    if not rows:
+        rows = _as_there(sheets, kind) or beginning(kind, book.protocol.robot or "nao")
+    kinds = {n: sheets.grids[n].kind if n in sheets.grids else "" for n in book.sheets}
+    edit = AddSheet(name or proposed_name(kind, kinds), tuple(map(tuple, rows)), place_of(kind, kinds))
+    return added(sheets, edit, kind)
+
+
+def proposed_name(kind: str, kinds: Mapping[str, str]) -> str:
+    """A name for a new sheet of a kind; the second behaviour is “Behaviour 2”, whatever the first is called.
+
+    >>> proposed_name("behaviour", {"Tracking": "behaviour", "Lists": ""}), proposed_name("table", {"Table": ""})
+    ('Behaviour 2', 'Table 2')
+    """
+    count = list(kinds.values()).count(kind) if kind in ("behaviour", "test") else 0
+    return free_name(TITLES[kind], kinds, count + 1)
+
+
+def _as_there(sheets: Sheets, kind: str) -> list[list[str]]:
+    """The columns of the sheets of this kind that there are, so that all look the same."""
+    grid = next((g for g in sheets.grids.values() if g.kind == kind and g.kind in ("behaviour", "test")), None)
+    return [[c.header for c in grid.columns if c.name]] if grid is not None else []
+
+
+def _refuse_columns(headers: Sequence[str]) -> None:
+    if len(headers) > _MOST_COLUMNS:
+        raise Refused(f"A table has at most {_MOST_COLUMNS} columns.", "Name fewer.")
+    kind = recognise(RawSheet("", {(1, c): RawCell(text) for c, text in enumerate(headers, 1) if text})).kind
+    if kind is not None:
+        raise Refused(f"Columns of these names make a sheet {kind.shown}.", "Name the columns otherwise.")
+
+
+def naming(sheets: Sheets, path: Path, sheet: str) -> list[str]:
+    """What refers to a sheet, in words, each with its place."""
+    book = sheets.reading.workbook
+    named = renamed_cells(book, sheets.text, sheet, f"{sheet} {len(book.sheets)}")
+    places = dict.fromkeys([*named, *(cell.address for cell in users(book, sheet))])
+    told = [f"{at}: {_short(sheets.text(at))}" for at in places if key(at.sheet) != key(sheet)]
+    if path.suffix.casefold() == ".xlsx":
+        from rrp_sheets.workbook.patch.referring import referring
+
+        try:
+            told += referring(path.read_bytes(), path.name, sheet)
+        except (SheetsError, OSError):  # told when it is to be deleted
+            return told
+    return told
+
+
+def _short(text: str) -> str:
+    line = " ".join(text.split())
+    return line if len(line) <= 60 else f"{line[:59]}…"

@@ -13,13 +13,13 @@ from pathlib import Path
 from typing import Protocol
 
 from rrp_sheets.devices.scene import OPERATOR, parse_scene
-from rrp_sheets.devices.scene_draw import draw_scene
+from rrp_sheets.devices.scene_words import draw_scene
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.engine.command_queue import CommandQueue, OperatorCommand
 from rrp_sheets.engine.editing import Editor
 from rrp_sheets.engine.engine import Engine
 from rrp_sheets.engine.observer import RunObserver
-from rrp_sheets.engine.scene_entities import SceneEntities
+from rrp_sheets.engine.scene import SceneEntities
 from rrp_sheets.engine.value_injector import ValueInjector
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.cells import Address, Cell

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rrp_sheets.diagnostics.phrase import Phrase, capital
-from rrp_sheets.formulas.charging import Charge, free, letters, searching
+from rrp_sheets.formulas.limits import Charge, free, letters, searching
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
 from rrp_sheets.model.values import Record, Value
 

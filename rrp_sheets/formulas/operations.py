@@ -6,10 +6,9 @@ import ast
 from typing import Any
 
 from rrp_sheets.diagnostics.phrase import Phrase, capital
-from rrp_sheets.formulas.charging import Charge, letters
 from rrp_sheets.formulas.compare import NUMBERS
 from rrp_sheets.formulas.functions.define import shown
-from rrp_sheets.formulas.limits import LONGEST_FIELD, LONGEST_LIST, LONGEST_TEXT
+from rrp_sheets.formulas.limits import LONGEST_FIELD, LONGEST_LIST, LONGEST_TEXT, Charge, letters
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
 from rrp_sheets.formulas.tables import Table, value_of
 from rrp_sheets.model.values import Record, Value

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import os
 import re
+import struct
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.diagram import Page
-from rrp_sheets.render.image_metadata import png_with, svg_with, words_of
 from rrp_sheets.render.legend import draw_legend
+from rrp_sheets.render.marble_diagram import MarbleDiagram
+from rrp_sheets.render.marble_text import marble_text
+from rrp_sheets.render.marbles import draw_marbles
+from rrp_sheets.render.measure import clean, escape
 from rrp_sheets.render.style import NAME_PT, PADDING, PAGE, SMALL_PT, SOFT
 from rrp_sheets.render.svg import frame, text
 from rrp_sheets.render.texts import texts
@@ -132,3 +137,85 @@ def _pdf(pages: Sequence[Page], with_legend: bool, about: Mapping[str, str]) -> 
 def _title(pages: Sequence[Page]) -> str:
     """All their titles; behind one that is a sentence stands no comma."""
     return ", ".join(dict.fromkeys(page.title for page in pages)).replace("., ", ". ")
+
+
+MARBLE_SUFFIXES = (".svg", ".pdf", ".png", ".txt")
+
+
+def write_marbles(scores: Sequence[MarbleDiagram], path: str | os.PathLike[str]) -> list[str]:
+    """Write marble diagrams into a file whose suffix tells the format; returns warnings for the user.
+
+    An .svg or .png stacks all into one picture, a .pdf has A4 pages. What the diagrams are about stands in the file's
+    metadata, and as their foot in the picture.
+
+    Raises:
+        SheetsError: an unknown suffix, nothing to draw, a folder that cannot be written, or Typst failed.
+    """
+    target, suffix = target_of(path, "Marble diagrams", MARBLE_SUFFIXES)
+    if suffix == ".txt":
+        write_atomically(target, text_of(scores).encode())
+        return []
+    pages = draw_marbles(scores)
+    if not pages:
+        raise SheetsError("There is nothing to draw: no value came on any stream.")
+    content, warnings = render_diagram(pages, suffix, legend=False, about=dict(scores[0].about))
+    write_atomically(target, content)
+    return warnings
+
+
+def text_of(scores: Sequence[MarbleDiagram], width: int = 110) -> str:
+    """All diagrams as plain text, each under its title."""
+    return "\n".join(
+        "\n".join([score.title, *marble_text(score, width), *filter(None, [clean(score.foot)]), ""]) for score in scores
+    )
+
+
+_SIGNATURE, _HEAD = 8, 25  # bytes at the begin of a PNG: texts may come behind them
+_XMP = b"\x21\xff\x0bXMP DataXMP"  # in a GIF; what follows is no sub-block, and so has a trailer that ends as one
+_TRAILER = b"\x01" + bytes(range(255, -1, -1)) + b"\x00"
+_END = b"\x3b"
+
+
+def words_of(about: Mapping[str, str]) -> str:
+    """As one line of text.
+
+    >>> words_of({"Workbook": "greeter.xlsx", "Seed": "7"})
+    'Workbook: greeter.xlsx; Seed: 7'
+    """
+    return "; ".join(f"{name}: {value}" for name, value in about.items())
+
+
+def metadata(about: Mapping[str, str]) -> str:
+    """As an element for an SVG."""
+    told = "".join(f'<entry name="{escape(clean(n))}">{escape(clean(v))}</entry>' for n, v in about.items())
+    return f'<metadata><about xmlns="urn:rrp-sheets:about">{told}</about></metadata>' if told else ""
+
+
+def svg_with(svg: str, about: Mapping[str, str]) -> str:
+    """An SVG of ours with that in it, behind its description."""
+    begin, found, rest = svg.partition("</desc>\n")
+    return f"{begin}{found}{metadata(about)}{rest}" if found else svg
+
+
+def png_with(png: bytes, texts: Mapping[str, str]) -> bytes:
+    """A PNG with texts in it (as iTXt chunks), which image programs show."""
+    begin = _SIGNATURE + _HEAD
+    chunks = b""
+    for name, content in texts.items():
+        data = b"iTXt" + name.encode("latin-1", "replace")[:79] + b"\0\0\0\0\0" + content.encode("utf-8", "replace")
+        chunks += struct.pack(">I", len(data) - 4) + data + struct.pack(">I", zlib.crc32(data))
+    return png[:begin] + chunks + png[begin:]
+
+
+def gif_with(gif: bytes, about: Mapping[str, str]) -> bytes:
+    """A GIF with that in it, as XMP; one that does not end as it should is left as it is."""
+    if not gif.endswith(_END) or not about:
+        return gif
+    told = escape(clean(words_of(about)))
+    xmp = (
+        '<x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#">'
+        '<rdf:Description xmlns:dc="http://purl.org/dc/elements/1.1/"><dc:description><rdf:Alt>'
+        f'<rdf:li xml:lang="x-default">{told}</rdf:li></rdf:Alt></dc:description>'
+        "</rdf:Description></rdf:RDF></x:xmpmeta>"
+    )
+    return gif[: -len(_END)] + _XMP + xmp.encode("utf-8", "replace") + _TRAILER + _END

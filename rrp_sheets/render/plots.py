@@ -11,8 +11,8 @@ from itertools import pairwise
 from math import floor, log10
 from statistics import median
 
-from rrp_sheets.render.image_metadata import metadata
 from rrp_sheets.render.measure import clean, shortened, width, wrap
+from rrp_sheets.render.output import metadata
 from rrp_sheets.render.style import EDGE, FILL_AND_LINE, INK, NAME_PT, SMALL_PT, SOFT
 from rrp_sheets.render.svg import frame, text
 from rrp_sheets.render.texts import Texts, texts

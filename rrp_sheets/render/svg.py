@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 
 from rrp_sheets.render.boxes import ROW_TEXT_LEFT, Arrow, Box, Drawing
-from rrp_sheets.render.layout import Layout, Point, Way
+from rrp_sheets.render.dot import Layout, Point, Way
 from rrp_sheets.render.measure import clean, escape, width
 from rrp_sheets.render.style import (
     BADGE,

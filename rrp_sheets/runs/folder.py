@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
@@ -13,11 +15,13 @@ from rrp_sheets.checks import Checked
 from rrp_sheets.engine.file_lock import lock_folder, locked, unlock
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.private import private_folder
+from rrp_sheets.render.output import gif_with, png_with, svg_with, words_of
 from rrp_sheets.runs.beside import material, own_catalogue
-from rrp_sheets.runs.records.stamping import stamp_pictures
+from rrp_sheets.runs.records.metadata import stamp_of
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
+
 
 _WHAT = {
     "trace.jsonl": "every event of the run",
@@ -173,3 +177,39 @@ def _draw(path: Path, checked: Checked, target: Path) -> None:
     from rrp_sheets.runs.drawings import draw
 
     draw(checked, target)  # `stamp_pictures` says of which run
+
+
+def _film(data: bytes, about: Mapping[str, str]) -> bytes:
+    return gif_with(data, about)
+
+
+def _strip(data: bytes, about: Mapping[str, str]) -> bytes:
+    return png_with(data, {"Description": words_of(about)})
+
+
+def _diagram(data: bytes, about: Mapping[str, str]) -> bytes:
+    return svg_with(data.decode(), about).encode("utf-8", "replace")
+
+
+_PICTURES: Mapping[str, Callable[[bytes, Mapping[str, str]], bytes]] = {
+    "film.gif": _film, "strip.png": _strip, "diagram.svg": _diagram,
+}  # fmt: skip
+
+
+def stamp_pictures(place: Path) -> None:
+    """Write into the pictures of a run that was just made what its record says of it.
+
+    Raises:
+        OSError: one cannot be written; it is then as it was.
+    """
+    about = dict(stamp_of(place).pairs())
+    for name, make in _PICTURES.items():
+        path = place / name
+        with suppress(FileNotFoundError):
+            stamped = make(path.read_bytes(), about)
+            half = path.with_name(name + ".part")
+            try:
+                half.write_bytes(stamped)
+                os.replace(half, path)
+            finally:
+                half.unlink(missing_ok=True)

@@ -21,7 +21,7 @@ from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.model.values import Field, Record, RecordType, Value
 from rrp_sheets.render.marble_diagram import KINDS, Group, Lane, Marble, MarbleDiagram, make_score
 from rrp_sheets.render.texts import texts
-from rrp_sheets.runs.records.stamp import stamp_of
+from rrp_sheets.runs.records.metadata import stamp_of
 
 _LONGEST_US = 366 * 24 * 3_600_000_000  # a year: longer is no run
 _ACTS = ("mark", "switch", "press", "scene", "edit")  # of what people do: what changes a run, and their marks

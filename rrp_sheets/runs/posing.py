@@ -19,9 +19,9 @@ from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import GestureRow
 from rrp_sheets.workbook import Reading, read
-from rrp_sheets.workbook.beginnings import TITLES, beginning, place_of
 from rrp_sheets.workbook.edits import AddSheet, Edit, InsertRows, SetCell, Value
 from rrp_sheets.workbook.headers import recognise
+from rrp_sheets.workbook.template import TITLES, beginning, place_of
 
 FIRST, BETWEEN = 1.0, 1.0  # s: the first keyframe's time, and between two, unless somebody says otherwise
 PATIENCE_US = 15_000_000  # for the robot to take the pose

@@ -7,22 +7,25 @@ process too, and has a connection of its own to it, over which Stop goes whateve
 
 from __future__ import annotations
 
+import json
 import selectors
 import threading
 import time
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.engine.heartbeat import RANK
+from rrp_sheets.engine.heartbeat import INSTANT, NO_ROW, RANK, SETTLING, Heartbeat
+from rrp_sheets.engine.trace import notice_entry
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.exchange import Notice
+from rrp_sheets.processes import Liveness
 from rrp_sheets.runs.run_events import dispatch, pack_settings, unpack_result, unpack_start
-from rrp_sheets.runs.trace_repair import close_trace
-from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView
-from rrp_sheets.runs.watchdog import FINISHED_AFTER, PREPARED_AFTER, SILENT_AFTER, Watchdog
+from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView, Summary
 from rrp_sheets.runs.wire import unpack_error, unpack_finding
 from rrp_sheets.runs.worker_process import RunWorkerProcess, readable
 from rrp_sheets.sim.process import REMEDY_DIED, Simulator, require
@@ -345,3 +348,134 @@ class RunProcess:
 def run_apart(path: Path, settings: RunSettings | None = None, view: RunView | None = None) -> RunOutcome:
     """Run a workbook in a process of its own, to its end; see :meth:`RunProcess.listen`."""
     return RunProcess(path, settings).listen(view or RunView())
+
+
+def close_trace(
+    start: RunStart, row: str, error: RunBroken | None, notices: Sequence[Notice] = (), by: str = ""
+) -> Summary:
+    """Make a trace readable to its end.
+
+    Args:
+        start: of the run.
+        row: that was being worked out.
+        error: why the run broke off; None when it was stopped.
+        notices: what is still to be told.
+        by: who stopped it, if somebody did and it is known.
+    """
+    path = start.folder / "trace.jsonl"
+    labels = dict.fromkeys(start.streams.values(), 0)
+    events: Counter[str] = Counter(labels)
+    errors: Counter[str] = Counter()
+    last = 0.0
+    whole = 0
+    with path.open("rb") as file:
+        for raw in file:
+            if not raw.endswith(b"\n"):
+                break  # cut off in the middle
+            whole += len(raw)
+            entry = json.loads(raw)
+            last = max(last, entry.get("t", 0.0))
+            if entry.get("type") == "summary":
+                return _told(entry, last)
+            if "value" in entry:
+                events[entry["stream"]] += 1
+            elif "error" in entry or entry.get("happening") == "error":
+                errors[entry.get("row") or entry.get("stream", "")] += 1
+    commands = {name: events[name] for name in start.actuators.values()}
+    counts = (dict(events), dict(errors), commands, last, 0.0)
+    if error is None:
+        summary = Summary(*counts, "stopped", "", by)
+    else:
+        summary = Summary(*counts, "broken", row, by, error.message, error.remedy)
+    lines = [notice_entry(round(last * 1e6), notice, start.streams) for notice in notices]
+    lines.append({"type": "summary", **summary.as_dict(wall=False)})
+    with path.open("r+b") as file:
+        file.truncate(whole)
+        file.seek(whole)
+        file.write(
+            "".join(json.dumps(entry, ensure_ascii=False) + "\n" for entry in lines).encode("utf-8", "backslashreplace")
+        )
+    return summary
+
+
+def _told(entry: dict[str, Any], last: float) -> Summary:
+    """The summary that the run's process had written before it ended."""
+    told = {name: entry.get(name, "") for name in ("stopped_by", "why", "remedy")}
+    return Summary(
+        entry["events"], entry["errors"], entry["actuator_commands"], last, 0.0, entry["ended"], entry.get("by", ""),
+        **told,
+    )  # fmt: skip
+
+
+ROW_WITHIN = 2.0
+"""Seconds of processor time that one row may take. The budget of a formula ends within a tenth of a second, so that 2 s
+are no slow row but one that never ends; and a robot should not be without its engine for longer."""
+INSTANT_WITHIN = 5.0
+"""Seconds of processor time that all rows together may take for one instant: a frame, or an event of the event loop."""
+STILL_WITHIN = 5.0
+"""Seconds (wall clock) that an engine may use no processor time while rows are worked out."""
+SILENT_AFTER = 30.0
+"""Seconds without a word between the frames of a run: of processor time, or of the wall clock without any."""
+PREPARED_AFTER = 90.0
+"""As many before the run: reading, checking, starting the simulator. Usually 2."""
+FINISHED_AFTER = 900.0
+"""As many after it, when the robot rests: a table of a million rows takes minutes."""
+_MOST_NAMED = 3  # rows
+
+
+class Watchdog:
+    """Looks at an engine's cell from time to time.
+
+    A paced wait is no stall: only an engine that is settling, at the same instant as before, is slow or stuck.
+
+    Args:
+        cell: where the engine is.
+        cpu: its processor time in seconds.
+        now: the wall clock in seconds.
+    """
+
+    def __init__(self, cell: Heartbeat, cpu: Callable[[], float], now: Callable[[], float] = time.monotonic) -> None:
+        self._cell = cell
+        self._row = Liveness(cpu, now)
+        self._process = Liveness(cpu, now)
+        self._words = 0  # how often something was heard
+        self._instant = -1
+        self._rank = NO_ROW
+        self._costs: dict[int, float] = {}  # s of processor time at the present instant, by rank
+
+    def failure(
+        self, *, heard: bool, silent_after: float = SILENT_AFTER, waits: bool = False, rows: Mapping[int, str]
+    ) -> str:
+        """Why the process must be ended, as the beginning of a sentence; empty when it goes on.
+
+        Args:
+            heard: whether it has said something since the last look.
+            silent_after: how many seconds it may say nothing, doing what it is doing now.
+            waits: whether it waits for the simulator, which is at work.
+            rows: the rows' names by rank.
+        """
+        instant, settling, rank = self._cell[INSTANT], bool(self._cell[SETTLING]), self._cell[RANK]
+        self._words += heard
+        self._process.look((self._words, instant if settling else 0), has_work=not waits)
+        at = (instant, rank) if settling else (instant, self._words, "between")
+        computed, _ = self._row.look(at, has_work=settling)
+        if not settling or instant != self._instant:
+            self._costs.clear()
+        else:  # what passed since the last look is shared between the row of then and that of now
+            for place in (self._rank, rank):
+                self._costs[place] = self._costs.get(place, 0.0) + computed / 2
+        self._instant, self._rank = instant, rank
+        if not settling:
+            if max(self._process.computing, self._process.still) > silent_after:
+                return f"The run has not gone on for {silent_after:g} s"
+            return ""
+        where = f" while the row {rows[rank]} was being worked out" if rank in rows else ""
+        if self._row.computing > ROW_WITHIN:
+            return f"The run has not gone on for {ROW_WITHIN:g} s{where}"
+        if self._row.still > STILL_WITHIN:
+            return f"The run has stood still for {STILL_WITHIN:g} s{where}"
+        if sum(self._costs.values()) > INSTANT_WITHIN:
+            costly = sorted((r for r in self._costs if r in rows), key=lambda r: -self._costs[r])[:_MOST_NAMED]
+            named = ", ".join(f"{rows[r]} ({self._costs[r]:.1f} s)" for r in costly)
+            return f"The rows of one instant took more than {INSTANT_WITHIN:g} s; the costliest are {named}"
+        return ""

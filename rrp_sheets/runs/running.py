@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
@@ -13,31 +13,36 @@ from typing import TYPE_CHECKING, Any
 from rrp_sheets import __version__
 from rrp_sheets.checks import Checked
 from rrp_sheets.checks.check import folder_of
+from rrp_sheets.checks.facts import sensor_fact
+from rrp_sheets.devices.catalogue import Robot
 from rrp_sheets.devices.default_scene import default_scene
 from rrp_sheets.devices.scene import scene_end_us
-from rrp_sheets.devices.scene_draw import draw_scene
+from rrp_sheets.devices.scene_words import draw_scene
+from rrp_sheets.engine.command_handler import buttons, label_of, switched
 from rrp_sheets.engine.command_queue import CommandQueue
 from rrp_sheets.engine.engine import Engine
 from rrp_sheets.engine.events import EventEngine
 from rrp_sheets.engine.frame import FrameEngine
 from rrp_sheets.engine.frame_runner import FrameRunner
 from rrp_sheets.engine.heartbeat import Heartbeat
-from rrp_sheets.engine.observer import Runner
+from rrp_sheets.engine.observer import Runner, RunObserver
 from rrp_sheets.engine.plan import Plan, make_plan
 from rrp_sheets.engine.ports import World
 from rrp_sheets.engine.realtime import RealtimeAdapter
 from rrp_sheets.engine.realtime_runner import RealtimeRunner
 from rrp_sheets.engine.trace import TraceWriter, stream_label
+from rrp_sheets.engine.value_injector import OPEN_KINDS
 from rrp_sheets.errors import RunBroken, SheetsError
-from rrp_sheets.model.exchange import Notice
+from rrp_sheets.model.exchange import Notice, OperatorAction, WorldSnapshot
+from rrp_sheets.model.names import key
 from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.runs.folder import RunFolder, faces_file
-from rrp_sheets.runs.recorder import Recorder
-from rrp_sheets.runs.starting import start_of
-from rrp_sheets.runs.view import RunResult, RunSettings, RunView, Summary
+from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView, Summary
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
+
 
 AFTER_SCENE_US = 5_000_000
 WITHOUT_SCENE_US = 30_000_000
@@ -234,3 +239,167 @@ def _simulated(settings: RunSettings, simulator: socket.socket | None, ending: C
         )  # fmt: skip
 
     return make
+
+
+_STANDS = ("appear", "seen")  # verbs that bring a thing into the scene
+Thing = tuple[str, str, tuple[float, float, float] | None]
+
+
+def start_of(plan: Plan, scene: Sequence[SceneAction], until_us: int, folder: Path) -> RunStart:
+    """What runs.
+
+    Args:
+        plan: the rows and devices.
+        scene: what will happen in the world by itself.
+        until_us: when the run ends by itself.
+        folder: that it will leave.
+    """
+    checked = plan.checked
+    workbook, robot = checked.workbook, checked.robot
+    names = {b.key: b.name for b in checked.graph.behaviours}
+    streams = {s.id: s for s in plan.streams}
+    uses = {
+        a.stream: tuple(sorted(d.type.resources_for(a.settings)))
+        for a in plan.actuators
+        if (d := streams[a.stream].device)
+    }
+    hfov, vfov = _camera(robot)
+    return RunStart(
+        title=workbook.protocol.text("Title") or Path(workbook.source).stem, until_us=until_us, folder=folder,
+        findings=tuple(checked.report), streams={s.id: stream_label(s) for s in plan.streams},
+        actuators={a.stream: a.name for a in plan.actuators}, rows=plan.rows_by_rank(),
+        behaviours=tuple((names[b], b in plan.on) for b in plan.behaviours),
+        sensors=tuple(
+            (s.name, s.device.type.name if s.device else "", example_text(sensor_fact(s, robot).example))
+            for s in plan.streams if s.kind in OPEN_KINDS
+        ),
+        buttons=tuple((use.name, label_of(use)) for use in buttons(plan.sensors)),
+        things=_things(scene), hfov=hfov, vfov=vfov, resources=uses,
+    )  # fmt: skip
+
+
+def example_text(value: Value) -> str:
+    """A value as one would write it to send it.
+
+    >>> from rrp_sheets.model.values import record_from_mapping
+    >>> example_text(record_from_mapping("Touch", {"pressed": True, "zone": "Head", "force": None})), example_text(0.5)
+    ('pressed=TRUE; zone="Head"', '0.5')
+    """
+    if isinstance(value, Record):
+        told = ((name, v) for name, v in value.as_dict().items() if v is not None)
+        return "; ".join(f"{name}={example_text(v)}" for name, v in told)
+    return '"' + value.replace('"', '""') + '"' if isinstance(value, str) else show(value)
+
+
+def _camera(robot: Robot) -> tuple[float, float]:
+    camera: Mapping[str, float] = robot.data.get("camera", {}).get("top", {})
+    return float(camera.get("hfov", 0.0)), float(camera.get("vfov", 0.0))
+
+
+def _things(scene: Sequence[SceneAction]) -> tuple[Thing, ...]:
+    """The things that will be in the scene, each with where it is at the beginning if it is there by then."""
+    found: dict[str, Thing] = {}
+    for action in scene:
+        if action.verb in _STANDS and key(action.thing) not in found:
+            kind = action.what
+            there = action.time_us == 0 and not action.cue and "at" in action.values
+            found[key(action.thing)] = (action.thing, kind, _place(action.values["at"]) if there else None)
+    return tuple(found.values())
+
+
+def _place(at: Value) -> tuple[float, float, float]:
+    x, y, *z = (float(c) for c in at)
+    return x, y, z[0] if z else 0.0
+
+
+_ROBOT = "the robot itself"  # where an error is counted that is no row's: it has fallen
+
+
+class Recorder(RunObserver):
+    """The observer of an engine and of its loop: tells the trace and the view. The trace comes when the run begins."""
+
+    def __init__(self, view: RunView, control: CommandQueue) -> None:
+        self.view = view
+        self.control = control
+        self.trace: TraceWriter | None = None
+        self.engine: Engine | None = None
+        self.unusable: dict[str, int] = {}  # how often an actuator could not use a row's value
+        self._began = time.monotonic()
+        self._on: set[str] = set()  # the behaviours that the view knows to be on
+
+    def begin(self, trace: TraceWriter, engine: Engine) -> None:
+        """The run's clock starts."""
+        self.trace, self.engine, self._began = trace, engine, time.monotonic()
+        self._on = set(engine.on)
+
+    @property
+    def wall(self) -> float:
+        """Seconds of the wall clock since the beginning."""
+        return time.monotonic() - self._began
+
+    def event(self, us: int, stream: str, row: str, value: Value) -> None:
+        """A value on a stream (its id)."""
+        if self.trace is not None:
+            by = self.engine.sent_by if self.engine is not None and not row else None
+            self.trace.event(us, stream, row, value, by)
+        self.view.event(us, stream, row, value)
+
+    def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
+        """A formula failed."""
+        if self.trace is not None:
+            self.trace.error(us, row, failure, values)
+        self.view.error(us, row, failure, values)
+
+    def happening(self, us: int, happening: Notice) -> None:
+        """Something besides the events."""
+        if self.trace is not None:
+            self.trace.happening(us, happening)
+        if happening.kind == "error":  # an actuator cannot use its value: an error of that row like any other
+            place = happening.row or happening.stream or _ROBOT
+            self.unusable[place] = self.unusable.get(place, 0) + 1
+        self.view.happening(us, happening)
+
+    def frame(self, us: int) -> None:
+        """A frame is over."""
+        if self.trace is not None:
+            self.trace.flush()
+        if self.engine is not None and self.engine.on != self._on:
+            self._tell_switched(us, self.engine)
+        self.view.frame(us)
+
+    def _tell_switched(self, us: int, engine: Engine) -> None:
+        """A row has switched behaviours; in the trace that is a note of the row's."""
+        for behaviour in engine.plan.checked.graph.behaviours:
+            on = behaviour.key in engine.on
+            if on != (behaviour.key in self._on):
+                self.view.acted(us, switched(behaviour.name, on))
+        self._on = set(engine.on)
+
+    def acted(self, us: int, act: OperatorAction) -> None:
+        """Somebody did something."""
+        if self.trace is not None:
+            self.trace.act(us, act, self.wall)
+            self.trace.flush()
+        if self.engine is not None:
+            self._on = set(self.engine.on)
+        self.view.acted(us, act)
+
+    def refused(self, kind: str, message: str, remedy: str) -> None:
+        """What somebody wanted cannot be done."""
+        self.view.refused(kind, message, remedy)
+
+    def paused(self, us: int, is_paused: bool) -> None:
+        """The run stands still, or goes on."""
+        self.view.paused(us, is_paused)
+
+    def standing(self, us: int) -> None:
+        """Nothing goes on."""
+        self.view.standing(us)
+
+    def shown(self, us: int, shown: WorldSnapshot) -> None:
+        """The world, for a display."""
+        self.view.shown(us, shown)
+
+    def stopped(self) -> bool:
+        """Whether the run should stop now."""
+        return self.view.stopped()

@@ -10,13 +10,13 @@ from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image as Pillow
 from PIL import UnidentifiedImageError
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.sim.camera import Image
 from rrp_sheets.sim.colours import RGB
-from rrp_sheets.sim.face_drawing import SIDE, draw_face
 from rrp_sheets.sim.face_models import FaceModels, Features, Found
 from rrp_sheets.sim.face_people import PEOPLE
 from rrp_sheets.sim.face_traits import Traits, outline
@@ -192,3 +192,225 @@ def studied(portrait: Portrait, models: FaceModels) -> list[Features]:
         if faces:
             numbers.append(models.features(picture, faces[0]))
     return numbers
+
+
+Floats = NDArray[np.floating[Any]]
+SIDE = 192  # pixels of the finished picture
+FINER = 1
+EDGE = 0.012  # softness of edges, as a part of half the picture
+
+
+class _Canvas:
+    """A picture under the brush, with the coordinates of its pixels."""
+
+    def __init__(self, seed: int) -> None:
+        n = SIDE * FINER
+        along = ((np.arange(n, dtype=np.float32) + 0.5) / n * 2 - 1).astype(np.float32)
+        self.x, self.y = np.meshgrid(along, -along)
+        self.picture: Floats = np.ones((n, n, 3), np.float32)
+        self._chance = np.random.default_rng(seed)
+
+    def paint(self, mask: Floats, colour: RGB | Floats) -> None:
+        """Cover with a colour where the mask is 1."""
+        self.picture += mask[:, :, None] * (np.asarray(colour, np.float32) - self.picture)
+
+    def shade(self, mask: Floats, strength: float) -> None:
+        """Lighten (or, below 0, darken) by a part where the mask is 1; shadows are warm."""
+        tint = np.array([1.0, 1.15, 1.25] if strength < 0 else [1.0, 1.0, 0.9], np.float32)
+        self.picture *= 1 + strength * mask[:, :, None] * tint
+
+    def spot(self, x: float, y: float, wide: float, high: float) -> Floats:
+        """A soft round mask."""
+        soft: Floats = np.exp(-(((self.x - x) / wide) ** 2) - ((self.y - y) / high) ** 2).astype(np.float32)
+        return soft
+
+    def noise(self, wide: float, high: float) -> Floats:
+        """Soft random stripes or spots of that size, about -1 to 1."""
+        n = len(self.x)
+        small = self._chance.standard_normal((max(2, round(2 / high)), max(2, round(2 / wide)))).astype(np.float32)
+        return np.asarray(cv2.resize(small, (n, n), interpolation=cv2.INTER_CUBIC), np.float32)
+
+    def finish(self) -> NDArray[np.uint8]:
+        """The picture, (SIDE, SIDE, 3), 0 to 255."""
+        whole = np.clip(self.picture * 255, 0, 255)
+        return np.asarray(cv2.resize(whole, (SIDE, SIDE), interpolation=cv2.INTER_AREA).astype(np.uint8))
+
+
+def soft(distance: Floats, edge: float = EDGE) -> Floats:
+    """1 where the distance is clearly above 0, 0 where it is clearly below."""
+    t = np.clip(distance / (2 * edge) + 0.5, 0, 1).astype(np.float32)
+    smooth: Floats = t * t * (3 - 2 * t)
+    return smooth
+
+
+def _blurred(mask: Floats, pixels: float) -> Floats:
+    return np.asarray(cv2.GaussianBlur(mask, (0, 0), pixels), np.float32)
+
+
+def draw_face(traits: Traits, seed: int = 1) -> NDArray[np.uint8]:
+    """A face as it is seen from the front, (192, 192, 3), 0 to 255; hair reaches to the picture's edge."""
+    canvas = _Canvas(seed)
+    _skin(canvas, traits)
+    for side in (-1, 1):
+        _eye(canvas, traits, side)
+    _nose(canvas, traits)
+    _mouth(canvas, traits)
+    _beard(canvas, traits)
+    for side in (-1, 1):
+        _brow(canvas, traits, side)
+    _hair(canvas, traits)
+    _glasses(canvas, traits)
+    return canvas.finish()
+
+
+def _skin(c: _Canvas, t: Traits) -> None:
+    c.paint(np.ones_like(c.x), t.skin)
+    c.shade(soft(np.hypot(c.x / (t.width * 1.02), (c.y - 0.05) / 1.08) - 0.72, 0.28), -0.34)  # it is round
+    c.shade(c.spot(-0.12, 0.50, 0.5, 0.26), 0.08)  # light from above, from a little aside
+    _, eye_y, eye_wide, _, _ = t.eyes
+    for side in (-1, 1):
+        c.shade(c.spot(side * t.eyes[0], eye_y + 0.05, eye_wide * 1.3, 0.12), -0.17)  # sockets
+        c.shade(c.spot(side * t.eyes[0] * 1.2, eye_y - 0.25, 0.17, 0.12), 0.07)  # cheekbones
+        c.shade(c.spot(side * t.jaw * 0.85, -0.48, 0.16, 0.25), -0.12)  # hollow of the cheeks
+        blush = c.spot(side * 0.42, eye_y - 0.32, 0.17, 0.13) * np.float32(0.35 * t.rosy)
+        c.paint(blush, (t.skin[0] * 1.0, t.skin[1] * 0.70, t.skin[2] * 0.66))
+        fold = np.abs(c.x - side * (t.nose[1] + 0.09 + (t.nose[0] - c.y) * 0.28)) < 0.016
+        c.shade(_blurred(fold * c.spot(side * 0.27, t.nose[0] - 0.09, 0.2, 0.13), 3), -0.75 * t.lines)
+        c.shade(c.spot(side * t.eyes[0], eye_y - 0.13, 0.13, 0.03), -0.10 - 0.28 * t.lines)  # under the eyes
+    for height in (0.33, 0.42):
+        c.shade(c.spot(0, height, 0.3, 0.013), -0.16 * t.lines)
+    c.picture *= 1 + 0.012 * c.noise(0.02, 0.02)[:, :, None]
+    if t.freckles:
+        spots = soft(c.noise(0.03, 0.03) - 1.3, 0.2) * (c.spot(0.3, -0.12, 0.28, 0.2) + c.spot(-0.3, -0.12, 0.28, 0.2))
+        c.shade(np.minimum(spots, 1), -0.22 * t.freckles)
+
+
+def _eye(c: _Canvas, t: Traits, side: int) -> None:
+    gap, height, wide, opening, slant = t.eyes
+    dx, dy = (c.x - side * gap) * side, c.y - height
+    dy = dy - slant * dx / wide  # outer corners higher, or lower
+    along = dx / wide
+    arc = np.maximum(0, 1 - along**2).astype(np.float32)
+    upper, lower = opening * arc**0.65, -0.62 * opening * arc**0.8
+    inside = soft(upper - dy) * soft(dy - lower) * soft(1 - np.abs(along), 0.04)
+    c.paint(inside, (0.93, 0.91, 0.89))
+    c.shade(inside * soft(dy - (upper - 0.45 * opening), 0.04), -0.22)  # the lid's shadow
+    radius = min(wide * 0.50, opening * 1.12)
+    away = np.hypot(dx, dy - 0.10 * opening)
+    ring = soft(radius - away) * inside
+    c.paint(ring, t.iris)
+    c.shade(ring * soft(away - radius * 0.78, 0.015), -0.45)
+    c.shade(ring * c.spot(side * gap, height - 0.5 * radius, radius, radius * 0.6), 0.45)
+    c.paint(soft(radius * 0.46 - away) * inside, (0.04, 0.04, 0.05))
+    light = soft(0.20 * radius + 0.004 - np.hypot(c.x - side * gap + 0.35 * radius, dy - 0.45 * radius), 0.008)
+    c.paint(light * inside, (1.0, 1.0, 1.0))
+    within = soft(1.04 - np.abs(along), 0.03)
+    dark = tuple(0.35 * v for v in t.hair)
+    c.paint(soft(0.016 - np.abs(dy - upper), 0.008) * within * np.float32(0.9), (dark[0], dark[1], dark[2]))
+    c.shade(soft(0.010 - np.abs(dy - lower), 0.008) * within, -0.30)
+    crease = opening * 1.55 * np.maximum(0, 1 - (along * 0.92) ** 2).astype(np.float32) ** 0.6 + 0.012
+    c.shade(soft(0.010 - np.abs(dy - crease), 0.010) * soft(0.95 - np.abs(along), 0.1), -0.30)
+
+
+def _brow(c: _Canvas, t: Traits, side: int) -> None:
+    above, thick, arch, slant = t.brows
+    dx = (c.x - side * t.eyes[0]) * side
+    along = dx / (t.eyes[2] * 1.32)
+    middle = t.eyes[1] + above + arch * (1 - (along - 0.15) ** 2) + slant * along
+    half = thick * np.clip(1.05 - 0.45 * (along + 1) / 2 - 0.35 * np.maximum(along - 0.4, 0), 0.15, 1)
+    mask = soft(half - np.abs(c.y - middle), 0.014) * soft(1 - np.abs(along), 0.12)
+    hairs = 0.86 + 0.14 * c.noise(0.025, 0.05)
+    colour = tuple(0.72 * v for v in t.hair)
+    c.paint(np.clip(mask * hairs, 0, 0.92).astype(np.float32), (colour[0], colour[1], colour[2]))
+
+
+def _nose(c: _Canvas, t: Traits) -> None:
+    end, wide, strong = t.nose
+    top = t.eyes[1]
+    length = top - end
+    c.shade(c.spot(0.0, end + 0.5 * length, 0.05, length * 0.55), 0.10 * strong)
+    c.shade(c.spot(0.0, end + 0.055, 0.06, 0.05), 0.14 * strong)
+    for side in (-1, 1):
+        c.shade(c.spot(side * (wide * 0.75), end + 0.42 * length, 0.05, length * 0.42), -0.13 * strong)
+        c.shade(c.spot(side * (wide + 0.01), end + 0.03, 0.035, 0.06), -0.26 * strong)
+        c.shade(c.spot(side * wide * 0.50, end - 0.012, 0.042, 0.020), -0.68)
+    c.shade(c.spot(0.0, end - 0.03, wide * 1.05, 0.03), -0.22)
+    c.shade(c.spot(0.0, (end + t.mouth[0]) / 2 + 0.02, 0.025, 0.05), -0.07)  # the groove above the lip
+
+
+def _mouth(c: _Canvas, t: Traits) -> None:
+    height, wide, upper, lower, smile = t.mouth
+    along = c.x / wide
+    arc = np.maximum(0, 1 - along**2).astype(np.float32)
+    line = height + smile * along**2 - 0.004 * np.cos(along * 6)
+    above = line + upper * arc**0.7 * (1 - 0.30 * np.exp(-((along / 0.16) ** 2)))
+    below = line - lower * arc**0.65
+    inside = soft(1 - np.abs(along), 0.05)
+    c.shade(c.spot(0, height - lower - 0.045, wide * 0.62, 0.035), -0.20)
+    c.paint(soft(above - c.y) * soft(c.y - line) * inside, (t.lips[0] * 0.86, t.lips[1] * 0.80, t.lips[2] * 0.80))
+    c.paint(soft(line - c.y) * soft(c.y - below) * inside, t.lips)
+    c.shade(c.spot(0, height - lower * 0.55, wide * 0.42, lower * 0.35) * soft(line - c.y), 0.22)
+    c.paint(soft(0.012 - np.abs(c.y - line), 0.010) * inside * np.float32(0.85), (0.25, 0.11, 0.11))
+    for side in (-1, 1):
+        c.shade(c.spot(side * wide * 1.03, height + smile, 0.035, 0.03), -0.28)
+    c.shade(c.spot(0, -0.84, 0.16, 0.09), 0.06)  # the chin
+
+
+def _beard(c: _Canvas, t: Traits) -> None:
+    if not t.beard and not t.moustache:
+        return
+    height, wide, upper, lower, _ = t.mouth
+    hairs = 0.80 + 0.25 * c.noise(0.02, 0.04)
+    lips = soft(0.92 - np.hypot(c.x / wide, (c.y - height + 0.01) / (upper + lower)), 0.12)
+    colour = (t.hair[0] * 0.85, t.hair[1] * 0.85, t.hair[2] * 0.85)
+    if t.beard:
+        cheeks = soft(-0.30 - 0.42 * (1 - np.abs(c.x) / t.width) - c.y, 0.10)
+        low = np.maximum(cheeks, soft(1 - np.hypot(c.x / 0.34, (c.y + 0.80) / 0.24), 0.2))
+        c.paint(np.clip(low * hairs * t.beard * (1 - lips), 0, 0.95).astype(np.float32), colour)
+    if t.moustache:
+        middle = height + upper + 0.055 - 0.10 * (c.x / wide) ** 2
+        bar = soft(0.045 - np.abs(c.y - middle), 0.03) * soft(1.15 - np.abs(c.x) / wide, 0.1)
+        c.paint(np.clip(bar * hairs * t.moustache, 0, 0.95).astype(np.float32), colour)
+
+
+def _hair(c: _Canvas, t: Traits) -> None:
+    if t.style == "bald":
+        c.shade(c.spot(0.1, 0.75, 0.4, 0.16), 0.12)
+        return
+    ragged = t.fringe * c.noise(0.07, 2.0)
+    line = t.hairline + 0.12 * (1 - (c.x / t.width) ** 2) + t.parting * c.x + ragged - 0.05
+    mask = soft(c.y - line, 0.03)
+    side = {"short": 0.0, "curly": 0.05, "bob": 0.12, "long": 0.16, "tail": 0.02}[t.style]
+    inner = t.width * (1.0 - side) - 0.05 * np.cos(c.y * 2.2) + 0.02 * c.noise(2.0, 0.08)
+    lowest = {"short": 0.02, "curly": -0.25, "bob": -0.62, "long": -1.2, "tail": 0.05}[t.style]
+    sides = soft(np.abs(c.x) - inner, 0.03) * soft(c.y - lowest, 0.08)
+    mask = np.maximum(mask, sides)
+    c.shade(_blurred(mask, 7) * (1 - mask), -0.28)  # its shadow on the skin
+    c.paint(mask, t.hair)
+    angle = np.arctan2(c.x - 0.1 * np.sign(t.parting), c.y + 0.2)
+    if t.style == "curly":
+        strands = c.noise(0.07, 0.07)
+    else:
+        wave = c.noise(2.0, 2.0)
+        strands = (np.sin(angle * 60 + 3 * wave) + np.sin(angle * 97 + 1.3)).astype(np.float32) * 0.5
+    c.shade(mask * np.clip(strands, -1, 1), 0.20)
+    c.shade(mask * c.spot(-0.15, 0.82, 0.55, 0.10), 0.30)
+
+
+def _glasses(c: _Canvas, t: Traits) -> None:
+    if not t.glasses:
+        return
+    gap, height, wide, _, _ = t.eyes
+    frame = np.zeros_like(c.x)
+    power = 2.0 if t.glasses == "round" else 5.0
+    half_x, half_y = wide * 1.32, wide * (1.15 if t.glasses == "round" else 0.92)
+    for side in (-1, 1):
+        away = (np.abs((c.x - side * gap) / half_x) ** power + np.abs((c.y - height + 0.01) / half_y) ** power) ** (
+            1 / power
+        )
+        frame = np.maximum(frame, soft(0.10 - np.abs(away - 1), 0.04))
+        c.shade(soft(1 - away, 0.05), 0.05)
+        arm = soft(0.018 - np.abs(c.y - height - 0.04), 0.008) * soft(side * c.x - gap - half_x, 0.01)
+        frame = np.maximum(frame, arm)
+    bridge = soft(0.018 - np.abs(c.y - height - 0.035), 0.008) * soft(gap - half_x - np.abs(c.x), 0.01)
+    c.paint(np.maximum(frame, bridge).astype(np.float32), (0.10, 0.09, 0.10))

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import ctypes
+import math
+import os
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from rrp_sheets.devices.catalogue import REST_POSTURE
 from rrp_sheets.model.exchange import Command, Notice
@@ -15,20 +22,17 @@ from rrp_sheets.sim.actuators import Eyes, Parts, make_actuator
 from rrp_sheets.sim.arbitration import Arbiter
 from rrp_sheets.sim.body import EASY, STEP, Body
 from rrp_sheets.sim.camera import Eye, Image, Lens, jpeg
-from rrp_sheets.sim.contact import Contacts
 from rrp_sheets.sim.face_models import FaceModels
-from rrp_sheets.sim.face_start import PICTURE as FACE_PICTURE
-from rrp_sheets.sim.face_start import make_faces
+from rrp_sheets.sim.faces import Faces
 from rrp_sheets.sim.falling import Falling
 from rrp_sheets.sim.film import STALE_US, Film
 from rrp_sheets.sim.heads import Heads
 from rrp_sheets.sim.hearing import Hearing
 from rrp_sheets.sim.keyframes import Motions
+from rrp_sheets.sim.looks import Looks
 from rrp_sheets.sim.messages import Outcome, Spec, State, WorldSnapshot
-from rrp_sheets.sim.pushing import force
-from rrp_sheets.sim.quiet import quiet
+from rrp_sheets.sim.portraits import studied
 from rrp_sheets.sim.recording import Recording
-from rrp_sheets.sim.relaxing import Relaxing
 from rrp_sheets.sim.sensors import SENSORS, Clock, Senses, Sight, tidy
 from rrp_sheets.sim.signals import Signals
 from rrp_sheets.sim.stage import Stage
@@ -284,3 +288,133 @@ class SimWorld:
     def _collect(self, events: list[tuple[str, Value]]) -> Outcome:
         notices, self._notices = self._notices, []
         return Outcome(tuple(events), tuple(notices))
+
+
+FORCES = {"gently": 11.0, "": 13.0, "hard": 40.0}  # N; from about 15 N the robot falls
+_FROM = {"front": math.pi, "behind": 0.0, "left": -math.pi / 2, "right": math.pi / 2}  # which way it goes, rad
+
+
+def force(values: Mapping[str, Value], yaw: float) -> tuple[float, float, float]:
+    """The force of a push (N, in the world), from a side of a robot that is turned by `yaw` (rad).
+
+    >>> [round(f) for f in force({"from": "behind", "how": "hard"}, 0.0)]
+    [40, 0, 0]
+    """
+    newtons = FORCES[str(values.get("how") or "")]
+    way = yaw + _FROM[str(values.get("from") or "front")]
+    return newtons * math.cos(way), newtons * math.sin(way), 0.0
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Within it, what C code writes to the standard output is dropped (Python's own must not be used there)."""
+    flush = ctypes.CDLL(None).fflush  # the library's lines are buffered, and would come out at the program's end
+    sys.stdout.flush()
+    flush(None)
+    kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    try:
+        yield
+    finally:
+        flush(None)
+        os.dup2(kept, 1)
+        os.close(kept)
+        os.close(nowhere)
+
+
+EVERY = 8  # physics steps between two looks: 30 a second
+REACH = 1.0  # m from the torso: farther away nothing touches
+
+
+class Contacts:
+    """Looks which zones something rests against."""
+
+    def __init__(self, body: Body, stage: Stage) -> None:
+        self._body, self._stage = body, stage
+        self._pads: list[dict[str, Any]] = body.robot.data["touch"].get("pads", [])
+
+    def due(self, step: int) -> bool:
+        """Whether to look at this step; nothing in the room, nothing to look for."""
+        return step % EVERY == 0 and self._stage.has_solids
+
+    def zones(self) -> frozenset[str]:
+        """The zones in contact now."""
+        torso = self._body.torso().position
+        near = [s for s in self._stage.solids() if s.distance(torso) < REACH]
+        found = set()
+        for pad in self._pads if near else ():
+            if pad["zone"] in found:
+                continue
+            link = self._body.link(pad["link"]) if pad["link"] in self._body.links else self._body.torso()
+            point = link.position + link.rotation @ np.array(pad["xyz"])
+            if any(s.distance(point) <= pad["radius"] for s in near):
+                found.add(pad["zone"])
+        return frozenset(found)
+
+
+USERS = ("FaceDetection", "RememberFace")
+"""The devices that look at faces; without them no network is loaded."""
+FACE_PICTURE = (640, 480)  # pixels, for faces: with half of that they are found to half the distance
+
+
+def make_faces(
+    spec: Spec, sight: Sight, stage: Stage, heads: Heads, lens: Lens, models: Callable[[], FaceModels]
+) -> Faces:
+    """What the robot knows of faces, at the beginning.
+
+    Raises:
+        SheetsError: a picture that the scene names, or the file of remembered faces, cannot be used.
+        MissingPart: the networks are missing, and a device needs them.
+    """
+    for action in spec.scene:
+        if picture := str(action.values.get("picture") or ""):
+            heads.portrait(0, picture)
+    faces = Faces(sight.look_closely, sight.pose, lambda: stage.us, lens, models)
+    if any(use.device in USERS for use in (*spec.sensors, *spec.actuators)):
+        if spec.faces:
+            faces.know_from(Path(spec.faces))
+        for known in Looks(spec.scene).known:
+            # As if the robot had been shown this person's picture before.
+            views = studied(heads.portrait(known.face, known.picture), models())
+            faces.memory.know(known.number, known.name, views)
+        models()
+    return faces
+
+
+RELAXED = 0.6  # of the unhurried speed
+LEGS = frozenset({"LLeg", "RLeg"})
+
+
+class Relaxing:
+    """Brings limbs to rest.
+
+    Args:
+        body, stance: the robot.
+        arbiter: knows what each actuator stream has moved, and what is in use.
+    """
+
+    def __init__(self, body: Body, stance: Stance, arbiter: Arbiter) -> None:
+        self._body, self._stance, self._arbiter = body, stance, arbiter
+
+    def relax(self, stream: str) -> None:
+        """Let go of what an actuator stream has moved."""
+        if self._body.fallen:
+            return
+        joints = self._joints(*self._arbiter.moved(stream))
+        for uses, names in self._arbiter.in_use():
+            joints -= self._joints(uses, names)
+        legs = {j for j in joints if self._chain(j) in LEGS}
+        if self._stance.stepping:  # it finishes its step and stands
+            joints -= legs
+        elif legs and any(abs(self._body.aimed(j) - self._body.start[j]) > 1e-6 for j in legs):
+            self._stance.follow_legs(0.0)
+        for joint in sorted(joints):
+            self._body.go(joint, self._body.start[joint], RELAXED * EASY)
+
+    def _joints(self, uses: frozenset[str], names: frozenset[str]) -> set[str]:
+        """The joints of a command that names some, or of all that it uses."""
+        chains = self._body.robot.data["chains"]
+        return set(names) or {j for j in self._body.start if chains[self._chain(j)] in uses}
+
+    def _chain(self, joint: str) -> str:
+        return self._body.robot.joints[joint.lower()].chain

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from rrp_sheets.devices import DeviceType, Found, Robot, Setting, load_robot
-from rrp_sheets.devices.examples import example_of
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.topics.functions import typed
@@ -140,3 +140,40 @@ def _default(setting: Setting) -> str:
     if isinstance(setting.default, bool):
         return str(setting.default).upper()
     return f"{setting.default:g}" if isinstance(setting.default, float) else str(setting.default)
+
+
+FOLDER = "examples"
+_TEST = "\n## Test\n"
+
+
+@dataclass(frozen=True)
+class Example:
+    """An example: `examples/<device>.md` in the robot's folder.
+
+    Attributes:
+        title: what it shows, from its first line.
+        text: the whole workbook, in Markdown.
+    """
+
+    title: str
+    text: str
+
+    @property
+    def shown(self) -> str:
+        """The workbook without its test, which says nothing to who only wants to see how the device is used."""
+        return self.text.partition(_TEST)[0]
+
+
+def example_of(device: DeviceType, robot: Robot) -> Example | None:
+    """The example of a device; None where there is none.
+
+    >>> from rrp_sheets.devices import load_robot
+    >>> robot = load_robot()
+    >>> example_of(robot.find("Say").type, robot).title
+    'The robot says what it worked out'
+    """
+    path = robot.folder / FOLDER / f"{device.name}.md"
+    if not path.is_file():
+        return None
+    text = path.read_text(encoding="utf-8")
+    return Example(text.partition("\n")[0].lstrip("# "), text)

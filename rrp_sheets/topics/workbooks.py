@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 def checked(markdown: str) -> Checked:
     """A Markdown workbook, read and checked."""
     from rrp_sheets.checks import check_workbook
-    from rrp_sheets.workbook.reader import Reader
+    from rrp_sheets.workbook.reading import Reader
     from rrp_sheets.workbook.text_books import read_markdown
 
     reader = Reader(read_markdown(markdown.encode(), "help"), "help")

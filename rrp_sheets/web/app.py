@@ -12,9 +12,7 @@ from werkzeug.exceptions import HTTPException
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
-from rrp_sheets.runs.worker import CheckWorker
-from rrp_sheets.web.addressed import workbook_or_404
-from rrp_sheets.web.build import build_id
+from rrp_sheets.runs.worker_process import CheckWorker
 from rrp_sheets.web.editing import make_editing
 from rrp_sheets.web.helping import make_helping
 from rrp_sheets.web.identity import Links, cookie_name
@@ -26,11 +24,12 @@ from rrp_sheets.web.pages import MessagePage, RefusedPage, show
 from rrp_sheets.web.pictures import picture
 from rrp_sheets.web.posing import make_posing
 from rrp_sheets.web.records.routes import make_records
+from rrp_sheets.web.requests import workbook_or_404
 from rrp_sheets.web.security import Lan, UsedLink, init_app
 from rrp_sheets.web.sessions import Sessions
 from rrp_sheets.web.sheeting import make_sheeting
 from rrp_sheets.web.shelving import make_shelving
-from rrp_sheets.web.statics import serve_statics
+from rrp_sheets.web.statics import build_id, serve_statics
 from rrp_sheets.web.workbook_list import shelf_page
 from rrp_sheets.web.workbook_repository import WorkbookRepository, printable
 

@@ -10,7 +10,7 @@ from typing import Any
 from waitress.channel import HTTPChannel
 from waitress.task import ErrorTask, ThreadedTaskDispatcher, WSGITask
 
-from rrp_sheets.web.headers import HEADERS
+from rrp_sheets.web.statics import HEADERS
 
 MOST_CONNECTIONS = 240  # at once; macOS gives a program 256 files
 MOST_OF_ONE = 80  # connections of one address

@@ -8,17 +8,19 @@ from dataclasses import replace
 from markupsafe import Markup
 
 from rrp_sheets.devices.scene_words import KINDS, verbs_of
-from rrp_sheets.documents.write_block_reason import hindrance
+from rrp_sheets.documents import Document
+from rrp_sheets.documents.grid import Column, Grid
+from rrp_sheets.documents.workfile import hindrance
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.sentences import explain
 from rrp_sheets.web.analysis import no_analysis
 from rrp_sheets.web.browserwords import in_browser
-from rrp_sheets.web.ownsheets import own_page
+from rrp_sheets.web.completions import vocabulary
 from rrp_sheets.web.pages import GridPage, Panels, Problem
 from rrp_sheets.web.pictures import MOST_ROWS
+from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.sheet_tabs import strip_of
 from rrp_sheets.web.testing.panel import panel_of
-from rrp_sheets.web.vocabulary import vocabulary
 from rrp_sheets.web.words import words_of
 from rrp_sheets.web.workbook_list import counts
 from rrp_sheets.web.workbook_session import WorkbookSession
@@ -109,3 +111,27 @@ def panels(room: WorkbookSession, name: str, sheet: str) -> Panels:
         left_out=max(0, len(look.findings) - MOST_PROBLEMS), drawing=drawing, words=words, why=why,
         checked=look.checked, picture=number, tests=panel_of(room.tests, room.document, sheet),
     )  # fmt: skip
+
+
+MOST_OWN_ROWS, MOST_COLUMNS = 2_000, 60
+
+
+def own_page(page: GridPage, panels: Panels, document: Document, name: str) -> GridPage:
+    """The page of a sheet of the user's own; `page` is that of another sheet of the workbook."""
+    grid = own_grid(document, name)
+    maker = RowRenderer(grid)
+    return replace(
+        page, panels=panels, sheet=name, kind="own", first=1, heads=tuple(maker.heads()), examples=False,
+        count=len(grid.rows), rows=maker.rows(0, MOST_OWN_ROWS),
+        strip=strip_of(document, page.name, name),
+    )  # fmt: skip
+
+
+def own_grid(document: Document, name: str) -> Grid:
+    """The texts of a sheet of the user's own, from its first cell on."""
+    sheet = next(s for s in document.reading.sheets if s.name == name)
+    width = min(max((column for _, column in sheet.cells), default=1), MOST_COLUMNS)
+    grid = Grid(name, "own", 1, tuple(Column(number, "") for number in range(1, width + 1)))
+    grid.load(sheet)
+    del grid.rows[MOST_OWN_ROWS:]
+    return grid

@@ -12,7 +12,7 @@ from pathlib import Path
 from rrp_sheets.documents import Document
 from rrp_sheets.documents.journal import Journal
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.worker import CheckWorker
+from rrp_sheets.runs.worker_process import CheckWorker
 from rrp_sheets.web.sse import EventStream
 from rrp_sheets.web.testing.tester import Tester
 from rrp_sheets.web.workbook_session import WorkbookSession

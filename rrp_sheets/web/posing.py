@@ -18,9 +18,8 @@ from rrp_sheets.documents.undo import Cells, RestoreRows
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
-from rrp_sheets.web.addressed import workbook_or_404
-from rrp_sheets.web.asked import json_body, text_of
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
+from rrp_sheets.web.requests import json_body, text_of, workbook_or_404
 from rrp_sheets.web.security import visitor
 from rrp_sheets.web.sessions import clean_name
 from rrp_sheets.web.workbook_repository import WorkbookRepository

@@ -13,11 +13,10 @@ from werkzeug.exceptions import Forbidden
 from werkzeug.wrappers import Response as AnyResponse
 
 from rrp_sheets.web import connections
-from rrp_sheets.web.headers import HEADERS
 from rrp_sheets.web.identity import Links, cookie_name, is_same
 from rrp_sheets.web.password import Password
 from rrp_sheets.web.sessions import Person, Sessions
-from rrp_sheets.web.statics import KEPT, plain_name
+from rrp_sheets.web.statics import HEADERS, KEPT, plain_name
 
 HOSTS = ("127.0.0.1", "localhost")
 _HOST = re.compile(r"(?:\[([0-9a-f:.]+)\]|([a-z0-9.-]+))(?::[0-9]{1,5})?")

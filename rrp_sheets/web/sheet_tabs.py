@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from rrp_sheets.documents import Document
-from rrp_sheets.documents.sheet_templates import proposed_name
+from rrp_sheets.documents.sheet_edits import proposed_name
 from rrp_sheets.web.pages import Addable, Strip, Tab
-from rrp_sheets.workbook.beginnings import SINGLE, TITLES
+from rrp_sheets.workbook.template import SINGLE, TITLES
 
 NAME = 200  # letters of a name that is looked at; those of a sheet are fewer, which is told
 _HELP = {

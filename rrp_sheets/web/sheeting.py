@@ -8,10 +8,9 @@ from flask import Blueprint, Response, abort, jsonify, request
 
 from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.web.addressed import workbook_or_404
-from rrp_sheets.web.asked import Asked, json_body, number_of, text_of
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.pages import show
+from rrp_sheets.web.requests import Asked, json_body, number_of, text_of, workbook_or_404
 from rrp_sheets.web.security import visitor
 from rrp_sheets.web.sessions import clean_name
 from rrp_sheets.web.sheet_tabs import NAME, strip_of

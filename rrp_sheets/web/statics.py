@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from flask import Flask, Response, send_from_directory
 
-from rrp_sheets.resources import vendored
-from rrp_sheets.web.build import build_id
+from rrp_sheets import __version__
+from rrp_sheets.resources import bundled, vendored
 
 KEPT = ("static", "vendor")  # endpoints whose files a browser may keep: they are the same for everyone
 _A_YEAR = 365 * 86_400  # seconds
@@ -41,3 +43,26 @@ def plain_name(filename: str) -> str:
     ('grid/main.js', 'grid/main.js')
     """
     return filename.removeprefix(f"{build_id()}/")
+
+
+@lru_cache(maxsize=1)
+def build_id() -> str:
+    """What tells this program's pages from those of another version."""
+    total = hashlib.sha256(__version__.encode())
+    static = bundled("templates", "web")
+    for path in sorted(p for p in static.rglob("*") if p.suffix in (".js", ".css", ".html", ".svg")):
+        total.update(path.read_bytes())
+    return total.hexdigest()[:16]
+
+
+HEADERS = {
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
+        "media-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
+    ),
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "same-origin",  # with less, browsers hide who sends a form
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+}

@@ -11,15 +11,14 @@ from typing import Any
 from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.changes import SheetChange
 from rrp_sheets.documents.requests import Answers, made_for
-from rrp_sheets.documents.write_block_reason import hindrance
+from rrp_sheets.documents.workfile import hindrance
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.worker import CheckWorker
+from rrp_sheets.runs.worker_process import CheckWorker
 from rrp_sheets.web.analysis import Analysis, analyse, no_analysis
-from rrp_sheets.web.broadcaster import Broadcaster
-from rrp_sheets.web.build import build_id
-from rrp_sheets.web.cell_locks import Place
+from rrp_sheets.web.broadcaster import Broadcaster, Place
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.sse import EventStream, message
+from rrp_sheets.web.statics import build_id
 from rrp_sheets.web.testing.results import RoomTests
 from rrp_sheets.web.testing.tester import Tester
 

@@ -12,8 +12,7 @@ from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, MoveSheet, RenameSheet, SheetEdit
 from rrp_sheets.workbook.sheet_names import sheet_name
 from rrp_sheets.workbook.text_books import HEADING, TAB_SUFFIX, natural
-from rrp_sheets.workbook.text_patch import sheet_named
-from rrp_sheets.workbook.text_write import NO_FILE_NAME, csv_text, markdown_text
+from rrp_sheets.workbook.text_patch import NO_FILE_NAME, csv_text, markdown_text, sheet_named
 
 _HEADING = re.compile(r"^#{1,2}[ \t].*$", re.MULTILINE)
 

@@ -9,8 +9,17 @@ from typing import Any
 
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.workbook import limits
-from rrp_sheets.workbook.raw import Extent, Kind, Range, RawCell, unreadable
-from rrp_sheets.workbook.xlsx_parts import SharedStrings, StylesHandler, number, truth, unescape
+from rrp_sheets.workbook.package import Package
+from rrp_sheets.workbook.raw import Extent, Finding, Kind, Range, RawCell, RawSheet, unreadable
+from rrp_sheets.workbook.xlsx_parts import (
+    SharedStrings,
+    SheetEntry,
+    StylesHandler,
+    WorkbookHandler,
+    number,
+    truth,
+    unescape,
+)
 from rrp_sheets.workbook.xml_stream import Handler, Stop
 
 _REFERENCE = re.compile(r"\$?([A-Z]{1,3})\$?([0-9]{1,7})")
@@ -256,3 +265,49 @@ def _letters(column: int) -> str:
     from rrp_sheets.model.cells import column_letters
 
     return column_letters(column)
+
+
+class XlsxBook:
+    """An opened .xlsx file; raises UnreadableFile for what is broken or refused.
+
+    Attributes:
+        package: its parts.
+        part: the name of the workbook part.
+        entries: its sheets in order.
+        styles: which cell styles show dates, times or texts.
+    """
+
+    format = "xlsx"
+
+    def __init__(self, data: bytes, name: str) -> None:
+        self.package = package = Package(data, name)
+        part = next((t for k, t in package.relations("").values() if k == "officedocument"), "xl/workbook.xml")
+        if part not in package or not part.endswith(".xml"):
+            raise unreadable("FILE002", name=name)
+        workbook = WorkbookHandler()
+        package.parse(part, workbook)
+        relations = package.relations(part)
+        by_kind = {kind: target for kind, target in relations.values() if target in package}
+        styles = StylesHandler()
+        if "styles" in by_kind:
+            package.parse(by_kind["styles"], styles)
+        self.part, self.styles, self._mac_epoch = part, styles, workbook.mac_epoch
+        self._strings = SharedStrings(package, by_kind.get("sharedstrings"))
+        self.entries = [
+            SheetEntry(title, relations[relation][1], hidden)
+            for title, relation, hidden in workbook.sheets
+            if relation in relations and relations[relation][0] == "worksheet"  # not a chart on a sheet of its own
+        ]
+        if len(self.entries) > limits.SHEETS:
+            raise unreadable("FILE012", name=name, count=len(self.entries), limit=limits.SHEETS)
+        if not self.entries:
+            raise unreadable("FILE008", name=name, what="it lists no sheets")
+        self.names = [s.name for s in self.entries]
+        self.findings: list[Finding] = []
+
+    def sheet(self, index: int, extent: Extent) -> RawSheet:
+        """Read a sheet; see Book."""
+        entry = self.entries[index]
+        handler = SheetHandler(entry.name, extent, self._strings, self.styles, self._mac_epoch)
+        self.package.parse(entry.part, handler)
+        return RawSheet(entry.name, handler.cells, tuple(handler.merged), frozenset(handler.hidden_rows), entry.hidden)

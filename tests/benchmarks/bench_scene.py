@@ -16,7 +16,7 @@ import pytest
 from rrp_sheets.devices import load_robot
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.sim.messages import Spec
-from rrp_sheets.sim.sonar import APART, FARTHEST, NEAREST, Beam
+from rrp_sheets.sim.sensors import APART, FARTHEST, NEAREST, Beam
 from rrp_sheets.sim.world import SimWorld
 
 COUNT = 150  # places of each kind

@@ -15,8 +15,7 @@ import numpy as np
 import pytest
 
 from rrp_sheets.sim import talk
-from rrp_sheets.sim.hearing import Ear, Listener
-from rrp_sheets.sim.pronouncing import pieces
+from rrp_sheets.sim.hearing import Ear, Listener, pieces
 from rrp_sheets.sim.voice import Speech
 
 SETTINGS = [text.split(", ") for text in (

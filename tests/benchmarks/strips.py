@@ -17,8 +17,8 @@ from rrp_sheets.devices import load_robot
 from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.sim.camera import FilmCamera
+from rrp_sheets.sim.film_file import font_of
 from rrp_sheets.sim.messages import Spec
-from rrp_sheets.sim.strip import font_of
 from rrp_sheets.sim.world import STEPS_A_SECOND, SimWorld
 
 MOMENTS, TILE = 8, (230, 250)

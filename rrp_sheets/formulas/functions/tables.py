@@ -5,9 +5,9 @@ from __future__ import annotations
 import ast
 
 from rrp_sheets.diagnostics.phrase import Phrase
-from rrp_sheets.formulas.charging import Charge, free
 from rrp_sheets.formulas.compare import same
 from rrp_sheets.formulas.functions.define import MANY, Function, define, listing, shown, whole
+from rrp_sheets.formulas.limits import Charge, free
 from rrp_sheets.formulas.nodes import Pick
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
 from rrp_sheets.formulas.tables import Table

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 
 from rrp_sheets.diagnostics.phrase import Phrase
-from rrp_sheets.formulas.charging import Charge, free, searching
 from rrp_sheets.formulas.functions.define import (
     bounded,
     define,
@@ -19,7 +18,7 @@ from rrp_sheets.formulas.functions.define import (
     whole,
 )
 from rrp_sheets.formulas.functions.maths import round_
-from rrp_sheets.formulas.limits import LONGEST_TEXT
+from rrp_sheets.formulas.limits import LONGEST_TEXT, Charge, free, searching
 from rrp_sheets.formulas.problems import FormulaProblem, wrong_kind
 from rrp_sheets.model.values import Value
 

@@ -10,8 +10,7 @@ from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, SAME, ChangedBehav
 from rrp_sheets.render.changes.boxes import make_change_drawing
 from rrp_sheets.render.changes.svg import FILL, LINE, MARGIN, draw_change, draw_sign
 from rrp_sheets.render.diagram import Page
-from rrp_sheets.render.dot import dot_text
-from rrp_sheets.render.layout import TIMEOUT, lay_out
+from rrp_sheets.render.dot import TIMEOUT, dot_text, lay_out
 from rrp_sheets.render.measure import OTHER_FACES, clean, width
 from rrp_sheets.render.style import DASHES, LANDSCAPE, MOST_ROWS, NAME_PT, PAGE, SMALL_PT, SOFT
 from rrp_sheets.render.svg import frame, text

@@ -6,7 +6,7 @@ from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, SAME
 from rrp_sheets.render.boxes import ROW_TEXT_LEFT, Drawing
 from rrp_sheets.render.changes.boxes import ChangeArrow, ChangeBox, Told
 from rrp_sheets.render.changes.lines import Line
-from rrp_sheets.render.layout import Layout, Point, Way
+from rrp_sheets.render.dot import Layout, Point, Way
 from rrp_sheets.render.measure import escape
 from rrp_sheets.render.style import (
     DASHES,

@@ -15,7 +15,7 @@ from typing import Any
 
 from rrp_sheets.runs.bundle import form
 from rrp_sheets.runs.bundle.catalogues import catalogue_note, dress
-from rrp_sheets.runs.bundle.names import is_safe
+from rrp_sheets.runs.bundle.form import is_safe
 from rrp_sheets.runs.bundle.versions import differences
 from rrp_sheets.workbook.package import BROKEN_ZIP
 from rrp_sheets.workbook.raw import unreadable

@@ -12,7 +12,7 @@ from typing import Any
 from rrp_sheets import __version__
 from rrp_sheets.checks import Checked
 from rrp_sheets.runs.bundle import form
-from rrp_sheets.runs.records.stamp import stamp_of
+from rrp_sheets.runs.records.metadata import stamp_of
 from rrp_sheets.workbook import Reading
 
 _PROJECT = "rrp-sheets"

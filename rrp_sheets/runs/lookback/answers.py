@@ -4,17 +4,32 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from rrp_sheets.checks import check_workbook
+from rrp_sheets.checks.check import robot_of
+from rrp_sheets.checks.shown import row_examples
+from rrp_sheets.connectors import connectors
+from rrp_sheets.devices import Robot, load_robot
+from rrp_sheets.diagnostics import Report
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.lookback.book import WORKBOOK, Book, drawing, read_book, sheets
-from rrp_sheets.runs.lookback.index import Index, index_trace
+from rrp_sheets.graph import Graph, StreamKind
+from rrp_sheets.graph.build import build_graph
+from rrp_sheets.model.exchange import DONE
+from rrp_sheets.model.names import key
+from rrp_sheets.model.values import Record, RecordType, Value
+from rrp_sheets.model.workbook import Row
+from rrp_sheets.runs.formatting import told
+from rrp_sheets.runs.lookback.index import Entry, Index, index_trace
 from rrp_sheets.runs.lookback.poses import POSES, Poses, index_poses, picture, picture_times
-from rrp_sheets.runs.lookback.values import Words, names_of, piece
+from rrp_sheets.runs.marbles import value_from_json
 from rrp_sheets.runs.records.metadata import TRACE
+from rrp_sheets.workbook import Reading, read
 
 Stamp = tuple[int, int]
 _LOST = SheetsError("There is no such part of the run.", "Load the page again: the record has perhaps changed.")
@@ -125,3 +140,185 @@ def _known_poses(place: Path, stamp: Stamp) -> Poses:
 @lru_cache(maxsize=4)
 def _known_book(place: Path, stamp: Stamp) -> Book:
     return read_book(place)
+
+
+WORKBOOK = "protocol.xlsx"
+_MOST_CHECKED = 1_500  # rows of a workbook whose units are looked for
+_MOST_SHOWN = 2_000  # rows of a sheet
+_LONGEST = 2_000  # letters of a cell
+_SECONDS = 8.0  # for a diagram's layout
+
+
+@dataclass(frozen=True)
+class Book:
+    """What ran.
+
+    Attributes:
+        graph: None when the copy cannot be read; `why` says why.
+        units: of what rows give, by their refs.
+    """
+
+    robot: Robot
+    graph: Graph | None
+    units: Mapping[str, str]
+    why: str = ""
+
+
+def read_book(place: Path) -> Book:
+    """Read the workbook of a run; one that cannot be read says why."""
+    try:
+        reading = read(place / WORKBOOK)
+    except SheetsError as error:
+        return Book(load_robot(), None, {}, f"{error.message} {error.remedy}")
+    robot = robot_of(reading.workbook, Report())
+    if sum(len(b.rows) for b in reading.workbook.behaviours) > _MOST_CHECKED:
+        return Book(robot, build_graph(reading.workbook, robot, connectors(), Report()), {})
+    return _checked(reading)
+
+
+def _checked(reading: Reading) -> Book:
+    checked = check_workbook(reading.workbook, reading.report, lints=False)
+    numbers = {
+        ref: fact.known.unit
+        for ref, fact in row_examples(checked).items()
+        if isinstance(fact.example, (int, float)) and not isinstance(fact.example, bool)
+    }
+    return Book(checked.robot, checked.graph, numbers)
+
+
+def sheets(book: Book) -> list[dict[str, Any]]:
+    """The behaviours as JSON: name, rows, and what the names in them are (sensor, stream, actuator, done)."""
+    if book.graph is None:
+        return []
+    return [
+        {
+            "name": b.name, "rows": [_row(s.row) for s in b.steps[:_MOST_SHOWN]],
+            "left_out": max(0, len(b.steps) - _MOST_SHOWN), "kinds": _kinds(book.graph, b.key),
+        }
+        for b in book.graph.behaviours
+    ]  # fmt: skip
+
+
+def _row(row: Row) -> list[Any]:
+    """Number, whether it is on, and the texts of its cells."""
+    cells = (row.inputs_cell.text, row.connector.text, row.formula.text, row.output.text, row.notes)
+    return [row.number, row.on, *(text[:_LONGEST] for text in cells)]
+
+
+def _kinds(graph: Graph, behaviour: str) -> dict[str, str]:
+    own = f"{behaviour}!"
+    return {
+        key(s.name): s.kind.value
+        for s in graph.streams.values()
+        if s.kind is not StreamKind.ANONYMOUS and (s.id.startswith(own) or "!" not in s.id)
+    }
+
+
+def drawing(book: Book, number: int) -> str:
+    """The diagram of a behaviour, for a page that lights it, as SVG of our own making; empty when there is none.
+
+    Raises:
+        SheetsError: it is too long, or cannot be laid out.
+    """
+    from rrp_sheets.render.diagram import draw_diagram
+    from rrp_sheets.runs.drawings import MOST_ROWS
+
+    if book.graph is None or not 0 <= number < len(book.graph.behaviours):
+        return ""
+    behaviour = book.graph.behaviours[number]
+    if any(i not in book.graph.streams for s in behaviour.steps for i in (*s.inputs, s.output)):
+        return ""
+    if len(behaviour.steps) > MOST_ROWS:
+        raise SheetsError(f"“{behaviour.name}” is too long to be drawn: more than {MOST_ROWS} rows.", "")
+    drawn = draw_diagram(book.graph, behaviour, whole=True, room=True, timeout=_SECONDS)
+    return drawn[0].svg if drawn else ""
+
+
+_LONGEST_ERROR = 200  # letters
+_SEEN = ("x", "y", "width", "height", "distance")  # of what a sensor sees: where the camera's picture shows it
+_MOST_NAME = 60  # letters
+
+
+def names_of(kinds: Mapping[str, str]) -> dict[str, str]:
+    """The streams' names as the run panel has them: without their sheet, where that can be told apart.
+
+    >>> names_of({"Red ball": "sensor", "A!Far": "stream", "B!Near": "stream", "C!Near": "stream", "A!#4": "anonymous"})
+    {'Red ball': 'Red ball', 'A!Far': 'Far', 'B!Near': 'B!Near', 'C!Near': 'C!Near', 'A!#4': 'A!#4'}
+    """
+    plain = Counter(label.partition("!")[2] or label for label in kinds)
+    found = {}
+    for label in kinds:
+        _, _, name = label.partition("!")
+        found[label] = name if name and name[0] != "#" and plain[name] == 1 else label
+    return found
+
+
+class Words:
+    """Puts the values of a trace into words.
+
+    Args:
+        robot: whose sensors give records.
+        units: of what rows give, by their refs.
+    """
+
+    def __init__(self, robot: Robot, units: Mapping[str, str]) -> None:
+        self._units = units
+        self._types: dict[tuple[str, ...], RecordType] = {_fields(DONE): DONE}
+        for device in robot.devices.values():
+            if device.payload is not None:
+                self._types.setdefault(_fields(device.payload), device.payload)
+
+    def told(self, stream: str, row: str, value: Any) -> str:
+        """A value of a row, or of a sensor (then without a row)."""
+        return told(self._value(stream, value), self._units.get(row, ""))
+
+    def _value(self, stream: str, value: Any) -> Value:
+        """A record is known by its fields: the trace keeps no other word of what it is."""
+        kind = self._types.get(tuple(value)) if isinstance(value, dict) else None
+        if kind is None:
+            return value_from_json(stream, value)
+        return Record(kind, {key(n): value_from_json(stream, v) for n, v in value.items()})
+
+
+def _fields(kind: RecordType) -> tuple[str, ...]:
+    return tuple(f.name for f in kind.fields)
+
+
+def piece(index: Index, number: int, words: Words) -> dict[str, Any]:
+    """A piece of a run as JSON: of each series the times, what was told then (places in `words`), and what was seen."""
+    numbers, before = index.piece(number)
+    series: dict[int, dict[str, list[Any]]] = {}
+    table: dict[str, int] = {}
+    wanted = [n for n in before if n >= 0] + list(numbers)
+    for event, entry in index.read(wanted):
+        of = index.of[event]
+        told_series = series.setdefault(of, {"t": [], "v": []})
+        text = _text(index, of, entry, words)
+        told_series["t"].append(index.times[event])
+        told_series["v"].append(table.setdefault(text, len(table)))
+        seen = _seen(entry.get("value")) if not index.series[of].row else None  # what a sensor gave, no command
+        if seen is not None:
+            told_series.setdefault("s", [None] * (len(told_series["t"]) - 1)).append(seen)
+        elif "s" in told_series:
+            told_series["s"].append(None)
+    return {"words": list(table), "series": series}
+
+
+def _text(index: Index, of: int, entry: Entry, words: Words) -> str:
+    named = index.series[of]
+    if not named.stream:
+        return str(entry.get("error") or entry.get("text") or "")[:_LONGEST_ERROR]
+    return words.told(named.stream, named.row, entry.get("value"))
+
+
+def _seen(value: Any) -> list[Any] | None:
+    """Where in the picture something was: its angles (rad), how far it was (m), its name."""
+    if not isinstance(value, dict) or not all(_is_number(value.get(n)) for n in ("x", "y")):
+        return None
+    numbers = [round(float(value[n]), 4) if _is_number(value.get(n)) else None for n in _SEEN]
+    name = value.get("name")
+    return [*numbers, name[:_MOST_NAME] if isinstance(name, str) else ""]
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e6

@@ -6,9 +6,11 @@ that is in them, and faces that were remembered there. What people wrote elsewhe
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import shutil
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,10 +20,8 @@ from rrp_sheets.engine.file_lock import is_locked
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.runs import faces
-from rrp_sheets.runs.records.discovery import folders_below
-from rrp_sheets.runs.records.face_retention import FaceFate, plan_faces
-from rrp_sheets.runs.records.listing import as_dict, chosen, runs_in, runs_place
-from rrp_sheets.runs.records.metadata import TRACE, RunMetadata, facts_of
+from rrp_sheets.runs.records.listing import as_dict, chosen, folders_below, runs_in, runs_place
+from rrp_sheets.runs.records.metadata import TRACE, RunMetadata, facts_of, text_of
 from rrp_sheets.runs.records.participant_search import Unsearched, places_of
 
 
@@ -302,3 +302,89 @@ def _delete_folder(place: Path) -> None:
             f"“{error.filename or place}” cannot be deleted ({error.strerror}).",
             "See that you may write there, and that no other program has it open; then delete again.",
         ) from None
+
+
+_REMEMBERED = re.compile(r"The face is remembered as (.+)\.", re.DOTALL)
+_NOTED, _KNOWN = b"The face is remembered as ", b'"recognised":true'
+
+
+@dataclass(frozen=True)
+class FaceFate:
+    """What becomes of a kept face; `why` in words."""
+
+    name: str
+    goes: bool
+    why: str
+
+
+def plan_faces(
+    kept: Sequence[str],
+    runs: Mapping[str, RunMetadata],
+    places: Collection[Path],
+    gone: Collection[str],
+    participant: str,
+) -> list[FaceFate]:
+    """What becomes of the kept faces when some runs are deleted.
+
+    Args:
+        kept: the names in the file of faces.
+        runs: all runs, by the name of their folder.
+        places: the folders of all runs.
+        gone: the names of those that are deleted.
+        participant: whose runs they are; blank when they were chosen one by one.
+    """
+    newest: dict[str, str] = {}  # the run that has a name, by the name's key
+    seen: set[str] = set()
+    for place in sorted(places, key=lambda p: _began(runs.get(p.name))):
+        for name, new in _faces(place):
+            if new:
+                newest[key(name)] = place.name
+            elif place.name in gone:
+                seen.add(key(name))
+    return [_fate(name, newest.get(key(name), ""), runs, gone, participant, key(name) in seen) for name in kept]
+
+
+def _began(facts: RunMetadata | None) -> float:
+    return facts.began.timestamp() if facts is not None and facts.began is not None else 0.0
+
+
+def _fate(
+    name: str, run: str, runs: Mapping[str, RunMetadata], gone: Collection[str], participant: str, recognised: bool
+) -> FaceFate:
+    if participant and key(name) == key(participant):
+        return FaceFate(name, True, "it has that code as its name")
+    if run in gone:
+        return FaceFate(name, True, f"it was remembered in the run {run}")
+    also = " It was recognised in a run that is deleted." if recognised else ""
+    if run:
+        whose = runs[run].participant if run in runs else ""
+        return FaceFate(name, False, f"it was remembered in the run {run}{f' of {whose}' if whose else ''}.{also}")
+    return FaceFate(name, False, f"no run here says whose it is.{also}")
+
+
+def _faces(place: Path) -> Iterator[tuple[str, bool]]:
+    """The names of faces that a run remembered (True) or recognised (False)."""
+    devices: dict[str, str] = {}
+    kept = True
+    try:
+        with (place / TRACE).open("rb") as file:
+            for number, line in enumerate(file):
+                if number == 0 or _NOTED in line or _KNOWN in line:
+                    entry = json.loads(line)
+                    if number == 0:
+                        kept = entry.get("faces") != "forgotten"
+                        devices = {text_of(s["stream"]): text_of(s["device"]) for s in entry["streams"]}
+                        continue
+                    yield from _told(entry, devices, kept)
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        return  # a damaged record says nothing
+
+
+def _told(entry: Mapping[str, Any], devices: Mapping[str, str], kept: bool) -> Iterator[tuple[str, bool]]:
+    device = devices.get(text_of(entry.get("stream")))
+    found = _REMEMBERED.fullmatch(text_of(entry.get("text")))
+    if found and kept and device == "RememberFace":
+        yield found[1], True
+    value = entry.get("value")
+    if isinstance(value, dict) and device == "FaceDetection" and value.get("recognised") and value.get("name"):
+        yield text_of(value["name"]), False

@@ -29,7 +29,7 @@ def _marbles(
 
 
 def _pair(first: str, second: str) -> dict[str, Any]:
-    from rrp_sheets.runs.records.pairs import pair
+    from rrp_sheets.runs.records.table import pair
 
     return pair(Path(first), Path(second))
 

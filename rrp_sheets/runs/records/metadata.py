@@ -20,6 +20,10 @@ from typing import Any
 
 from rrp_sheets.engine.file_lock import is_locked
 from rrp_sheets.model.languages import known_language
+from rrp_sheets.model.stamp import Stamp
+
+__all__ = ["Stamp", "stamp_of", "stamp_of_facts"]
+
 
 RUNS = "runs"
 TRACE = "trace.jsonl"
@@ -193,3 +197,18 @@ def _counts(value: Any) -> dict[str, int]:
     if not isinstance(value, dict):
         return {}
     return {str(k)[:_LONGEST_TEXT]: v for k, v in value.items() if isinstance(v, int) and not isinstance(v, bool)}
+
+
+def stamp_of(place: Path) -> Stamp:
+    """The stamp of a run's folder; what its record does not say is blank. Never raises."""
+    return stamp_of_facts(facts_of(place))
+
+
+def stamp_of_facts(facts: RunMetadata) -> Stamp:
+    """The stamp of a run that was looked at already."""
+    return Stamp(
+        workbook=facts.workbook, digest=facts.digest, program=facts.program, mode=facts.mode, seed=facts.seed,
+        participant=facts.participant, condition=facts.condition, operator=facts.operator,
+        began=facts.began.isoformat(timespec="milliseconds") if facts.began else "",
+        ended=facts.ended if facts.readable else "", run=facts.run, language=facts.language,
+    )  # fmt: skip

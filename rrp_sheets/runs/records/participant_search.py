@@ -21,7 +21,7 @@ from datetime import date
 from pathlib import Path
 from typing import BinaryIO
 
-from rrp_sheets.runs.records.discovery import is_software
+from rrp_sheets.runs.records.listing import is_software
 from rrp_sheets.runs.records.metadata import RUNS
 from rrp_sheets.workbook.package import BROKEN_ZIP
 

@@ -20,8 +20,7 @@ from rrp_sheets.engine.trace import read_trace
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.names import key
 from rrp_sheets.model.stamp import Stamp
-from rrp_sheets.runs.records.metadata import text_of
-from rrp_sheets.runs.records.stamp import stamp_of
+from rrp_sheets.runs.records.metadata import stamp_of, text_of
 
 
 class Seconds(float):

@@ -8,9 +8,8 @@ from typing import Any
 from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.render.marbles import draw_marbles
 from rrp_sheets.runs.replay.marbles import difference_scores
+from rrp_sheets.runs.replay.report import each_line, robot_lines, row_lines, verdict
 from rrp_sheets.runs.replay.result import Replayed
-from rrp_sheets.runs.replay.wording import each_line, row_lines, verdict
-from rrp_sheets.runs.replay.wording_robot import robot_lines
 from rrp_sheets.runs.replay.words import Told
 
 MOST = 300  # lines of a list

@@ -49,7 +49,7 @@ def write(found: Replayed, target: Path) -> list[str]:
     scores = difference_scores(found)
     if not scores:
         return [f"Nothing differs that could be drawn, so “{target.name}” is not written."]
-    from rrp_sheets.render.marble_output import write_marbles
+    from rrp_sheets.render.output import write_marbles
 
     return write_marbles(scores, target)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,17 +12,97 @@ from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.engine.engine import Engine
 from rrp_sheets.engine.events import EventEngine
 from rrp_sheets.engine.frame import FrameEngine
-from rrp_sheets.errors import RunBroken
+from rrp_sheets.engine.plan import Plan
+from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.graph import StreamKind
-from rrp_sheets.model.exchange import Notice
+from rrp_sheets.model.exchange import DONE, Notice, commanded
 from rrp_sheets.model.names import key
-from rrp_sheets.model.values import Failure, Value, to_json
+from rrp_sheets.model.values import Failure, Record, RecordType, Value, record_from_mapping, to_json
 from rrp_sheets.runs.replay.edits import Editions
 from rrp_sheets.runs.replay.ends import Ends
-from rrp_sheets.runs.replay.record import ACT, ERROR, EVENT, HAPPENING, RecordedLine
-from rrp_sheets.runs.replay.sensed import Senses
+from rrp_sheets.runs.replay.record import ACT, ERROR, EVENT, HAPPENING, NO_DETAIL, RecordedLine, same_json
 from rrp_sheets.runs.replay.source import Source
-from rrp_sheets.runs.replay.spool import Spool
+
+
+class Senses:
+    """Makes values of streams from their JSON.
+
+    What was commanded comes back in the end of the command: a list or a record of a formula's, which JSON does not
+    tell apart. So commands are remembered as they are made, and the end has the very value.
+
+    Args:
+        plan: of the workbook that is played.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self._records: dict[str, RecordType] = {
+            s.id: s.device.type.payload for s in plan.streams if s.device and s.device.type.payload
+        }
+        self._of = plan.dones
+        self._given: dict[tuple[str, str], Value] = {}
+
+    def command(self, stream: str, value: Value) -> None:
+        """A row has made a command."""
+        if isinstance(value, (list, tuple, Record)):
+            told = commanded(value)
+            self._given[stream, same_json(to_json(told))] = told
+
+    def value(self, stream: str, value: Any) -> Value:
+        """The value that a sensor stream, or one of ended commands, had."""
+        kind = DONE if stream in self._of else self._records.get(stream)
+        if kind is None or not isinstance(value, dict):
+            return _plain(value)
+        fields = {key(n): _plain(v) for n, v in value.items()}
+        if kind is DONE and isinstance(value.get("value"), (list, dict)):
+            given = self._given.get((self._of[stream], same_json(value["value"])))
+            fields["value"] = fields["value"] if given is None else given
+        if set(fields) - {key(f.name) for f in kind.fields}:  # of another version of the catalogue
+            return record_from_mapping(kind.name, {n: fields[key(n)] for n in value})
+        return kind.make(**fields)
+
+
+def _plain(value: Any) -> Value:
+    if isinstance(value, dict):
+        return record_from_mapping("Record", {str(n): _plain(v) for n, v in value.items()})
+    if isinstance(value, list):
+        return [_plain(v) for v in value]
+    return value
+
+
+_ENCODE = json.JSONEncoder(separators=(",", ":")).encode
+
+
+class Spool:
+    """Entries that are written once, and can be gone through again and again, but not twice at one time.
+
+    >>> spool = Spool(); spool.append(RecordedLine(5, "event", "s1", "Look!2", 0.5))
+    >>> [(e.stream, e.value) for e in spool.named({"s1": "Distance"})]
+    [('Distance', 0.5)]
+    """
+
+    def __init__(self) -> None:
+        self._file = tempfile.TemporaryFile("w+", encoding="utf-8")  # noqa: SIM115  # it goes with the spool
+        self._count = 0
+
+    def append(self, entry: RecordedLine) -> None:
+        """Put one aside; its time is not before that of the one before."""
+        parts = (entry.us, entry.kind, entry.stream, entry.row, entry.value, entry.what, entry.text)
+        try:
+            self._file.write(_ENCODE(parts) + "\n")
+        except OSError as error:
+            raise SheetsError(f"The replay cannot be stored ({error.strerror}).", "Free space on the disk.") from None
+        self._count += 1
+
+    def __len__(self) -> int:
+        return self._count
+
+    def named(self, names: Mapping[str, str]) -> Iterator[RecordedLine]:
+        """All of them, with streams called by the names of their ids."""
+        self._file.seek(0)
+        while line := self._file.readline():
+            us, kind, stream, row, value, what, text = json.loads(line)
+            yield RecordedLine(us, kind, names.get(stream, stream), row, value, what, text, NO_DETAIL)
+
 
 MOST_CAME = 3_000_000  # events of one replay: a gigabyte
 _TOLD_EVERY = 200  # moments between two words to whoever waits

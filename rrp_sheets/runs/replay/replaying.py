@@ -11,7 +11,7 @@ from pathlib import Path
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import StreamKind
-from rrp_sheets.runs.records.stamp import stamp_of
+from rrp_sheets.runs.records.metadata import stamp_of
 from rrp_sheets.runs.replay.differences import Comparer
 from rrp_sheets.runs.replay.edits import Editions
 from rrp_sheets.runs.replay.ends import Ends
@@ -29,9 +29,9 @@ from rrp_sheets.runs.replay.record import (
     moments,
     read_record,
 )
+from rrp_sheets.runs.replay.report import ending, unknown
 from rrp_sheets.runs.replay.result import Replayed, Spoken
 from rrp_sheets.runs.replay.source import Source, another, remarks, the_one_that_ran
-from rrp_sheets.runs.replay.telling import ending, unknown
 
 _SAYS = ("SayInput", "SayParameter")
 _SWITCHED = (" is switched on.", " is switched off.")

@@ -10,9 +10,8 @@ from rrp_sheets.sim.actuators.base import Actuator, Parts
 from rrp_sheets.sim.actuators.eyes import EyeBrightness, EyeColor, EyeLedColor
 from rrp_sheets.sim.actuators.gesture import Gesture
 from rrp_sheets.sim.actuators.lamps import Eyes
-from rrp_sheets.sim.actuators.memory import RememberFace
 from rrp_sheets.sim.actuators.moving import SetJointPosition, Track
-from rrp_sheets.sim.actuators.other import Later, Print
+from rrp_sheets.sim.actuators.other import Later, Print, RememberFace
 from rrp_sheets.sim.actuators.posture import Posture
 from rrp_sheets.sim.actuators.sound import PlaySound
 from rrp_sheets.sim.actuators.speech import SayInput, SayParameter

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.sim.actuators.base import Base, Parts, as_number
-from rrp_sheets.sim.actuators.talking import Talking
 from rrp_sheets.sim.arbitration import Job
+from rrp_sheets.sim.keyframes import Motion
 
 
 class _Say(Base):
@@ -50,3 +52,52 @@ class SayParameter(_Say):
     def take(self, order: Command, us: int) -> None:
         """Say it."""
         self.say(str(self.settings.get("text") or ""), order, us)
+
+
+LOWEST = float("-inf")  # priority: any other command takes the arm
+ARMS = {"L": "left arm", "R": "right arm"}
+PAUSE_US = 250_000  # between two of them
+OFFSET_US = 300_000  # the right arm begins later: two arms that always move alike look like a machine's
+
+
+class Talking:
+    """Lets the free arms talk with a sentence."""
+
+    def __init__(self, parts: Parts) -> None:
+        self._parts = parts
+        self._count = 0  # of small gestures so far
+
+    def begin(self, order: Command, us: int) -> None:
+        """A sentence begins, by this order: from now on, until nothing is said any more."""
+        busy = self._parts.arbiter.driving()
+        for side, arm in ARMS.items():
+            if arm not in busy and self._parts.body.robot.talking:
+                self._arm(side, arm, replace(order, stream=f"{order.stream} {arm}", priority=LOWEST), us)
+
+    def _arm(self, side: str, arm: str, order: Command, us: int) -> None:
+        body, talking = self._parts.body, self._parts.body.robot.talking
+        joints = frozenset(talking[0].of_side(side).joints)
+        now: Motion | None = None
+        due = us + (OFFSET_US if side == "R" else 0)
+
+        def over(us: int) -> bool | None:
+            nonlocal now, due
+            if now is not None and now.going:
+                return None
+            if not self._parts.voice.saying:
+                return True
+            if now is not None:
+                now, due = None, us + PAUSE_US
+            if us >= due:
+                gesture = talking[self._count % len(talking)].of_side(side)
+                self._count += 1
+                now = Motion(body, gesture.timed())
+                self._parts.motions.begin(now)
+            return None
+
+        def cease(us: int) -> None:
+            if now is not None:
+                now.halt(home=True)
+
+        self._parts.stance.steady()
+        self._parts.arbiter.take(Job(order, frozenset((arm,)), lambda order, us: None, cease, over, joints=joints), us)

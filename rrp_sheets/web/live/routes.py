@@ -10,13 +10,12 @@ from werkzeug.exceptions import BadRequest
 
 from rrp_sheets.devices import robot_names
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.web.addressed import RoomOf, workbook_or_404
-from rrp_sheets.web.asked import Asked, json_body, number_of, text_of, truth_of
 from rrp_sheets.web.gridpage import run_page
 from rrp_sheets.web.live.run_manager import RobotBusy, RunManager
 from rrp_sheets.web.live.session import FOREVER, RunOptions, RunSession
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.pages import show
+from rrp_sheets.web.requests import Asked, RoomOf, json_body, number_of, text_of, truth_of, workbook_or_404
 from rrp_sheets.web.robotmodel import face_picture, robot_json
 from rrp_sheets.web.security import visitor
 from rrp_sheets.web.sessions import clean_name

@@ -9,7 +9,9 @@ from __future__ import annotations
 import re
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from rrp_sheets.errors import RunBroken
@@ -17,10 +19,8 @@ from rrp_sheets.model.exchange import Notice, OperatorAction, State
 from rrp_sheets.model.values import Failure, Record, Value
 from rrp_sheets.runs.formatting import clock
 from rrp_sheets.runs.view import RunStart, RunView, Summary
-from rrp_sheets.web.live.intervals import Drives
 from rrp_sheets.web.live.latest_values import LatestValues
 from rrp_sheets.web.live.log import Line, Log
-from rrp_sheets.web.live.plotting import Plots
 from rrp_sheets.web.live.streams import Known, known_streams
 
 Told = dict[str, Any]
@@ -255,3 +255,126 @@ class RunState(RunView):
                 else []
             )
             return {name: self._newest.count(name) for name in names}
+
+
+_KEPT_INTERVALS = 400
+_GAP_US = 700_000  # a row that drives again so soon has never stopped, for a reader: eyes set twice a second
+
+
+@dataclass(slots=True, eq=False)
+class Interval:
+    """A row has a resource from one time to another, or still."""
+
+    resource: str
+    row: str
+    began: int
+    ended: int | None = None
+
+    def plain(self) -> list[object]:
+        """As it is told, in seconds."""
+        return [self.resource, self.row, self.began / 1e6, None if self.ended is None else self.ended / 1e6]
+
+
+class Drives:
+    """Stretches of driving, the newest kept."""
+
+    def __init__(self) -> None:
+        self._kept: deque[Interval] = deque(maxlen=_KEPT_INTERVALS)
+        self._last: dict[str, Interval] = {}
+        self._new: list[Interval] = []
+
+    def take(self, us: int, driving: Mapping[str, str]) -> None:
+        """What drives at a moment."""
+        for resource, last in self._last.items():
+            if last.ended is None and driving.get(resource) != last.row:
+                last.ended = us
+                self._tell(last)
+        for resource, row in driving.items():
+            before = self._last.get(resource)
+            if before is not None and before.row == row and (before.ended is None or us - before.ended <= _GAP_US):
+                if before.ended is not None:
+                    before.ended = None
+                    self._tell(before)
+                continue
+            fresh = self._last[resource] = Interval(resource, row, us)
+            self._kept.append(fresh)
+            self._tell(fresh)
+
+    def _tell(self, stretch: Interval) -> None:
+        if stretch not in self._new:
+            self._new.append(stretch)
+
+    def news(self) -> list[list[object]]:
+        """The stretches that began or ended since the last time."""
+        told = [s.plain() for s in self._new]
+        self._new = []
+        return told
+
+    def all(self) -> list[list[object]]:
+        """The stretches that are kept."""
+        return [s.plain() for s in self._kept]
+
+
+MOST_KEYS = 80
+KEPT_US = 60_000_000  # of the run's clock
+_KEPT = 900  # points of a key
+_PER_TELLING = 4  # points of a key that are told at once: the first, the last, and the extremes between them
+Point = tuple[int, float]
+
+
+class Plots:
+    """The numbers of streams, by the stream's name or `name.field`."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, deque[Point]] = {}
+        self._new: dict[str, list[Point]] = {}
+
+    def take(self, us: int, name: str, value: Value, *, fields: bool) -> None:
+        """A value; of a record its numbers when `fields`."""
+        if isinstance(value, Record):
+            if fields:
+                for field, part in value.as_dict().items():
+                    self._put(us, f"{name}.{field}", part)
+        else:
+            self._put(us, name, value)
+
+    def _put(self, us: int, key: str, value: Value) -> None:
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            return
+        if key not in self._kept:
+            if len(self._kept) >= MOST_KEYS:
+                return
+            self._kept[key] = deque(maxlen=_KEPT)
+        self._new.setdefault(key, []).append((us, float(value)))
+
+    def news(self) -> list[list[object]]:
+        """The points since the last time, thinned."""
+        told = []
+        for key, points in self._new.items():
+            thin = _thinned(points)
+            self._kept[key].extend(thin)
+            told.append(_plain(key, thin))
+        self._new = {}
+        return told
+
+    def all(self, us: int) -> list[list[object]]:
+        """The points that were told so far, those of the last minute."""
+        kept = ((k, [p for p in points if p[0] >= us - KEPT_US]) for k, points in self._kept.items())
+        return [_plain(k, points) for k, points in kept if points]
+
+
+def _plain(key: str, points: list[Point]) -> list[object]:
+    return [key, [[us / 1e6, float(f"{v:.4g}")] for us, v in points]]
+
+
+def _thinned(points: list[Point]) -> list[Point]:
+    """At most four of the points: the first, the smallest, the largest and the last.
+
+    >>> _thinned([(1, 5.0), (2, 9.0), (3, 1.0), (4, 2.0), (5, 3.0)])
+    [(1, 5.0), (2, 9.0), (3, 1.0), (5, 3.0)]
+    """
+    if len(points) <= _PER_TELLING:
+        return points
+    inner = points[1:-1]
+    extremes = {min(inner, key=lambda p: p[1]), max(inner, key=lambda p: p[1])}
+    return [points[0], *sorted(extremes), points[-1]]

@@ -9,11 +9,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.formatting import unit_of
-from rrp_sheets.runs.run_process import RunProcess
-from rrp_sheets.runs.view import RunSettings
-from rrp_sheets.web.live.ending import at_rest, failed, in_words, lost
+from rrp_sheets.errors import RunBroken, SheetsError
+from rrp_sheets.runs.formatting import clock, unit_of
+from rrp_sheets.runs.run_process import RunOutcome, RunProcess
+from rrp_sheets.runs.view import RunSettings, Summary
+from rrp_sheets.web.browserwords import in_browser
 from rrp_sheets.web.live.log import Line
 from rrp_sheets.web.live.run_state import RunState
 from rrp_sheets.web.sse import message
@@ -244,3 +244,49 @@ class RunSession:
             return
         self._version = document.version
         self.process.apply(document.path, self.room.author)
+
+
+EndNotice = dict[str, Any]
+
+
+def lost() -> EndNotice:
+    """Nobody knows why."""
+    return {"how": "broken", "words": "The run was lost by a fault of this program.", "broken": True,
+            "remedy": "The terminal where the server runs tells more."}  # fmt: skip
+
+
+def failed(error: SheetsError) -> EndNotice:
+    """It could not begin, or left no record."""
+    return {"how": "broken", "words": error.message, "broken": True, "remedy": in_browser(error.remedy)}
+
+
+def in_words(ended: RunOutcome, by: str) -> EndNotice:
+    """Of a run that has come to its end; `by`: who stopped it, or an empty text."""
+    if ended.findings:
+        count = sum(d.severity.value == "error" for d in ended.findings)
+        text = f"It did not start: the workbook has {count} error{'' if count == 1 else 's'}."
+        return {"how": "errors", "words": text, "broken": False, "remedy": "Mend them, and press Run again."}
+    if ended.result is None:
+        return {"how": "stopped", "words": f"Stopped{_by(by)} before it began.", "broken": False, "remedy": ""}
+    told = at_rest(ended.result.summary, ended.result.broken, by)
+    return told if told["broken"] else {**told, "remedy": " ".join(ended.result.problems)}
+
+
+def at_rest(summary: Summary, broken: RunBroken | None, by: str) -> EndNotice:
+    """Of a run whose robot is at rest, and whose files are still being written.
+
+    >>> at_rest(Summary(simulated=9.13, ended="stopped"), None, "Aya")["words"]
+    'Stopped by Aya at 0:09.1.'
+    """
+    at = clock(round(summary.simulated * 1e6))
+    told = {
+        "time": f"The time was over at {at}.", "stopped": f"Stopped{_by(by)} at {at}.",
+        "end run": f"Row {summary.ended_by} ended the run at {at}.",
+    }  # fmt: skip
+    text = f"The run broke off at {at}: {broken.message}" if broken else told.get(summary.ended, f"Ended at {at}.")
+    return {"how": "broken" if broken else summary.ended, "words": text, "broken": broken is not None,
+            "remedy": broken.remedy if broken else ""}  # fmt: skip
+
+
+def _by(name: str) -> str:
+    return f" by {name}" if name else ""

@@ -9,17 +9,18 @@ import json
 import tempfile
 import threading
 from collections import OrderedDict
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
 from datetime import date
+from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from types import NoneType, UnionType
+from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.pack.model import Pack
 from rrp_sheets.runs.records.query_worker import QueryWorker
-from rrp_sheets.web.records.rebuilding import rebuilt
 
 T = TypeVar("T")
 _WITHIN = 120.0  # s for one protocol; its tests alone may take 20, and a thousand rows fill 130 pages
@@ -132,3 +133,37 @@ def _content(path: Path) -> bytes:
     if path.stat().st_size > _MOST_BYTES:
         raise SheetsError("This protocol is too large to be printed.", "Divide the workbook.")
     return path.read_bytes()
+
+
+Rebuilt = TypeVar("Rebuilt")
+
+
+def rebuilt(kind: type[Rebuilt], data: Mapping[str, Any]) -> Rebuilt:
+    """An object of a dataclass whose fields are texts, numbers, tuples, dicts and such dataclasses.
+
+    >>> from rrp_sheets.render.pack.model import Ref
+    >>> rebuilt(Ref, {"behaviour": "Greet", "rows": [2, 3]})
+    Ref(behaviour='Greet', rows=(2, 3))
+    """
+    hints = _hints(cast(Any, kind))
+    return kind(**{name: _value(hints[name], data[name]) for name in hints})
+
+
+@lru_cache(maxsize=64)
+def _hints(kind: type[Any]) -> dict[str, Any]:
+    known = get_type_hints(kind)
+    return {f.name: known[f.name] for f in fields(kind)}
+
+
+def _value(hint: Any, data: Any) -> Any:
+    origin, inner = get_origin(hint), get_args(hint)
+    if origin is UnionType:
+        return None if data is None else _value(next(i for i in inner if i is not NoneType), data)
+    if origin is tuple:
+        several = inner[0:1] * len(data) if inner[-1] is Ellipsis else inner
+        return tuple(_value(i, part) for i, part in zip(several, data, strict=True))
+    if origin is dict:
+        return {_value(inner[0], k): _value(inner[1], v) for k, v in data.items()}
+    if is_dataclass(hint) and isinstance(hint, type):
+        return rebuilt(hint, data)
+    return hint(data)

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import re
+import tempfile
+import zipfile
 from collections.abc import Collection
 from io import BytesIO
+from pathlib import Path
 from typing import cast
 
 from flask import Blueprint, Response, abort, current_app, jsonify, request, send_file
@@ -13,20 +16,19 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs.records.export_child import PROGRAM
 from rrp_sheets.runs.records.query_worker import QueryWorker
-from rrp_sheets.web.addressed import RoomOf, workbook_or_404
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.records import versions as kept
-from rrp_sheets.web.records.bundling import add_bundles
 from rrp_sheets.web.records.comparing import compare_page, drawn_changes
 from rrp_sheets.web.records.exports import WITHIN, add_keeping
-from rrp_sheets.web.records.files import everything, run_file, trace_csv
 from rrp_sheets.web.records.lookback import add_lookback
+from rrp_sheets.web.records.making import made
 from rrp_sheets.web.records.pages import show
 from rrp_sheets.web.records.printing import add_paper
 from rrp_sheets.web.records.replaying import add_replay
 from rrp_sheets.web.records.run_store import RunStore
 from rrp_sheets.web.records.runs import marbles_page, record_page, runs_page
-from rrp_sheets.web.workbook_repository import WorkbookRepository
+from rrp_sheets.web.requests import RoomOf, workbook_or_404
+from rrp_sheets.web.workbook_repository import WorkbookRepository, printable
 
 _WORD = re.compile("[0-9a-f]{16}")
 _MOST_ROWS = 200  # that marbles are asked for
@@ -162,3 +164,83 @@ def _names(which: str) -> Collection[str]:
     """The folders of the runs that this server has started and that go on now, or are still being written."""
     found = current_app.extensions.get(which)
     return cast(Collection[str], found()) if found else ()
+
+
+_WITHIN = 90.0  # s; the tests of the workbook may take 20
+_MOST_RUNS = 20
+
+
+class Packer(QueryWorker):
+    """Packs bundles; from any thread, one at a time."""
+
+    def __init__(self) -> None:
+        super().__init__(_WITHIN, "rrp_sheets.web.records.bundling_child")
+
+    def pack(self, path: Path, runs: list[Path], target: Path) -> None:
+        """Make a bundle of a workbook and the runs in those folders.
+
+        Raises:
+            SheetsError: it cannot be made, or not in time.
+        """
+        self._ask(path.name, "pack", str(path), [str(run) for run in runs], str(target))
+
+
+def add_bundles(pages: Blueprint, repository: WorkbookRepository, runs: RunStore) -> None:
+    """The address of a workbook's bundle; `run` names a run that goes along."""
+    packer = Packer()
+
+    @pages.get("/book/<name>/bundle.zip")
+    def bundle(name: str) -> Response:
+        wanted = request.args.getlist("run")[:_MOST_RUNS]
+        if not repository.has(name) or set(wanted) - set(runs.names()):
+            abort(404)
+        path = repository.path(name).absolute()
+        places = [runs.place(run).absolute() for run in wanted]
+        file = made("bundle.zip", lambda target: packer.pack(path, places, target))
+        shown = f"{printable(path.stem)}-bundle.zip"
+        return send_file(file, mimetype="application/zip", as_attachment=True, download_name=shown)
+
+
+_SHOWN = ("image/png", "image/gif", "audio/wav")
+_MOST_ZIP = 2_000_000_000  # bytes
+
+
+def run_file(runs: RunStore, run: str, name: str, *, take: bool) -> Response:
+    """One file; a diagram can be shown in a page as a picture, but is never opened as a page of its own."""
+    found = runs.files(run).get(name)
+    if found is None:
+        abort(404)
+    path, kind = found
+    attachment = take or kind not in _SHOWN
+    return send_file(path, mimetype=kind, as_attachment=attachment, download_name=f"{run}-{name}" if take else name)
+
+
+def trace_csv(runs: RunStore, exporter: QueryWorker, run: str) -> Response:
+    """The events as CSV."""
+    place = runs.place(run)
+    file = made("trace.csv", lambda target: _csv(exporter, place, target))
+    return send_file(file, mimetype="text/csv", as_attachment=True, download_name=f"{run}.csv")
+
+
+def _csv(exporter: QueryWorker, place: Path, target: Path) -> None:
+    exporter.ask(place.name, "export", [str(place)], str(target))
+
+
+def everything(runs: RunStore, exporter: QueryWorker, run: str) -> Response:
+    """All files of a run, and its events as CSV, in a zip."""
+    files = runs.files(run)
+    if sum(path.stat().st_size for path, _ in files.values()) > _MOST_ZIP:
+        raise SheetsError("This run is too large for a zip.", f"Copy the folder runs/{run} itself.")
+    packed = tempfile.TemporaryFile()  # noqa: SIM115  # the answer closes it
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED, compresslevel=3) as whole:
+        for name, (path, _) in files.items():
+            whole.write(path, f"{run}/{name}")
+        with tempfile.TemporaryDirectory() as folder:
+            target = Path(folder) / "trace.csv"
+            try:
+                _csv(exporter, runs.place(run), target)
+                whole.write(target, f"{run}/trace.csv")
+            except SheetsError:  # a record that cannot be read is taken along as it is
+                whole.writestr(f"{run}/trace-could-not-be-read.txt", "trace.jsonl is no whole record of a run.\n")
+    packed.seek(0)
+    return send_file(packed, mimetype="application/zip", as_attachment=True, download_name=f"{run}.zip")

@@ -13,7 +13,7 @@ from rrp_sheets.workbook.headers import Recognised, recognise
 from rrp_sheets.workbook.patch.markup import as_utf8, find, splice, with_attributes
 from rrp_sheets.workbook.patch.sheet_xml import SheetXml
 from rrp_sheets.workbook.raw import Extent
-from rrp_sheets.workbook.xlsx import XlsxBook
+from rrp_sheets.workbook.xlsx_sheet import XlsxBook
 
 _CALC_CHAIN = "calcchain"
 _BEFORE_CALC = ("sheets", "functionGroups", "externalReferences", "definedNames")

@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
+import html
+import re
+from collections.abc import Iterator
 from dataclasses import replace
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.cells import column_letters
 from rrp_sheets.workbook.edits import InsertRows, MoveRows, RowEdit
 from rrp_sheets.workbook.patch.blocks import block_of, block_text
-from rrp_sheets.workbook.patch.comments import move_comments
-from rrp_sheets.workbook.patch.guard import guard_references, ignored_columns
-from rrp_sheets.workbook.patch.markup import find, splice, text_xml, with_attributes
+from rrp_sheets.workbook.patch.markup import as_utf8, find, inner_text, splice, text_xml, with_attributes
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
-from rrp_sheets.workbook.patch.range_growth import grow, note
-from rrp_sheets.workbook.patch.references import Moves, adapted
-from rrp_sheets.workbook.patch.row_xml import RowXml
-from rrp_sheets.workbook.patch.shared import formula_elements, formula_text, write_out
-from rrp_sheets.workbook.patch.sheet_xml import DATA_TABLE, SheetXml
+from rrp_sheets.workbook.patch.references import (
+    LISTS,
+    Moves,
+    ReferenceConflict,
+    adapted,
+    check,
+    follows,
+    grow,
+    note,
+    references,
+)
+from rrp_sheets.workbook.patch.shared import formula_elements, formula_text, formulas, write_out
+from rrp_sheets.workbook.patch.sheet_xml import DATA_TABLE, RowXml, SheetXml
 from rrp_sheets.workbook.patch.tables import sheet_tables
 from rrp_sheets.workbook.raw import Range
+from rrp_sheets.workbook.xlsx_sheet import place
 
 _LAST_ROW = 1_048_576
 _MOST = 100_000
@@ -172,3 +182,164 @@ def _move_links(sheet: SheetXml, edit: RowEdit) -> None:
     else:
         for link in gone:
             sheet.replace(link, b"")
+
+
+_SHAPE = re.compile(rb"<v:shape\b.*?</v:shape>", re.DOTALL)
+_NOTE = re.compile(rb"""ObjectType\s*=\s*["']Note["']""")
+_ROW = re.compile(rb"(<x:Row>\s*)(\d+)(\s*</x:Row>)")
+_ANCHOR = re.compile(rb"(<x:Anchor>)([^<]*)(</x:Anchor>)")
+
+
+def move_comments(package: PackageEdit, index: int, edit: RowEdit) -> None:
+    """Let all comments of a sheet go where their rows go; those of deleted rows go away."""
+    part = package.book.entries[index].part
+    for kind, local in (("comments", "comment"), ("threadedcomment", "threadedComment")):
+        for target in package.related(part, kind):
+            _move_references(package, target, local, edit)
+    for target in package.related(part, "vmldrawing"):
+        old = package.read(target)
+        new = _SHAPE.sub(lambda shape: _moved_box(shape[0], edit), old)
+        if new != old:
+            package.write(target, new)
+
+
+def _move_references(package: PackageEdit, part: str, local: str, edit: RowEdit) -> None:
+    data = as_utf8(package.read(part))
+    changes = []
+    for e in find(data, lambda path: path[-1] == local):
+        at = place(e.attributes.get("ref", ""))
+        new = edit.mapped(at[0]) if at else None
+        if at and new is None:
+            changes.append((e.start, e.end, b""))
+        elif at and new != at[0]:
+            named = {"ref": f"{column_letters(at[1])}{new}"}
+            changes.append((e.start, e.inner, with_attributes(data[e.start : e.inner], named)))
+    if changes:
+        package.write(part, splice(data, changes))
+
+
+def _moved_box(shape: bytes, edit: RowEdit) -> bytes:
+    """The box of a comment, moved by as many rows as its cell; other shapes (buttons, say) stay."""
+    row = _ROW.search(shape)
+    if row is None or not _NOTE.search(shape):
+        return shape
+    old = int(row[2])
+    new = edit.mapped(old + 1)
+    if new is None:
+        return b""
+    by = new - 1 - old
+    return _ANCHOR.sub(lambda m: m[1] + _shifted(m[2], by) + m[3], _ROW.sub(rb"\g<1>%d\g<3>" % (new - 1), shape))
+
+
+def _shifted(anchor: bytes, by: int) -> bytes:
+    """An anchor (column, offset, row, offset of two corners) some rows further down."""
+    parts = anchor.split(b",")
+    if len(parts) != 8 or not by:
+        return anchor
+    for i in (2, 6):
+        number = parts[i].strip()
+        if number.isdigit():
+            parts[i] = parts[i].replace(number, b"%d" % max(int(number) + by, 0))
+    return b",".join(parts)
+
+
+_STAYING = ("_xlnm.print_area", "_xlnm.print_titles", "_xlnm._filterdatabase")
+_ANY_FORMULA = re.compile(rb"<(?:\w+:)?f(?:ormula[12]?)?[\s>/]")
+_LINKED = re.compile(rb"""\b(?:textlink|fmlaLink|fmlaRange|fmlaTxbx)\s*=\s*"([^"]*)"|<x:Fmla\w*>([^<]*)</x:Fmla""")
+
+
+def ignored_columns(package: PackageEdit, index: int) -> frozenset[int]:
+    """The columns of our sheets with formulas of ours: what looks like a cell there (`a5`) is the name of a stream."""
+    recognised = package.recognised(index)
+    return frozenset({recognised.columns["Formula"]} if recognised.kind and "Formula" in recognised.columns else ())
+
+
+def guard_references(package: PackageEdit, index: int, edit: RowEdit, moves: Moves) -> None:
+    """Raise SheetsError when a reference would mean other contents afterwards, and cannot follow."""
+    if not moves:
+        return
+    name = package.book.names[index]
+    seen: set[tuple[int, int, bool, bool]] = set()
+    for formula, own, where, absolute_only, grows in _outside(package, index):
+        for ref in references(formula):
+            spot = (ref.top, ref.bottom, absolute_only, grows)
+            if not ref.on(name, own) or spot in seen or (absolute_only and not ref.absolute):
+                continue
+            seen.add(spot)
+            if grows and follows(package, index, ref, edit):
+                continue
+            try:
+                check(ref.top, ref.bottom, moves)
+            except ReferenceConflict as harm:
+                raise _refused(name, where, harm) from None
+    sheet, ignored = package.sheet(index), ignored_columns(package, index)
+    for row, where, formula in _formulas(sheet, ignored):
+        if edit.mapped(row) is None:
+            continue
+        try:
+            adapted(formula, name, edit, moves)
+        except ReferenceConflict as harm:
+            raise _refused(name, f"the formula in {name}!{where}", harm) from None
+
+
+def _refused(name: str, where: str, harm: ReferenceConflict) -> SheetsError:
+    rows = f"row {harm.top}" if harm.top == harm.bottom else f"the rows {harm.top} to {harm.bottom}"
+    where = where[0].upper() + where[1:]
+    return SheetsError(
+        f"{where} refers to {rows} of “{name}” and would then mean something else.",
+        "Do this in Excel or LibreOffice, which change such references too.",
+    )
+
+
+def _formulas(sheet: SheetXml, ignored: frozenset[int]) -> Iterator[tuple[int, str, str]]:
+    for row, column, _, text in formulas(sheet):
+        if column not in ignored:
+            yield row.number, f"{column_letters(column)}{row.number}", text
+
+
+def _outside(package: PackageEdit, index: int) -> Iterator[tuple[str, str, str, bool, bool]]:
+    """Formulas outside of the sheet's own cells.
+
+    Each as text, own sheet, where it stands, whether only `$` rows count, and whether it grows with the table.
+    """
+    names = package.book.names
+    for i, name in enumerate(names):
+        if i != index and not package.has_formulas(i, _ANY_FORMULA):
+            continue
+        sheet = package.sheet(i)
+        for e in sheet.all("formula", "formula1", "formula2", "f"):
+            if "sparkline" not in e.path:
+                yield (
+                    inner_text(sheet.data, e),
+                    name,
+                    f"a drop-down list or a conditional format in “{name}”",
+                    True,
+                    True,
+                )
+        if i != index:
+            found = _formulas(sheet, ignored_columns(package, i))
+            yield from ((text, name, f"the formula in {name}!{at}", False, False) for _, at, text in found)
+    data = as_utf8(package.read(package.book.part))
+    for e in find(data, lambda path: path[-1] == "definedName"):
+        title = e.attributes.get("name", "")
+        if title.casefold() not in _STAYING:
+            yield inner_text(data, e), "", f"the name “{title}”", False, title.startswith(LISTS)
+    yield from ((*found, False) for found in _in_parts(package))
+
+
+def _in_parts(package: PackageEdit) -> Iterator[tuple[str, str, str, bool]]:
+    for part in package.package.parts:
+        if "/charts/" in part and part.endswith(".xml") and "_rels" not in part:
+            data = as_utf8(package.read(part))
+            yield from ((inner_text(data, e), "", "a chart", False) for e in find(data, lambda p: p[-1] == "f"))
+        elif "/pivotcache/" in part and "definition" in part and part.endswith(".xml"):
+            data = as_utf8(package.read(part))
+            for e in find(data, lambda path: path[-1] == "worksheetSource"):
+                block, sheet = block_of(e.attributes.get("ref", "")), e.attributes.get("sheet", "")
+                if block and sheet:
+                    quoted = sheet.replace("'", "''")
+                    yield f"'{quoted}'!A{block.top}:A{block.bottom}", "", "a pivot table", False
+        elif "/drawings/" in part or "/ctrlprops/" in part:
+            for match in _LINKED.finditer(package.read(part)):
+                text = html.unescape((match[1] or match[2]).decode("utf-8", "replace"))
+                yield text, "", "a shape or a button", False

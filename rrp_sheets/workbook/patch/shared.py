@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 from rrp_sheets.model.cells import column_letters
 from rrp_sheets.workbook.patch.markup import Element, find, inner_text, splice, text_xml
-from rrp_sheets.workbook.patch.row_xml import RowXml
-from rrp_sheets.workbook.patch.sheet_xml import SheetXml
+from rrp_sheets.workbook.patch.sheet_xml import RowXml, SheetXml
 
 
 def formula_elements(row: RowXml) -> list[tuple[int, Element]]:

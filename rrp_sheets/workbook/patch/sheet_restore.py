@@ -13,9 +13,16 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook.edits import BringSheet, DeleteSheet
 from rrp_sheets.workbook.patch import sheet_list as listed
 from rrp_sheets.workbook.patch.markup import Element, as_utf8
-from rrp_sheets.workbook.patch.naming import formula_parts, put_back, rewrite, sheets_named, without
+from rrp_sheets.workbook.patch.naming import (
+    formula_parts,
+    keep_titles,
+    put_back,
+    rewrite,
+    sheets_named,
+    titles_part,
+    without,
+)
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
-from rrp_sheets.workbook.patch.titles import keep_titles, titles_part
 from rrp_sheets.workbook.patch.xml_lists import NAMES, RELATIONS, SHEETS, TYPES, Piece, children, cut, paste
 from rrp_sheets.workbook.sheet_names import sheet_name
 from rrp_sheets.workbook.xlsx_parts import number

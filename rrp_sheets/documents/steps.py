@@ -4,16 +4,40 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 
-from rrp_sheets.documents.changes import CellText, Changed, Refused, SheetChange
+from rrp_sheets.documents.changes import CellText, Changed, Clash, Refused, SheetChange
 from rrp_sheets.documents.grid import Grid
+from rrp_sheets.documents.refusals import clash, must_have
 from rrp_sheets.documents.sheet_references import renamed_cells, run_cell, run_names
-from rrp_sheets.documents.undo import SheetIn, SheetNamed, SheetOut, SheetPlaced, SheetStep
+from rrp_sheets.documents.undo import (
+    Cells,
+    Moved,
+    RemoveRows,
+    RestoreRows,
+    SheetIn,
+    SheetNamed,
+    SheetOut,
+    SheetPlaced,
+    SheetStep,
+    Step,
+)
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.cells import Address
 from rrp_sheets.model.names import key
 from rrp_sheets.workbook import Reading
-from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, Edit, MoveSheet, RenameSheet, SetCell
+from rrp_sheets.workbook.edits import (
+    AddSheet,
+    BringSheet,
+    DeleteRows,
+    DeleteSheet,
+    Edit,
+    InsertRows,
+    MoveRows,
+    MoveSheet,
+    RenameSheet,
+    SetCell,
+)
 from rrp_sheets.workbook.patch.values import typed
 from rrp_sheets.workbook.sheet_names import sheet_name
 
@@ -179,3 +203,110 @@ def _texts(grid: Grid | None) -> tuple[tuple[tuple[int, str], ...], ...] | None:
     if grid is None:
         return None
     return tuple(tuple(sorted(grid.texts[row].items())) for row in grid.rows if grid.texts[row])
+
+
+def cell_edits(grid: Grid, cells: Sequence[CellText], before: Mapping[tuple[str, str, int], str]) -> list[SetCell]:
+    """What the cells are in the file; `before`: texts that come before them and are not in the grid yet.
+
+    Raises:
+        Refused: when someone has changed one of them meanwhile, or it is gone.
+    """
+    must_have(grid, [c.row for c in cells])
+    columns = {c.number for c in grid.columns}
+    if any(c.column not in columns for c in cells):
+        raise Refused("There is no such column.", "Reload the page.")
+    clashes = []
+    for c in cells:
+        now = before.get((grid.name, c.row, c.column), grid.text(c.row, c.column))
+        if c.was is not None and now not in (c.was, c.text):
+            clashes.append(Clash(c.row, c.column, c.text, now, grid.authors.get((c.row, c.column), "")))
+    if clashes:
+        raise clash(grid, clashes)
+    numbers = grid.numbers()
+    return [SetCell(grid.name, numbers[c.row], c.column, typed(c.text)) for c in cells]
+
+
+def put_texts(author: str, grid: Grid, cells: Sequence[CellText]) -> tuple[Changed, Cells]:
+    """Texts that are in the file already into the grid; and the step back."""
+    back = tuple(CellText(c.row, c.column, grid.text(c.row, c.column), c.text) for c in cells)
+    for c in cells:
+        grid.put(c.row, c.column, c.text)
+        grid.authors[c.row, c.column] = author
+    rows, places = dict.fromkeys(c.row for c in cells), tuple((c.row, c.column) for c in cells)
+    return Changed(grid.name, touched=tuple(rows), cells=places), Cells(grid.name, back)
+
+
+Store = Callable[[str, Sequence[Edit]], object]
+"""Puts an author's edits into the file; raises Refused when it does not take them."""
+
+
+def bring(store: Store, author: str, grid: Grid, step: RestoreRows) -> tuple[Changed, Step]:
+    """Insert rows, with their texts when they were deleted before."""
+    place = grid.place(step.before)
+    number = grid.first + place
+    ids = [row for row, _ in step.rows]
+    insert = InsertRows(grid.name, number, len(ids))
+    texts = [
+        SetCell(grid.name, number + i, column, typed(text))
+        for i, (_, cells) in enumerate(step.rows)
+        for column, text in cells.items()
+    ]
+    store(author, [insert, *texts])
+    grid.carry_out(insert, ids)
+    for row, cells in step.rows:
+        for column, text in cells.items():
+            grid.put(row, column, text)
+    back = RemoveRows(grid.name, tuple(ids), tuple(cells for _, cells in step.rows))
+    return Changed(grid.name, inserted=tuple((row, step.before) for row in ids)), back
+
+
+def remove(store: Store, author: str, grid: Grid, step: RemoveRows) -> tuple[Changed, Step]:
+    """Delete rows that follow each other.
+
+    Raises:
+        Refused: when somebody has changed one of them since it came.
+    """
+    _unchanged(author, grid, step)
+    place, count = grid.place(step.rows[0]), len(step.rows)
+    first = grid.first + place
+    gone = tuple((row, dict(grid.texts[row])) for row in grid.rows[place : place + count])
+    removal = DeleteRows(grid.name, first, count)
+    store(author, [removal])
+    grid.carry_out(removal)
+    removed = tuple(row for row, _ in gone)
+    return Changed(grid.name, removed=removed), RestoreRows(grid.name, gone, grid.before(place))
+
+
+def shift(store: Store, author: str, grid: Grid, step: Moved) -> tuple[Changed, Step]:
+    """Move rows that follow each other."""
+    place, count = grid.place(step.rows[0]), len(step.rows)
+    first, after = grid.first + place, grid.before(place + count)
+    target = grid.first + grid.place(step.before)
+    move = MoveRows(grid.name, first, count, target)
+    if move.moves:
+        store(author, [move])
+        grid.carry_out(move)
+    return Changed(grid.name, moved=tuple((row, step.before) for row in step.rows)), Moved(grid.name, step.rows, after)
+
+
+def blocks(grid: Grid, step: RemoveRows | Moved) -> list[RemoveRows] | list[Moved]:
+    """A step of rows as one step for each of those that follow each other: others may have come between them."""
+    places = sorted({grid.place(row) for row in step.rows})
+    groups = [list(group) for _, group in groupby(enumerate(places), lambda pair: pair[1] - pair[0])]
+    parts = [tuple(grid.rows[place] for _, place in group) for group in groups]
+    if isinstance(step, Moved):
+        return [replace(step, rows=rows) for rows in parts]
+    if step.texts is None:
+        return [replace(step, rows=rows) for rows in parts]
+    texts = dict(zip(step.rows, step.texts, strict=True))
+    return [replace(step, rows=rows, texts=tuple(texts[row] for row in rows)) for rows in parts]
+
+
+def _unchanged(author: str, grid: Grid, step: RemoveRows) -> None:
+    for row, texts in zip(step.rows, step.texts or (), strict=False):
+        now = grid.texts[row]
+        others = (grid.authors.get((row, c)) for c in {*now, *texts} if now.get(c, "") != texts.get(c, ""))
+        by = next((who for who in others if who != author), author)
+        if by != author:
+            who = by or "Another program"
+            raise Refused(f"{who} has changed row {grid.number(row)} since, so it stays.", "Delete it if it is to go.")

@@ -1,17 +1,109 @@
-"""What a replay found, in words."""
+"""What is to be said of a replay besides its differences: another end, and what it cannot know."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import Any
 
 from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.diagnostics.phrase import Phrase, listed
+from rrp_sheets.model.values import show
 from rrp_sheets.runs.replay.differences import EXTRA, MISSING, ORDER, ROW, TIME, VALUE, Count, Difference
+from rrp_sheets.runs.replay.ends import Ends
+from rrp_sheets.runs.replay.play import Played
+from rrp_sheets.runs.replay.record import Recorded
 from rrp_sheets.runs.replay.result import Replayed
-from rrp_sheets.runs.replay.wording_robot import robot_lines
 from rrp_sheets.runs.replay.words import Told, in_seconds, in_words, shown
+
+
+def ending(recorded: Recorded, played: Played) -> str:
+    """How a replay ended otherwise than the run; empty when it did not."""
+    at = f"{played.until_us / 1e6:g} s"
+    summary = recorded.summary or {}
+    by = str(summary.get("by") or "")
+    if played.broken:
+        return Phrase("The replay broke off at {at}: {broken}", at=at, broken=played.broken)
+    if played.ended_by and recorded.ended != "end run":
+        return Phrase("The run would have ended at {at}, by {row}.", at=at, row=in_words(played.ended_by))
+    if recorded.ended == "end run" and not played.ended_by:
+        return Phrase(
+            "The run was ended at {value:g} s by {row}; it would have gone on.",
+            value=recorded.last_us / 1e6,
+            row=in_words(by),
+        )
+    if played.ended_by and played.until_us != recorded.last_us:
+        return Phrase("The run would have ended at {at} instead of {value:g} s.", at=at, value=recorded.last_us / 1e6)
+    return ""
+
+
+def unknown(
+    recorded: Recorded, world: Mapping[str, int], cut: str, ends: Ends | None = None
+) -> list[str]:  # fmt: skip
+    """What a replay of a session cannot know.
+
+    Args:
+        recorded: the record.
+        world: what the robot and its world did in it, with how often.
+        cut: what is left out of a run that broke off, in words.
+        ends: what was made of the ends of commands, when another workbook was played.
+    """
+    told = [cut] if cut else []
+    if recorded.ended == "cut":
+        at = f"{recorded.last_us / 1e6:g} s"
+        told.append(Phrase("The record has no end: it was cut off at {at}, and is replayed up to there.", at=at))
+    if recorded.engine != "frame":
+        told.append("The event loop's record does not say which of two things of the same microsecond came first.")
+    if world and ends is None:
+        worlds = listed(
+            [
+                Phrase("{what} {count:,} time" if count == 1 else "{what} {count:,} times", what=what, count=count)
+                for what, count in sorted(world.items())
+            ]
+        )
+        told.append(
+            Phrase(
+                "What the robot and its world did is taken from the record and not done again ({listed}).",
+                listed=worlds,
+            )
+        )
+    if ends is not None:
+        told += _ends_said(ends)
+    return told
+
+
+def _ends_said(ends: Ends) -> list[str]:
+    told = [
+        "The recorded world does not react: the robot would have moved and spoken otherwise, and people would have "
+        "answered otherwise. What the sensors gave is what they gave in the session."
+    ]
+    if ends.dropped:
+        whose = "is not made; its recorded end is" if ends.dropped == 1 else "are not made; their recorded ends are"
+        told.append(Phrase(f"{{commands}} of the session {whose} left out.", commands=_many(ends.dropped)))
+    if ends.usual:
+        shown = dict.fromkeys(f"{show(value, 40)} {seconds:.1f} s" for _, value, seconds in ends.usual)
+        words = (
+            "{commands} that the session did not have at that time " + ("is" if len(ends.usual) == 1 else "are")
+            + " taken to end after the time that the same took in it ({shown})."
+        )  # fmt: skip
+        told.append(Phrase(words, commands=_many(len(ends.usual)), shown=_few(list(shown))))
+    if ends.unknown:
+        shown = dict.fromkeys(show(value, 40) for _, value in ends.unknown)
+        words = (
+            "Of {commands} that the session never had the end is not known ({shown}): what waits for it does not come."
+        )
+        told.append(Phrase(words, commands=_many(len(ends.unknown)), shown=_few(list(shown))))
+    return told
+
+
+def _few(words: list[str]) -> str:
+    return ", ".join(words[:4]) + (", …" if len(words) > 4 else "")
+
+
+def _many(count: int) -> str:
+    return Phrase("{n} command" if count == 1 else "{n} commands", n=f"{count:,}")
+
 
 MOST = 40  # lines of a list; the JSON and the table have all
 Style = Callable[[str, str], str]
@@ -230,3 +322,86 @@ def _each(d: Difference) -> str:
 
 def _error(value: Any) -> str:
     return Phrase("the error “{text}”", text=value[0]) if isinstance(value, list) and value else shown(value)
+
+
+_TOGETHER_US = 2_000_000  # between two of a row that are told in one line
+
+
+def robot_lines(found: Replayed) -> list[Told]:
+    """What the robot would have done otherwise, in the order of time; what goes on is one line."""
+    actuators = set(found.actuators)
+    mine = [d for d in found.differences if d.stream in actuators and d.what == "event" and d.kind != ROW]
+    lines: list[Told] = []
+    by_stream = sorted(mine, key=lambda d: (d.stream, d.row, d.came_row))
+    for (stream, *_), group in groupby(by_stream, key=lambda d: (d.stream, d.row, d.came_row)):
+        for run in _runs(sorted(group, key=_when), spoken=stream in found.spoken):
+            lines.append(_robot_line(run, found))
+    return sorted(lines, key=lambda t: t.us)
+
+
+def _when(difference: Difference) -> int:
+    return difference.came_us if difference.kind == EXTRA else difference.us
+
+
+def _runs(here: Sequence[Difference], *, spoken: bool) -> Iterator[list[Difference]]:
+    """Differences of one kind that follow each other closely; every sentence of the robot counts by itself."""
+    run: list[Difference] = []
+    for d in here:
+        if run and (spoken or d.kind != run[-1].kind or _when(d) - _when(run[-1]) > _TOGETHER_US):
+            yield run
+            run = []
+        run.append(d)
+    if run:
+        yield run
+
+
+def _robot_line(run: Sequence[Difference], found: Replayed) -> Told:
+    first, last = run[0], run[-1]
+    row = first.came_row or first.row
+    when = in_seconds(_when(last), 2)
+    if len(run) > 1:
+        when = Phrase("{first:.10g} to {last}", first=round(_when(first) / 1e6, 2), last=when)
+    words = _spoken_words(first, found) if first.stream in found.spoken else _given_words(run, found)
+    return Told(when, _when(first), Phrase("{what} ({row})", what=words, row=in_words(row)), row)
+
+
+def _spoken_words(d: Difference, found: Replayed) -> str:
+    own = found.spoken[d.stream].text
+    recorded, came = (_quoted(own or value) for value in (d.recorded, d.came))
+    would = bool(found.other)
+    if d.kind == MISSING and d.recorded is None:
+        return "would not have been silenced" if would else "was not silenced"
+    if d.kind == EXTRA and d.came is None:
+        return "would have been silenced" if would else "was silenced"
+    words = {
+        MISSING: ("would not have said {recorded}", "did not say {recorded}"),
+        EXTRA: ("would have said {came}", "said {came}"),
+        TIME: ("would have said {came} at {when} instead", "said {came} at {when} instead"),
+        VALUE: ("would have said {came} instead of {recorded}", "said {came} instead of {recorded}"),
+    }.get(d.kind, ("would have said it in another order", "said it in another order"))
+    return Phrase(words[not would], recorded=recorded, came=came, when=in_seconds(d.came_us))
+
+
+def _quoted(value: Any) -> str:
+    return Phrase("“{text}”", text=value) if isinstance(value, str) else shown(value)
+
+
+def _given_words(run: Sequence[Difference], found: Replayed) -> str:
+    d, many = run[0], len(run)
+    would = "would have been" if found.other else "was"
+    if d.kind == MISSING:
+        would = "would not have been" if found.other else "was not"
+    blank = all((r.recorded if d.kind == MISSING else r.came) is None for r in run)
+    if blank and d.kind in (MISSING, EXTRA):  # blank stops what it is doing
+        words = f"“{{name}}” {would} stopped{' {n} times' if many > 1 else ''}"
+    elif d.kind in (MISSING, EXTRA):
+        words = f"“{{name}}” {would} given {'{value}' if many == 1 else '{n} values'}"
+    elif d.kind == TIME:
+        words = f"“{{name}}” {would} given {'{value} at {when} instead' if many == 1 else '{n} values at other times'}"
+    elif d.kind == VALUE:
+        words = f"“{{name}}” {would} given {'{value} instead of {other}' if many == 1 else '{n} other values'}"
+    else:
+        words = f"“{{name}}” {would} given its values in another order"
+    value = shown(d.recorded if d.kind == MISSING else d.came)
+    when = in_seconds(d.came_us)
+    return Phrase(words, name=d.stream, n=f"{many:,}", value=value, other=shown(d.recorded), when=when)
