@@ -16,7 +16,7 @@ from rrp_sheets.compare.wording import place, value
 from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
-from rrp_sheets.render.pack import Changed, Changes, Pack, Print, Tested, make_pack
+from rrp_sheets.render.pack import Changes, Pack, Print, TestSheetResult, VersionDifference, make_pack
 from rrp_sheets.render.pack.behaviours import Pictures
 from rrp_sheets.render.pack.setting import Paper, set_pack
 from rrp_sheets.render.texts import Texts, texts
@@ -124,7 +124,7 @@ def gather(
     return Gathered(checked, pack, pictures)
 
 
-def _tested(checked: Checked, words: Texts) -> tuple[list[Tested], str]:
+def _tested(checked: Checked, words: Texts) -> tuple[list[TestSheetResult], str]:
     """The results of the workbook's tests, and what there is to say about all of them."""
     if not checked.workbook.tests:
         return [], words.get("pack.open.tests_none")
@@ -136,13 +136,13 @@ def _tested(checked: Checked, words: Texts) -> tuple[list[Tested], str]:
     return [_result(case, words) for case in report.cases], note
 
 
-def _result(case: CaseResult, words: Texts) -> Tested:
+def _result(case: CaseResult, words: Texts) -> TestSheetResult:
     failed, every = len(case.failed_rows) + len(case.broken), len(case.rows) + len(case.broken)
     entry = "idle" if case.idle else "holds_not" if failed else "holds_one" if every == 1 else "holds"
     counted = words.get(f"pack.open.{entry}", n=every, failed=failed)
     lines = [] if case.passed else [told(line, words.language) for line in failure_lines(case)]
     more = [words.get("pack.more", n=len(lines) - _MOST_LINES)] if len(lines) > _MOST_LINES else []
-    return Tested(case.case.name, case.passed, counted, (*lines[:_MOST_LINES], *more))
+    return TestSheetResult(case.case.name, case.passed, counted, (*lines[:_MOST_LINES], *more))
 
 
 def _changes(mine: tuple[Reading, Checked], against: Path, words: Texts) -> Changes:
@@ -168,11 +168,11 @@ def _changes(mine: tuple[Reading, Checked], against: Path, words: Texts) -> Chan
     )
 
 
-def _told(changes: Sequence[Change], words: Texts) -> tuple[Changed, ...]:
+def _told(changes: Sequence[Change], words: Texts) -> tuple[VersionDifference, ...]:
     return tuple(_one(change, words) for change in changes[:MOST_CHANGES])
 
 
-def _one(change: Change, words: Texts) -> Changed:
+def _one(change: Change, words: Texts) -> VersionDifference:
     kind = change.kind if change.kind in ("added", "removed", "moved") else "changed" if change.effect else "other"
 
     def say(text: str) -> str:
@@ -184,6 +184,6 @@ def _one(change: Change, words: Texts) -> Changed:
     elif change.kind == "moved" and not change.before and change.rows[0] != change.rows[1]:
         before, after = (words.get("behaviour.row", n=row) for row in change.rows)
     what = f"{say(change.what)}: " if change.what and change.kind == "changed" else ""
-    return Changed(
+    return VersionDifference(
         kind, say(place(change)), what + before if before else "", what + after if after else "", say(change.note)
     )

@@ -11,7 +11,7 @@ from rrp_sheets.model.exchange import DeviceUse
 from rrp_sheets.sim.camera import Image
 from rrp_sheets.sim.face_memory import FaceMemory
 from rrp_sheets.sim.face_models import Features
-from rrp_sheets.sim.figures import CLOTHES, Figure
+from rrp_sheets.sim.figures import CLOTHES, CompoundShape
 from rrp_sheets.sim.heads import Heads
 from rrp_sheets.sim.looks import FACES
 from rrp_sheets.sim.messages import Spec
@@ -48,7 +48,7 @@ class Studio:
         self._figures = []
         for number, portrait in enumerate(portraits, start=1):
             self.memory.know(number, portrait.name, studied(portrait, self.models))
-            figure = Figure(self.world._b)
+            figure = CompoundShape(self.world._b)
             body(self.world._b, figure, CLOTHES[0], portrait.skin, HEIGHT)
             heads.add(figure, portrait, HEIGHT)
             self._figures.append(figure)

@@ -81,7 +81,9 @@ class Panel:
         self.page.wait_for_selector("#diagram svg")
         self.page.wait_for_selector("body[data-ready]")
         # Each view that comes later than the page makes it tell anew which run it knows of: none.
-        views = "() => ['eye', 'speech', 'plots', 'drives'].every((id) => document.getElementById(id).childElementCount)"
+        views = (
+            "() => ['eye', 'speech', 'plots', 'drives'].every((id) => document.getElementById(id).childElementCount)"
+        )
         self.page.wait_for_function(views)
         self.page.wait_for_selector("#robot3d[data-ready], #robot3d > p", state="attached")
         # The server says that nothing runs, when the page joins and when it joins again: here it is told otherwise.

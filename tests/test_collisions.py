@@ -21,7 +21,7 @@ from rrp_sheets.devices import load_robot
 from rrp_sheets.devices.trajectory import Planner
 from rrp_sheets.model.names import key
 from rrp_sheets.sim.body import Body
-from rrp_sheets.sim.gait import STEP_TIME, Gait, Legs, Spot, Standing
+from rrp_sheets.sim.gait import STEP_TIME, FootPlace, Gait, Legs, Standing
 from rrp_sheets.sim.pointing import Pointing
 
 ROBOT = load_robot()
@@ -120,8 +120,8 @@ def test_legs_that_walk_and_turn(shapes):
         np.array([0.0097, 0.0, 0.3204]), 0.1, {s: np.array([0.0, y, 0.04519]) for s, y in (("L", 0.05), ("R", -0.05))}
     )
     for way in ((0.2, 0, 0), (-0.1, 0.1, 0), (0, -0.1, 0), (0, 0, 1.2), (0, 0, -1.2)):
-        gait, poses = Gait(Legs(ROBOT.data["legs"]), standing, Spot(0, 0, 0)), []
-        gait.go(Spot(*way))
+        gait, poses = Gait(Legs(ROBOT.data["legs"]), standing, FootPlace(0, 0, 0)), []
+        gait.go(FootPlace(*way))
         while not gait.beside:
             poses.append(((way, len(poses)), gait.step(STEP_TIME / 12)[2]))
         assert len(poses) > 24

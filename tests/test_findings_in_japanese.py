@@ -29,7 +29,7 @@ from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.printing import gather
 from rrp_sheets.render.marble_diagram import Group, Lane, Marble, MarbleDiagram
 from rrp_sheets.render.marbles import draw_marbles
-from rrp_sheets.render.plots import Curve, Note, draw_plots
+from rrp_sheets.render.plots import Curve, PlotNote, draw_plots
 from rrp_sheets.runs.replay.account import account
 from rrp_sheets.runs.replay.differences import Count, Difference
 from rrp_sheets.runs.replay.report import as_text
@@ -222,7 +222,7 @@ def test_a_replay_is_told_in_the_language_of_the_workbook_that_ran(other):
 
 def test_pictures_of_a_run_speak_its_language():
     curve = Curve("Red ball.x", "sensor", "rad", [(0.0, 1.0), (1.0, 2.0)], 2, other=[(0.0, 2.0)])
-    plots, _, _ = draw_plots("挨拶", [curve], [Note(0.5, 0.5, "said", "やあ")], 2.0, more="", language="ja")
+    plots, _, _ = draw_plots("挨拶", [curve], [PlotNote(0.5, 0.5, "said", "やあ")], 2.0, more="", language="ja")
     assert all(word in plots for word in ("発話", "センサー", "単位：rad", "時間（秒）")) and "Time (s)" not in plots
     lane = Lane("a", "Red ball", "sensor", (Marble(1_000, 1), Marble(2_000, 2)))
     (page,) = draw_marbles([MarbleDiagram("挨拶", (Group((), lane),), 0, 5_000_000, language="ja")])

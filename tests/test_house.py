@@ -8,13 +8,13 @@ from house import Measure, measures
 CEILINGS = {
     "lines of Python": 71_160,
     "modules": 502,
-    "docstrings that begin as a question": 876,
+    "docstrings that begin as a question": 839,
     "lines of README": 264,
-    "modules under 40 lines that only one other imports": 15,
-    "class names that two modules define": 46,
-    "module names in more than two packages": 24,
+    "modules under 40 lines that only one other imports": 2,
+    "class names that two modules define": 0,
+    "module names in more than two packages": 15,
     "import circles": 1,
-    "docstrings that restate the name": 13,
+    "docstrings that restate the name": 0,
     "references that no reader can open": 31,
 }
 """The most that there may be of each. Who brings one down lowers it here."""

@@ -14,7 +14,7 @@ from rrp_sheets.devices.scene import parse_scene, scene_end_us
 from rrp_sheets.devices.scene_words import KINDS, draw_scene
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.cells import Address, Cell
-from rrp_sheets.model.scene import Range, SceneAction
+from rrp_sheets.model.scene import RandomRange, SceneAction
 from rrp_sheets.model.workbook import SceneRow
 
 UNDERSTOOD = [
@@ -38,9 +38,9 @@ UNDERSTOOD = [
     ("| 0 | Light | set to | 40 % |", "light", {"share": 0.4}),
     ("| 0 | Noise | is | 0.25 in 3 s |", "noise", {"share": 0.25, "seconds": 3.0}),
     ("| 0 | Red ball | appears | at 0.8 … 1.2, \N{MINUS SIGN}0.1, 0.4 size 5..10 cm |", "ball",
-     {"at": (Range(0.8, 1.2), -0.1, 0.4), "size": Range(0.05, 0.1), "colour": "red"}),
+     {"at": (RandomRange(0.8, 1.2), -0.1, 0.4), "size": RandomRange(0.05, 0.1), "colour": "red"}),
     ("| 0 | Red ball | moves | to 1, 0, 0.4 in 2..1.5 s |", "ball",
-     {"to": (1.0, 0.0, 0.4), "seconds": Range(1.5, 2.0)}),
+     {"to": (1.0, 0.0, 0.4), "seconds": RandomRange(1.5, 2.0)}),
 ]  # fmt: skip
 
 

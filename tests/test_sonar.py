@@ -17,7 +17,7 @@ from rrp_sheets.model.exchange import DeviceUse
 from rrp_sheets.model.scene import SceneAction
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.sensors import FARTHEST, NEAREST, Beam, cone
-from rrp_sheets.sim.solids import Box, Cylinder, Solid, Sphere
+from rrp_sheets.sim.solids import Cylinder, Solid, SolidBox, Sphere
 from rrp_sheets.sim.world import SimWorld
 
 SIDES = {"left": "Left", "right": "Right", "both": ""}
@@ -95,7 +95,7 @@ def test_a_ray_never_goes_farther_than_the_shape_nor_stops_before_it(
 ) -> None:
     rays, origin = cone(math.radians(60)), (0.0, 0.0, 0.0)
     solids: list[Solid] = [
-        Sphere("a", at, radius), Cylinder("b", at, radius, size), Box("c", at, (radius, size, 2 * radius), turned),
+        Sphere("a", at, radius), Cylinder("b", at, radius, size), SolidBox("c", at, (radius, size, 2 * radius), turned),
     ]  # fmt: skip
     for solid in solids:
         hits = solid.hits(origin, rays)

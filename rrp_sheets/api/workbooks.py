@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
-    from rrp_sheets.checks.fixing import Change
+    from rrp_sheets.checks.fixing import CellChange
     from rrp_sheets.compare import Comparison
     from rrp_sheets.diagnostics import Report
     from rrp_sheets.formulas.trial import Answer
@@ -70,7 +70,9 @@ def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None
     return edit_file(path, edits, expected_digest=expected_digest)
 
 
-def fix(path: Path | str, target: Path | str, chosen: Mapping[str, int] | None = None) -> tuple[list[Change], Checked]:
+def fix(
+    path: Path | str, target: Path | str, chosen: Mapping[str, int] | None = None
+) -> tuple[list[CellChange], Checked]:
     """Write a copy of a workbook with all safe fixes in it; `chosen` names others, `{"LINT001": 2}` the second one.
 
     Returns:

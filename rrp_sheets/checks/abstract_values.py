@@ -72,7 +72,7 @@ def of_field(f: Field) -> AbstractValue:
 
 
 def kind_of_value(value: Value) -> str:
-    """The kind of a value.
+    """Name the kind as findings do, such as `number` or `blank`.
 
     >>> kind_of_value(2), kind_of_value(True), kind_of_value(None)
     ('number', 'truth', 'blank')

@@ -20,7 +20,7 @@ Chosen = Mapping[str, int]
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class CellChange:
     """Something that was changed: where, and from what to what; `old` is None for a row that was inserted."""
 
     place: str
@@ -30,7 +30,7 @@ class Change:
     title: str
 
 
-def apply_fixes(path: Path, check: Callable[[Path], Checked], chosen: Chosen) -> tuple[list[Change], Checked]:
+def apply_fixes(path: Path, check: Callable[[Path], Checked], chosen: Chosen) -> tuple[list[CellChange], Checked]:
     """Apply all safe fixes, and the chosen ones, to the workbook itself; each round starts from a new check.
 
     Returns:
@@ -39,7 +39,7 @@ def apply_fixes(path: Path, check: Callable[[Path], Checked], chosen: Chosen) ->
     Raises:
         SheetsError: when the file cannot be changed.
     """
-    changes: list[Change] = []
+    changes: list[CellChange] = []
     tried: set[tuple[str, str, str]] = set()
     checked = check(path)
     for _ in range(MOST_ROUNDS):
@@ -83,14 +83,14 @@ def _fixes(checked: Checked, chosen: Chosen) -> Iterator[tuple[Diagnostic, Fix]]
             yield d, d.fixes[0]
 
 
-def _carry_out(path: Path, wanted: Sequence[tuple[Diagnostic, Fix]]) -> list[Change]:
+def _carry_out(path: Path, wanted: Sequence[tuple[Diagnostic, Fix]]) -> list[CellChange]:
     texts = {
         Address(sheet.name, row, column): cell.text or cell.formula
         for sheet in read_sheets(path)
         for (row, column), cell in sheet.cells.items()
     }
     edits: list[Edit] = []
-    changes: list[Change] = []
+    changes: list[CellChange] = []
     for d, fix in wanted:
         moved = 0  # rows that this fix has inserted above
         for one in fix.edits:
@@ -98,7 +98,7 @@ def _carry_out(path: Path, wanted: Sequence[tuple[Diagnostic, Fix]]) -> list[Cha
                 edits.append(InsertRows(one.sheet, one.before))
                 edits += [SetCell(one.sheet, one.before, column, text) for column, text in one.cells]
                 new = " | ".join(text for _, text in one.cells)
-                changes.append(Change(f"{one.sheet} row {one.before}", None, new, d.code, fix.title))
+                changes.append(CellChange(f"{one.sheet} row {one.before}", None, new, d.code, fix.title))
                 moved += 1
                 continue
             at = one.address
@@ -106,7 +106,7 @@ def _carry_out(path: Path, wanted: Sequence[tuple[Diagnostic, Fix]]) -> list[Cha
             text = one.text if isinstance(one, Put) else replaced(old, one)
             if text != old:
                 edits.append(SetCell(at.sheet, at.row, at.column, text))
-                changes.append(Change(str(at), old, text, d.code, fix.title))
+                changes.append(CellChange(str(at), old, text, d.code, fix.title))
     if edits:
         edit(path, edits)
     return changes

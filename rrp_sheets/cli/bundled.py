@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 _MOST_NOTES = 20
 
 
-class Workbook(click.ParamType):  # type: ignore[type-arg]  # generic for its stubs only, not when it runs
+class WorkbookArgument(click.ParamType):  # type: ignore[type-arg]  # generic for its stubs only, not when it runs
     """A workbook's path; of a bundle the path of the workbook within it, which is unpacked."""
 
     name = "path"

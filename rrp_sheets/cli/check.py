@@ -18,7 +18,7 @@ from rrp_sheets.model.languages import LANGUAGES
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
-    from rrp_sheets.checks.fixing import Change
+    from rrp_sheets.checks.fixing import CellChange
     from rrp_sheets.diagnostics import Diagnostic
 
 _COLOURS = {"error": "red", "warning": "yellow", "info": "blue"}
@@ -63,7 +63,7 @@ def command(
 
     if chosen and mended is None:
         raise click.UsageError("--apply goes with --fix OUT: the corrected copy.")
-    changes: list[Change] = []
+    changes: list[CellChange] = []
     try:
         file = opened(file)
         if mended is None:
@@ -111,7 +111,7 @@ def _examples(checked: Checked) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def print_changes(changes: Sequence[Change], mended: Path) -> None:
+def print_changes(changes: Sequence[CellChange], mended: Path) -> None:
     """Print what was changed, cell by cell."""
     for c in changes:
         what = f"inserted: {c.new}" if c.old is None else f"“{c.old}” → “{c.new}”"

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import click
 
-from rrp_sheets.cli.bundled import Workbook
+from rrp_sheets.cli.bundled import WorkbookArgument
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.languages import LANGUAGES
 
 
 @click.command(name="explain")
-@click.argument("file", type=Workbook())
+@click.argument("file", type=WorkbookArgument())
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="a text file to write instead of printing")
 @click.option("--behaviour", default="", help="only this behaviour (a sheet's name)")
 @click.option("--language", type=click.Choice(list(LANGUAGES)), default=None, help="instead of the Protocol's Language")

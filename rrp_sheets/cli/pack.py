@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from rrp_sheets.cli.bundled import Workbook
+from rrp_sheets.cli.bundled import WorkbookArgument
 from rrp_sheets.cli.waiting import told
 
 
@@ -16,7 +16,7 @@ from rrp_sheets.cli.waiting import told
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="the bundle's file (.zip)")
 @click.option("--run", "runs", multiple=True, metavar="RUN",
               help="put a recorded run in: its folder, or its name in runs beside FILE; may come again")  # fmt: skip
-@click.option("--against", type=Workbook(), help="the approved version, for the printed list of changes")
+@click.option("--against", type=WorkbookArgument(), help="the approved version, for the printed list of changes")
 @click.option("--date", "day", type=click.DateTime(["%Y-%m-%d"]), help="the day that is printed; by default today")
 def command(file: Path, output: Path | None, runs: tuple[str, ...], against: Path | None, day: datetime | None) -> None:
     """Make one zip of FILE and all that is needed to run it elsewhere: a bundle.

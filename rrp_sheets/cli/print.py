@@ -8,14 +8,14 @@ from pathlib import Path
 
 import click
 
-from rrp_sheets.cli.bundled import Workbook, home_of
+from rrp_sheets.cli.bundled import WorkbookArgument, home_of
 from rrp_sheets.model.languages import LANGUAGES
 
 
 @click.command(name="print")
-@click.argument("file", type=Workbook())
+@click.argument("file", type=WorkbookArgument())
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="the PDF; by default beside FILE, with its name")
-@click.option("--against", metavar="APPROVED", type=Workbook(), help="mark what changed since then")
+@click.option("--against", metavar="APPROVED", type=WorkbookArgument(), help="mark what changed since then")
 @click.option("--paper", type=click.Choice(["a4", "letter"]), default="a4", show_default=True, help="the paper's size")
 @click.option("--language", type=click.Choice(list(LANGUAGES)), default=None, help="by default the Protocol's")
 @click.option("--draft", is_flag=True, help="mark every page as a draft; the workbook may have errors then")

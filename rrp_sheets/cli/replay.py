@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from rrp_sheets.cli.bundled import Workbook, is_bundle, runs_of
+from rrp_sheets.cli.bundled import WorkbookArgument, is_bundle, runs_of
 
 if TYPE_CHECKING:
     from rrp_sheets.runs.replay import Replayed
@@ -23,7 +23,7 @@ _STYLES: dict[str, dict[str, Any]] = {
 
 @click.command(name="replay")
 @click.argument("trace", metavar="TRACE", type=click.Path(path_type=Path))
-@click.option("--with", "other", metavar="FILE", type=Workbook(),
+@click.option("--with", "other", metavar="FILE", type=WorkbookArgument(),
               help="play another workbook with what this session's sensors gave")  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="print everything as JSON")
 @click.option("-o", "--output", metavar="OUT", type=click.Path(path_type=Path),

@@ -12,7 +12,7 @@ from types import FrameType
 
 import click
 
-from rrp_sheets.cli.bundled import Workbook, home_of
+from rrp_sheets.cli.bundled import WorkbookArgument, home_of
 from rrp_sheets.cli.check import print_findings
 from rrp_sheets.cli.main import BROKEN, INTERRUPTED, mute
 from rrp_sheets.cli.plain import plain_text
@@ -24,7 +24,7 @@ from rrp_sheets.runs.commands import Commands
 
 
 @click.command(name="run")
-@click.argument("file", type=Workbook())
+@click.argument("file", type=WorkbookArgument())
 @click.option(
     "--for",
     "duration",

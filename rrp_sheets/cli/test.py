@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rrp_sheets.cli.bundled import Workbook
+from rrp_sheets.cli.bundled import WorkbookArgument
 from rrp_sheets.cli.main import INTERRUPTED, UNREADABLE
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ NO_TESTS = 5
 
 
 @click.command(name="test")
-@click.argument("file", type=Workbook())
+@click.argument("file", type=WorkbookArgument())
 @click.option("--json", "as_json", is_flag=True, help="print the results as JSON")
 @click.option("--junit", type=click.Path(path_type=Path), help="write the results as JUnit XML into this file")
 @click.option("--marbles", type=click.Path(path_type=Path),

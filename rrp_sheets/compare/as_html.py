@@ -6,7 +6,7 @@ import html
 from collections.abc import Iterable, Sequence
 
 from rrp_sheets.compare.as_text import cautions, counted, shown_source, verdict
-from rrp_sheets.compare.changes import Change, Comparison, Version
+from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison
 from rrp_sheets.compare.wording import one_line, place, shorten, value
 from rrp_sheets.resources import bundled
 
@@ -58,7 +58,7 @@ def _e(text: str) -> str:
     return html.escape(one_line(text))
 
 
-def file_name(version: Version) -> str:
+def file_name(version: ComparedWorkbook) -> str:
     """The name of a workbook's file, for a title."""
     return shown_source(version).replace("\\", "/").rstrip("/").rsplit("/", 1)[-1] or "nothing"
 

@@ -6,7 +6,7 @@ import html
 from collections.abc import Iterator
 
 from rrp_sheets.compare.wording import one_line, shorten
-from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, SAME, ChangedBehaviour, ChangedRow, Words
+from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, SAME, ChangedBehaviour, ChangedRow, ComparableText
 
 MOST = 1_000  # rows of one table
 _AROUND = 1  # unchanged rows that are shown above and below a changed one
@@ -67,7 +67,7 @@ def _row(row: ChangedRow) -> str:
     )
 
 
-def _cell(head: str, words: Words, more: str = "") -> str:
+def _cell(head: str, words: ComparableText, more: str = "") -> str:
     if words.changed:
         was = "".join(f"<del>{_e(t)}</del>" if marked else _e(t) for marked, t in words.was())
         now = "".join(f"<ins>{_e(t)}</ins>" if marked else _e(t) for marked, t in words.now())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from rrp_sheets.compare.changes import Change, Comparison, Version
+from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison
 from rrp_sheets.compare.wording import one_line, say
 
 MOST = 200  # lines of each kind; the JSON has all
@@ -54,7 +54,7 @@ def cautions(comparison: Comparison) -> list[str]:
     ]
 
 
-def shown_source(version: Version) -> str:
+def shown_source(version: ComparedWorkbook) -> str:
     """The workbook's file."""
     return one_line(version.source)
 

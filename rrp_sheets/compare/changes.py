@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from rrp_sheets.compare.tokens import Piece
+from rrp_sheets.compare.tokens import FormulaPiece
 
 SCHEMA = 1  # of the JSON; grows when an entry changes its meaning or goes
 
@@ -41,7 +41,7 @@ class Change:
     after: str = ""
     effect: bool = True
     note: str = ""
-    pieces: tuple[Piece, ...] = ()
+    pieces: tuple[FormulaPiece, ...] = ()
 
     def harmless(self, note: str) -> Change:
         """The same change, where it has no effect, and why."""
@@ -49,7 +49,7 @@ class Change:
 
 
 @dataclass(frozen=True, slots=True)
-class Version:
+class ComparedWorkbook:
     """One of the two workbooks, as the comparison names it."""
 
     source: str
@@ -68,8 +68,8 @@ class Comparison:
         changes: all of them; those of the behaviours first, sheet by sheet.
     """
 
-    first: Version
-    second: Version
+    first: ComparedWorkbook
+    second: ComparedWorkbook
     changes: tuple[Change, ...]
 
     @property
@@ -113,8 +113,8 @@ class Comparison:
             Change(**{
                 **{name: value for name, value in entry.items() if name not in derived},
                 "rows": (entry["row_before"] or 0, entry["row_after"] or 0),
-                "pieces": tuple(Piece(p["kind"], p["text"]) for p in entry["pieces"]),
+                "pieces": tuple(FormulaPiece(p["kind"], p["text"]) for p in entry["pieces"]),
             })
             for entry in told["changes"]
         ]  # fmt: skip
-        return cls(Version(**told["first"]), Version(**told["second"]), tuple(changes))
+        return cls(ComparedWorkbook(**told["first"]), ComparedWorkbook(**told["second"]), tuple(changes))

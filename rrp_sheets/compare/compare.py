@@ -14,7 +14,7 @@ from collections.abc import Callable, Hashable, Mapping
 from dataclasses import replace
 
 from rrp_sheets.checks import Checked
-from rrp_sheets.compare.changes import Change, Comparison, Version
+from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison
 from rrp_sheets.compare.detail import detail
 from rrp_sheets.compare.lists import gesture_changes, scene_changes, table_changes, test_changes
 from rrp_sheets.compare.match import Match, helper_meaning, match
@@ -62,9 +62,9 @@ def _compare(old: Side, new: Side) -> tuple[Comparison, Match]:
     return Comparison(_version(old), _version(new), tuple(changes)), found
 
 
-def _version(side: Side) -> Version:
+def _version(side: Side) -> ComparedWorkbook:
     reading = side.reading
-    return Version(side.workbook.source, reading.digest, reading.format, len(side.checked.report.errors))
+    return ComparedWorkbook(side.workbook.source, reading.digest, reading.format, len(side.checked.report.errors))
 
 
 def _notes(old: Side, new: Side) -> list[Change]:

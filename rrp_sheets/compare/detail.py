@@ -11,7 +11,7 @@ from rrp_sheets.compare.side import BehaviourView, DeviceView, RowView, Side
 from rrp_sheets.compare.tokens import helpers_in
 from rrp_sheets.formulas import HelperDef
 from rrp_sheets.model import changed as c
-from rrp_sheets.model.changed import ChangedBehaviour, ChangedRow, ChangedStream, Link, Words, same
+from rrp_sheets.model.changed import ChangedBehaviour, ChangedRow, ChangedStream, ComparableText, Link, same
 from rrp_sheets.model.names import key
 
 _SHOWN = frozenset(("changed", "on", "off"))  # kinds that make a row a changed one
@@ -37,14 +37,14 @@ class _Maker:
     def __init__(self, first: Side, second: Side, found: Match, changes: Sequence[Change]) -> None:
         self.first, self.second, self.found = first, second, found
         self.rows: dict[tuple[str, int, int], list[Change]] = defaultdict(list)
-        self.settings: dict[str, list[tuple[str, Words]]] = defaultdict(list)
+        self.settings: dict[str, list[tuple[str, ComparableText]]] = defaultdict(list)
         self.renamed = dict[str, tuple[str, str]]()  # devices that are called otherwise, by their keys now
         self.helpers: set[str] = set()
         for change in changes:
             if change.part == "row":
                 self.rows[key(change.sheet), *change.rows].append(change)
             elif change.part == "device" and change.kind == "changed":
-                words = Words(change.before or _BLANK, change.after or _BLANK)
+                words = ComparableText(change.before or _BLANK, change.after or _BLANK)
                 self.settings[key(change.name)].append((change.what, words))
             elif change.part == "stream" and key(change.after) in second.devices:
                 self.renamed[key(change.after)] = change.before, change.after
@@ -80,8 +80,8 @@ class _Maker:
 
     # ---- rows
     def _one_sided(self, view: RowView, sign: str) -> ChangedRow:
-        def words(text: str) -> Words:
-            return Words("", text) if sign == c.ADDED else Words(text, "")
+        def words(text: str) -> ComparableText:
+            return ComparableText("", text) if sign == c.ADDED else ComparableText(text, "")
 
         ident = self._old if sign == c.REMOVED else str
         row, number = view.row, view.row.number
@@ -102,7 +102,7 @@ class _Maker:
         inputs, formula = cells.get("inputs"), cells.get("formula")
         return ChangedRow(
             sign, row.number, a.row.number,
-            Words(inputs.before, inputs.after) if inputs else same(row.inputs_cell.text),
+            ComparableText(inputs.before, inputs.after) if inputs else same(row.inputs_cell.text),
             _words(cells.get("connector"), b.row.connector.text),
             _words(formula, row.formula.text), _words(cells.get("output"), row.output.text),
             _links([self._old(i) for i in a.inputs], b.inputs), _links([self._old(a.output)], [b.output]),
@@ -162,13 +162,13 @@ class _Maker:
         self, stream: str, sign: str, kind: str, before: tuple[Side, str], now: tuple[Side, str]
     ) -> ChangedStream:
         name = same(now[0].shown(now[1]) if kind != "anonymous" else "")
-        settings: tuple[tuple[str, Words], ...] = ()
+        settings: tuple[tuple[str, ComparableText], ...] = ()
         if sign == c.SAME:
             was = before[0].streams.get(before[1])
             if stream in self.renamed:
-                name = Words(*self.renamed[stream])
+                name = ComparableText(*self.renamed[stream])
             elif was is not None and key(was.name) != key(name.after) and kind != "anonymous":
-                name = Words(was.name or "unnamed", name.after)
+                name = ComparableText(was.name or "unnamed", name.after)
             settings = tuple(self.settings.get(key(name.after), ())) if kind in ("sensor", "actuator") else ()
             sign = c.CHANGED if settings or name.changed else sign
         return ChangedStream(stream, kind, sign, name, settings)
@@ -180,10 +180,10 @@ def _links(old: Iterable[str], new: Iterable[str]) -> tuple[Link, ...]:
     return (*kept, *(Link(s, c.REMOVED) for s in before if s not in after))
 
 
-def _words(change: Change | None, text: str) -> Words:
+def _words(change: Change | None, text: str) -> ComparableText:
     if change is None:
         return same(text)
-    return Words(change.before, change.after, tuple((p.kind, p.text) for p in change.pieces))
+    return ComparableText(change.before, change.after, tuple((p.kind, p.text) for p in change.pieces))
 
 
 def _kind(side: Side, stream: str, driven: bool) -> str:

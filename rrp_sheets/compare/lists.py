@@ -23,7 +23,7 @@ TEST = "a test says what must come out; it changes nothing of it"
 
 
 @dataclass(frozen=True)
-class Line:
+class ListRow:
     """A row of a list: what each cell means and what it says, by the cell's name."""
 
     sheet: str
@@ -40,7 +40,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Kind:
+class ListKind:
     """How lines of a kind of sheet are told and paired.
 
     Attributes:
@@ -59,7 +59,9 @@ class Kind:
 
 def scene_changes(first: Side, second: Side, found: Match) -> list[Change]:
     """The changes of the scene: what happens in the simulated world, and when."""
-    kind = Kind("scene", (("time", "thing", "does"), ("thing", "does", "value"), ("time", "thing"), ("thing", "does")))
+    kind = ListKind(
+        "scene", (("time", "thing", "does"), ("thing", "does", "value"), ("time", "thing"), ("thing", "does"))
+    )
     old, new = _scene(first), _scene(second)
     if first.workbook.scene is None and second.workbook.scene is None:
         return []
@@ -83,7 +85,7 @@ def scene_changes(first: Side, second: Side, found: Match) -> list[Change]:
     return out
 
 
-def _scene(side: Side) -> list[Line]:
+def _scene(side: Side) -> list[ListRow]:
     actions = {a.row: a for a in side.checked.scene or ()}
     lines = []
     for row in side.workbook.scene or ():
@@ -97,7 +99,7 @@ def _scene(side: Side) -> list[Line]:
             verb, values = rest.pop("verb"), rest.pop("values")
             meaning |= {"time": repr(rest), "does": verb, "value": repr(sorted(values.items()))}
         time = us / 1e6 if us is not None else math.inf
-        lines.append(Line(place.sheet, place.row, meaning, _said(cells), side.note(place.sheet, place.row), time))
+        lines.append(ListRow(place.sheet, place.row, meaning, _said(cells), side.note(place.sheet, place.row), time))
     return lines
 
 
@@ -107,11 +109,11 @@ def _said(cells: Mapping[str, Cell]) -> dict[str, str]:
 
 def gesture_changes(first: Side, second: Side, found: Match) -> list[Change]:
     """The changes of the user's own gestures."""
-    kind = Kind("gesture", (("name", "time"), ("name",)))
+    kind = ListKind("gesture", (("name", "time"), ("name",)))
     return list_changes(_gestures(first), _gestures(second), kind, found.turned)[0]
 
 
-def _gestures(side: Side) -> list[Line]:
+def _gestures(side: Side) -> list[ListRow]:
     lines = []
     for row in side.workbook.gestures:
         cells = {"name": row.name, "time": row.time}
@@ -119,7 +121,7 @@ def _gestures(side: Side) -> list[Line]:
         meaning |= {k: _angle(c.text) for k, c in sorted(row.joints.items())}
         place = row.name.address
         said = _said(cells) | {k: c.text for k, c in row.joints.items()}
-        lines.append(Line(place.sheet, place.row, meaning, said, side.note(place.sheet, place.row)))
+        lines.append(ListRow(place.sheet, place.row, meaning, said, side.note(place.sheet, place.row)))
     return lines
 
 
@@ -141,7 +143,7 @@ def _angle(text: str) -> Hashable:
 
 def test_changes(first: Side, second: Side, found: Match) -> list[Change]:
     """The changes of the test sheets. They are no changes of the behaviour."""
-    kind = Kind("test", (("time", "stream", "send"), ("time", "stream"), ("stream", "send", "expect"),
+    kind = ListKind("test", (("time", "stream", "send"), ("time", "stream"), ("stream", "send", "expect"),
                          ("time", "expect")), effect=False, note=TEST)  # fmt: skip
     old, new = ({key(t.name): t for t in side.workbook.tests} for side in (first, second))
     out: list[Change] = []
@@ -160,7 +162,7 @@ def test_changes(first: Side, second: Side, found: Match) -> list[Change]:
     return out
 
 
-def _test(sheet: str, row: TestRow, rename: Callable[[str], str], side: Side) -> Line:
+def _test(sheet: str, row: TestRow, rename: Callable[[str], str], side: Side) -> ListRow:
     cells = {"time": row.time, "stream": row.stream, "send": row.send, "expect": row.expect}
     home, mark, name = row.stream.text.partition("!")
     stream = f"{key(home)}!{key(name)}" if mark else key(home)
@@ -173,7 +175,7 @@ def _test(sheet: str, row: TestRow, rename: Callable[[str], str], side: Side) ->
         "expect": as_typed(row.expect.text),
     }
     number = row.time.address.row
-    return Line(sheet, number, meaning, _said(cells), side.note(sheet, number))
+    return ListRow(sheet, number, meaning, _said(cells), side.note(sheet, number))
 
 
 def table_changes(first: Side, second: Side, found: Match) -> list[Change]:
@@ -195,7 +197,7 @@ def table_changes(first: Side, second: Side, found: Match) -> list[Change]:
 
 def _table(name: str, old: Sequence[Sequence[str]], new: Sequence[Sequence[str]], turned: bool) -> list[Change]:
     heads = [tuple(h for h in table[0]) if table else () for table in (old, new)]
-    kind = Kind("table", (tuple(key(h) for h in heads[1][:1]),), ordered=True)
+    kind = ListKind("table", (tuple(key(h) for h in heads[1][:1]),), ordered=True)
     out, _ = list_changes(_table_lines(name, old, heads[0]), _table_lines(name, new, heads[1]), kind, turned)
     mine, other = ([key(h) for h in head] for head in heads)
     if mine != other:
@@ -204,12 +206,12 @@ def _table(name: str, old: Sequence[Sequence[str]], new: Sequence[Sequence[str]]
     return out
 
 
-def _table_lines(name: str, table: Sequence[Sequence[str]], head: Sequence[str]) -> list[Line]:
+def _table_lines(name: str, table: Sequence[Sequence[str]], head: Sequence[str]) -> list[ListRow]:
     keys = [key(h) or f"column {i}" for i, h in enumerate(head, 1)]
     lines = []
     for number, row in enumerate(table[1:], 2):
         said = dict(zip(keys, row, strict=False))
-        lines.append(Line(name, number, {k: _plain(t) for k, t in said.items()}, said))
+        lines.append(ListRow(name, number, {k: _plain(t) for k, t in said.items()}, said))
     return lines
 
 
@@ -226,7 +228,9 @@ def _plain(text: str) -> Hashable:
 # ---- any list
 
 
-def list_changes(old: Sequence[Line], new: Sequence[Line], kind: Kind, turned: bool) -> tuple[list[Change], Pairs]:
+def list_changes(
+    old: Sequence[ListRow], new: Sequence[ListRow], kind: ListKind, turned: bool
+) -> tuple[list[Change], Pairs]:
     """The changes of a list, and which lines belong together; the same both ways round."""
     pairs = _pair(new, old, kind).inverse() if turned else _pair(old, new, kind)
     moved = pairs.moved(turned) if kind.ordered else set()
@@ -239,7 +243,7 @@ def list_changes(old: Sequence[Line], new: Sequence[Line], kind: Kind, turned: b
     return [change for _, _, found in placed for change in found], pairs
 
 
-def _pair(old: Sequence[Line], new: Sequence[Line], kind: Kind) -> Pairs:
+def _pair(old: Sequence[ListRow], new: Sequence[ListRow], kind: ListKind) -> Pairs:
     pairs = Pairs(len(old), len(new))
     if kind.ordered:
         pairs.in_order([n.whole for n in old], [n.whole for n in new])
@@ -248,7 +252,7 @@ def _pair(old: Sequence[Line], new: Sequence[Line], kind: Kind) -> Pairs:
         pairs.between(lambda i, j: _alike(old[i], new[j]) >= _HALF)
     for names in kind.keys:
 
-        def of(line: Line, names: tuple[str, ...] = names) -> Hashable:
+        def of(line: ListRow, names: tuple[str, ...] = names) -> Hashable:
             return tuple(line.meaning.get(n, "") for n in names) if names else None
 
         pairs.by_key(old, new, of, of)
@@ -256,13 +260,13 @@ def _pair(old: Sequence[Line], new: Sequence[Line], kind: Kind) -> Pairs:
     return pairs
 
 
-def _alike(a: Line, b: Line) -> float:
+def _alike(a: ListRow, b: ListRow) -> float:
     names = {**a.meaning, **b.meaning}
     filled = [n for n in names if a.meaning.get(n) or b.meaning.get(n)]
     return sum(a.meaning.get(n) == b.meaning.get(n) for n in filled) / max(len(filled), 1)
 
 
-def _line(kind: Kind, a: Line, b: Line, moved: bool) -> list[Change]:
+def _line(kind: ListKind, a: ListRow, b: ListRow, moved: bool) -> list[Change]:
     out = []
     for n in dict.fromkeys([*a.said, *b.said]):
         before, after = a.said.get(n, ""), b.said.get(n, "")
@@ -277,8 +281,8 @@ def _line(kind: Kind, a: Line, b: Line, moved: bool) -> list[Change]:
     return out
 
 
-def _change(kind: Kind, word: str, a: Line | None, b: Line | None, what: str = "", before: str = "", after: str = "",
-            note: str = "") -> Change:  # fmt: skip
+def _change(kind: ListKind, word: str, a: ListRow | None, b: ListRow | None, what: str = "", before: str = "",
+            after: str = "", note: str = "") -> Change:  # fmt: skip
     view = b or a
     assert view is not None
     if a is None or b is None:

@@ -9,7 +9,7 @@ from functools import cached_property
 from rrp_sheets.checks import Checked
 from rrp_sheets.compare.tokens import helpers_in, meanings, shape_of
 from rrp_sheets.connectors import connectors
-from rrp_sheets.devices import Found
+from rrp_sheets.devices import FoundDevice
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.formulas import Formula, HelperDef
 from rrp_sheets.graph import Step, Stream
@@ -78,7 +78,7 @@ class DeviceView:
     """A stream that is a device: declared in a row of Devices (`row` is not 0), or by its name alone."""
 
     name: str
-    found: Found | None
+    found: FoundDevice | None
     device: str
     settings: Mapping[str, Value]
     texts: Mapping[str, str] = field(default_factory=dict)

@@ -27,7 +27,7 @@ _SIGNS = {"<>": "!=", "=": "==", "^": "**", ";": ","}
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class FormulaPiece:
     """A part of a formula: `kind` is `same`, `gone` or `new`."""
 
     kind: str
@@ -35,22 +35,22 @@ class Piece:
 
 
 @dataclass(frozen=True, slots=True)
-class Token:
+class ComparedToken:
     """A token: what it means whatever its spelling, and how it is written, with the space before it."""
 
     meaning: str
     written: str
 
 
-def tokens(formula: str, names: Mapping[str, str] | None = None) -> list[Token]:
+def tokens(formula: str, names: Mapping[str, str] | None = None) -> list[ComparedToken]:
     """The tokens of a formula; `names` are new names for old ones, both as keys.
 
     >>> [t.meaning for t in tokens("Red_Ball.x <> 50%")]
     ['redball', '.', 'x', '!=', '0.5']
     """
     if len(formula) > LONGEST:
-        return [Token(" ".join(formula.split()), formula)]
-    return [Token(_meaning(m, names or {}), m[0]) for m in _TOKEN.finditer(formula)]
+        return [ComparedToken(" ".join(formula.split()), formula)]
+    return [ComparedToken(_meaning(m, names or {}), m[0]) for m in _TOKEN.finditer(formula)]
 
 
 def _meaning(match: re.Match[str], names: Mapping[str, str]) -> str:
@@ -82,7 +82,7 @@ def as_typed(text: str) -> tuple[str, ...]:
     return tuple(_meaning(m, {}) if m["number"] else m[0].strip() for m in _TOKEN.finditer(text))
 
 
-def pieces(before: str, after: str, names: Mapping[str, str] | None = None) -> tuple[Piece, ...]:
+def pieces(before: str, after: str, names: Mapping[str, str] | None = None) -> tuple[FormulaPiece, ...]:
     """What stayed, went and came.
 
     >>> [(p.kind, p.text) for p in pieces("distance < 20", "distance < 15")]
@@ -90,27 +90,27 @@ def pieces(before: str, after: str, names: Mapping[str, str] | None = None) -> t
     """
     left, right = tokens(before, names), tokens(after)
     if not left or not right or max(len(left), len(right)) > MOST:
-        return tuple(Piece(kind, text) for kind, text in (("gone", before), ("new", after)) if text)
+        return tuple(FormulaPiece(kind, text) for kind, text in (("gone", before), ("new", after)) if text)
     matcher = difflib.SequenceMatcher(None, [t.meaning for t in left], [t.meaning for t in right], autojunk=False)
-    out: list[Piece] = []
+    out: list[FormulaPiece] = []
     for op, a, b, c, d in matcher.get_opcodes():
         if op == "equal":
-            out.append(Piece("same", _joined(right[c:d])))
+            out.append(FormulaPiece("same", _joined(right[c:d])))
             continue
         if b > a:
-            out.append(Piece("gone", _joined(left[a:b])))
+            out.append(FormulaPiece("gone", _joined(left[a:b])))
         if d > c:
-            out.append(Piece("new", _joined(right[c:d])))
+            out.append(FormulaPiece("new", _joined(right[c:d])))
     return tuple(_spaced(out))
 
 
-def _joined(part: Sequence[Token]) -> str:
+def _joined(part: Sequence[ComparedToken]) -> str:
     return "".join(t.written for t in part)
 
 
-def _spaced(found: list[Piece]) -> list[Piece]:
+def _spaced(found: list[FormulaPiece]) -> list[FormulaPiece]:
     """The pieces with the spaces at their edges given to the pieces that stay."""
-    out: list[Piece] = []
+    out: list[FormulaPiece] = []
     for piece in found:
         bare = piece.text.strip()
         if piece.kind == "same" or bare == piece.text:
@@ -119,14 +119,14 @@ def _spaced(found: list[Piece]) -> list[Piece]:
         lead = piece.text[: len(piece.text) - len(piece.text.lstrip())]
         last = out[-1] if out else None
         if last is not None and last.kind == "same":
-            out[-1] = Piece("same", last.text.rstrip() + lead)
+            out[-1] = FormulaPiece("same", last.text.rstrip() + lead)
         elif last is None or last.kind == piece.kind:
-            out.append(Piece("same", lead))
-        out.append(Piece(piece.kind, bare))
+            out.append(FormulaPiece("same", lead))
+        out.append(FormulaPiece(piece.kind, bare))
     return out
 
 
-def single(found: Sequence[Piece]) -> tuple[str, str] | None:
+def single(found: Sequence[FormulaPiece]) -> tuple[str, str] | None:
     """The old and the new token when exactly one differs.
 
     >>> single(pieces("distance < 20", "distance < 15"))

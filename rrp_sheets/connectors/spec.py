@@ -24,7 +24,7 @@ class Parameter(Enum):
 
 @dataclass(frozen=True)
 class Connector:
-    """A connector.
+    """Holds what the checks, the engine and the help need to know of one kind of row.
 
     Attributes:
         name: as shown, such as `combineLatest`; any spelling with the same key is accepted, and `synonyms` too.

@@ -1,5 +1,5 @@
 """Robots as data: the catalogue of sensors and actuators, and the scene's vocabulary."""
 
-from rrp_sheets.devices.catalogue import DeviceType, Found, Joint, Robot, Setting, load_robot, robot_names
+from rrp_sheets.devices.catalogue import DeviceType, FoundDevice, Joint, Robot, Setting, load_robot, robot_names
 
-__all__ = ["DeviceType", "Found", "Joint", "Robot", "Setting", "load_robot", "robot_names"]
+__all__ = ["DeviceType", "FoundDevice", "Joint", "Robot", "Setting", "load_robot", "robot_names"]

@@ -55,16 +55,16 @@ class Robot:
     joints: Mapping[str, Joint]
     groups: Mapping[str, tuple[str, ...]]
     devices: Mapping[str, DeviceType]
-    names: Mapping[str, Found]
+    names: Mapping[str, FoundDevice]
     data: Mapping[str, Any]
     motions: Mapping[str, Gesture] = field(default_factory=dict)
     talking: tuple[Gesture, ...] = ()
 
-    def find(self, name: str) -> Found | None:
+    def find(self, name: str) -> FoundDevice | None:
         """The device that a name means (`Red ball`, `Say`, `Head yaw`), in any spelling."""
         return self.names.get(key(name))
 
-    def others_with(self, found: Found, setting: str) -> list[Found]:
+    def others_with(self, found: FoundDevice, setting: str) -> list[FoundDevice]:
         """The devices to use instead of one that lacks a setting: they use the same, or give the same.
 
         >>> nao = load_robot()
@@ -146,20 +146,20 @@ def _assemble(
         "gestures": _gesture_uses({n: resources(g, movers) for n, g in motions.items()}),
     }
     devices: dict[str, DeviceType] = {}
-    names: dict[str, Found] = {}
+    names: dict[str, FoundDevice] = {}
     for kind in ("sensor", "actuator"):
         for entry in data[kind]:
             device = replace(_device(kind, entry, uses), spoken=words_of(folder, entry["name"]))
             devices[key(device.name)] = device
             title = entry.get("title", device.name)
-            names[key(device.name)] = names[key(title)] = Found(title, device)
+            names[key(device.name)] = names[key(title)] = FoundDevice(title, device)
             for preset in entry.get("names", ()):
                 shown = preset["name"]
-                names[key(shown)] = Found(shown, device, {key(k): v for k, v in preset.items() if k != "name"})
-            names.update((key(also), Found(also, device, offered=False)) for also in entry.get("also", ()))
+                names[key(shown)] = FoundDevice(shown, device, {key(k): v for k, v in preset.items() if k != "name"})
+            names.update((key(also), FoundDevice(also, device, offered=False)) for also in entry.get("also", ()))
             if entry.get("names_of") == "joints":
                 for joint in joints.values():
-                    found = Found(_spaced(joint.name), replace(device, unit=joint.unit), {"joint": joint.name})
+                    found = FoundDevice(_spaced(joint.name), replace(device, unit=joint.unit), {"joint": joint.name})
                     names[key(joint.name)] = found
     return Robot(
         name, data["robot"]["title"], folder, joints, groups, devices, names, data, dict(motions), talking
@@ -311,7 +311,7 @@ class DeviceType:
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundDevice:
     """A device found by a name.
 
     Attributes:

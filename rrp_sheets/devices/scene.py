@@ -15,7 +15,7 @@ from rrp_sheets.devices.scene_amounts import place as read_place
 from rrp_sheets.devices.scene_amounts import seconds as read_seconds
 from rrp_sheets.devices.scene_order import check_presence, in_order, scene_end_us
 from rrp_sheets.devices.scene_pictures import check_pictures
-from rrp_sheets.devices.scene_words import (
+from rrp_sheets.devices.scene_words import (  # fmt: skip
     CHILD,
     COLOURS,
     FACE_HEIGHT,
@@ -23,8 +23,8 @@ from rrp_sheets.devices.scene_words import (
     KINDS,
     OPERATOR,
     PERSONS,
-    Kind,
     Part,
+    ThingKind,
     Verb,
     find_verb,
     kind_of,
@@ -32,13 +32,13 @@ from rrp_sheets.devices.scene_words import (
     thing_names,
     verb_names,
     verbs_of,
-)  # fmt: skip
+)
 from rrp_sheets.diagnostics.phrase import Phrase, sentences
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.durations import meant_duration
 from rrp_sheets.model.names import key, nearest
-from rrp_sheets.model.scene import ROW_ABOVE, Range, SceneAction
+from rrp_sheets.model.scene import ROW_ABOVE, RandomRange, SceneAction
 from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import SceneRow
 
@@ -110,7 +110,7 @@ def _tell_time(time: Cell, report: Report) -> None:
     report.add("SCENE001", time.address, text=time.text or "blank", remedy=remedy)
 
 
-def _values(kind: Kind, colour: str, verb: Verb, row: SceneRow, report: Report) -> dict[str, Value] | None:
+def _values(kind: ThingKind, colour: str, verb: Verb, row: SceneRow, report: Report) -> dict[str, Value] | None:
     try:
         return read_value(kind, verb, row.value.text, colour)
     except BadValueError as error:
@@ -149,7 +149,7 @@ def check_presses(
         report.add("SCENE006", cells[action.row].address, label=label, remedy=remedy)
 
 
-def _kind(thing: Cell, does: Cell, report: Report) -> tuple[Kind, str] | None:
+def _kind(thing: Cell, does: Cell, report: Report) -> tuple[ThingKind, str] | None:
     """The kind and colour of a thing; None when it is unknown (and told)."""
     text = thing.text.strip()
     found = kind_of(text)
@@ -199,7 +199,7 @@ def _near(text: str) -> str | None:
     return close if alike >= _PROPOSES else None
 
 
-def _verb(kind: Kind, does: Cell, report: Report) -> Verb | None:
+def _verb(kind: ThingKind, does: Cell, report: Report) -> Verb | None:
     verb = find_verb(kind, does.text)
     if verb is None:
         names = [verb.name for verb in kind.verbs]
@@ -254,7 +254,7 @@ _EVERYWHERE = frozenset(p.word for k in KINDS.values() for v in k.verbs for p in
 Said = dict[str, Value]
 
 
-def read_value(kind: Kind, verb: Verb, text: str, colour: str = "") -> Said:
+def read_value(kind: ThingKind, verb: Verb, text: str, colour: str = "") -> Said:
     """What the Value cell of a Scene row says, by name.
 
     Args:
@@ -395,7 +395,7 @@ def _seen(text: str) -> Said:
 # ---- what goes without saying
 
 
-def _complete(kind: Kind, said: Said, colour: str) -> None:
+def _complete(kind: ThingKind, said: Said, colour: str) -> None:
     if kind.coloured:
         said["colour"] = colour or _PLAIN_COLOURS[kind.name]
     if kind.name == "ball":
@@ -414,7 +414,7 @@ def _complete(kind: Kind, said: Said, colour: str) -> None:
 def _face(said: Said) -> None:
     """Where the face of somebody is who sits or stands, if its height is not given."""
     if "tall" in said:
-        if isinstance(said["tall"], Range):
+        if isinstance(said["tall"], RandomRange):
             raise BadValueError("Write one height, no range.")
         said.setdefault("posture", "standing")
     if len(said["at"]) == 3:

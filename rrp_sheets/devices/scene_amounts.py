@@ -9,9 +9,9 @@ from collections.abc import Mapping
 
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.durations import parse_duration
-from rrp_sheets.model.scene import Range
+from rrp_sheets.model.scene import RandomRange
 
-Amount = float | Range
+Amount = float | RandomRange
 METRES: Mapping[str, float] = {"": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001}
 RADIANS: Mapping[str, float] = {
     "°": math.pi / 180, "deg": math.pi / 180, "degree": math.pi / 180, "degrees": math.pi / 180, "rad": 1.0,
@@ -42,10 +42,10 @@ def plain(text: str) -> str:
 def ends(amount: Amount) -> tuple[float, float]:
     """The least and the most that an amount can be.
 
-    >>> ends(0.5), ends(Range(0.4, 0.6))
+    >>> ends(0.5), ends(RandomRange(0.4, 0.6))
     ((0.5, 0.5), (0.4, 0.6))
     """
-    return (amount.low, amount.high) if isinstance(amount, Range) else (amount, amount)
+    return (amount.low, amount.high) if isinstance(amount, RandomRange) else (amount, amount)
 
 
 def between(low: float, high: float) -> Amount:
@@ -54,7 +54,7 @@ def between(low: float, high: float) -> Amount:
     >>> between(2.0, 1.0), between(1.0, 1.0)
     (Range(low=1.0, high=2.0), 1.0)
     """
-    return low if low == high else Range(min(low, high), max(low, high))
+    return low if low == high else RandomRange(min(low, high), max(low, high))
 
 
 def one(text: str, units: Mapping[str, float], least: float, most: float, unit: str) -> Amount:

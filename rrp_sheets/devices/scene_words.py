@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 from rrp_sheets.model.names import key
-from rrp_sheets.model.scene import Range, SceneAction
+from rrp_sheets.model.scene import RandomRange, SceneAction
 from rrp_sheets.model.values import Value
 
 FARTHEST = 20.0  # m; farther is surely a typing mistake
@@ -72,8 +72,8 @@ class Verb:
 
 
 @dataclass(frozen=True)
-class Kind:
-    """A kind of thing.
+class ThingKind:
+    """Persons, balls, cups, …: what they can do in a scene.
 
     Attributes:
         name: `ball`, `person`, …
@@ -116,7 +116,7 @@ def _to(least: int, help: str = "") -> Part:
     return Part("to", "to", "place", least, 3, needed=True, help=help)
 
 
-_BALL = Kind(
+_BALL = ThingKind(
     "ball", "A ball", ("Red ball", "Green ball", "Blue ball", "Yellow ball"),
     (
         Verb("appears", "appear",
@@ -136,7 +136,7 @@ _BALL = Kind(
     ),
     coloured=True, help="Any colour; without one it is red. The ball sensors know red, green and blue.",
 )  # fmt: skip
-_CUP = Kind(
+_CUP = ThingKind(
     "cup", "A cup", ("Red cup", "Blue cup", "Yellow cup"),
     (
         Verb("appears", "appear",
@@ -153,7 +153,7 @@ _CUP = Kind(
     help="Any colour; without one it is white. The sensor Blob sees it by its colour; a ball sensor sometimes takes it "
     "for a ball.",
 )  # fmt: skip
-_BOX = Kind(
+_BOX = ThingKind(
     "box", "A box", ("Box", "Green box"),
     (
         Verb("appears", "appear",
@@ -167,7 +167,7 @@ _BOX = Kind(
     ),
     coloured=True, help="Any colour; without one it is brown.",
 )  # fmt: skip
-_TABLE = Kind(
+_TABLE = ThingKind(
     "table", "A table", ("Table",),
     (
         Verb("appears", "appear",
@@ -180,7 +180,7 @@ _TABLE = Kind(
         _LEAVES,
     ),
 )  # fmt: skip
-_WALL = Kind(
+_WALL = ThingKind(
     "wall", "A wall", ("Wall",),
     (
         Verb("appears", "appear",
@@ -193,7 +193,7 @@ _WALL = Kind(
     ),
 )  # fmt: skip
 _POSTURES = Part("", "posture", "flag", choices={"seated": "seated", "sitting": "seated", "standing": "standing"})
-_PERSON = Kind(
+_PERSON = ThingKind(
     "person", "A person", ("Person", "Child", "Adult", "Therapist", "Parent", "Visitor"),
     (
         Verb("enters", "appear",
@@ -227,14 +227,14 @@ _PERSON = Kind(
     ),
     help="Any other name is a person's: Mia enters. They look at the robot until they look away.",
 )  # fmt: skip
-_LIGHT = Kind(
+_LIGHT = ThingKind(
     "light", "The light", ("Light",),
     (
         Verb("set to", "set", (Part("", "share", "share", needed=True), Part("in", "seconds", "seconds", 0, LONGEST)),
              (("40 %", "100 % is a bright room, 0 % is dark"), ("20 % in 3 s", "slowly")), also=("is", "is set to")),
     ),
 )  # fmt: skip
-_NOISE = Kind(
+_NOISE = ThingKind(
     "noise", "The noise", ("Noise",),
     (
         Verb("set to", "set", (Part("", "share", "share", needed=True), Part("in", "seconds", "seconds", 0, LONGEST)),
@@ -242,13 +242,13 @@ _NOISE = Kind(
              also=("is", "is set to")),
     ),
 )  # fmt: skip
-_OPERATOR = Kind(
+_OPERATOR = ThingKind(
     "operator",
     "Operator",
     ("Operator",),
     (Verb("presses", "press", (Part("", "label", "rest", needed=True),), (("Start", "the label of a button"),)),),
 )
-KINDS: Mapping[str, Kind] = {
+KINDS: Mapping[str, ThingKind] = {
     k.name: k for k in (_BALL, _CUP, _BOX, _TABLE, _WALL, _PERSON, _OPERATOR, _LIGHT, _NOISE)
 }  # fmt: skip
 OPERATOR = "Operator"
@@ -278,12 +278,12 @@ def verbs_of(kind: str) -> dict[str, str]:
     return {verb.name: verb.example for verb in KINDS[kind].verbs}
 
 
-def find_verb(kind: Kind, text: str) -> Verb | None:
+def find_verb(kind: ThingKind, text: str) -> Verb | None:
     """The verb that a text means, with or without the s of the third person."""
     return _by_key(kind).get(key(text))
 
 
-def _by_key(kind: Kind) -> dict[str, Verb]:
+def _by_key(kind: ThingKind) -> dict[str, Verb]:
     verbs = {key(name): verb for verb in kind.verbs for name in (verb.name, *verb.also)}
     return {**{k.removesuffix("s"): v for k, v in verbs.items()}, **verbs}
 
@@ -330,7 +330,7 @@ def draw_scene(actions: Sequence[SceneAction], seed: int) -> tuple[tuple[SceneAc
 
     Each number depends on the seed and its own cell alone: a row more or less changes no other.
 
-    >>> action = SceneAction(0, "Red ball", "appear", {"at": (Range(0.8, 1.2), 0.0, 0.4)}, row=4)
+    >>> action = SceneAction(0, "Red ball", "appear", {"at": (RandomRange(0.8, 1.2), 0.0, 0.4)}, row=4)
     >>> (one,), (told,) = draw_scene([action], 7)
     >>> 0.8 <= one.values["at"][0] <= 1.2, told.row, draw_scene([action], 7)[0][0] == one
     (True, 4, True)
@@ -341,7 +341,7 @@ def draw_scene(actions: Sequence[SceneAction], seed: int) -> tuple[tuple[SceneAc
         values = {name: drawer.value(name, value) for name, value in action.values.items()}
         time_us = action.time_us
         if action.span_us:
-            time_us = round(1e6 * drawer.number("time", Range(time_us / 1e6, (time_us + action.span_us) / 1e6)))
+            time_us = round(1e6 * drawer.number("time", RandomRange(time_us / 1e6, (time_us + action.span_us) / 1e6)))
         if drawer.told:
             told.append(Drawn(action.row, f"Drawn by the run: {', '.join(drawer.told)}."))
             action = replace(action, time_us=time_us, span_us=0, values=values)
@@ -357,9 +357,9 @@ class _Drawer:
     def value(self, name: str, value: Value) -> Value:
         if isinstance(value, tuple):
             return tuple(self.value(name if i == 0 else f"{name} {i + 1}", part) for i, part in enumerate(value))
-        return self.number(name, value) if isinstance(value, Range) else value
+        return self.number(name, value) if isinstance(value, RandomRange) else value
 
-    def number(self, name: str, among: Range) -> float:
+    def number(self, name: str, among: RandomRange) -> float:
         # seeded with a text, Python hashes it the same way everywhere; only random() stays the same for ever
         chance = random.Random(f"{self._name}\n{name}").random()
         number = among.low + chance * (among.high - among.low)

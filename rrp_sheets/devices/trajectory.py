@@ -89,7 +89,7 @@ class Clamped:
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class JointPlan:
     """The ways of joints.
 
     Attributes:
@@ -159,7 +159,7 @@ class Planner:
         self._clamped: list[Clamped] = []
         self._slowed: dict[tuple[int, str], None] = {}
 
-    def plan(self, frames: Sequence[Keyframe]) -> Plan:
+    def plan(self, frames: Sequence[Keyframe]) -> JointPlan:
         """The ways through keyframes with rising times in s."""
         joints = moved(frames)
         goals = self._goals(frames)
@@ -173,7 +173,7 @@ class Planner:
         angles = {j: [self._start[j], *(goals[i - 1][j] for i in at[1:])] for j, at in places.items()}
         ways, clock = self._timed(times, places, angles)
         slowed = tuple((i - 1, joint) for i, joint in self._slowed if 1 < i <= len(frames))
-        return Plan(ways, tuple(self._clamped), slowed, tuple(clock[1 : len(frames) + 1]))
+        return JointPlan(ways, tuple(self._clamped), slowed, tuple(clock[1 : len(frames) + 1]))
 
     def _goals(self, frames: Sequence[Keyframe]) -> list[dict[str, float]]:
         """The angles of every keyframe within the limits; a keyframe without any holds those before it."""

@@ -24,7 +24,7 @@ _BYSTANDER = """
 
 
 @dataclass(frozen=True, slots=True)
-class Page:
+class CodePage:
     """A page; its texts are plain prose.
 
     Attributes:
@@ -45,13 +45,13 @@ class Page:
     untabled: str = ""
 
 
-def load_page(code: str) -> Page | None:
+def load_page(code: str) -> CodePage | None:
     """The page of a code of the catalogue; None when there is none."""
     path = PAGES / f"{code}.md"
     return parse_page(path.read_text(encoding="utf-8")) if path.is_file() else None
 
 
-def parse_page(text: str) -> Page:
+def parse_page(text: str) -> CodePage:
     """A page from its text.
 
     Raises:
@@ -64,9 +64,9 @@ def parse_page(text: str) -> Page:
         raise ValueError(f"The page {code} has the sections {titles}.")
     means, why, mend = (" ".join(body.split()) for body in bodies[:3])
     if "Wrong" not in titles:
-        return Page(code, means, why, mend, untabled=" ".join(bodies[3].split()))
+        return CodePage(code, means, why, mend, untabled=" ".join(bodies[3].split()))
     wrong, right = (re.sub(r"^### ", "## ", body, flags=re.MULTILINE) + "\n" for body in bodies[3:])
-    return Page(code, means, why, mend, wrong, right)
+    return CodePage(code, means, why, mend, wrong, right)
 
 
 def completed(example: str) -> str:

@@ -44,7 +44,7 @@ class Runner(Protocol):
 
     @property
     def engine(self) -> Engine:
-        """The engine."""
+        """Give access to the rows that this run works out."""
         ...
 
     def go(self, until_us: int, observer: RunObserver) -> tuple[int, str]:

@@ -70,7 +70,7 @@ class RealtimeRunner:
 
     @property
     def engine(self) -> EventEngine:
-        """The engine."""
+        """Give access to the rows; the run must have begun."""
         assert self._engine is not None
         return self._engine
 

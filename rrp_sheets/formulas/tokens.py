@@ -125,7 +125,7 @@ _LETTERS = frozenset("fFbBrRuU")
 
 
 class Token(NamedTuple):
-    """A token.
+    """A number, text, name or sign of a formula, with its place.
 
     Attributes:
         kind: `number`, `name`, `sign`, `text`, `texts` (a text with values in it), `column` (of a table), or `end`.

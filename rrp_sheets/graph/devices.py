@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from rrp_sheets.devices import DeviceType, Found, Robot, Setting
+from rrp_sheets.devices import DeviceType, FoundDevice, Robot, Setting
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.fix import Fix, Put
 from rrp_sheets.diagnostics.phrase import Phrase
@@ -24,7 +24,7 @@ class Declared:
     """A stream that is a device: the device, its settings, and where it is declared (None when by its name alone)."""
 
     name: str
-    found: Found
+    found: FoundDevice
     settings: Mapping[str, Value]
     address: Address | None = None
 
@@ -56,7 +56,7 @@ class DeviceTable:
     def _misspelt_columns(self, devices: Sequence[Device]) -> dict[str, str]:
         """Columns whose header is nearly a setting's: told once each, and read as if they were spelt right."""
         known = {k for device in self.robot.devices.values() for k in device.settings}
-        filled: dict[str, list[tuple[Cell, Found]]] = {}
+        filled: dict[str, list[tuple[Cell, FoundDevice]]] = {}
         for device in devices:
             found = self.robot.find(device.device.text)
             for k, cell in device.settings.items() if found else ():
@@ -100,7 +100,7 @@ class DeviceTable:
         values = self._settings(found, settings, stream, device)
         self.declared[k] = Declared(stream.text, found, values, stream.address)
 
-    def _settings(self, found: Found, cells: Mapping[str, Cell], stream: Cell, device: Cell) -> dict[str, Value]:
+    def _settings(self, found: FoundDevice, cells: Mapping[str, Cell], stream: Cell, device: Cell) -> dict[str, Value]:
         values = _usual(found, stream.text)
         for k, cell in cells.items():
             if not cell:
@@ -117,7 +117,7 @@ class DeviceTable:
                 self.report.add("DEV003", cell_address, device=found.name, setting=setting.name, help=setting.help)
         return values
 
-    def _unknown_setting(self, found: Found, k: str, cell: Cell, device: Cell) -> None:
+    def _unknown_setting(self, found: FoundDevice, k: str, cell: Cell, device: Cell) -> None:
         names = [s.name for s in found.type.settings.values()]
         remedy: str = Phrase("Leave the cell blank; its settings are: {names}.", names=", ".join(names))
         if not names:
@@ -183,7 +183,7 @@ def done_of(name: str) -> str:
     return words[1].rstrip("_-") if words else ""
 
 
-def _usual(found: Found, stream: str) -> dict[str, Value]:
+def _usual(found: FoundDevice, stream: str) -> dict[str, Value]:
     """The settings of a device of which nothing is said."""
     values = {k: stream if s.kind == "label" else s.default for k, s in found.type.settings.items()}
     values.update(found.preset)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from rrp_sheets.connectors.spec import Connector
-from rrp_sheets.devices import Found
+from rrp_sheets.devices import FoundDevice
 from rrp_sheets.model.cells import Address
 from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Row
@@ -25,7 +25,7 @@ class StreamKind(Enum):
 
 @dataclass(frozen=True)
 class Stream:
-    """A stream.
+    """A named sequence of values that rows read and write.
 
     Attributes:
         id: unique in the workbook: the name's key for devices, `sheetkey!key` for ordinary streams,
@@ -43,7 +43,7 @@ class Stream:
     name: str
     kind: StreamKind
     address: Address
-    device: Found | None = None
+    device: FoundDevice | None = None
     settings: Mapping[str, Value] = field(default_factory=dict)
     active: bool = True
     done_of: str = ""

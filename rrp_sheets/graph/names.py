@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 from rrp_sheets.connectors import Connector
-from rrp_sheets.devices import DeviceType, Found
+from rrp_sheets.devices import DeviceType, FoundDevice
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.graph.devices import Declared, DeviceTable, describe, done_of
@@ -17,7 +17,7 @@ from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name, is_reserved, key
 from rrp_sheets.model.workbook import Behaviour, Row
 
-DONE_DEVICE = Found(
+DONE_DEVICE = FoundDevice(
     "Done", DeviceType("Done", "sensor", "Tells the end of every command of an actuator stream.", payload=DONE)
 )
 _AND = re.compile(r"[;&+/]|\band\b", re.IGNORECASE)  # what is written between two names instead of a comma

@@ -10,7 +10,7 @@ Run = tuple[bool, str]  # a part of a text: whether it is marked as gone or new,
 
 
 @dataclass(frozen=True, slots=True)
-class Words:
+class ComparableText:
     """A text before and after; equal when it means the same.
 
     Attributes:
@@ -29,7 +29,7 @@ class Words:
     def was(self) -> tuple[Run, ...]:
         """The text before, with what went marked.
 
-        >>> Words("x < 20", "x < 15", (("same", "x < "), ("gone", "20"), ("new", "15"))).was()
+        >>> ComparableText("x < 20", "x < 15", (("same", "x < "), ("gone", "20"), ("new", "15"))).was()
         ((False, 'x < '), (True, '20'))
         """
         return self._side("gone", self.before)
@@ -46,9 +46,9 @@ class Words:
         return tuple((k == kind, text) for k, text in self.pieces if k in ("same", kind) and text)
 
 
-def same(text: str) -> Words:
+def same(text: str) -> ComparableText:
     """A text that did not change."""
-    return Words(text, text)
+    return ComparableText(text, text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,8 +74,8 @@ class ChangedStream:
     id: str
     kind: str
     sign: str
-    name: Words
-    settings: tuple[tuple[str, Words], ...] = ()
+    name: ComparableText
+    settings: tuple[tuple[str, ComparableText], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,10 +94,10 @@ class ChangedRow:
     sign: str
     number: int
     was: int
-    inputs: Words
-    connector: Words
-    formula: Words
-    output: Words
+    inputs: ComparableText
+    connector: ComparableText
+    formula: ComparableText
+    output: ComparableText
     takes: tuple[Link, ...]
     gives: tuple[Link, ...]
     remarks: tuple[str, ...] = ()

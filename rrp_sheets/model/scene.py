@@ -12,10 +12,10 @@ ROW_ABOVE = "+"
 
 
 @dataclass(frozen=True, slots=True)
-class Range:
+class RandomRange:
     """A number that each run draws anew: `0.4..0.6`.
 
-    >>> print(Range(0.4, 0.6))
+    >>> print(RandomRange(0.4, 0.6))
     0.4..0.6
     """
 

@@ -101,7 +101,7 @@ class TestRow:
 
 @dataclass(frozen=True, slots=True)
 class TestSheet:
-    """A sheet of tests."""
+    """The cases of one sheet, with what is sent and what must come out."""
 
     name: str
     rows: tuple[TestRow, ...]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from rrp_sheets.devices import Found
+from rrp_sheets.devices import FoundDevice
 from rrp_sheets.devices.spoken import DeviceWords
 from rrp_sheets.graph import Graph, Stream
 from rrp_sheets.model.exchange import DONE
@@ -122,7 +122,7 @@ def _filled(template: str, settings: Mapping[str, object], source: str, name: st
     return re.sub(r"\{(\w+)\}", value, template)
 
 
-def _thing(device: Found) -> str:
+def _thing(device: FoundDevice) -> str:
     """What a sensor sees: by the record's name (`face`), not that of the detection; a name of its own stays."""
     record = device.type.payload
     return _lowered(record.name if record and key(device.name) == key(device.type.name) else device.name)

@@ -53,7 +53,7 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Note:
+class PlotNote:
     """Something that happened at `t` seconds, until `until`, in the lane of that name (see `LANES`)."""
 
     t: float
@@ -67,7 +67,7 @@ LANES = ("said", "heard", "button", "mark", "by_hand", "note", "error")
 
 
 def draw_plots(
-    title: str, curves: Sequence[Curve], notes: Sequence[Note], seconds: float, *,
+    title: str, curves: Sequence[Curve], notes: Sequence[PlotNote], seconds: float, *,
     foot: str = "", more: str = "", about: Mapping[str, str] | None = None, legend: tuple[str, str] | None = None,
     language: str = "en",
 ) -> tuple[str, float, float]:  # fmt: skip
@@ -156,7 +156,7 @@ def _upright(x: float, top: float, bottom: float, looks: str) -> str:
     return f'<path d="M{x:.1f} {top:.1f}V{bottom:.1f}" {looks}/>'
 
 
-def _lane(scale: _Scale, lane: str, name: str, notes: Sequence[Note], y: float) -> Iterator[str]:
+def _lane(scale: _Scale, lane: str, name: str, notes: Sequence[PlotNote], y: float) -> Iterator[str]:
     """A lane of what happened: a shape for each, and its words where there is room for them."""
     count = f"  {len(notes)}" if len(notes) > 1 else ""
     yield text(14, y + 11, f"{name}{count}", SMALL_PT, bold=True)

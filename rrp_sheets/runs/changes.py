@@ -7,7 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from rrp_sheets.checks import Checked, check_workbook
-from rrp_sheets.checks.fixing import Change, Chosen, apply_fixes
+from rrp_sheets.checks.fixing import CellChange, Chosen, apply_fixes
 from rrp_sheets.devices import load_robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.errors import SheetsError
@@ -113,7 +113,7 @@ def write_marked(path: Path, target: Path, report: Report, language: str = "en")
 _COPIED = (".xlsx", ".md", ".markdown")
 
 
-def fix_copy(path: Path, target: Path, chosen: Chosen) -> tuple[list[Change], Checked]:
+def fix_copy(path: Path, target: Path, chosen: Chosen) -> tuple[list[CellChange], Checked]:
     """Make a copy in which all safe fixes are applied, and the chosen ones.
 
     Args:

@@ -27,7 +27,7 @@ GUEST = "Guest"
 
 
 @dataclass(eq=False)
-class Person:
+class RememberedPerson:
     """Somebody who is remembered.
 
     Attributes:
@@ -46,20 +46,20 @@ class Person:
 class FaceMemory:
     """The persons whom the robot remembers, in the order in which it came to know them."""
 
-    persons: list[Person] = field(default_factory=list)
+    persons: list[RememberedPerson] = field(default_factory=list)
 
-    def likest(self, face: Features) -> tuple[Person | None, float]:
+    def likest(self, face: Features) -> tuple[RememberedPerson | None, float]:
         """The person who looks most like that face, and how much (1 is the same picture)."""
-        found: tuple[Person | None, float] = (None, -1.0)
+        found: tuple[RememberedPerson | None, float] = (None, -1.0)
         for person in self.persons:
             alike = max((float(face @ view) for view in person.views), default=-1.0)
             if alike > found[1]:
                 found = person, alike
         return found
 
-    def add(self, number: int, name: str, views: Sequence[Features]) -> Person:
+    def add(self, number: int, name: str, views: Sequence[Features]) -> RememberedPerson:
         """Remember somebody; without a name as the next guest."""
-        person = Person(number, name or self._guest(), list(views)[:MOST_VIEWS])
+        person = RememberedPerson(number, name or self._guest(), list(views)[:MOST_VIEWS])
         self.persons.append(person)
         return person
 
@@ -70,7 +70,7 @@ class FaceMemory:
             same.views = [*views, *same.views][: 2 * MOST_VIEWS]
             return
         free = next(n for n in (number, *range(1, len(self.persons) + 2)) if self.free(n))
-        self.persons.append(Person(free, name, list(views), given=True))
+        self.persons.append(RememberedPerson(free, name, list(views), given=True))
 
     def free(self, number: int) -> bool:
         """Whether nobody has that id."""
@@ -127,11 +127,11 @@ def write_memory(path: Path, memory: FaceMemory) -> None:
         ) from None
 
 
-def _person(told: Any) -> Person:
+def _person(told: Any) -> RememberedPerson:
     number, name, views = told["id"], told["name"], told["views"]
     if not isinstance(number, int) or isinstance(number, bool) or not isinstance(name, str) or not 0 < len(name) <= 200:
         raise ValueError
-    return Person(number, name, [_view(view) for view in views[:MOST_VIEWS]])
+    return RememberedPerson(number, name, [_view(view) for view in views[:MOST_VIEWS]])
 
 
 def _view(numbers: Any) -> Features:

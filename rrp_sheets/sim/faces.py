@@ -21,8 +21,8 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim.body import Pose, Vector
 from rrp_sheets.sim.camera import Image, Lens
-from rrp_sheets.sim.face_memory import FaceMemory, Person, read_memory, write_memory
-from rrp_sheets.sim.face_models import FaceModels, Features, Found
+from rrp_sheets.sim.face_memory import FaceMemory, RememberedPerson, read_memory, write_memory
+from rrp_sheets.sim.face_models import DetectedFace, FaceModels, Features
 
 SAME, UNLIKE = 0.58, 0.54
 """Faces that are more alike than that are one person's; less alike than that, they are two persons'. Measured with
@@ -55,10 +55,10 @@ class _Track:
     since_us: int
     us: int
     way: Vector
-    found: Found
+    found: DetectedFace
     numbers: Features | None = None
     checked_us: int = 0
-    person: Person | None = None
+    person: RememberedPerson | None = None
     new: bool = False
     clear: int = 0
     unsure: int = 0
@@ -95,8 +95,10 @@ class Faces:
     _tracks: list[_Track] = field(default_factory=list)
     _looked_us: int = -1
     _ids: set[int] = field(default_factory=set)
-    _filed: set[Person] = field(default_factory=set)  # who was in the file when it was last read or written here
-    _wiped: set[Person] = field(default_factory=set)
+    _filed: set[RememberedPerson] = field(
+        default_factory=set
+    )  # who was in the file when it was last read or written here
+    _wiped: set[RememberedPerson] = field(default_factory=set)
 
     @cached_property
     def models(self) -> FaceModels:
@@ -148,7 +150,7 @@ class Faces:
         """
         if self.kept is None:
             return
-        others: list[Person] = []
+        others: list[RememberedPerson] = []
         with suppress(SheetsError):  # a file that cannot be read says nothing of anybody
             there = {key(p.name): p for p in read_memory(self.kept).persons}
             self._wiped |= {p for p in self._filed if key(p.name) not in there}
@@ -200,7 +202,7 @@ class Faces:
             track.us, track.way, track.found = us, ways[n], face
             self._study(track, picture, us)
 
-    def _suspicious(self, track: _Track, face: Found, way: Vector, us: int) -> bool:
+    def _suspicious(self, track: _Track, face: DetectedFace, way: Vector, us: int) -> bool:
         """Whether the face near where a track was may be another one."""
         if track.numbers is None:
             return False
@@ -251,19 +253,19 @@ class Faces:
                 numbers.append(self.models.features(picture, max(found, key=lambda f: f.width)))
         return numbers
 
-    def _direction(self, face: Found) -> tuple[float, float]:
+    def _direction(self, face: DetectedFace) -> tuple[float, float]:
         """The angles to the left of and below the picture's middle, rad."""
         fx, fy = self.lens.focal
         return -math.atan((face.x - self.lens.width / 2) / fx), math.atan((face.y - self.lens.height / 2) / fy)
 
-    def _way(self, face: Found, pose: Pose) -> Vector:
+    def _way(self, face: DetectedFace, pose: Pose) -> Vector:
         x, y = self._direction(face)
         ray = pose.rotation @ np.array([1.0, math.tan(x), -math.tan(y)])
         way: Vector = ray / np.linalg.norm(ray)
         return way
 
 
-def _clear(face: Found) -> bool:
+def _clear(face: DetectedFace) -> bool:
     return face.width >= CLEAR_PIXELS and face.turned <= CLEAR_TURN and face.score >= CLEAR_SCORE
 
 
@@ -271,7 +273,7 @@ def _angle(one: Vector, other: Vector) -> float:
     return math.acos(min(1.0, max(-1.0, float(one @ other))))
 
 
-def _cut(picture: Image, face: Found) -> Image:
+def _cut(picture: Image, face: DetectedFace) -> Image:
     """The face with some room around it."""
     wide, high = face.width * (0.5 + AROUND), face.height * (0.5 + AROUND)
     left, top = max(0, round(face.x - wide)), max(0, round(face.y - high))

@@ -16,7 +16,7 @@ CLOTHES: tuple[RGB, ...] = ((0.42, 0.60, 0.62), (0.76, 0.64, 0.46), (0.60, 0.52,
 AROUND = 20  # faces around a shape that is turned on a lathe
 
 
-class Figure:
+class CompoundShape:
     """Shapes that move together: each a body of the physics without mass, at an offset."""
 
     def __init__(self, bullet: Any) -> None:
@@ -45,10 +45,10 @@ class Figure:
         self._parts.clear()
 
 
-def ball(bullet: Any, colour: str, radius: float) -> Figure:
+def ball(bullet: Any, colour: str, radius: float) -> CompoundShape:
     """A ball of a colour, by name or as `#rrggbb`."""
     rgb = BALL_COLOURS.get(colour) or parse_colour(colour) or COLOURS["grey"]
-    figure = Figure(bullet)
+    figure = CompoundShape(bullet)
     figure.add(ellipsoid(bullet, (radius, radius, radius), rgb, fine=1.6), (0, 0, 0))
     return figure
 

@@ -27,10 +27,10 @@ SPREAD = (STRIDE, ASIDE, TURN)
 
 
 @dataclass(frozen=True, slots=True)
-class Spot:
+class FootPlace:
     """A place on the floor with a heading: m, m, rad.
 
-    >>> start = Spot(1.0, 0.0, math.pi / 2)
+    >>> start = FootPlace(1.0, 0.0, math.pi / 2)
     >>> there = start.plus(0.5, 0.0, 0.1)
     >>> round(there.x, 3), round(there.y, 3)
     (1.0, 0.5)
@@ -42,20 +42,20 @@ class Spot:
     y: float
     yaw: float
 
-    def plus(self, forward: float, left: float, turn: float = 0.0) -> Spot:
+    def plus(self, forward: float, left: float, turn: float = 0.0) -> FootPlace:
         """The spot that is somewhere as seen from here."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
-        return Spot(self.x + c * forward - s * left, self.y + s * forward + c * left, self.yaw + turn)
+        return FootPlace(self.x + c * forward - s * left, self.y + s * forward + c * left, self.yaw + turn)
 
-    def seen(self, other: Spot) -> tuple[float, float, float]:
+    def seen(self, other: FootPlace) -> tuple[float, float, float]:
         """Where another spot is as seen from here: ahead, to the left, turned."""
         c, s, x, y = math.cos(self.yaw), math.sin(self.yaw), other.x - self.x, other.y - self.y
         return c * x + s * y, c * y - s * x, other.yaw - self.yaw
 
-    def to(self, other: Spot, part: float, turned: float | None = None) -> Spot:
+    def to(self, other: FootPlace, part: float, turned: float | None = None) -> FootPlace:
         """A spot on the way to another one; `part` from 0 to 1, of the turn `turned`."""
         x, y = self.x + part * (other.x - self.x), self.y + part * (other.y - self.y)
-        return Spot(x, y, self.yaw + (part if turned is None else turned) * (other.yaw - self.yaw))
+        return FootPlace(x, y, self.yaw + (part if turned is None else turned) * (other.yaw - self.yaw))
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class Gait:
         swings: the foot that makes the step, `L` or `R`; empty between steps.
     """
 
-    def __init__(self, legs: Legs, standing: Standing, start: Spot) -> None:
+    def __init__(self, legs: Legs, standing: Standing, start: FootPlace) -> None:
         self._legs, self._standing = legs, standing
         self._feet = {"L": start, "R": start}  # where the middle is for each that has the other one beside it
         self._goal = self._from = self._to = self._lifted = self.middle = start
@@ -103,7 +103,7 @@ class Gait:
         return not self.swings and self.at(self._goal)
 
     @property
-    def here(self) -> Spot:
+    def here(self) -> FootPlace:
         """Where it would stand if it went no further: where a foot was put last, or is being put."""
         return self._feet[self.swings or ("R" if self._next == "L" else "L")]
 
@@ -112,7 +112,7 @@ class Gait:
         """Whether nothing moves any more: it has arrived, or it was halted."""
         return self.beside or (self._halts and self._pace == self._height == 0.0)
 
-    def go(self, goal: Spot, spread: tuple[float, float, float] = SPREAD) -> None:
+    def go(self, goal: FootPlace, spread: tuple[float, float, float] = SPREAD) -> None:
         """Walk to a goal; the step that is going on is finished first.
 
         Args:
@@ -135,7 +135,7 @@ class Gait:
         """Come to rest at once, where it is; the foot in the air goes straight down. It does not walk again."""
         self._halts = True
 
-    def step(self, dt: float) -> tuple[Spot, Vector, dict[str, float]]:
+    def step(self, dt: float) -> tuple[FootPlace, Vector, dict[str, float]]:
         """Let `dt` seconds pass.
 
         Returns:
@@ -160,7 +160,7 @@ class Gait:
         ahead, left = to.x - self.middle.x, to.y - self.middle.y
         return None if self.beside or max(abs(ahead), abs(left)) < ARRIVED else math.atan2(left, ahead)
 
-    def at(self, goal: Spot) -> bool:
+    def at(self, goal: FootPlace) -> bool:
         """Whether both feet are where a goal wants them."""
         return all(_near(foot, goal) for foot in self._feet.values())
 
@@ -197,7 +197,7 @@ class Gait:
             sign * min(max(sign * turn, 0.0), about),
         )
 
-    def _pose(self, part: float) -> tuple[Spot, Vector, dict[str, float]]:
+    def _pose(self, part: float) -> tuple[FootPlace, Vector, dict[str, float]]:
         """The pose at a part of the step, 0 to 1."""
         standing, swings = self._standing, self.swings
         swing = min(max((part - SWING[0]) / (SWING[1] - SWING[0]), 0.0), 1.0)
@@ -211,7 +211,7 @@ class Gait:
                 _between(getattr(self._from, c), getattr(self._to, c), a * STEP_TIME, b * STEP_TIME, part)
                 for c, a, b in zip("xy", self._speed, self._speed_then, strict=True)
             )
-            middle = Spot(x, y, self._from.yaw + eased * (self._to.yaw - self._from.yaw))
+            middle = FootPlace(x, y, self._from.yaw + eased * (self._to.yaw - self._from.yaw))
             feet[swings] = self._lifted.to(self._feet[swings], eased)
             height = LIFT * math.sin(math.pi * swing) ** 2 * self._height
             sway = (-SWAY if swings == "L" else SWAY) * math.sin(math.pi * part) ** 2
@@ -225,12 +225,12 @@ class Gait:
         return spot, torso, joints
 
     def _leg(
-        self, side: str, foot: Spot, torso: Vector, yaw: float, height: float, shared: float | None
+        self, side: str, foot: FootPlace, torso: Vector, yaw: float, height: float, shared: float | None
     ) -> dict[str, float]:
         """The joints of a leg whose foot is at a spot and at a height; `shared` is the joint that the other has set."""
         ahead, left, up = self._standing.ankles[side]
         at = foot.plus(float(ahead), float(left))
-        forward, aside, _ = Spot(float(torso[0]), float(torso[1]), yaw).seen(at)
+        forward, aside, _ = FootPlace(float(torso[0]), float(torso[1]), yaw).seen(at)
         c, s = math.cos(self._standing.lean), math.sin(self._standing.lean)
         level = np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
         ankle = level @ np.array([forward, aside, float(up) + height - float(torso[2])])
@@ -241,7 +241,7 @@ class Gait:
         return self._legs.joints(side, ankle, level @ np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]]))
 
 
-def _near(one: Spot, other: Spot) -> bool:
+def _near(one: FootPlace, other: FootPlace) -> bool:
     return max(abs(one.x - other.x), abs(one.y - other.y), abs(one.yaw - other.yaw)) < ARRIVED
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from rrp_sheets.sim.face_models import FaceModels
 from rrp_sheets.sim.face_traits import AROUND, BACK, FRONT, HAIR, HEAD, NOSE, RINGS
-from rrp_sheets.sim.figures import Figure, ellipsoid, turned
+from rrp_sheets.sim.figures import CompoundShape, ellipsoid, turned
 from rrp_sheets.sim.portraits import Portrait, drawn, from_file
 
 
@@ -47,7 +47,7 @@ class Heads:
             self._files[picture] = from_file(Path(picture), self._models())
         return self._files[picture]
 
-    def add(self, figure: Figure, portrait: Portrait, height: float) -> None:
+    def add(self, figure: CompoundShape, portrait: Portrait, height: float) -> None:
         """Put a head on a figure; `height` of the middle of the face, m. It looks along the figure's x."""
         b = self._b
         points, places, normals, faces = _shape(portrait.outline)

@@ -20,7 +20,7 @@ import numpy as np
 
 from rrp_sheets.model.exchange import DeviceUse, Notice
 from rrp_sheets.sim.espeak import Espeak
-from rrp_sheets.sim.talk import RATE, Said, Signal, Talk, Utterance
+from rrp_sheets.sim.talk import RATE, PendingSpeech, Signal, Talk, Utterance
 from rrp_sheets.sim.voice import Speech, Tell
 
 if TYPE_CHECKING:
@@ -257,7 +257,7 @@ class Hearing:
             self._heard[id(utterance)] = self._talk.microphone(utterance)
         return self._heard[id(utterance)]
 
-    def _why(self, said: Said, utterance: Utterance) -> str:
+    def _why(self, said: PendingSpeech, utterance: Utterance) -> str:
         if not self._listeners:
             return "no sensor of this workbook listens for words."
         if said.cut:

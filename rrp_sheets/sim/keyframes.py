@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from rrp_sheets.devices.gestures import Keyframe
-from rrp_sheets.devices.trajectory import Clamped, Plan, Planner, moved
+from rrp_sheets.devices.trajectory import Clamped, JointPlan, Planner, moved
 from rrp_sheets.sim.body import EASY, STEP, Body
 
 
@@ -43,7 +43,7 @@ class Motion:
         self._frames = frames
         self._returns = returns
         self._share, self._peak = share, peak
-        self._plan: Plan | None = None
+        self._plan: JointPlan | None = None
         self._time = 0.0
         self.joints = moved(frames)
         self.going = False
@@ -92,7 +92,7 @@ class Motion:
             if home:
                 self._body.go(joint, self.home[joint], EASY)
 
-    def _planned(self) -> Plan | None:
+    def _planned(self) -> JointPlan | None:
         """The plan, once the joints are at rest."""
         if any(self._body.on_its_way(joint) for joint in self.joints):
             return None

@@ -18,7 +18,7 @@ _GROWN = ("adult", "therapist", "parent", "visitor")
 
 
 @dataclass(frozen=True)
-class Known:
+class KnownPerson:
     """A person whom the robot knows before the run begins.
 
     Attributes:
@@ -40,14 +40,14 @@ class Looks:
     def __init__(self, actions: Sequence[SceneAction]) -> None:
         self._numbers: dict[str, int] = {}
         self._faces: dict[int, int] = {}
-        self.known: list[Known] = []
+        self.known: list[KnownPerson] = []
         for action in sorted(actions, key=lambda a: a.time_us):
             if is_entry(action):
                 number = self.number(action)
                 name = str(action.values.get("name") or "")
                 if name and number not in {k.number for k in self.known}:
                     picture = str(action.values.get("picture") or "")
-                    self.known.append(Known(number, name, self._faces[number], picture))
+                    self.known.append(KnownPerson(number, name, self._faces[number], picture))
 
     def number(self, action: SceneAction) -> int:
         """The number of the person who comes in: the `id` that the row gives, else that of before, else the next."""

@@ -20,10 +20,10 @@ class Still:
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class LinePath:
     """From one place to another at constant speed.
 
-    >>> Line((0, 0, 0), (1, 0, 2), 0, 1_000_000).at(500_000)
+    >>> LinePath((0, 0, 0), (1, 0, 2), 0, 1_000_000).at(500_000)
     (0.5, 0.0, 1.0)
     """
 

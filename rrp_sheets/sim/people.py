@@ -11,7 +11,7 @@ from typing import Any
 
 from rrp_sheets.sim.colours import RGB
 from rrp_sheets.sim.face_traits import HEAD
-from rrp_sheets.sim.figures import Figure, ellipsoid, turned
+from rrp_sheets.sim.figures import CompoundShape, ellipsoid, turned
 
 STANDS_ABOVE = 0.85  # m: a face higher than that belongs to somebody who stands
 NECK = 1.1 * HEAD  # m, from the middle of the face down to the top of the neck
@@ -32,7 +32,7 @@ def is_seated(face: float, posture: str) -> bool:
     return posture == "seated" or (not posture and face < STANDS_ABOVE)
 
 
-def body(bullet: Any, figure: Figure, clothes: RGB, skin: RGB, face: float, posture: str = "") -> None:
+def body(bullet: Any, figure: CompoundShape, clothes: RGB, skin: RGB, face: float, posture: str = "") -> None:
     """Add a body to a figure.
 
     Args:
@@ -50,7 +50,7 @@ def body(bullet: Any, figure: Figure, clothes: RGB, skin: RGB, face: float, post
         _stand(bullet, figure, (clothes, trousers, skin), face - NECK)
 
 
-def _sit(bullet: Any, figure: Figure, colours: Colours, neck: float) -> None:
+def _sit(bullet: Any, figure: CompoundShape, colours: Colours, neck: float) -> None:
     """Cross-legged, the hands on the knees."""
     trousers = colours[1]
     wide = 0.27 * neck + 0.02
@@ -67,7 +67,7 @@ def _sit(bullet: Any, figure: Figure, colours: Colours, neck: float) -> None:
         _arm(bullet, figure, colours, shoulder, elbow, (0.40 * neck, side * 1.10 * wide, neck * 0.33), neck)
 
 
-def _stand(bullet: Any, figure: Figure, colours: Colours, neck: float) -> None:
+def _stand(bullet: Any, figure: CompoundShape, colours: Colours, neck: float) -> None:
     """Upright, the arms hanging."""
     trousers = colours[1]
     wide, hips = 0.115 * neck + 0.045, 0.55 * neck
@@ -83,7 +83,7 @@ def _stand(bullet: Any, figure: Figure, colours: Colours, neck: float) -> None:
         _arm(bullet, figure, colours, shoulder, elbow, (0.04 * neck, side * 1.24 * wide, neck * 0.51), 0.62 * neck)
 
 
-def _torso(bullet: Any, figure: Figure, colours: Colours, low: float, neck: float, wide: float) -> None:
+def _torso(bullet: Any, figure: CompoundShape, colours: Colours, low: float, neck: float, wide: float) -> None:
     """From the hips to the neck, flatter than wide."""
     tall = neck - low
     outline = [
@@ -95,14 +95,16 @@ def _torso(bullet: Any, figure: Figure, colours: Colours, low: float, neck: floa
     figure.add(turned(bullet, outline, colours[0], (0.68, 1.0)), (0, 0, low))
 
 
-def _arm(bullet: Any, figure: Figure, colours: Colours, shoulder: Spot, elbow: Spot, hand: Spot, size: float) -> None:
+def _arm(
+    bullet: Any, figure: CompoundShape, colours: Colours, shoulder: Spot, elbow: Spot, hand: Spot, size: float
+) -> None:
     thick = 0.058 * size + 0.008
     limb(bullet, figure, shoulder, elbow, thick, thick * 0.86, colours[0])
     limb(bullet, figure, elbow, hand, thick * 0.80, thick * 0.62, colours[2])
     figure.add(ellipsoid(bullet, (thick * 0.85, thick * 0.75, thick * 1.0), colours[2]), hand)
 
 
-def limb(bullet: Any, figure: Figure, start: Spot, end: Spot, thick: float, thin: float, colour: RGB) -> None:
+def limb(bullet: Any, figure: CompoundShape, start: Spot, end: Spot, thick: float, thin: float, colour: RGB) -> None:
     """Part of an arm or a leg: round, from one place to another, `thick` (radius, m) here and `thin` there."""
     long = math.dist(start, end)
     outline = [(0.0, -thick * 0.9), (thick * 0.70, -thick * 0.6), (thick, 0.0), (thin, long),

@@ -17,7 +17,7 @@ from PIL import UnidentifiedImageError
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.sim.camera import Image
 from rrp_sheets.sim.colours import RGB
-from rrp_sheets.sim.face_models import FaceModels, Features, Found
+from rrp_sheets.sim.face_models import DetectedFace, FaceModels, Features
 from rrp_sheets.sim.face_people import PEOPLE
 from rrp_sheets.sim.face_traits import Traits, outline
 
@@ -146,7 +146,7 @@ def _upright_as_taken(opened: Any) -> Image:
     return np.asarray(turned.convert("RGB"), dtype=np.uint8)
 
 
-def _upright(picture: Image, face: Found) -> Image:
+def _upright(picture: Image, face: DetectedFace) -> Image:
     """The face turned, moved and scaled so that eyes and mouth are where a portrait has them."""
     middle, half = (SIDE - 1) / 2, SIDE / 2
     to = np.array([(middle + half * x, middle - half * y) for x, y in _PLACES])

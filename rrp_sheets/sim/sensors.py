@@ -164,7 +164,7 @@ class Senses:
     stage: Stage
 
 
-class Sensor(Protocol):
+class SimSensor(Protocol):
     """Gives the values of one sensor stream.
 
     Attributes:
@@ -308,7 +308,7 @@ class Touched(_Base):
         return values
 
 
-class Words(_Base):
+class WordSensor(_Base):
     """Words that are recognised in what people have just said."""
 
     def __init__(self, spec: DeviceUse, senses: Senses) -> None:
@@ -322,15 +322,15 @@ class Words(_Base):
         return [{"word": word, "confidence": sure} for word, sure in self.senses.hearing.words(self._listener)]
 
 
-SENSORS: Mapping[str, Callable[[DeviceUse, Senses], Sensor]] = {
+SENSORS: Mapping[str, Callable[[DeviceUse, Senses], SimSensor]] = {
     "RedBall": BallSensor, "GreenBall": BallSensor, "BlueBall": BallSensor, "Ball": BallSensor,
     "Blob": Blob, "FaceDetection": Face, "JointPosition": JointPosition, "Orientation": Orientation,
-    "OperatorButton": Button, "Touch": Touched, "Bumper": Touched, "ChestButton": Touched, "WordRecognized": Words,
+    "OperatorButton": Button, "Touch": Touched, "Bumper": Touched, "ChestButton": Touched, "WordRecognized": WordSensor,
     "Sonar": Sonar,
 }  # fmt: skip
 
 
-class Clock:
+class SamplingClock:
     """When a sensor is read: every 1/rate s, at the physics' step then or next after; without a Rate at every step."""
 
     def __init__(self, spec: DeviceUse) -> None:

@@ -94,14 +94,14 @@ class Cylinder(Solid):
 
 
 @dataclass(frozen=True)
-class Box(Solid):
+class SolidBox(Solid):
     """A box that stands upright.
 
     Attributes:
         size: along its own x, y and z.
         turned: to the left, rad.
 
-    >>> Box("Wall", (2, 0, 0.5), (0.1, 3, 1), 0.0).distance((0, 0, 0.5))
+    >>> SolidBox("Wall", (2, 0, 0.5), (0.1, 3, 1), 0.0).distance((0, 0, 0.5))
     1.95
     """
 

@@ -15,9 +15,9 @@ from rrp_sheets.sim.colours import BALL_COLOURS, RGB, parse_colour
 from rrp_sheets.sim.face_traits import HEAD
 from rrp_sheets.sim.heads import Heads
 from rrp_sheets.sim.looks import Looks
-from rrp_sheets.sim.paths import Circle, Line, Point, Still
+from rrp_sheets.sim.paths import Circle, LinePath, Point, Still
 from rrp_sheets.sim.people import body, is_seated
-from rrp_sheets.sim.solids import Box, Cylinder, Solid, Sphere
+from rrp_sheets.sim.solids import Cylinder, Solid, SolidBox, Sphere
 
 BESIDE = 0.4  # m, between persons who are seen at the same time
 FRONT: Point = (1.0, 0.0, 0.62)  # where a person who "is seen" has the face: in view without moving the head
@@ -40,9 +40,9 @@ class Stage:
         self._other = other  # what people do without moving: presses, touches, words
         self._waiting: list[SceneAction] = []
         self.balls: dict[str, Ball] = {}
-        self.persons: dict[str, Person] = {}
+        self.persons: dict[str, ScenePerson] = {}
         self.props: dict[str, Prop] = {}
-        self._levels: dict[str, Line] = {"light": _level(1.0), "noise": _level(0.0)}
+        self._levels: dict[str, LinePath] = {"light": _level(1.0), "noise": _level(0.0)}
         self._solids: tuple[int, tuple[Solid, ...]] | None = None
         self.us = 0
         self._acts: dict[str, Callable[[SceneAction], None]] = {
@@ -104,7 +104,7 @@ class Stage:
         """Whether anything is there that a ray or a hand could meet."""
         return bool(self.balls or self.persons or self.props)
 
-    def things(self) -> Iterator[Ball | Person | Prop]:
+    def things(self) -> Iterator[Ball | ScenePerson | Prop]:
         """Everything that is there."""
         yield from self.balls.values()
         yield from self.persons.values()
@@ -163,7 +163,7 @@ class Stage:
         table = min(tables, key=lambda t: math.dist(t.path.at(self.us)[:2], at[:2]))
         return at[0], at[1], table.top(self.us)
 
-    def _enter(self, name: str, action: SceneAction, at: Point) -> Person:
+    def _enter(self, name: str, action: SceneAction, at: Point) -> ScenePerson:
         old = self.persons.pop(name, None)
         if old:
             old.figure.remove()
@@ -171,11 +171,11 @@ class Stage:
         number = self._looks.number(action)
         posture, picture = str(values.get("posture") or ""), str(values.get("picture") or "")
         portrait = self._heads.portrait(self._looks.face(number), picture)
-        figure = figures.Figure(self._b)
+        figure = figures.CompoundShape(self._b)
         clothes = figures.CLOTHES[(number - 1) % len(figures.CLOTHES)]
         body(self._b, figure, clothes, portrait.skin, at[2], posture)
         self._heads.add(figure, portrait, at[2])
-        person = Person(
+        person = ScenePerson(
             action.thing, number, str(values.get("name") or ""), figure, Still(at), at[2], posture=posture,
             drawn=self._looks.face(number), picture=picture, voice=str(values.get("voice") or ""),
         )  # fmt: skip
@@ -196,7 +196,7 @@ class Stage:
         if thing is not None:
             start = thing.path.at(action.time_us)
             end = self._upon(_point(action.values["to"], start[2]), action.values)
-            thing.path = Line(start, end, action.time_us, round(float(action.values["seconds"]) * 1e6))
+            thing.path = LinePath(start, end, action.time_us, round(float(action.values["seconds"]) * 1e6))
 
     def _circle(self, action: SceneAction) -> None:
         thing = self._thing(action)
@@ -224,15 +224,15 @@ class Stage:
         now = self._levels[action.what].at(action.time_us)
         end = (float(action.values["share"]), 0.0, 0.0)
         lasts = round(float(action.values.get("seconds") or 0.0) * 1e6)
-        self._levels[action.what] = Line(now, end, action.time_us, lasts)
+        self._levels[action.what] = LinePath(now, end, action.time_us, lasts)
 
-    def _thing(self, action: SceneAction) -> Ball | Person | Prop | None:
+    def _thing(self, action: SceneAction) -> Ball | ScenePerson | Prop | None:
         name = key(action.thing)
         return self.balls.get(name) or self.persons.get(name) or self.props.get(name)
 
 
-def _level(share: float) -> Line:
-    return Line((share, 0.0, 0.0), (share, 0.0, 0.0), 0, 0)
+def _level(share: float) -> LinePath:
+    return LinePath((share, 0.0, 0.0), (share, 0.0, 0.0), 0, 0)
 
 
 def _point(value: Value, height: float = 0.0) -> Point:
@@ -243,7 +243,7 @@ def _point(value: Value, height: float = 0.0) -> Point:
 
 AWAY = math.radians(150)  # how far a person who looks away turns
 WIDE, SEATED_WIDE = 0.15, 0.19  # of a face's height: how wide a person is who stands, who sits (radius)
-Path = Still | Line | Circle
+Path = Still | LinePath | Circle
 
 
 @dataclass
@@ -251,7 +251,7 @@ class Ball:
     """A ball in the world."""
 
     name: str
-    figure: figures.Figure
+    figure: figures.CompoundShape
     radius: float
     path: Path
     colour: str = ""
@@ -262,7 +262,7 @@ class Ball:
 
 
 @dataclass
-class Person:
+class ScenePerson:
     """A person in the world.
 
     Attributes:
@@ -279,7 +279,7 @@ class Person:
     name: str
     number: int
     known: str
-    figure: figures.Figure
+    figure: figures.CompoundShape
     path: Path
     height: float
     looks: bool = True
@@ -336,8 +336,8 @@ class Prop:
 
     name: str
     kind: str
-    figure: figures.Figure
-    path: Still | Line | Circle
+    figure: figures.CompoundShape
+    path: Still | LinePath | Circle
     size: Size
     turned: float = 0.0
     colour: str = ""
@@ -349,12 +349,14 @@ class Prop:
         if self.kind == "cup":
             return [Cylinder(self.name, (x, y, z + high / 2), wide / 2, high)]
         if self.kind != "table":
-            return [Box(self.name, (x, y, z + high / 2), self.size, self.turned)]
+            return [SolidBox(self.name, (x, y, z + high / 2), self.size, self.turned)]
         c, s = math.cos(self.turned), math.sin(self.turned)
-        parts: list[Solid] = [Box(self.name, (x, y, z + high - TOP_THICK / 2), (deep, wide, TOP_THICK), self.turned)]
+        parts: list[Solid] = [
+            SolidBox(self.name, (x, y, z + high - TOP_THICK / 2), (deep, wide, TOP_THICK), self.turned)
+        ]
         for ox, oy in _corners(deep, wide):
             spot = (x + c * ox - s * oy, y + s * ox + c * oy, z + high / 2)
-            parts.append(Box(self.name, spot, (LEG, LEG, high), self.turned))
+            parts.append(SolidBox(self.name, spot, (LEG, LEG, high), self.turned))
         return parts
 
     def top(self, us: int) -> float:
@@ -366,7 +368,7 @@ def make_prop(bullet: Any, name: str, kind: str, values: Any, at: Point) -> Prop
     """A thing as its row says."""
     colour = str(values.get("colour") or "")
     size = _size(kind, values.get("size"))
-    figure = figures.Figure(bullet)
+    figure = figures.CompoundShape(bullet)
     _DRAWN[kind](bullet, figure, size, colour)
     return Prop(name, kind, figure, Still(at), size, float(values.get("turned") or 0.0), colour)
 
@@ -386,7 +388,7 @@ def _corners(deep: float, wide: float) -> list[tuple[float, float]]:
     return [(side * x, other * y) for side in (1, -1) for other in (1, -1)]
 
 
-def _cup(bullet: Any, figure: figures.Figure, size: Size, colour: str) -> None:
+def _cup(bullet: Any, figure: figures.CompoundShape, size: Size, colour: str) -> None:
     """Open at the top, wider there than below, with a handle's worth of nothing: a beaker."""
     radius, high = size[1] / 2, size[2]
     outline = [
@@ -396,11 +398,11 @@ def _cup(bullet: Any, figure: figures.Figure, size: Size, colour: str) -> None:
     figure.add(figures.turned(bullet, outline, _rgb(colour, (0.95, 0.95, 0.93))), (0, 0, 0))
 
 
-def _box(bullet: Any, figure: figures.Figure, size: Size, colour: str) -> None:
+def _box(bullet: Any, figure: figures.CompoundShape, size: Size, colour: str) -> None:
     figure.add(block(bullet, size, _rgb(colour, CARDBOARD)), (0, 0, size[2] / 2))
 
 
-def _table(bullet: Any, figure: figures.Figure, size: Size, colour: str) -> None:
+def _table(bullet: Any, figure: figures.CompoundShape, size: Size, colour: str) -> None:
     deep, wide, high = size
     figure.add(block(bullet, (deep, wide, TOP_THICK), WOOD), (0, 0, high - TOP_THICK / 2))
     under = high - TOP_THICK
@@ -408,7 +410,7 @@ def _table(bullet: Any, figure: figures.Figure, size: Size, colour: str) -> None
         figure.add(block(bullet, (LEG, LEG, under), _darker(WOOD)), (x, y, under / 2))
 
 
-def _wall(bullet: Any, figure: figures.Figure, size: Size, colour: str) -> None:
+def _wall(bullet: Any, figure: figures.CompoundShape, size: Size, colour: str) -> None:
     figure.add(block(bullet, size, PLASTER), (0, 0, size[2] / 2))
 
 

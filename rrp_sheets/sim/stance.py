@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from rrp_sheets.sim.body import EASY, HALT_TIME, SOLE, STEP, Body, Vector
-from rrp_sheets.sim.gait import JOINTS, STEP_TIME, TURN, Gait, Legs, Spot, Standing
+from rrp_sheets.sim.gait import JOINTS, STEP_TIME, TURN, FootPlace, Gait, Legs, Standing
 from rrp_sheets.sim.motion import Glide
 
 FASTEST_TURN = TURN / (2 * STEP_TIME)  # rad/s
@@ -41,7 +41,7 @@ class Stance:
         self.loose = self._stepped = self._rested = False
         self._rate = 0.0
         self._calm = 0.0
-        self._goal: Spot | None = None
+        self._goal: FootPlace | None = None
         self._arrived = False
         self._way: tuple[float, float, float] | None = None  # where to walk when it stands upright
         self._standing = self._stands_now()
@@ -92,13 +92,13 @@ class Stance:
         return self._resting is None or self._resting.settled
 
     @property
-    def middle(self) -> Spot:
+    def middle(self) -> FootPlace:
         """The middle between the feet, with the torso's heading."""
         if self._gait is not None:
             return self._gait.middle
         left, right = (self._body.sole(side).position for side in "LR")
         x, y = (float(c) for c in (left + right)[:2] / 2)
-        return Spot(x, y, self._heading())
+        return FootPlace(x, y, self._heading())
 
     @property
     def bound(self) -> float | None:
@@ -235,11 +235,11 @@ class Stance:
         """How it stands in its start posture, which it has now."""
         middle, torso = self.middle, self._body.torso().position
         _, lean, _ = self._body.tilt()
-        ahead, left, _ = middle.seen(Spot(float(torso[0]), float(torso[1]), 0.0))
+        ahead, left, _ = middle.seen(FootPlace(float(torso[0]), float(torso[1]), 0.0))
         ankles = {}
         for side in "LR":
             at = self._body.link(f"{side.lower()}_ankle").position
-            x, y, _ = middle.seen(Spot(float(at[0]), float(at[1]), 0.0))
+            x, y, _ = middle.seen(FootPlace(float(at[0]), float(at[1]), 0.0))
             ankles[side] = np.array([x, y, float(at[2])])
         return Standing(np.array([ahead, left, float(torso[2])]), lean, ankles)
 

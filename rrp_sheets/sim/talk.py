@@ -57,7 +57,7 @@ def voice_of(name: str, kind: str = "") -> tuple[str, int]:
 
 
 @dataclass
-class Said:
+class PendingSpeech:
     """What somebody says: to be told when nothing comes of it.
 
     Attributes:
@@ -83,7 +83,7 @@ class Utterance:
 
     start_us: int
     sound: Signal
-    said: list[Said] = field(default_factory=list)
+    said: list[PendingSpeech] = field(default_factory=list)
     deaf: list[tuple[int, int]] = field(default_factory=list)
     noise: float = 0.0
     steps: int = 0
@@ -177,7 +177,7 @@ class Talk:
             self._open = Utterance(us, sound)
         else:
             self._open.mix(sound, us)
-        self._open.said.append(Said(action, text))
+        self._open.said.append(PendingSpeech(action, text))
 
     def _speak(self, library: Espeak, action: SceneAction, text: str) -> Audio:
         person = self._stage.persons.get(key(action.thing))

@@ -33,7 +33,7 @@ from rrp_sheets.sim.looks import Looks
 from rrp_sheets.sim.messages import Outcome, Spec, State, WorldSnapshot
 from rrp_sheets.sim.portraits import studied
 from rrp_sheets.sim.recording import Recording
-from rrp_sheets.sim.sensors import SENSORS, Clock, Senses, Sight, tidy
+from rrp_sheets.sim.sensors import SENSORS, SamplingClock, Senses, Sight, tidy
 from rrp_sheets.sim.signals import Signals
 from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.stance import Stance
@@ -103,7 +103,7 @@ class SimWorld:
         self.motions = Motions()
         senses = Senses(self.body, self.sight, self.faces, self.signals, self.hearing, self.stage)
         self._sensors = [
-            (s.stream, SENSORS[s.device](s, senses), Clock(s)) for s in spec.sensors if s.device in SENSORS
+            (s.stream, SENSORS[s.device](s, senses), SamplingClock(s)) for s in spec.sensors if s.device in SENSORS
         ]
         seeing = frozenset(stream for stream, sensor, _ in self._sensors if sensor.locates)
         self.arbiter = Arbiter(spec.dones, self._tell)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 from rrp_sheets.diagnostics import CODES, Code
-from rrp_sheets.diagnostics.page import Page, completed, load_page
+from rrp_sheets.diagnostics.page import CodePage, completed, load_page
 from rrp_sheets.topics.layout import entries, heading, paragraph, titled
 from rrp_sheets.topics.workbooks import checked, grids
 
@@ -44,7 +44,7 @@ def one_code(code: Code) -> Iterator[str]:
     yield from _examples(code, page)
 
 
-def _examples(code: Code, page: Page) -> Iterator[str]:
+def _examples(code: Code, page: CodePage) -> Iterator[str]:
     if page.untabled:
         yield titled("For example", paragraph(page.untabled, 2))
         return

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from rrp_sheets.devices import DeviceType, Found, Robot, Setting, load_robot
+from rrp_sheets.devices import DeviceType, FoundDevice, Robot, Setting, load_robot
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.topics.functions import typed
@@ -55,7 +55,7 @@ def _listed(device: DeviceType, names: list[str]) -> str:
     return f"{device.help}{also}"
 
 
-def one_device(found: Found) -> Iterator[str]:
+def one_device(found: FoundDevice) -> Iterator[str]:
     """A device: what it gives or takes, and its settings."""
     device = found.type
     yield heading(f"{found.name} ({device.kind})")
@@ -97,7 +97,7 @@ def one_device(found: Found) -> Iterator[str]:
         yield titled(f"For example: {example.title}", *grids(example.shown), between="\n\n")
 
 
-def done_stream(found: Found) -> Iterator[str]:
+def done_stream(found: FoundDevice) -> Iterator[str]:
     """What `Say done` is: the stream that an actuator gives at the end of each of its commands."""
     yield heading(f"{found.name} done (stream)")
     yield paragraph(

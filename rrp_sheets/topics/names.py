@@ -38,7 +38,7 @@ _SMALL = frozenset((
 
 
 @dataclass(frozen=True, slots=True)
-class Name:
+class HelpEntry:
     """Something there is help on; `what` is topic, connector, function, sensor, actuator, error or warning."""
 
     name: str
@@ -47,17 +47,17 @@ class Name:
 
 
 @lru_cache(maxsize=1)
-def all_names() -> tuple[Name, ...]:
+def all_names() -> tuple[HelpEntry, ...]:
     """Every name, topics first."""
     return tuple(_all())
 
 
-def _all() -> Iterator[Name]:
-    yield from (Name(topic, "topic", line) for topic, line in _TOPICS.items())
-    yield from (Name(c.name, "connector", c.help) for c in dict.fromkeys(connectors()))
-    yield from (Name(f.name, "function", first_line(f)) for f in dict.fromkeys(library()))
-    yield from (Name(f.name, f.type.kind, f.type.help) for f in load_robot().names.values() if f.offered)
-    yield from (Name(c.id, c.severity.value, c.title) for c in CODES.values())
+def _all() -> Iterator[HelpEntry]:
+    yield from (HelpEntry(topic, "topic", line) for topic, line in _TOPICS.items())
+    yield from (HelpEntry(c.name, "connector", c.help) for c in dict.fromkeys(connectors()))
+    yield from (HelpEntry(f.name, "function", first_line(f)) for f in dict.fromkeys(library()))
+    yield from (HelpEntry(f.name, f.type.kind, f.type.help) for f in load_robot().names.values() if f.offered)
+    yield from (HelpEntry(c.id, c.severity.value, c.title) for c in CODES.values())
 
 
 def known(term: str) -> str:
@@ -74,7 +74,7 @@ def _by_key() -> dict[str, str]:
     return {key(n.name): n.name for n in reversed(all_names())}
 
 
-def search(text: str, most: int = 20) -> list[Name]:
+def search(text: str, most: int = 20) -> list[HelpEntry]:
     """What there is help on under some words: names that begin with them, then names and lines that hold them.
 
     >>> search("clam")[0].name
@@ -84,7 +84,7 @@ def search(text: str, most: int = 20) -> list[Name]:
     if not wanted:
         return []
 
-    def rank(name: Name) -> int:
+    def rank(name: HelpEntry) -> int:
         k = key(name.name)
         whole = f"{name.name} {name.what} {name.line}".casefold()
         return 0 if k == wanted else 1 if k.startswith(wanted) else 2 if wanted in k else 3 if _in(words, whole) else 4
@@ -93,7 +93,7 @@ def search(text: str, most: int = 20) -> list[Name]:
     return [n for n in found if rank(n) < 4][:most]
 
 
-def near(text: str, most: int = 8) -> list[Name]:
+def near(text: str, most: int = 8) -> list[HelpEntry]:
     """What there is help on under some words of a question, when there is nothing on all of them.
 
     >>> near("How do I make the robot sleep or speak a text?")[0].name in {n.name for n in all_names()}
@@ -104,7 +104,7 @@ def near(text: str, most: int = 8) -> list[Name]:
     words = [w for w in re.findall(r"\w{3,}", text.casefold()) if w not in _SMALL]
     roots = list(dict.fromkeys(w.removesuffix("ing").removesuffix("s") for w in words))
 
-    def hits(name: Name) -> tuple[int, int]:
+    def hits(name: HelpEntry) -> tuple[int, int]:
         inside = re.findall(r"\w+", f"{name.name} {name.line}".casefold())
         named = re.findall(r"\w+", name.name.casefold())
         return sum(_begins(r, inside) for r in roots), sum(_begins(r, named) for r in roots)

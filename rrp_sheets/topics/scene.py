@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from rrp_sheets.devices import load_robot
 from rrp_sheets.devices.scene_order import MOST_THINGS, WAITING_US
-from rrp_sheets.devices.scene_words import COLOURS, KINDS, Kind
+from rrp_sheets.devices.scene_words import COLOURS, KINDS, ThingKind
 from rrp_sheets.topics.layout import columns, entries, grid, heading, paragraph, titled
 
 TIMES = [
@@ -28,7 +28,7 @@ EXAMPLE = [
 ]
 
 
-def scene_words(kind: Kind) -> list[tuple[str, str, str]]:
+def scene_words(kind: ThingKind) -> list[tuple[str, str, str]]:
     """What a kind of thing can do: verb (once), a value, and a line of help."""
     rows = []
     for verb in kind.verbs:

@@ -9,7 +9,7 @@ from typing import Any
 
 from rrp_sheets.checks.protocol import FORGETS, KEEPS, NOT_KEPT
 from rrp_sheets.connectors import Parameter, connectors
-from rrp_sheets.devices import Found, Joint, Robot, Setting, robot_names
+from rrp_sheets.devices import FoundDevice, Joint, Robot, Setting, robot_names
 from rrp_sheets.devices.scene import BALL_COLOURS
 from rrp_sheets.devices.scene_words import KINDS, verb_names
 from rrp_sheets.formulas.functions import library
@@ -161,7 +161,7 @@ def _firsts(robot: Robot) -> dict[str, str]:
     return {name: shortest.get(_thing(found), found.name) for name, found in robot.names.items()}
 
 
-def _thing(found: Found) -> tuple[str, frozenset[tuple[str, Value]]]:
+def _thing(found: FoundDevice) -> tuple[str, frozenset[tuple[str, Value]]]:
     return found.type.name, frozenset(found.preset.items())
 
 

@@ -19,7 +19,7 @@ from rrp_sheets.topics.finding import text_on
 from rrp_sheets.topics.functions import one_helper
 from rrp_sheets.topics.layout import Block, paragraph
 from rrp_sheets.topics.marbles import short
-from rrp_sheets.topics.names import Name, all_names, known, near, search
+from rrp_sheets.topics.names import HelpEntry, all_names, known, near, search
 from rrp_sheets.web.browserwords import of_help
 from rrp_sheets.web.requests import RoomOf
 
@@ -40,13 +40,13 @@ class Bit:
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class HelpBlock:
     """A block of a topic, ready to be shown: `kind` as of `topics.layout.Block`, `rows` of texts in their pieces."""
 
     kind: str
     head: tuple[Bit, ...] = ()
     rows: tuple[tuple[tuple[Bit, ...], ...], ...] = ()
-    parts: tuple[Part, ...] = ()
+    parts: tuple[HelpBlock, ...] = ()
     picture: Markup | None = None
 
 
@@ -61,10 +61,10 @@ class HelpPiece:
     """
 
     template: ClassVar[str] = "help.html"
-    topics: tuple[tuple[Part, ...], ...]
+    topics: tuple[tuple[HelpBlock, ...], ...]
     query: str = ""
-    found: tuple[Name, ...] = ()
-    tries: tuple[Name, ...] = ()
+    found: tuple[HelpEntry, ...] = ()
+    tries: tuple[HelpEntry, ...] = ()
     names: tuple[str, ...] = ()
 
 
@@ -93,7 +93,7 @@ def make_helping(room_of: RoomOf) -> Blueprint:
     return pages
 
 
-def _helper(room_of: RoomOf, book: str, asked: str) -> tuple[Part, ...]:
+def _helper(room_of: RoomOf, book: str, asked: str) -> tuple[HelpBlock, ...]:
     """The help on a helper of a workbook, or nothing when it has been renamed or deleted."""
     wanted = key(asked.removeprefix(_HELPER))
     helpers = room_of(book).analysis().workbook.helpers
@@ -101,22 +101,22 @@ def _helper(room_of: RoomOf, book: str, asked: str) -> tuple[Part, ...]:
     return tuple(_parts(one_helper(found))) if found else ()
 
 
-def _topic(name: str) -> tuple[Part, ...]:
+def _topic(name: str) -> tuple[HelpBlock, ...]:
     try:
         return tuple(_parts(text_on(name)))
     except SheetsError:  # a stream of the user's own, say: there is nothing on it
         return ()
 
 
-def _parts(blocks: Iterator[str]) -> Iterator[Part]:
+def _parts(blocks: Iterator[str]) -> Iterator[HelpBlock]:
     yield from (_part(block) for block in blocks)
 
 
-def _part(block: str) -> Part:
+def _part(block: str) -> HelpBlock:
     if not isinstance(block, Block):
         block = paragraph(of_help(block))
     if block.kind == "marbles" and (connector := connectors().get(block.head)) is not None:
-        return Part("marbles", picture=marble_picture(example_score(connector)))
+        return HelpBlock("marbles", picture=marble_picture(example_score(connector)))
     linked = block.kind in ("entries", "columns")
     rows = tuple(
         tuple(_term(cell) if linked and i == 0 else tuple(bits(cell)) for i, cell in enumerate(row))
@@ -124,7 +124,7 @@ def _part(block: str) -> Part:
     )
     parts = tuple(_part(p) for p in block.parts)
     head = _PICTURED if any(part.picture for part in parts) else block.head
-    return Part(block.kind, tuple(bits(head)), rows, parts)
+    return HelpBlock(block.kind, tuple(bits(head)), rows, parts)
 
 
 def _term(text: str) -> tuple[Bit, ...]:

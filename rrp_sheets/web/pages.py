@@ -13,7 +13,7 @@ from rrp_sheets.web.testing.panel import TestsPanel
 
 
 @dataclass(frozen=True, slots=True)
-class Count:
+class ProblemCount:
     """So many problems of one severity, in words; `kind` is error, warning or none."""
 
     kind: str
@@ -48,7 +48,7 @@ class Card:
     about: str
     size: str
     changed: str
-    counts: tuple[Count, ...]
+    counts: tuple[ProblemCount, ...]
     picture: bool
     words: str
     last: LastRun | None
@@ -119,7 +119,7 @@ class Problem:
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class TextPiece:
     """A piece of a text; `code` where it is a formula."""
 
     text: str
@@ -127,22 +127,22 @@ class Piece:
 
 
 @dataclass(frozen=True, slots=True)
-class Sentence:
+class RowSentence:
     """What a row does, in words; `active` is False when it is switched off or nothing feeds it."""
 
     number: int
-    pieces: tuple[Piece, ...]
+    pieces: tuple[TextPiece, ...]
     active: bool
 
 
 @dataclass(frozen=True, slots=True)
-class Words:
+class BehaviourWords:
     """What a behaviour does, in words: all of it, what it takes in and acts on, and row by row."""
 
-    paragraph: tuple[Piece, ...]
+    paragraph: tuple[TextPiece, ...]
     sensors: tuple[str, ...]
     actuators: tuple[str, ...]
-    rows: tuple[Sentence, ...]
+    rows: tuple[RowSentence, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,11 +220,11 @@ class Panels:
     template: ClassVar[str] = "panels.html"
     name: str
     sheet: str
-    counts: tuple[Count, ...]
+    counts: tuple[ProblemCount, ...]
     problems: tuple[Problem, ...]
     left_out: int
     drawing: Markup
-    words: Words | None
+    words: BehaviourWords | None
     why: str
     checked: bool = True
     picture: int = 0

@@ -11,7 +11,7 @@ from rrp_sheets.documents.tutorial import latest
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs.records.metadata import RunMetadata
-from rrp_sheets.web.pages import Card, Count, LastRun, ShelfPage, Unreadable
+from rrp_sheets.web.pages import Card, LastRun, ProblemCount, ShelfPage, Unreadable
 from rrp_sheets.web.records.run_store import RunStore
 from rrp_sheets.web.records.telling import line_of, when
 from rrp_sheets.web.workbook_repository import (
@@ -102,11 +102,13 @@ def _ran(last: RunMetadata | None) -> float:
     return last.began.timestamp() if last is not None and last.began is not None else 0.0
 
 
-def counts(findings: Iterable[Diagnostic]) -> tuple[Count, ...]:
+def counts(findings: Iterable[Diagnostic]) -> tuple[ProblemCount, ...]:
     """The findings counted by severity, in words; those that are only information do not count."""
     found = [d.severity.value for d in findings]
     total = {kind: found.count(kind) for kind in ("error", "warning")}
-    return tuple(Count(kind, plural(n, kind)) for kind, n in total.items() if n) or (Count("none", "no problems"),)
+    return tuple(ProblemCount(kind, plural(n, kind)) for kind, n in total.items() if n) or (
+        ProblemCount("none", "no problems"),
+    )
 
 
 def plural(count: int, word: str) -> str:

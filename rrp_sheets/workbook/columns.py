@@ -30,14 +30,14 @@ _MOST_MERGES = 20
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class FilledRow:
     """A filled row of a table: its number and its raw cells by column."""
 
     number: int
     cells: Mapping[int, RawCell]
 
 
-class Table:
+class OwnTable:
     """A sheet of ours.
 
     Args:
@@ -67,18 +67,18 @@ class Table:
         """The address of a cell."""
         return Address(self.sheet.name, row, column)
 
-    def lines(self) -> Iterator[Line]:
+    def lines(self) -> Iterator[FilledRow]:
         """The rows below the header that say something: not blank, no comment, more than notes."""
         says = self.ours - {self._notes, self.columns.get("On", 0), self.columns.get("Priority", 0)}
         for number, cells in self.sheet.rows().items():
             if number > self.header_row and not self._is_comment(cells) and self._filled(cells, says):
-                yield Line(number, cells)
+                yield FilledRow(number, cells)
 
-    def comments(self) -> Iterator[Line]:
+    def comments(self) -> Iterator[FilledRow]:
         """The comment rows below the header."""
         for number, cells in self.sheet.rows().items():
             if number > self.header_row and self._is_comment(cells):
-                yield Line(number, cells)
+                yield FilledRow(number, cells)
 
     @staticmethod
     def _filled(cells: Mapping[int, RawCell], columns: set[int]) -> bool:
@@ -93,14 +93,14 @@ class Table:
                     return text.startswith("#") and cell.kind is Kind.TEXT and not is_error_value(text)
         return False
 
-    def name(self, line: Line, header: str) -> Cell:
+    def name(self, line: FilledRow, header: str) -> Cell:
         """A cell that holds a name."""
         return self._cell(line, self.columns.get(header, 0), clean_name)
 
     duration = name
     """A cell that holds a time or a duration is cleaned like a name."""
 
-    def formula(self, line: Line, header: str) -> Cell:
+    def formula(self, line: FilledRow, header: str) -> Cell:
         """A cell that holds a formula; one that the spreadsheet program took for its own is read all the same."""
         column = self.columns.get(header, 0)
         cell = line.cells.get(column, _BLANK)
@@ -109,19 +109,19 @@ class Table:
             return self._checked(clean_formula(from_excel(cell.formula)), original, self.address(line.number, column))
         return self._cell(line, column, clean_formula)
 
-    def prose(self, line: Line, header: str) -> Cell:
+    def prose(self, line: FilledRow, header: str) -> Cell:
         """A cell that holds a text for people."""
         return self._cell(line, self.columns.get(header, 0), clean_prose)
 
-    def fields(self, line: Line, header: str) -> Cell:
+    def fields(self, line: FilledRow, header: str) -> Cell:
         """A cell that holds a value to send or to expect."""
         return self._cell(line, self.columns.get(header, 0), clean_fields)
 
-    def other(self, line: Line, column: int) -> Cell:
+    def other(self, line: FilledRow, column: int) -> Cell:
         """A cell of a column with a header of its own: a device's setting, a gesture's joint."""
         return self._cell(line, column, clean_prose)
 
-    def notes(self, line: Line) -> str:
+    def notes(self, line: FilledRow) -> str:
         """The row's notes, as typed."""
         return line.cells.get(self._notes, _BLANK).text.strip()
 
@@ -132,7 +132,7 @@ class Table:
             self.add("SHEET021", cell.address, count=len(parts), limit=limits.NAMES)
         return tuple(Cell(name, cell.address, cell.original) for name in parts[: limits.NAMES])
 
-    def _cell(self, line: Line, column: int, clean: Callable[[str], str]) -> Cell:
+    def _cell(self, line: FilledRow, column: int, clean: Callable[[str], str]) -> Cell:
         address = self.address(line.number, column) if column else Address(self.sheet.name, line.number, 1)
         raw = line.cells.get(column, _BLANK) if column else _BLANK
         if raw.kind in (Kind.DATE, Kind.TIME):
@@ -200,6 +200,6 @@ def is_error_value(text: str) -> bool:
     return text[:1] in ("#", "E") and (text.upper() in ERROR_VALUES or re.fullmatch(r"Err:\d{3}", text) is not None)
 
 
-def header_keys(table: Table) -> dict[int, str]:
+def header_keys(table: OwnTable) -> dict[int, str]:
     """The keys of the columns with headers of their own, by column."""
     return {column: key(header) for column, header in table.others.items() if key(header)}

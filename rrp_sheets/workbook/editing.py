@@ -358,7 +358,7 @@ LAST_ROW, LAST_COLUMN = 1_048_576, 16_384
 
 
 def set_cell(package: PackageEdit, edit: SetCell) -> None:
-    """Set a cell.
+    """Write a text, number or truth value to one place of a sheet.
 
     Raises:
         SheetsError: where the cell does not exist, cannot hold the value, or belongs to something that would break.

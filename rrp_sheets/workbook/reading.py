@@ -13,7 +13,7 @@ from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Behaviour, Device, GestureRow, Helper, Protocol, SceneRow, TestSheet, Workbook
 from rrp_sheets.workbook import limits
-from rrp_sheets.workbook.columns import Table
+from rrp_sheets.workbook.columns import OwnTable
 from rrp_sheets.workbook.headers import BEHAVIOUR, NearMiss, Recognised, recognise
 from rrp_sheets.workbook.kinds.behaviour import read_behaviour
 from rrp_sheets.workbook.kinds.simple import (
@@ -224,7 +224,7 @@ class Reader:
             limit = f"{limits.TEXT_CHARACTERS:,}, with the sheets before it,"
             raise unreadable("FILE013", sheet=sheet.name, what="too many letters", limit=limit)
         self.sheets.append(sheet)
-        table = Table(sheet, recognised, self.report)
+        table = OwnTable(sheet, recognised, self.report)
         self._report_findings(sheet.name)
         table.report_merged()
         self._add(recognised, table)
@@ -236,7 +236,7 @@ class Reader:
             if finding.address.sheet == sheet:
                 self.report.add(finding.code, finding.address, span=None, fixes=(), **finding.details)
 
-    def _add(self, recognised: Recognised, table: Table) -> None:
+    def _add(self, recognised: Recognised, table: OwnTable) -> None:
         match recognised.kind.name if recognised.kind else "":
             case "behaviour":
                 self._behaviours.append(read_behaviour(table))

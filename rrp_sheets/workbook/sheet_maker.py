@@ -152,7 +152,7 @@ class SheetMaker:
                 if choices:
                     add_choices(self.sheet, f"{columns['Value']}{number}", name, choices, prompt)
         on = columns.get("On", "") if self.kind == "behaviour" else ""
-        add_row_marks(self.sheet, Block(first, last, row, self.last), on)
+        add_row_marks(self.sheet, TableRange(first, last, row, self.last), on)
 
 
 def _set_text(cell: Any, text: str) -> None:
@@ -171,7 +171,7 @@ def _set_text(cell: Any, text: str) -> None:
 _TITLE_LENGTH, _PROMPT_LENGTH = 32, 255  # Excel's limits
 
 
-def add_prompt(sheet: Any, cells: str, title: str, look: style.Column, lists: Mapping[str, str]) -> None:
+def add_prompt(sheet: Any, cells: str, title: str, look: style.ColumnStyle, lists: Mapping[str, str]) -> None:
     """Give a column its prompt, and its drop-down when there is a list for it.
 
     Args:
@@ -209,7 +209,7 @@ def add_choices(sheet: Any, cell: str, title: str, choices: Sequence[str], promp
 
 
 @dataclass(frozen=True, slots=True)
-class Block:
+class TableRange:
     """The rows of a table: letters of its first and last column, numbers of its first and last row."""
 
     first: str
@@ -221,7 +221,7 @@ class Block:
         return f"{self.first}{self.top}:{self.last}{self.bottom}"
 
 
-def add_row_marks(sheet: Any, block: Block, on: str = "") -> None:
+def add_row_marks(sheet: Any, block: TableRange, on: str = "") -> None:
     """A hairline under every filled row; comment rows and rows switched off are pale.
 
     Lines are conditional because lines under blank rows would be printed, page after page.

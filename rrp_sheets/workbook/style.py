@@ -22,7 +22,7 @@ ROWS = 200
 
 
 @dataclass(frozen=True, slots=True)
-class Column:
+class ColumnStyle:
     """A column: width in characters, the drop-down's list, and the prompt shown in its cells."""
 
     width: float = 16
@@ -30,57 +30,59 @@ class Column:
     prompt: str = ""
 
 
-_NOTES = Column(32, "", "Anything you want to remember. The robot does not read it.")
-_ANY = Column()
-COLUMNS: dict[str, dict[str, Column]] = {
+_NOTES = ColumnStyle(32, "", "Anything you want to remember. The robot does not read it.")
+_ANY = ColumnStyle()
+COLUMNS: dict[str, dict[str, ColumnStyle]] = {
     "behaviour": {
-        "Input streams": Column(22, "Streams", "What this row listens to: a sensor, or the output of another row. "
-                                "Several are separated by commas. Blank: the output of the row above."),
-        "Connector": Column(15, "Connectors", "What this row does with the input: map calculates, filter lets pass, "
-                            "subscribe lets the robot act."),
-        "Formula": Column(36, "", "A calculation with the inputs, such as redBall.distance < 0.5. A space in a "
-                          "stream's name is left out: Red ball is redBall. No = is needed."),
-        "Output stream": Column(20, "Streams", "A new name for the result; for subscribe the actuator that acts. "
-                                "Blank: the next row takes it."),
+        "Input streams": ColumnStyle(22, "Streams", "What this row listens to: a sensor, or the output of another row. "
+                                     "Several are separated by commas. Blank: the output of the row above."),
+        "Connector": ColumnStyle(15, "Connectors", "What this row does with the input: map calculates, filter lets "
+                                 "pass, subscribe lets the robot act."),
+        "Formula": ColumnStyle(36, "", "A calculation with the inputs, such as redBall.distance < 0.5. A space in a "
+                               "stream's name is left out: Red ball is redBall. No = is needed."),
+        "Output stream": ColumnStyle(20, "Streams", "A new name for the result; for subscribe the actuator that acts. "
+                                     "Blank: the next row takes it."),
         "Notes": _NOTES,
-        "On": Column(8, "On or off", "FALSE switches this row off. Blank is on."),
-        "Priority": Column(9, "", "A number: the larger one wins when two rows want the same part of the robot. "
-                           "Blank is 0."),
+        "On": ColumnStyle(8, "On or off", "FALSE switches this row off. Blank is on."),
+        "Priority": ColumnStyle(9, "", "A number: the larger one wins when two rows want the same part of the robot. "
+                                "Blank is 0."),
     },
     "devices": {
-        "Stream": Column(24, "", "The name you give this sensor or actuator; behaviours use it."),
-        "Device": Column(24, "All devices", "Which sensor or actuator of the robot it is."),
-        "Text": Column(38, "", "What the robot says."),
+        "Stream": ColumnStyle(24, "", "The name you give this sensor or actuator; behaviours use it."),
+        "Device": ColumnStyle(24, "All devices", "Which sensor or actuator of the robot it is."),
+        "Text": ColumnStyle(38, "", "What the robot says."),
         "Notes": _NOTES,
     },
     "helpers": {
-        "Name": Column(24, "", "The helper's name; write it into the Formula of a row."),
-        "Inputs": Column(24, "", "Names for what the helper calculates with, separated by commas. Blank: a constant."),
-        "Formula": Column(46, "", "The calculation, with the names of Inputs."),
+        "Name": ColumnStyle(24, "", "The helper's name; write it into the Formula of a row."),
+        "Inputs": ColumnStyle(24, "", "Names for what the helper calculates with, separated by commas. Blank: a "
+                              "constant."),
+        "Formula": ColumnStyle(46, "", "The calculation, with the names of Inputs."),
         "Notes": _NOTES,
     },
     "scene": {
-        "Time (s)": Column(14, "", "Seconds after the start, the row above (+ 2) or an event: Ask done + 2"),
-        "Thing": Column(18, "Thing", "Who or what: Red ball, Blue cup, Table, Person or a name, Light, Operator, …"),
-        "Does": Column(18, "Does", "What happens: appears, moves, says, touches, …"),
-        "Value": Column(34, "", "Where, what or how long. at 1, 0.2, 0.4 is in metres: forward, left, up."),
+        "Time (s)": ColumnStyle(14, "", "Seconds after the start, the row above (+ 2) or an event: Ask done + 2"),
+        "Thing": ColumnStyle(18, "Thing", "Who or what: Red ball, Blue cup, Table, Person or a name, Light, "
+                             "Operator, …"),
+        "Does": ColumnStyle(18, "Does", "What happens: appears, moves, says, touches, …"),
+        "Value": ColumnStyle(34, "", "Where, what or how long. at 1, 0.2, 0.4 is in metres: forward, left, up."),
         "Notes": _NOTES,
     },
     "gestures": {
-        "Name": Column(20, "", "The gesture's name, the same in all its rows."),
-        "Time (s)": Column(10, "", "When the joints are there, in seconds from the gesture's beginning."),
+        "Name": ColumnStyle(20, "", "The gesture's name, the same in all its rows."),
+        "Time (s)": ColumnStyle(10, "", "When the joints are there, in seconds from the gesture's beginning."),
         "Notes": _NOTES,
     },
     "test": {
-        "Time (ms)": Column(12, "", "Milliseconds after the start."),
-        "Stream": Column(24, "Streams", "The stream that gets the value, or that is looked at."),
-        "Send": Column(28, "", "What arrives: a value, or the fields of a sensor: distance=0.3; x=0"),
-        "Expect": Column(28, "", "What must come out: a value, any, or nothing."),
+        "Time (ms)": ColumnStyle(12, "", "Milliseconds after the start."),
+        "Stream": ColumnStyle(24, "Streams", "The stream that gets the value, or that is looked at."),
+        "Send": ColumnStyle(28, "", "What arrives: a value, or the fields of a sensor: distance=0.3; x=0"),
+        "Expect": ColumnStyle(28, "", "What must come out: a value, any, or nothing."),
         "Notes": _NOTES,
     },
     "protocol": {
-        "Field": Column(24, "", "The name of a field; you may add your own."),
-        "Value": Column(90, "", ""),
+        "Field": ColumnStyle(24, "", "The name of a field; you may add your own."),
+        "Value": ColumnStyle(90, "", ""),
     },
 }  # fmt: skip
 
@@ -94,7 +96,7 @@ FIELDS: dict[str, tuple[tuple[str, ...], str]] = {
 """Fields of the Protocol sheet, by key, that say one of a few things: these, and a prompt."""
 
 
-def column(kind: str, header: str, choices: frozenset[str] = frozenset()) -> Column:
+def column(kind: str, header: str, choices: frozenset[str] = frozenset()) -> ColumnStyle:
     """The look of a column; columns of the user's own, and settings, have a plain one.
 
     Args:
@@ -106,7 +108,9 @@ def column(kind: str, header: str, choices: frozenset[str] = frozenset()) -> Col
     if known:
         return known
     if kind == "gestures":
-        return Column(15, "", f"{header} at that time: rad, or degrees as 30°; a hand from 0 to 1. Blank: on its way.")
+        return ColumnStyle(
+            15, "", f"{header} at that time: rad, or degrees as 30°; a hand from 0 to 1. Blank: on its way."
+        )
     if kind == "devices":
-        return Column(18, header if header in choices else "", f"The setting {header}; blank is the usual one.")
+        return ColumnStyle(18, header if header in choices else "", f"The setting {header}; blank is the usual one.")
     return _ANY

@@ -1,4 +1,4 @@
-"""Lists. Where a list is asked for, a table is the list of its rows."""
+"""Functions that take or give lists. Where a list is asked for, a table is the list of its rows."""
 
 from __future__ import annotations
 

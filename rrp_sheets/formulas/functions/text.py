@@ -1,4 +1,4 @@
-"""Texts."""
+"""Functions that search, cut, join and convert texts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Trigonometry. Angles are in radians; `radians(30)` and `degrees(0.5)` convert."""
+"""Sines, tangents and their inverses. Angles are in radians; `radians(30)` and `degrees(0.5)` convert."""
 
 from __future__ import annotations
 

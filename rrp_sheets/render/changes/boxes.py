@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from rrp_sheets.connectors import connectors
-from rrp_sheets.model.changed import ADDED, REMOVED, ChangedRow, ChangedStream, Link, Words
+from rrp_sheets.model.changed import ADDED, REMOVED, ChangedRow, ChangedStream, ComparableText, Link
 from rrp_sheets.render.boxes import ROW_TEXT_LEFT, ROW_TOP, Arrow, Box, Drawing
 from rrp_sheets.render.changes.lines import Line, marked_lines, plain
 from rrp_sheets.render.measure import clean, width, wrap_whole
@@ -18,7 +18,7 @@ _REMARK_COLUMNS = 30
 
 
 @dataclass(frozen=True)
-class Told:
+class BoxLine:
     """A line in a box: its sign, its words, how they are set."""
 
     sign: str
@@ -38,7 +38,7 @@ class ChangeBox(Box):
 
     sign: str = ""
     heading: tuple[Line, ...] = ()
-    told: tuple[Told, ...] = ()
+    told: tuple[BoxLine, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -93,10 +93,10 @@ def _stream_box(box_id: str, stream: ChangedStream, note: str) -> ChangeBox:
         size = (width(note, SMALL_PT) + 14, 12.0) if note else (7.0, 7.0)
         return ChangeBox(box_id, "anonymous", "", (), *size, stream.id, note, sign=stream.sign)
     heading = marked_lines(((False, stream.name.after),), NAME_COLUMNS, 2)
-    told = [Told(REMOVED, line, mono=False) for line in marked_lines(stream.name.was(), NAME_COLUMNS, 2)]
+    told = [BoxLine(REMOVED, line, mono=False) for line in marked_lines(stream.name.was(), NAME_COLUMNS, 2)]
     told = told if stream.name.changed else []
     for name, words in stream.settings:
-        told += _both(Words(f"{name}: {words.before}", f"{name}: {words.after}"), mono=False)
+        told += _both(ComparableText(f"{name}: {words.before}", f"{name}: {words.after}"), mono=False)
     bold = stream.kind != "stream"
     wide = max((width(plain(line), NAME_PT, bold=bold) for line in heading), default=20.0)
     wide = max([wide, *(_width(line) for line in told)])
@@ -122,7 +122,7 @@ def _row_box(row: ChangedRow) -> ChangeBox:
         heading = ((True, connector.before), (False, f" → {connector.after}"))
     told = _formula(row)
     told += [
-        Told("", line, mono=False)
+        BoxLine("", line, mono=False)
         for remark in row.remarks
         for line in marked_lines(((False, remark),), _REMARK_COLUMNS, 2)
     ]
@@ -137,27 +137,27 @@ def _row_box(row: ChangedRow) -> ChangeBox:
     )  # fmt: skip
 
 
-def _formula(row: ChangedRow) -> list[Told]:
+def _formula(row: ChangedRow) -> list[BoxLine]:
     words = row.formula
     if row.sign == ADDED:
-        return [Told("", line) for line in marked_lines(((False, words.after),), _COLUMNS, _LINES, wrap_whole)]
+        return [BoxLine("", line) for line in marked_lines(((False, words.after),), _COLUMNS, _LINES, wrap_whole)]
     if row.sign == REMOVED:
-        return [Told("", line) for line in marked_lines(((True, words.before),), _COLUMNS, _LINES, wrap_whole)]
+        return [BoxLine("", line) for line in marked_lines(((True, words.before),), _COLUMNS, _LINES, wrap_whole)]
     if not words.changed:
-        return [Told("", line) for line in marked_lines(((False, words.after),), _COLUMNS, _LINES, wrap_whole)]
+        return [BoxLine("", line) for line in marked_lines(((False, words.after),), _COLUMNS, _LINES, wrap_whole)]
     return _both(words)
 
 
-def _both(words: Words, mono: bool = True) -> list[Told]:
+def _both(words: ComparableText, mono: bool = True) -> list[BoxLine]:
     """Before and after, each in lines under its sign."""
     out = []
     for sign, runs in ((REMOVED, words.was()), (ADDED, words.now())):
         lines = marked_lines(runs or ((True, "blank"),), _COLUMNS, _LINES, wrap_whole)
-        out += [Told(sign if number == 0 else " ", line, mono) for number, line in enumerate(lines)]
+        out += [BoxLine(sign if number == 0 else " ", line, mono) for number, line in enumerate(lines)]
     return out
 
 
-def _width(told: Told) -> float:
+def _width(told: BoxLine) -> float:
     indent = _INDENT if told.sign else 0.0
     marked = any(mark for mark, _ in told.words)
     return indent + width(plain(told.words), MONO_PT, mono=told.mono, bold=marked or not told.mono)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, SAME
 from rrp_sheets.render.boxes import ROW_TEXT_LEFT, Drawing
-from rrp_sheets.render.changes.boxes import ChangeArrow, ChangeBox, Told
+from rrp_sheets.render.changes.boxes import BoxLine, ChangeArrow, ChangeBox
 from rrp_sheets.render.changes.lines import Line
 from rrp_sheets.render.dot import Layout, Point, Way
 from rrp_sheets.render.measure import escape
@@ -115,7 +115,7 @@ def _row(box: ChangeBox, centre: Point) -> str:
     return "".join(parts)
 
 
-def _told(told: Told, x: float, y: float, ink: str, ghost: bool) -> str:
+def _told(told: BoxLine, x: float, y: float, ink: str, ghost: bool) -> str:
     sign = told.sign.strip()
     before = text(x, y, sign, MONO_PT + 1, fill=LINE[sign], bold=True) if sign else ""
     indent = 9.0 if told.sign else 0.0

@@ -2,6 +2,6 @@
 
 from rrp_sheets.render.pack.front import Print
 from rrp_sheets.render.pack.make import make_pack
-from rrp_sheets.render.pack.model import Changed, Changes, Pack, Tested
+from rrp_sheets.render.pack.model import Changes, Pack, TestSheetResult, VersionDifference
 
-__all__ = ["Changed", "Changes", "Pack", "Print", "Tested", "make_pack"]
+__all__ = ["Changes", "Pack", "Print", "TestSheetResult", "VersionDifference", "make_pack"]

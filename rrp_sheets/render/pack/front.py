@@ -10,7 +10,7 @@ from rrp_sheets.render.devices import device_says
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack import acts as doing
 from rrp_sheets.render.pack import consent, senses
-from rrp_sheets.render.pack.model import Labelled, Said, Tested
+from rrp_sheets.render.pack.model import Labelled, Said, TestSheetResult
 from rrp_sheets.render.pack.source import Source, capital
 
 MOST_OCCASIONS = 8
@@ -134,7 +134,7 @@ def _stops(source: Source) -> str:
     return source.get("glance.stops_only")
 
 
-def numbers(source: Source, said: Sequence[Said], tests: Sequence[Tested]) -> tuple[Labelled, ...]:
+def numbers(source: Source, said: Sequence[Said], tests: Sequence[TestSheetResult]) -> tuple[Labelled, ...]:
     """The workbook in numbers; the label is what is counted."""
     get = source.get
     rows = [s for _, s in source.active if s.row.on]

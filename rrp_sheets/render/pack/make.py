@@ -15,7 +15,7 @@ from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack import acts, consent, front, operator, senses
 from rrp_sheets.render.pack.behaviours import Pictures, behaviour_parts
 from rrp_sheets.render.pack.front import Print
-from rrp_sheets.render.pack.model import Changes, Finding, Pack, Sheet, Tested
+from rrp_sheets.render.pack.model import Changes, OpenFinding, Pack, Sheet, TestSheetResult
 from rrp_sheets.render.pack.source import Source
 from rrp_sheets.render.rows import Rows
 from rrp_sheets.render.texts import texts
@@ -31,7 +31,7 @@ def make_pack(
     this: Print,
     *,
     language: str = "en",
-    tests: Sequence[Tested] = (),
+    tests: Sequence[TestSheetResult] = (),
     tests_note: str = "",
     changes: Changes | None = None,
     draft: bool = False,
@@ -90,11 +90,11 @@ def _authors(source: Source) -> tuple[str, ...]:
     return tuple(clean(name) for name in _AUTHORS.split(source.protocol("Authors")) if name.strip())
 
 
-def _finding(source: Source, flag: int, found: Diagnostic) -> Finding:
+def _finding(source: Source, flag: int, found: Diagnostic) -> OpenFinding:
     where, row = (clean(found.address.sheet), found.address.row) if found.address else ("", 0)
     severity = source.get(f"open.{found.severity.value}")
     said = found.in_language(source.words.language)
-    return Finding(flag, severity, where, row, clean(said.message), clean(said.remedy))
+    return OpenFinding(flag, severity, where, row, clean(said.message), clean(said.remedy))
 
 
 MOST_ROWS = 500  # of a table

@@ -90,7 +90,7 @@ class Stopping:
 
 
 @dataclass(frozen=True)
-class Finding:
+class OpenFinding:
     """A finding of the check that is still open; `flag` is its number in the diagrams."""
 
     flag: int
@@ -102,7 +102,7 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Tested:
+class TestSheetResult:
     """A test sheet of the workbook: whether it passes today, and what came instead."""
 
     name: str
@@ -184,7 +184,7 @@ class Sheet:
 
 
 @dataclass(frozen=True)
-class Changed:
+class VersionDifference:
     """A difference from the approved version."""
 
     kind: str
@@ -208,8 +208,8 @@ class Changes:
     intro: str
     digest: str
     verdict: str
-    effects: tuple[Changed, ...]
-    others: tuple[Changed, ...]
+    effects: tuple[VersionDifference, ...]
+    others: tuple[VersionDifference, ...]
     left_out: str
     marks: dict[str, dict[int, str]]
 
@@ -244,7 +244,7 @@ class Pack:
     summary: str
     glance: tuple[Labelled, ...]
     numbers: tuple[Labelled, ...]
-    findings: tuple[Finding, ...]
+    findings: tuple[OpenFinding, ...]
     findings_left_out: str
     sensed: tuple[Sensed, ...]
     kept: tuple[Labelled, ...]
@@ -260,7 +260,7 @@ class Pack:
     always: tuple[str, ...]
     told: str
     stops: tuple[Stopping, ...]
-    tests: tuple[Tested, ...]
+    tests: tuple[TestSheetResult, ...]
     tests_note: str
     behaviours: tuple[BehaviourPart, ...]
     sheets: tuple[Sheet, ...]

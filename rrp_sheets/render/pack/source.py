@@ -69,9 +69,9 @@ class Source:
         return self.checked.workbook.protocol.text(name)
 
     @cached_property
-    def speech(self) -> Speech:
+    def speech(self) -> SpeechTexts:
         """The texts that rows can say."""
-        return Speech(self.checked)
+        return SpeechTexts(self.checked)
 
     @cached_property
     def findings(self) -> list[Diagnostic]:
@@ -194,7 +194,7 @@ class _Env:
     given: Mapping[str, tuple[ast.expr, _Env]]
 
 
-class Speech:
+class SpeechTexts:
     """Finds the texts of a checked workbook's rows."""
 
     def __init__(self, checked: Checked) -> None:

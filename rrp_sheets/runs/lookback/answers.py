@@ -26,7 +26,7 @@ from rrp_sheets.model.values import Record, RecordType, Value
 from rrp_sheets.model.workbook import Row
 from rrp_sheets.runs.formatting import told
 from rrp_sheets.runs.lookback.index import Entry, Index, index_trace
-from rrp_sheets.runs.lookback.poses import POSES, Poses, index_poses, picture, picture_times
+from rrp_sheets.runs.lookback.poses import POSES, PoseIndex, index_poses, picture, picture_times
 from rrp_sheets.runs.marbles import value_from_json
 from rrp_sheets.runs.records.metadata import TRACE
 from rrp_sheets.workbook import Reading, read
@@ -106,17 +106,17 @@ def _index(place: Path) -> Index:
     return _known_index(place, _stamp(place / TRACE))
 
 
-def _poses(place: Path) -> Poses:
+def _poses(place: Path) -> PoseIndex:
     return _known_poses(place, _stamp(place / POSES))
 
 
-def _book(place: Path) -> Book:
+def _book(place: Path) -> RecordedWorkbook:
     return _known_book(place, _stamp(place / WORKBOOK))
 
 
-def _words(place: Path) -> Words:
+def _words(place: Path) -> ValueFormatter:
     book = _book(place)
-    return Words(book.robot, book.units)
+    return ValueFormatter(book.robot, book.units)
 
 
 def _stamp(path: Path) -> Stamp:
@@ -133,12 +133,12 @@ def _known_index(place: Path, stamp: Stamp) -> Index:
 
 
 @lru_cache(maxsize=2)
-def _known_poses(place: Path, stamp: Stamp) -> Poses:
+def _known_poses(place: Path, stamp: Stamp) -> PoseIndex:
     return index_poses(place)
 
 
 @lru_cache(maxsize=4)
-def _known_book(place: Path, stamp: Stamp) -> Book:
+def _known_book(place: Path, stamp: Stamp) -> RecordedWorkbook:
     return read_book(place)
 
 
@@ -150,7 +150,7 @@ _SECONDS = 8.0  # for a diagram's layout
 
 
 @dataclass(frozen=True)
-class Book:
+class RecordedWorkbook:
     """What ran.
 
     Attributes:
@@ -164,29 +164,29 @@ class Book:
     why: str = ""
 
 
-def read_book(place: Path) -> Book:
+def read_book(place: Path) -> RecordedWorkbook:
     """Read the workbook of a run; one that cannot be read says why."""
     try:
         reading = read(place / WORKBOOK)
     except SheetsError as error:
-        return Book(load_robot(), None, {}, f"{error.message} {error.remedy}")
+        return RecordedWorkbook(load_robot(), None, {}, f"{error.message} {error.remedy}")
     robot = robot_of(reading.workbook, Report())
     if sum(len(b.rows) for b in reading.workbook.behaviours) > _MOST_CHECKED:
-        return Book(robot, build_graph(reading.workbook, robot, connectors(), Report()), {})
+        return RecordedWorkbook(robot, build_graph(reading.workbook, robot, connectors(), Report()), {})
     return _checked(reading)
 
 
-def _checked(reading: Reading) -> Book:
+def _checked(reading: Reading) -> RecordedWorkbook:
     checked = check_workbook(reading.workbook, reading.report, lints=False)
     numbers = {
         ref: fact.known.unit
         for ref, fact in row_examples(checked).items()
         if isinstance(fact.example, (int, float)) and not isinstance(fact.example, bool)
     }
-    return Book(checked.robot, checked.graph, numbers)
+    return RecordedWorkbook(checked.robot, checked.graph, numbers)
 
 
-def sheets(book: Book) -> list[dict[str, Any]]:
+def sheets(book: RecordedWorkbook) -> list[dict[str, Any]]:
     """The behaviours as JSON: name, rows, and what the names in them are (sensor, stream, actuator, done)."""
     if book.graph is None:
         return []
@@ -214,7 +214,7 @@ def _kinds(graph: Graph, behaviour: str) -> dict[str, str]:
     }
 
 
-def drawing(book: Book, number: int) -> str:
+def drawing(book: RecordedWorkbook, number: int) -> str:
     """The diagram of a behaviour, for a page that lights it, as SVG of our own making; empty when there is none.
 
     Raises:
@@ -253,7 +253,7 @@ def names_of(kinds: Mapping[str, str]) -> dict[str, str]:
     return found
 
 
-class Words:
+class ValueFormatter:
     """Puts the values of a trace into words.
 
     Args:
@@ -284,7 +284,7 @@ def _fields(kind: RecordType) -> tuple[str, ...]:
     return tuple(f.name for f in kind.fields)
 
 
-def piece(index: Index, number: int, words: Words) -> dict[str, Any]:
+def piece(index: Index, number: int, words: ValueFormatter) -> dict[str, Any]:
     """A piece of a run as JSON: of each series the times, what was told then (places in `words`), and what was seen."""
     numbers, before = index.piece(number)
     series: dict[int, dict[str, list[Any]]] = {}
@@ -304,7 +304,7 @@ def piece(index: Index, number: int, words: Words) -> dict[str, Any]:
     return {"words": list(table), "series": series}
 
 
-def _text(index: Index, of: int, entry: Entry, words: Words) -> str:
+def _text(index: Index, of: int, entry: Entry, words: ValueFormatter) -> str:
     named = index.series[of]
     if not named.stream:
         return str(entry.get("error") or entry.get("text") or "")[:_LONGEST_ERROR]

@@ -29,7 +29,7 @@ _JPEG = b"\xff\xd8\xff"
 
 
 @dataclass
-class Poses:
+class PoseIndex:
     """The poses' file that was looked through: when its pieces begin, and where. Each begins with a full pose."""
 
     path: Path
@@ -52,9 +52,9 @@ class Poses:
         return found
 
 
-def index_poses(place: Path) -> Poses:
+def index_poses(place: Path) -> PoseIndex:
     """Look through the poses of a run; without pieces when there are none."""
-    found = Poses(place / POSES)
+    found = PoseIndex(place / POSES)
     if not found.path.is_file() or found.path.is_symlink():
         return found
     at = 0

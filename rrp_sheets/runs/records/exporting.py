@@ -8,7 +8,7 @@ from pathlib import Path
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.render.output import png_with, target_of, words_of
-from rrp_sheets.render.plots import Curve, Note, draw_plots
+from rrp_sheets.render.plots import Curve, PlotNote, draw_plots
 from rrp_sheets.render.texts import texts
 from rrp_sheets.render.typeset import typeset
 from rrp_sheets.runs.records.metadata import TRACE, facts_of, stamp_of
@@ -130,7 +130,7 @@ def draw_run_plots(place: Path, only: Collection[str] = ()) -> tuple[str, float,
     if not curves:
         raise _nothing(place, only)
     notes = [
-        Note(e["t"], e["until"], _LANES.get(e["kind"], "by_hand"), e["text"])
+        PlotNote(e["t"], e["until"], _LANES.get(e["kind"], "by_hand"), e["text"])
         for e in told["lines"]
         if e["kind"] != "command"
     ]  # the curves of the actuators tell those

@@ -34,7 +34,7 @@ _FIELDS = {"sensor": 0, "stream": 1, "actuator": 2}  # … and of records what w
 
 
 @dataclass
-class Line:
+class TimelineEntry:
     """A line of the log.
 
     Attributes:
@@ -156,16 +156,16 @@ class Log:
     """
 
     def __init__(self, place: Path) -> None:
-        self.lines: list[Line] = []
+        self.lines: list[TimelineEntry] = []
         self.left_out = 0
         self.commanded: dict[str, str] = {}
         self._place = place
-        self._commands: dict[tuple[str, str], tuple[Line, Any]] = {}  # the last of each row, with its value
+        self._commands: dict[tuple[str, str], tuple[TimelineEntry, Any]] = {}  # the last of each row, with its value
         self._commands_told = 0
-        self._open: dict[tuple[str, str], Line] = {}  # errors that come again and again are one line
+        self._open: dict[tuple[str, str], TimelineEntry] = {}  # errors that come again and again are one line
         self._said = 0
         self._drag = Drag()
-        self._dragged: Line | None = None
+        self._dragged: TimelineEntry | None = None
 
     def begin(self, header: Mapping[str, Any]) -> None:
         """Take over the streams that the trace's header names."""
@@ -186,7 +186,7 @@ class Log:
             before.times, before.until = before.times + 1, t
             self._commands[stream, row] = before, value
             return
-        line = Line(t, "command", _commanded(stream, device, value), row, until=t)
+        line = TimelineEntry(t, "command", _commanded(stream, device, value), row, until=t)
         self._commands[stream, row] = line, value
         self._commands_told += 1
         if len(self.lines) >= MOST_LINES or self._commands_told > _MOST_COMMANDS:
@@ -206,7 +206,7 @@ class Log:
             return
         if self._goes_on(t, entry, text):
             return
-        line = Line(t, kind, text, row, text_of(entry.get("by")), text_of(entry.get("detail")), until=t)
+        line = TimelineEntry(t, kind, text, row, text_of(entry.get("by")), text_of(entry.get("detail")), until=t)
         if kind in ("say", "sound", "person"):
             self._said += kind == "say"
             sound = text_of(entry.get("sound")) or (f"say-{self._said:03}.wav" if kind == "say" else "/")

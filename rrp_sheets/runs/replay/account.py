@@ -10,7 +10,7 @@ from rrp_sheets.render.marbles import draw_marbles
 from rrp_sheets.runs.replay.marbles import difference_scores
 from rrp_sheets.runs.replay.report import each_line, robot_lines, row_lines, verdict
 from rrp_sheets.runs.replay.result import Replayed
-from rrp_sheets.runs.replay.words import Told
+from rrp_sheets.runs.replay.words import AccountLine
 
 MOST = 300  # lines of a list
 _MOST_PICTURES = 4
@@ -34,7 +34,7 @@ def account(found: Replayed) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _first(lines: Sequence[Told], language: str) -> list[dict[str, Any]]:
+def _first(lines: Sequence[AccountLine], language: str) -> list[dict[str, Any]]:
     return [
         {"when": told(line.when, language), "us": line.us, "text": told(line.text, language), "row": line.row}
         for line in lines[:MOST]

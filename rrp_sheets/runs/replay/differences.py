@@ -64,7 +64,7 @@ class Count:
 
 
 @dataclass(frozen=True)
-class Found:
+class ReplayDifferences:
     """What was compared.
 
     Attributes:
@@ -91,7 +91,7 @@ class Comparer:
         self._there = there
         self._exact = exact
 
-    def compare(self, recorded: Iterable[RecordedLine], came: Iterable[RecordedLine]) -> Found:
+    def compare(self, recorded: Iterable[RecordedLine], came: Iterable[RecordedLine]) -> ReplayDifferences:
         """All differences; streams of both have the names of the record.
 
         Both are gone through once and side by side, time by time: only what has no counterpart is kept.
@@ -126,7 +126,7 @@ class Comparer:
         if not found and order is not None and order.first is not None:
             found.append(self._difference(ORDER, *order.first))
         found.sort(key=lambda d: (min(d.us, d.came_us), d.stream))
-        return Found(tuple(found), tuple(counts))
+        return ReplayDifferences(tuple(found), tuple(counts))
 
     def _count(self, lane: _Lane, was: list[RecordedLine], now: list[RecordedLine]) -> None:
         """By row: several may command one actuator stream."""

@@ -11,7 +11,7 @@ from rrp_sheets.diagnostics.phrase import Phrase, listed
 from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.model.names import key
 from rrp_sheets.runs.replay.record import Recorded
-from rrp_sheets.runs.replay.source import Source
+from rrp_sheets.runs.replay.source import ReplaySource
 from rrp_sheets.runs.replay.words import in_words
 
 _FED = (StreamKind.SENSOR, StreamKind.DONE)
@@ -34,14 +34,14 @@ class Matching:
     behaviours: Mapping[str, str] = field(default_factory=dict)
 
 
-def itself(source: Source) -> Matching:
+def itself(source: ReplaySource) -> Matching:
     """Everything belongs to itself."""
     labels = source.labels
     rows = {s.ref: s.ref for s in source.plan.steps}
     return Matching({label: i for i, label in labels.items()}, labels, rows)
 
 
-def matching(recorded: Recorded, ran: Source | None, other: Source) -> Matching:
+def matching(recorded: Recorded, ran: ReplaySource | None, other: ReplaySource) -> Matching:
     """What of another workbook belongs to what of the record.
 
     Args:
@@ -75,7 +75,7 @@ def _names(streams: Mapping[str, str], labels: Mapping[str, str]) -> dict[str, s
     return {**labels, **{i: name for name, i in streams.items()}}
 
 
-def remarks(ran: Source | None, other: Source, found: Matching) -> list[str]:
+def remarks(ran: ReplaySource | None, other: ReplaySource, found: Matching) -> list[str]:
     """What is to be known of the two workbooks before they are compared in a session."""
     told: list[str] = []
     if ran is None:
@@ -112,7 +112,7 @@ def remarks(ran: Source | None, other: Source, found: Matching) -> list[str]:
     return told
 
 
-def _is_outer(source: Source, stream: Stream) -> bool:
+def _is_outer(source: ReplaySource, stream: Stream) -> bool:
     own = source.plan.own
     return stream.id not in own and source.plan.dones.get(stream.id, "") not in own
 
@@ -123,7 +123,7 @@ def _rows(rows: list[str]) -> str:
     return Phrase("{rows} get", rows=listed([in_words(row) for row in rows]))
 
 
-def _settings(ran: Source, other: Source, found: Matching) -> list[str]:
+def _settings(ran: ReplaySource, other: ReplaySource, found: Matching) -> list[str]:
     """Sensors that are set otherwise now: the record has what they gave then."""
     ids = {label: i for i, label in ran.labels.items()}
     was = {u.stream: u for u in ran.plan.outer_sensors}

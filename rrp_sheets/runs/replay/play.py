@@ -21,10 +21,10 @@ from rrp_sheets.model.values import Failure, Record, RecordType, Value, record_f
 from rrp_sheets.runs.replay.edits import Editions
 from rrp_sheets.runs.replay.ends import Ends
 from rrp_sheets.runs.replay.record import ACT, ERROR, EVENT, HAPPENING, NO_DETAIL, RecordedLine, same_json
-from rrp_sheets.runs.replay.source import Source
+from rrp_sheets.runs.replay.source import ReplaySource
 
 
-class Senses:
+class ValueDecoder:
     """Makes values of streams from their JSON.
 
     What was commanded comes back in the end of the command: a list or a record of a formula's, which JSON does not
@@ -149,7 +149,7 @@ class Played:
     left_out: list[str] = field(default_factory=list)
 
 
-class Player:
+class ReplayPlayer:
     """Plays a script; the engine's observer.
 
     Args:
@@ -161,7 +161,7 @@ class Player:
     """
 
     def __init__(
-        self, source: Source, script: Script, editions: Callable[[Engine], Editions], ends: Ends | None = None,
+        self, source: ReplaySource, script: Script, editions: Callable[[Engine], Editions], ends: Ends | None = None,
         told: Told = lambda part: None,
     ) -> None:  # fmt: skip
         self.played = Played()
@@ -170,7 +170,7 @@ class Player:
         self._ends = ends
         self._told = told
         self._moments = 0
-        self._senses = Senses(plan)
+        self._senses = ValueDecoder(plan)
         self._actuators = {s.id for s in plan.streams if s.kind is StreamKind.ACTUATOR}
         kind = FrameEngine if plan.checked.run.engine == "frame" else EventEngine
         self._engine: Engine = kind(plan, self, script.seed)

@@ -17,7 +17,7 @@ from rrp_sheets.runs.replay.edits import Editions
 from rrp_sheets.runs.replay.ends import Ends
 from rrp_sheets.runs.replay.matching import Matching, itself, matching
 from rrp_sheets.runs.replay.matching import remarks as other_remarks
-from rrp_sheets.runs.replay.play import Played, Player, Script, Told
+from rrp_sheets.runs.replay.play import Played, ReplayPlayer, Script, Told
 from rrp_sheets.runs.replay.record import (
     ACT,
     ERROR,
@@ -31,7 +31,7 @@ from rrp_sheets.runs.replay.record import (
 )
 from rrp_sheets.runs.replay.report import ending, unknown
 from rrp_sheets.runs.replay.result import Replayed, Spoken
-from rrp_sheets.runs.replay.source import Source, another, remarks, the_one_that_ran
+from rrp_sheets.runs.replay.source import ReplaySource, another, remarks, the_one_that_ran
 
 _SAYS = ("SayInput", "SayParameter")
 _SWITCHED = (" is switched on.", " is switched off.")
@@ -60,7 +60,7 @@ def replay(trace: Path, other: Path | None = None, told: Told = lambda part: Non
     return _otherwise(recorded, ran, source, told)
 
 
-def _ran(recorded: Recorded, *, needed: bool) -> Source | None:
+def _ran(recorded: Recorded, *, needed: bool) -> ReplaySource | None:
     """The workbook that ran; when it is not needed, one that cannot be used is as good as none."""
     try:
         found = the_one_that_ran(recorded)
@@ -76,13 +76,13 @@ def _ran(recorded: Recorded, *, needed: bool) -> Source | None:
     return found
 
 
-def _exactly(recorded: Recorded, source: Source, told: Told) -> Replayed:
+def _exactly(recorded: Recorded, source: ReplaySource, told: Told) -> Replayed:
     """The same workbook: everything is to be the same."""
     found = itself(source)
     entries, cut = _whole(recorded)
     engines = partial(_is_engines, source=source, found=found)
     script = _script(recorded, entries, found)
-    played = Player(source, script, Editions, told=told).play()
+    played = ReplayPlayer(source, script, Editions, told=told).play()
     tally = _Tally(engines)
     expected = Entries(lambda: tally.expected(entries, lambda e: e.kind in (EVENT, ERROR) or engines(e)))
     came = _named(played, found)
@@ -100,7 +100,7 @@ def _exactly(recorded: Recorded, source: Source, told: Told) -> Replayed:
     )  # fmt: skip
 
 
-def _otherwise(recorded: Recorded, ran: Source | None, source: Source, told: Told) -> Replayed:
+def _otherwise(recorded: Recorded, ran: ReplaySource | None, source: ReplaySource, told: Told) -> Replayed:
     """Another workbook: what would have been different."""
     found = matching(recorded, ran, source)
     entries, cut = _whole(recorded)
@@ -110,7 +110,7 @@ def _otherwise(recorded: Recorded, ran: Source | None, source: Source, told: Tol
     ends = Ends(entries, found.streams, dones)
     base = ran.checked.workbook if ran is not None else None
     editions = partial(Editions, rows=found.rows, ran=base)
-    played = Player(source, script, editions, ends, told=told).play()
+    played = ReplayPlayer(source, script, editions, ends, told=told).play()
     own = _own(source, found)
     tally = _Tally(engines)
     expected = Entries(lambda: tally.expected(entries, lambda e: _is_rows(e, own) or engines(e)))
@@ -161,7 +161,7 @@ class _Tally:
                 yield entry
 
 
-def _about(recorded: Recorded, source: Source, ran: Source | None) -> Replayed:
+def _about(recorded: Recorded, source: ReplaySource, ran: ReplaySource | None) -> Replayed:
     """What is known before anything is compared."""
     names = [n for n, kind in recorded.streams.items() if kind == StreamKind.ACTUATOR.value]
     names += [s.name for s in source.plan.streams if s.kind is StreamKind.ACTUATOR]
@@ -176,7 +176,7 @@ def _about(recorded: Recorded, source: Source, ran: Source | None) -> Replayed:
     )  # fmt: skip
 
 
-def _spoken(source: Source) -> Iterator[tuple[str, str]]:
+def _spoken(source: ReplaySource) -> Iterator[tuple[str, str]]:
     """The actuator streams that speak, each with the text of its own if it has one."""
     for stream in source.plan.streams:
         if stream.kind is StreamKind.ACTUATOR and stream.device and stream.device.type.name in _SAYS:
@@ -228,7 +228,7 @@ def _at_end(recorded: Recorded) -> tuple[RecordedLine, ...] | None:
 
 
 # ---- what is compared
-def _own(source: Source, found: Matching) -> set[str]:
+def _own(source: ReplaySource, found: Matching) -> set[str]:
     """The record's names of the streams that the engine's own devices give."""
     plan = source.plan
     own = {s for s in plan.own if s not in {a.stream for a in plan.actuators}}
@@ -243,7 +243,7 @@ def _is_rows(entry: RecordedLine, own: set[str]) -> bool:
     return entry.kind == EVENT and entry.by is None and (bool(entry.row) or entry.stream in own)
 
 
-def _is_engines(entry: RecordedLine, source: Source, found: Matching) -> bool:
+def _is_engines(entry: RecordedLine, source: ReplaySource, found: Matching) -> bool:
     """Whether an entry is something that the engine has told, and not the world."""
     if entry.kind != HAPPENING:
         return False

@@ -15,7 +15,7 @@ from rrp_sheets.runs.replay.ends import Ends
 from rrp_sheets.runs.replay.play import Played
 from rrp_sheets.runs.replay.record import Recorded
 from rrp_sheets.runs.replay.result import Replayed
-from rrp_sheets.runs.replay.words import Told, in_seconds, in_words, shown
+from rrp_sheets.runs.replay.words import AccountLine, in_seconds, in_words, shown
 
 
 def ending(recorded: Recorded, played: Played) -> str:
@@ -168,7 +168,7 @@ def as_text(found: Replayed, style: Style = _plain) -> str:
     return "\n".join(lines)
 
 
-def _listed(lines: Sequence[Told], language: str) -> list[str]:
+def _listed(lines: Sequence[AccountLine], language: str) -> list[str]:
     shown = [(told(line.when, language), told(line.text, language)) for line in lines[:MOST]]
     wide = max(len(when) for when, _ in shown)
     found = [f"  {when:>{wide}}  {text}" for when, text in shown]
@@ -297,9 +297,9 @@ def _how_many(here: Sequence[Difference], count: Count, found: Replayed) -> str:
 
 
 # ---- one by one
-def each_line(found: Replayed) -> list[Told]:
+def each_line(found: Replayed) -> list[AccountLine]:
     """Every difference in words."""
-    return [Told(in_seconds(d.us), d.us, _each(d), d.came_row or d.row) for d in found.differences]
+    return [AccountLine(in_seconds(d.us), d.us, _each(d), d.came_row or d.row) for d in found.differences]
 
 
 def _each(d: Difference) -> str:
@@ -327,11 +327,11 @@ def _error(value: Any) -> str:
 _TOGETHER_US = 2_000_000  # between two of a row that are told in one line
 
 
-def robot_lines(found: Replayed) -> list[Told]:
+def robot_lines(found: Replayed) -> list[AccountLine]:
     """What the robot would have done otherwise, in the order of time; what goes on is one line."""
     actuators = set(found.actuators)
     mine = [d for d in found.differences if d.stream in actuators and d.what == "event" and d.kind != ROW]
-    lines: list[Told] = []
+    lines: list[AccountLine] = []
     by_stream = sorted(mine, key=lambda d: (d.stream, d.row, d.came_row))
     for (stream, *_), group in groupby(by_stream, key=lambda d: (d.stream, d.row, d.came_row)):
         for run in _runs(sorted(group, key=_when), spoken=stream in found.spoken):
@@ -355,14 +355,14 @@ def _runs(here: Sequence[Difference], *, spoken: bool) -> Iterator[list[Differen
         yield run
 
 
-def _robot_line(run: Sequence[Difference], found: Replayed) -> Told:
+def _robot_line(run: Sequence[Difference], found: Replayed) -> AccountLine:
     first, last = run[0], run[-1]
     row = first.came_row or first.row
     when = in_seconds(_when(last), 2)
     if len(run) > 1:
         when = Phrase("{first:.10g} to {last}", first=round(_when(first) / 1e6, 2), last=when)
     words = _spoken_words(first, found) if first.stream in found.spoken else _given_words(run, found)
-    return Told(when, _when(first), Phrase("{what} ({row})", what=words, row=in_words(row)), row)
+    return AccountLine(when, _when(first), Phrase("{what} ({row})", what=words, row=in_words(row)), row)
 
 
 def _spoken_words(d: Difference, found: Replayed) -> str:

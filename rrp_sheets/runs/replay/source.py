@@ -20,7 +20,7 @@ _KEPT = ("robot.toml", "gestures.toml")
 
 
 @dataclass(frozen=True)
-class Source:
+class ReplaySource:
     """A workbook that can be played.
 
     Attributes:
@@ -42,7 +42,7 @@ class Source:
         return {s.id: stream_label(s) for s in self.plan.streams}
 
 
-def the_one_that_ran(recorded: Recorded) -> Source | None:
+def the_one_that_ran(recorded: Recorded) -> ReplaySource | None:
     """The workbook of the run's folder; None when it is not there.
 
     Raises:
@@ -66,10 +66,10 @@ def the_one_that_ran(recorded: Recorded) -> Source | None:
             f"Replay it with the version that made it ({recorded.header.get('program')}), or --with a mended workbook.",
         )
     plan, everything = _plan(checked, recorded)
-    return Source(str(recorded.header.get("name") or path.name), reading, checked, plan, everything)
+    return ReplaySource(str(recorded.header.get("name") or path.name), reading, checked, plan, everything)
 
 
-def another(path: Path, recorded: Recorded, like: Source | None) -> Source:
+def another(path: Path, recorded: Recorded, like: ReplaySource | None) -> ReplaySource:
     """Another workbook, to be played with a record.
 
     Args:
@@ -93,7 +93,7 @@ def another(path: Path, recorded: Recorded, like: Source | None) -> Source:
         plan, everything = make_plan(checked, everything=like.everything), like.everything
     if not plan.steps:
         raise SheetsError(f"No row of “{path.name}” is switched on.", "Write TRUE in the On cells of some rows.")
-    return Source(path.name, reading, checked, plan, everything)
+    return ReplaySource(path.name, reading, checked, plan, everything)
 
 
 def _plan(checked: Checked, recorded: Recorded) -> tuple[Plan, bool]:
@@ -104,7 +104,7 @@ def _plan(checked: Checked, recorded: Recorded) -> tuple[Plan, bool]:
     return make_plan(checked), False
 
 
-def remarks(recorded: Recorded, source: Source, *, own: bool) -> list[str]:
+def remarks(recorded: Recorded, source: ReplaySource, *, own: bool) -> list[str]:
     """What is to be known of a record and the workbook it is replayed with, before anything is compared."""
     found: list[str] = []
     program = str(recorded.header.get("program") or "unknown")
@@ -130,7 +130,7 @@ def _was_xlsx(recorded: Recorded) -> bool:
     return str(recorded.header.get("name") or "").casefold().endswith(".xlsx")
 
 
-def _catalogue(recorded: Recorded, source: Source) -> list[str]:
+def _catalogue(recorded: Recorded, source: ReplaySource) -> list[str]:
     """Whether the robot's catalogue is still the one that the run was made with."""
     changed = []
     for name in _KEPT:

@@ -22,8 +22,8 @@ def in_words(row: str) -> str:
 
 
 @dataclass(frozen=True)
-class Told:
-    """A line of the account.
+class AccountLine:
+    """One sentence on what a replay found.
 
     Attributes:
         when: in words: `12.4 s`, or `6 to 6.9 s`.

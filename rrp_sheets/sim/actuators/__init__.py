@@ -6,29 +6,29 @@ from collections.abc import Callable, Mapping
 
 from rrp_sheets.model.exchange import DeviceUse
 from rrp_sheets.model.names import key
-from rrp_sheets.sim.actuators.base import Actuator, Parts
+from rrp_sheets.sim.actuators.base import Parts, SimActuator
 from rrp_sheets.sim.actuators.eyes import EyeBrightness, EyeColor, EyeLedColor
-from rrp_sheets.sim.actuators.gesture import Gesture
+from rrp_sheets.sim.actuators.gesture import GestureActuator
 from rrp_sheets.sim.actuators.lamps import Eyes
 from rrp_sheets.sim.actuators.moving import SetJointPosition, Track
-from rrp_sheets.sim.actuators.other import Later, Print, RememberFace
+from rrp_sheets.sim.actuators.other import Later, PrintActuator, RememberFace
 from rrp_sheets.sim.actuators.posture import Posture
 from rrp_sheets.sim.actuators.sound import PlaySound
 from rrp_sheets.sim.actuators.speech import SayInput, SayParameter
 from rrp_sheets.sim.actuators.walk import Walk
 
-__all__ = ["ACTUATORS", "Actuator", "Eyes", "Parts", "make_actuator"]
+__all__ = ["ACTUATORS", "Eyes", "Parts", "SimActuator", "make_actuator"]
 
-ACTUATORS: Mapping[str, Callable[[DeviceUse, Parts], Actuator]] = {
+ACTUATORS: Mapping[str, Callable[[DeviceUse, Parts], SimActuator]] = {
     "EyeLedColor": EyeLedColor, "EyeColor": EyeColor, "EyeBrightness": EyeBrightness, "SayInput": SayInput,
     "SayParameter": SayParameter, "RememberFace": RememberFace, "Tracker": Track,
-    "SetJointPosition": SetJointPosition, "Print": Print,
-    "Posture": Posture, "Gesture": Gesture, "Walk": Walk,
+    "SetJointPosition": SetJointPosition, "Print": PrintActuator,
+    "Posture": Posture, "Gesture": GestureActuator, "Walk": Walk,
     "PlaySound": PlaySound,
 }  # fmt: skip
 
 
-def make_actuator(spec: DeviceUse, parts: Parts) -> Actuator | None:
+def make_actuator(spec: DeviceUse, parts: Parts) -> SimActuator | None:
     """What carries out the orders of an actuator stream; None when the engine does."""
     if parts.body.robot.devices[key(spec.device)].engine:
         return None

@@ -42,7 +42,7 @@ class Parts:
     beside: Path | None = None  # the folder of the workbook
 
 
-class Actuator(Protocol):
+class SimActuator(Protocol):
     """Carries out the orders of one actuator stream."""
 
     def take(self, order: Command, us: int) -> None:

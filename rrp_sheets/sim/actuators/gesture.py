@@ -17,7 +17,7 @@ from rrp_sheets.sim.tracker import Detection
 RAISED, HELD = 0.8, 1.9  # s: when an arm points, and until when
 
 
-class Gesture(Keyframed):
+class GestureActuator(Keyframed):
     """Makes the gesture of its setting, the one that a value names, or points at what was detected."""
 
     def take(self, order: Command, us: int) -> None:

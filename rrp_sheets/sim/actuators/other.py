@@ -8,7 +8,7 @@ from rrp_sheets.model.values import Record, show
 from rrp_sheets.sim.actuators.base import Base, Parts, as_number
 
 
-class Print(Base):
+class PrintActuator(Base):
     """Shows the value in the log."""
 
     def take(self, order: Command, us: int) -> None:

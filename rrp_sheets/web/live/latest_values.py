@@ -8,7 +8,7 @@ from typing import Any
 
 from rrp_sheets.model.values import Value
 from rrp_sheets.runs.formatting import told
-from rrp_sheets.web.live.streams import Known
+from rrp_sheets.web.live.streams import StreamInfo
 
 _FORGIVEN_US = 1_000_000  # a row's error is shown for at least so long, although a value comes
 _LONGEST = 200  # letters of an error's message
@@ -45,7 +45,7 @@ class LatestValues:
         self._new_rows: set[str] = set()
         self._new_streams: set[str] = set()
 
-    def value(self, us: int, known: Known, row: str, value: Value) -> None:
+    def value(self, us: int, known: StreamInfo, row: str, value: Value) -> None:
         """A value on a stream, by a row or from a device."""
         unit = self._units.get(row, "")
         stream = self._streams.setdefault(known.name, LatestValue(kind=known.kind))

@@ -19,7 +19,7 @@ _AGAIN_US = 10_000_000  # the same trouble of the same row
 Line = dict[str, Any]
 
 
-class Log:
+class RunLog:
     """Lines with a serial number each; the newest are kept.
 
     Args:

@@ -20,8 +20,8 @@ from rrp_sheets.model.values import Failure, Record, Value
 from rrp_sheets.runs.formatting import clock
 from rrp_sheets.runs.view import RunStart, RunView, Summary
 from rrp_sheets.web.live.latest_values import LatestValues
-from rrp_sheets.web.live.log import Line, Log
-from rrp_sheets.web.live.streams import Known, known_streams
+from rrp_sheets.web.live.log import Line, RunLog
+from rrp_sheets.web.live.streams import StreamInfo, known_streams
 
 Told = dict[str, Any]
 _COMMAND = re.compile(r"See `rrp-sheets help ([^`]+)`")  # of the terminal; here there is a Help to open
@@ -42,7 +42,7 @@ class RunState(RunView):
         self._rows = rows
         self._changed = changed
         self._lock = threading.Lock()
-        self._streams: dict[str, Known] = {}
+        self._streams: dict[str, StreamInfo] = {}
         self._voices: set[str] = set()
         self._newest = LatestValues(rows, units)
         self._fields: dict[str, Told] = {}
@@ -52,7 +52,7 @@ class RunState(RunView):
         self._robot: State | None = None
         self._new_robot = False
         self._told_us = -1
-        self.log = Log(rows)
+        self.log = RunLog(rows)
         self.us = 0
         self.start: RunStart | None = None
         self.is_paused = False

@@ -9,14 +9,14 @@ from rrp_sheets.runs.view import RunStart
 
 
 @dataclass(frozen=True, slots=True)
-class Known:
+class StreamInfo:
     """A stream: its name on the pages, and what it is (sensor, stream, actuator, done or anonymous)."""
 
     name: str
     kind: str
 
 
-def known_streams(start: RunStart) -> dict[str, Known]:
+def known_streams(start: RunStart) -> dict[str, StreamInfo]:
     """The streams of a run by their ids.
 
     A stream of a sheet has its plain name, with the sheet's only when two sheets have one of that name.
@@ -26,11 +26,11 @@ def known_streams(start: RunStart) -> dict[str, Known]:
     for stream, label in start.streams.items():
         _, _, name = label.partition("!")
         if name.startswith("#"):
-            known[stream] = Known(label, "anonymous")
+            known[stream] = StreamInfo(label, "anonymous")
         elif name:
-            known[stream] = Known(name if plain[name] == 1 else label, "stream")
+            known[stream] = StreamInfo(name if plain[name] == 1 else label, "stream")
         else:
-            known[stream] = Known(label, _kind(stream, label, start))
+            known[stream] = StreamInfo(label, _kind(stream, label, start))
     return known
 
 

@@ -10,7 +10,7 @@ from flask import render_template
 from markupsafe import Markup
 
 from rrp_sheets.render.pack.model import Pack
-from rrp_sheets.web.pages import Piece
+from rrp_sheets.web.pages import TextPiece
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,7 @@ class RunsPage:
 
 
 @dataclass(frozen=True, slots=True)
-class Fact:
+class RecordDetail:
     """Something that the record says of its run."""
 
     name: str
@@ -104,7 +104,7 @@ class LogLine:
 
 
 @dataclass(frozen=True, slots=True)
-class Edited:
+class EditedRow:
     """A row that was changed during the run: when last, and the number of its line in the log, 0 when that has none."""
 
     row: str
@@ -133,7 +133,7 @@ class RecordPage:
     template: ClassVar[str] = "record.html"
     line: RunLine
     others: tuple[RunLine, ...]
-    facts: tuple[Fact, ...]
+    facts: tuple[RecordDetail, ...]
     same: str
     pictures: frozenset[str]
     downloads: tuple[Download, ...]
@@ -141,7 +141,7 @@ class RecordPage:
     left_out: int
     sounds: tuple[str, ...]
     errors: Mapping[str, int]
-    edits: tuple[Edited, ...]
+    edits: tuple[EditedRow, ...]
     more_edits: int
     trouble: str
     writing: bool
@@ -275,7 +275,7 @@ class ProtocolPart:
     pictures: Mapping[str, Markup]
     legend: Markup
     trouble: str
-    pieces: Callable[[str], tuple[Piece, ...]] | None = None
+    pieces: Callable[[str], tuple[TextPiece, ...]] | None = None
 
 
 Page = RunsPage | RecordPage | MarblesPage | VersionsPage | ComparePage | PrintPage | ProtocolPart

@@ -31,7 +31,7 @@ _LONGEST_REF = 400
 
 
 @dataclass(frozen=True, slots=True)
-class RowLine:
+class ReplayedRow:
     """A row that is different; `address` is that of the row in the grid, empty when it is not there."""
 
     whose: str
@@ -85,7 +85,7 @@ class ReplayResult:
     verdict: str = ""
     ending: str = ""
     remarks: tuple[str, ...] = ()
-    rows: tuple[RowLine, ...] = ()
+    rows: tuple[ReplayedRow, ...] = ()
     robot: tuple[TimeLine, ...] = ()
     robot_left_out: int = 0
     differs: bool = False
@@ -187,7 +187,7 @@ def _stamp(place: Path, repository: WorkbookRepository, ref: str) -> tuple[float
 
 
 def _told(
-    job: Job,
+    job: ReplayJob,
     address: str,
     repository: WorkbookRepository,
     open_workbooks: OpenWorkbooks,
@@ -205,7 +205,7 @@ def _told(
     return ReplayResult(
         address, False, 100, state="same" if told["same"] else "different", verdict=told["verdict"],
         ending=told["ending"], remarks=tuple(told["remarks"]), differs=told["differs"],
-        rows=tuple(RowLine(r["whose"], r["text"], grids.address(r["row"])) for r in told["rows"]),
+        rows=tuple(ReplayedRow(r["whose"], r["text"], grids.address(r["row"])) for r in told["rows"]),
         robot=lines("robot"), robot_left_out=told["robot_left_out"],
         each=lines("each"), each_left_out=told["each_left_out"],
         pictures=tuple(Markup(svg) for svg in told["pictures"]), unknown=tuple(told["unknown"]),
@@ -244,7 +244,7 @@ _Other = Callable[[ExitStack], "Path | None"]
 
 
 @dataclass
-class Job:
+class ReplayJob:
     """A replay that goes on, or is over.
 
     Attributes:
@@ -273,9 +273,9 @@ class Replays:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._turn = threading.Lock()
-        self._jobs: OrderedDict[Hashable, Job] = OrderedDict()
+        self._jobs: OrderedDict[Hashable, ReplayJob] = OrderedDict()
 
-    def job(self, name: Hashable, place: Path, other: _Other) -> Job:
+    def job(self, name: Hashable, place: Path, other: _Other) -> ReplayJob:
         """The replay of that name; it begins when it is asked for the first time.
 
         Args:
@@ -293,13 +293,13 @@ class Replays:
                 return found
             if sum(not job.over for job in self._jobs.values()) >= _MOST:
                 raise SheetsError("Other replays are going on.", "Try it again in a minute.")
-            job = self._jobs[name] = Job()
+            job = self._jobs[name] = ReplayJob()
             for old in [n for n, j in self._jobs.items() if j.over][: max(0, len(self._jobs) - _KEPT)]:
                 del self._jobs[old]
         threading.Thread(target=self._work, args=(job, place, other), name="replay", daemon=True).start()
         return job
 
-    def _work(self, job: Job, place: Path, other: _Other) -> None:
+    def _work(self, job: ReplayJob, place: Path, other: _Other) -> None:
         def told(part: float) -> None:
             job.part = part
 

@@ -16,10 +16,10 @@ from rrp_sheets.runs.records.query_worker import QueryWorker
 from rrp_sheets.runs.records.wording import clock, length
 from rrp_sheets.web.records.pages import (
     Download,
-    Edited,
-    Fact,
+    EditedRow,
     LogLine,
     MarblesPage,
+    RecordDetail,
     RecordPage,
     RunLine,
     RunsPage,
@@ -121,16 +121,21 @@ def _with_length(line: RunLine, seconds: float) -> RunLine:
     return line if line.length or not seconds else replace(line, length=length(seconds))
 
 
-def _facts(facts: RunMetadata) -> list[Fact]:
+def _facts(facts: RunMetadata) -> list[RecordDetail]:
     engine = ", ".join(filter(None, (facts.robot, facts.engine and f"{facts.engine} engine",
                                      facts.frame_rate and f"{facts.frame_rate} Hz")))  # fmt: skip
     found = [
-        Fact("Began", when(facts.began)), Fact("Length", length(facts.seconds) if facts.seconds else ""),
-        Fact("Participant", facts.participant), Fact("Condition", facts.condition), Fact("Operator", facts.operator),
-        Fact("Robot", engine), Fact("Seed", facts.seed, True),
-        Fact("Commands", ", ".join(f"{name}: {n:,}" for name, n in list(facts.commands.items())[:20])),
-        Fact("Program", facts.program and f"RRP Sheets {facts.program}"), Fact("Folder", f"runs/{facts.run}", True),
-    ]  # fmt: skip
+        RecordDetail("Began", when(facts.began)),
+        RecordDetail("Length", length(facts.seconds) if facts.seconds else ""),
+        RecordDetail("Participant", facts.participant),
+        RecordDetail("Condition", facts.condition),
+        RecordDetail("Operator", facts.operator),
+        RecordDetail("Robot", engine),
+        RecordDetail("Seed", facts.seed, True),
+        RecordDetail("Commands", ", ".join(f"{name}: {n:,}" for name, n in list(facts.commands.items())[:20])),
+        RecordDetail("Program", facts.program and f"RRP Sheets {facts.program}"),
+        RecordDetail("Folder", f"runs/{facts.run}", True),
+    ]
     return [f for f in found if f.value]
 
 
@@ -173,14 +178,14 @@ def _log_line(entry: Mapping[str, Any]) -> LogLine:
     return LogLine(t, clock(t), kind, word, icon, text, str(entry["row"]), by, str(entry["sound"]))
 
 
-def _edits(entries: Sequence[Mapping[str, Any]]) -> tuple[Edited, ...]:
+def _edits(entries: Sequence[Mapping[str, Any]]) -> tuple[EditedRow, ...]:
     """The rows that were changed while it ran: their diagram is of the rows before."""
-    found: dict[str, Edited] = {}
+    found: dict[str, EditedRow] = {}
     for number, entry in enumerate(entries, 1):
         sheet, _, row = str(entry["row"]).rpartition("!")
         if entry["kind"] == "edit" and row.isdigit():  # helpers and tables are not in the diagram
             named = f"row {row} of {sheet}"
-            found[named] = Edited(named, clock(float(entry["t"])), number if number <= _LOG else 0)
+            found[named] = EditedRow(named, clock(float(entry["t"])), number if number <= _LOG else 0)
     return tuple(found.values())
 
 

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from rrp_sheets.diagnostics.fix import Fix, Insert, Put
 from rrp_sheets.model.truths import truth_of
 from rrp_sheets.model.workbook import Behaviour, Row
-from rrp_sheets.workbook.columns import Line, Table
+from rrp_sheets.workbook.columns import FilledRow, OwnTable
 from rrp_sheets.workbook.raw import Kind
 
 
-def read_behaviour(table: Table) -> Behaviour:
+def read_behaviour(table: OwnTable) -> Behaviour:
     """The behaviour that a sheet describes."""
     rows = [_row(table, line) for line in table.lines()]
     for line in table.comments():
@@ -22,7 +22,7 @@ def read_behaviour(table: Table) -> Behaviour:
     return Behaviour(table.sheet.name, tuple(rows), header, _headings(table, rows))
 
 
-def _headings(table: Table, rows: Sequence[Row]) -> dict[int, str]:
+def _headings(table: OwnTable, rows: Sequence[Row]) -> dict[int, str]:
     """The comments above rows, by the number of the row that follows them."""
     comments = {line.number: _comment(line) for line in table.comments()}
     numbers = {row.number for row in rows}
@@ -38,13 +38,13 @@ def _headings(table: Table, rows: Sequence[Row]) -> dict[int, str]:
     return found
 
 
-def _comment(line: Line) -> str:
+def _comment(line: FilledRow) -> str:
     """A comment's text without its sign."""
     first = next((cell for cell in line.cells.values() if cell.text.strip().startswith("#")), None)
     return "" if first is None or first.kind is not Kind.TEXT else first.text.strip().lstrip("#").strip()
 
 
-def _report_buried(table: Table, line: Line) -> None:
+def _report_buried(table: OwnTable, line: FilledRow) -> None:
     """Warn of a row that was written into a comment; one after a lone `#` is switched off in this way on purpose."""
     on, inputs, connector, output = (
         table.columns.get(header, 0) for header in ("On", "Input streams", "Connector", "Output stream")
@@ -64,7 +64,7 @@ def _report_buried(table: Table, line: Line) -> None:
     table.add("SHEET022", table.address(line.number, connector), fixes=(apart,), row=line.number)
 
 
-def _row(table: Table, line: Line) -> Row:
+def _row(table: OwnTable, line: FilledRow) -> Row:
     inputs = table.name(line, "Input streams")
     return Row(
         number=line.number,
@@ -79,7 +79,7 @@ def _row(table: Table, line: Line) -> Row:
     )
 
 
-def _is_on(table: Table, line: Line) -> bool:
+def _is_on(table: OwnTable, line: FilledRow) -> bool:
     cell = table.name(line, "On")
     on = truth_of(cell.text)
     if on is None and cell:
@@ -87,7 +87,7 @@ def _is_on(table: Table, line: Line) -> bool:
     return on is not False
 
 
-def _priority(table: Table, line: Line) -> float:
+def _priority(table: OwnTable, line: FilledRow) -> float:
     cell = table.name(line, "Priority")
     if not cell:
         return 0.0

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Device, GestureRow, Helper, SceneRow, TestRow, TestSheet
-from rrp_sheets.workbook.columns import Line, Table, header_keys
+from rrp_sheets.workbook.columns import FilledRow, OwnTable, header_keys
 from rrp_sheets.workbook.raw import Kind
 
 
-def read_helpers(table: Table) -> tuple[Helper, ...]:
+def read_helpers(table: OwnTable) -> tuple[Helper, ...]:
     """The rows of a Helpers sheet."""
     lines = list(table.lines())
     table.report_hidden({line.number: line for line in lines})
@@ -21,7 +21,7 @@ def read_helpers(table: Table) -> tuple[Helper, ...]:
     )
 
 
-def read_devices(table: Table) -> tuple[Device, ...]:
+def read_devices(table: OwnTable) -> tuple[Device, ...]:
     """The rows of a Devices sheet; a blank cell stands for a setting left out."""
     keys = header_keys(table)
     headers = {k: table.others[c] for c, k in keys.items()}
@@ -35,7 +35,7 @@ def read_devices(table: Table) -> tuple[Device, ...]:
     return tuple(devices)
 
 
-def read_scene(table: Table) -> tuple[SceneRow, ...]:
+def read_scene(table: OwnTable) -> tuple[SceneRow, ...]:
     """The rows of a Scene sheet; their words are understood later."""
     lines = list(table.lines())
     table.report_hidden({line.number: line for line in lines})
@@ -48,14 +48,14 @@ def read_scene(table: Table) -> tuple[SceneRow, ...]:
     )  # fmt: skip
 
 
-def read_test(table: Table) -> TestSheet:
+def read_test(table: OwnTable) -> TestSheet:
     """The rows of a test sheet. Send and Expect are written like formulas (`zone="Head"`) or as plain texts."""
     lines = list(table.lines())
     table.report_hidden({line.number: line for line in lines})
     return TestSheet(table.sheet.name, tuple(_row(table, line) for line in lines))
 
 
-def _row(table: Table, line: Line) -> TestRow:
+def _row(table: OwnTable, line: FilledRow) -> TestRow:
     time, stream = table.duration(line, "Time (ms)"), table.name(line, "Stream")
     for cell, what in ((time, "time"), (stream, "stream")):
         if not cell:
@@ -63,7 +63,7 @@ def _row(table: Table, line: Line) -> TestRow:
     return TestRow(time, stream, table.fields(line, "Send"), table.fields(line, "Expect"), table.notes(line))
 
 
-def read_gestures(table: Table) -> tuple[GestureRow, ...]:
+def read_gestures(table: OwnTable) -> tuple[GestureRow, ...]:
     """The keyframes of a Gestures sheet; a blank joint is not among a keyframe's joints."""
     keys = header_keys(table)
     lines = list(table.lines())
@@ -80,7 +80,7 @@ def read_gestures(table: Table) -> tuple[GestureRow, ...]:
     return tuple(rows)
 
 
-def read_protocol(table: Table, fields: dict[str, Cell], names: dict[str, str]) -> None:
+def read_protocol(table: OwnTable, fields: dict[str, Cell], names: dict[str, str]) -> None:
     """Add the fields of a Protocol sheet to `fields` (cells by key) and `names` (as spelt); dates may be values."""
     lines = list(table.lines())
     table.report_hidden({line.number: line for line in lines})
@@ -96,7 +96,7 @@ def read_protocol(table: Table, fields: dict[str, Cell], names: dict[str, str]) 
             fields[k], names[k] = value, name.text
 
 
-def _value(table: Table, line: Line, columns: Mapping[str, int]) -> Cell:
+def _value(table: OwnTable, line: FilledRow, columns: Mapping[str, int]) -> Cell:
     column = columns["Value"]
     raw = line.cells.get(column)
     if raw is not None and raw.kind is Kind.DATE:  # the date of an approval, say, is meant as a date

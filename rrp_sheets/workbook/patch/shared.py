@@ -20,7 +20,7 @@ def formula_elements(row: RowXml) -> list[tuple[int, Element]]:
 
 
 def formula_text(row: RowXml, formula: Element) -> str:
-    """The text of a formula."""
+    """Return what the program shows in its formula bar, without the leading `=`."""
     raw = row.raw[formula.inner : formula.inner_end]
     return raw.decode() if b"&" not in raw and b"<" not in raw else inner_text(row.raw, formula)
 

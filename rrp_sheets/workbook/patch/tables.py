@@ -13,7 +13,7 @@ from rrp_sheets.workbook.xlsx_parts import number
 
 
 class SheetTable:
-    """A table of a sheet.
+    """An Excel table (list object): its part of the package and its range.
 
     Attributes:
         name: as the user sees it.
