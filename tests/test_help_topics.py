@@ -62,6 +62,17 @@ def test_pages_as_people_see_them(topic, golden):
     golden(f"help-{topic or 'overview'}.txt", help_on(topic))
 
 
+def test_the_readme_names_topics_that_there_are():
+    readme = (FILES.parents[1] / "README.md").read_text(encoding="utf-8")
+    table = readme.partition("| Topic | What it is about |")[2].partition("\n\n")[0]
+    named = [line.split(" | ")[0] for line in table.splitlines()[2:]]
+    topics = [re.findall(r"\[(\w+)\]\(rrp_sheets/topics/\1\.md\)|`(\w+)`", cell) for cell in named]
+    found = [linked or bare for cell in topics for linked, bare in cell]
+    assert set(found) <= {*TOPICS, *OTHER_WORDS} and len(found) > 15
+    linked = re.findall(r"\((rrp_sheets/[^)]+)\)", readme)
+    assert linked and all((FILES.parents[1] / path).is_file() for path in linked)
+
+
 @pytest.mark.parametrize(
     ("word", "topic"),
     [("sensors", "devices"), ("actuators", "devices"), ("operators", "connectors"), ("Formula", "formulas"),

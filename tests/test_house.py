@@ -9,7 +9,7 @@ CEILINGS = {
     "lines of Python": 71_160,
     "modules": 502,
     "docstrings that begin as a question": 839,
-    "lines of README": 264,
+    "lines of README": 115,
     "modules under 40 lines that only one other imports": 2,
     "class names that two modules define": 0,
     "module names in more than two packages": 15,

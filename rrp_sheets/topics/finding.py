@@ -16,6 +16,9 @@ _SYNONYMS = {
     "device": "devices", "sensors": "devices", "sensor": "devices", "actuators": "devices", "actuator": "devices",
     "test": "tests", "testing": "tests", "scenes": "scene", "errors": "codes", "error": "codes",
     "warnings": "codes", "messages": "codes", "code": "codes", "overview": "", "help": "",
+    "workbook": "sheets", "workbooks": "sheets", "sheet": "sheets", "record": "records", "recordings": "records",
+    "server": "serve", "browser": "serve", "grid": "serve", "paper": "ethics", "comparing": "compare", "git": "compare",
+    "bundle": "bundles", "installation": "systems", "windows": "systems", "macos": "systems",
     **dict.fromkeys(_WORDS, "glossary"),
 }  # fmt: skip
 

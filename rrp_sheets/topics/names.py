@@ -28,6 +28,14 @@ _TOPICS = {
     "protocol": "the Protocol sheet: title, engine, seed, time limit",
     "engine": "how rows follow each other in time",
     "keys": "the keys of the grid",
+    "sheets": "the sheets of a workbook, and the files it may be in",
+    "robot": "what the simulated robot senses, does, and cannot do",
+    "serve": "the grid in the browser: who may use it, editing together, operating a run",
+    "records": "what a run leaves: look back, export, delete, replay",
+    "ethics": "the protocol on paper, for the ethics board",
+    "compare": "check, explain and compare workbooks; git",
+    "bundles": "a workbook with all that belongs to it, in one file",
+    "systems": "where the program runs, and what is measured",
     "glossary": "what the words mean: stream, event, connector, subscribe, field, frame, seed, rad",
 }
 _SMALL = frozenset((

@@ -8,7 +8,10 @@ from pathlib import Path
 from rrp_sheets.topics.layout import from_markdown, titled
 from rrp_sheets.topics.workbooks import grids
 
-WORDS = ("helpers", "priority", "total", "protocol", "engine", "keys", "glossary")
+WORDS = (
+    "helpers", "priority", "total", "protocol", "engine", "keys", "glossary",
+    "sheets", "robot", "serve", "records", "ethics", "compare", "bundles", "systems",
+)  # fmt: skip
 EXAMPLES = {
     "helpers": """
 ## Helpers
