@@ -21,7 +21,7 @@ from rrp_sheets.render.pack.behaviours import Pictures
 from rrp_sheets.render.pack.setting import Paper, set_pack
 from rrp_sheets.render.texts import Texts, texts
 from rrp_sheets.testing import CaseResult, run_tests
-from rrp_sheets.testing.words import failure_lines
+from rrp_sheets.testing.result_text import failure_lines
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.atomic import refuse_workbook, write_atomically
 

@@ -12,7 +12,7 @@ from rrp_sheets.engine.command_queue import CommandQueue, OperatorCommand
 from rrp_sheets.model.exchange import State, WorldSnapshot
 from rrp_sheets.runs import RunSettings, RunView
 from rrp_sheets.runs.running import run
-from rrp_sheets.topics.marbles import ScriptedWorld
+from rrp_sheets.topics.connector_marbles import ScriptedWorld
 from rrp_sheets.workbook import read
 
 

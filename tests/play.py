@@ -15,7 +15,7 @@ from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.trace import stream_label
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record
-from rrp_sheets.topics.marbles import ScriptedWorld
+from rrp_sheets.topics.connector_marbles import ScriptedWorld
 
 HEADER = "| Input streams | Connector | Formula | Output stream |\n|---|---|---|---|\n"
 

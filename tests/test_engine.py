@@ -12,7 +12,7 @@ from rrp_sheets.engine.frame import FrameEngine
 from rrp_sheets.engine.frame_runner import run_loop
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.model.names import key
-from rrp_sheets.topics.marbles import ScriptedWorld
+from rrp_sheets.topics.connector_marbles import ScriptedWorld
 
 YAW, PITCH = "Head yaw", "Head pitch"
 

@@ -22,9 +22,9 @@ from rrp_sheets.devices import load_robot
 from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.errors import MissingPart, SheetsError
 from rrp_sheets.model.exchange import Command, DeviceUse
-from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.runs import RunSettings
-from rrp_sheets.runs import faces as kept_faces
+from rrp_sheets.runs import face_files as kept_faces
 from rrp_sheets.sim import face_models
 from rrp_sheets.sim.face_memory import FaceMemory, read_memory, write_memory
 from rrp_sheets.sim.face_models import FaceModels

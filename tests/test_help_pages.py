@@ -27,7 +27,7 @@ from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.functions import define
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.registry import Registry
-from rrp_sheets.topics.marbles import ScriptedWorld
+from rrp_sheets.topics.connector_marbles import ScriptedWorld
 
 HERE = Path(__file__).name
 WITH_PAGE = sorted(path.stem for path in PAGES.glob("*.md"))

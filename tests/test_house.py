@@ -6,13 +6,13 @@ import pytest
 from house import Measure, measures
 
 CEILINGS = {
-    "lines of Python": 71_160,
+    "lines of Python": 71_166,
     "modules": 502,
     "docstrings that begin as a question": 839,
     "lines of README": 115,
     "modules under 40 lines that only one other imports": 2,
     "class names that two modules define": 0,
-    "module names in more than two packages": 15,
+    "module names in more than two packages": 0,
     "import circles": 1,
     "docstrings that restate the name": 0,
     "references that no reader can open": 31,

@@ -17,7 +17,7 @@ from rrp_sheets import api
 from rrp_sheets.devices import load_robot
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.exchange import DeviceUse
-from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.runs.lookback import answer
 from rrp_sheets.runs.lookback.index import PIECE_EVENTS, index_trace
 from rrp_sheets.sim import recording

@@ -22,16 +22,16 @@ from rrp_sheets.engine.trace import TraceWriter
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.render.marble_diagram import Bar, Group, Lane, Marble, MarbleDiagram
+from rrp_sheets.render.marble_drawing import draw_marbles
 from rrp_sheets.render.marble_text import marble_text, nice_step
 from rrp_sheets.render.marble_values import fitting, labels
-from rrp_sheets.render.marbles import draw_marbles
 from rrp_sheets.render.measure import columns
 from rrp_sheets.render.output import write_marbles
 from rrp_sheets.render.style import LANDSCAPE, LEAST_SCALE
 from rrp_sheets.resources import bundled
 from rrp_sheets.testing import run_tests
+from rrp_sheets.testing.case_marbles import around_failures, scores
 from rrp_sheets.testing.example import example_score, example_svg
-from rrp_sheets.testing.marbles import around_failures, scores
 
 SVG = "{http://www.w3.org/2000/svg}"
 ROWS = """

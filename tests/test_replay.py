@@ -22,7 +22,7 @@ from rrp_sheets.runs.replay.record import RecordedLine
 from rrp_sheets.runs.replay.replaying import replay
 from rrp_sheets.runs.replay.report import as_text
 from rrp_sheets.runs.running import run as start_run
-from rrp_sheets.topics.marbles import ScriptedWorld
+from rrp_sheets.topics.connector_marbles import ScriptedWorld
 from rrp_sheets.workbook import read
 
 ROWS = """

@@ -6,7 +6,7 @@ import pytest
 from acting import Run, Script, wish
 from play import check, rows
 
-from rrp_sheets.engine.editing import compare
+from rrp_sheets.engine.live_edits import compare
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.errors import SheetsError
 

@@ -14,7 +14,7 @@ from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.runs.running import run
 from rrp_sheets.runs.view import RunSettings, RunView, Summary
 from rrp_sheets.runs.worker_process import CheckWorker
-from rrp_sheets.topics.marbles import ScriptedWorld
+from rrp_sheets.topics.connector_marbles import ScriptedWorld
 from rrp_sheets.web.live.run_manager import RunManager
 from rrp_sheets.web.live.session import RunOptions, failed
 from rrp_sheets.web.open_workbooks import OpenWorkbooks

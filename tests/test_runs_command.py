@@ -29,7 +29,7 @@ from rrp_sheets.engine.file_lock import lock, locked
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.output import png_with
 from rrp_sheets.resources import bundled
-from rrp_sheets.runs.faces import kept
+from rrp_sheets.runs.face_files import kept
 from rrp_sheets.runs.records.deleting import delete, plan
 from rrp_sheets.runs.records.metadata import facts_of
 from rrp_sheets.runs.records.participant_search import places_of

@@ -14,7 +14,7 @@ from rrp_sheets.devices.scene import parse_scene, scene_end_us
 from rrp_sheets.devices.scene_words import KINDS, draw_scene
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.cells import Address, Cell
-from rrp_sheets.model.scene import RandomRange, SceneAction
+from rrp_sheets.model.scene_actions import RandomRange, SceneAction
 from rrp_sheets.model.workbook import SceneRow
 
 UNDERSTOOD = [

@@ -14,7 +14,7 @@ from rrp_sheets.engine.trace import TraceWriter, read_trace
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.exchange import Notice
 from rrp_sheets.runs.records.tidy import tidy
-from rrp_sheets.topics.marbles import ScriptedWorld
+from rrp_sheets.topics.connector_marbles import ScriptedWorld
 
 BOOK = rows(
     """

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from rrp_sheets.compare import Comparison
     from rrp_sheets.diagnostics import Report
     from rrp_sheets.formulas.trial import Answer
-    from rrp_sheets.runs.changes import CellSet
     from rrp_sheets.runs.changes_drawn import Compared
+    from rrp_sheets.runs.edited_copies import CellSet
     from rrp_sheets.runs.posing import Posed
     from rrp_sheets.workbook import Reading
     from rrp_sheets.workbook.editing import Edit, Edited
@@ -81,7 +81,7 @@ def fix(
     Raises:
         SheetsError: when the copy would replace the workbook itself, or cannot be written.
     """
-    from rrp_sheets.runs.changes import fix_copy
+    from rrp_sheets.runs.edited_copies import fix_copy
 
     return fix_copy(Path(path), Path(target), chosen or {})
 
@@ -92,14 +92,14 @@ def mark(path: Path | str, target: Path | str, report: Report, language: str = "
     Raises:
         SheetsError: when the copy cannot be written, or its name is taken by another file.
     """
-    from rrp_sheets.runs.changes import write_marked
+    from rrp_sheets.runs.edited_copies import write_marked
 
     return write_marked(Path(path), Path(target), report, language)
 
 
 def set_cell(path: Path | str, cell: str, value: str, sheet: str = "") -> CellSet:
     """Put a typed text into a cell (`Tracking!C5`, or `C5` of a sheet), and check the workbook; see `edit`."""
-    from rrp_sheets.runs.changes import set_cell as set_one
+    from rrp_sheets.runs.edited_copies import set_cell as set_one
 
     return set_one(Path(path), cell, value, sheet)
 

@@ -31,7 +31,7 @@ from rrp_sheets.graph.names import DONE_DEVICE
 from rrp_sheets.graph.settings import divided_phrase, doubtful_phrase, understand
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.names import Proposals, argument_name, key, nearest
-from rrp_sheets.model.scene import ROW_ABOVE, SceneAction
+from rrp_sheets.model.scene_actions import ROW_ABOVE, SceneAction
 from rrp_sheets.model.workbook import SceneRow, Workbook
 
 

@@ -99,9 +99,9 @@ def main() -> None:
     try:
         plain_output()
         if not _UNLIMITED.intersection(sys.argv[1:2]):
-            from rrp_sheets.runs import limits
+            from rrp_sheets.runs import process_limits
 
-            limits.limit_memory()
+            process_limits.limit_memory()
         sys.exit(group(prog_name="rrp-sheets", standalone_mode=False))
     except click.ClickException as error:
         error.show()

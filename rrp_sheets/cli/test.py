@@ -51,7 +51,7 @@ def command(file: Path, as_json: bool, junit: Path | None, marbles: Path | None)
             click.echo(json.dumps({"findings": [d.as_dict() for d in checked.report]}, ensure_ascii=False))
         sys.exit(UNREADABLE)
     if as_json:
-        from rrp_sheets.testing.words import as_dict
+        from rrp_sheets.testing.result_text import as_dict
 
         click.echo(json.dumps(as_dict(report), ensure_ascii=False, indent=2))
     else:
@@ -95,8 +95,8 @@ def _show(report: TestReport) -> None:
 
 def _show_case(report: TestReport, result: CaseResult) -> None:
     from rrp_sheets.render.marble_text import marble_text
-    from rrp_sheets.testing.marbles import around_failures
-    from rrp_sheets.testing.words import counted, failure_lines, fault_lines
+    from rrp_sheets.testing.case_marbles import around_failures
+    from rrp_sheets.testing.result_text import counted, failure_lines, fault_lines
 
     sign, colour = ("–", "yellow") if result.idle else ("✓", "green") if result.passed else ("✗", "red")
     click.echo(f"{click.style(sign, fg=colour, bold=True)} {result.case.name}: {counted(result)}")

@@ -27,7 +27,7 @@ from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Helper
 from rrp_sheets.workbook import Reading
 from rrp_sheets.workbook.headers import recognise
-from rrp_sheets.workbook.kinds.tables import words
+from rrp_sheets.workbook.kinds.own_tables import words
 from rrp_sheets.workbook.raw import RawSheet
 
 

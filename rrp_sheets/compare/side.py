@@ -13,7 +13,7 @@ from rrp_sheets.devices import FoundDevice
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.formulas import Formula, HelperDef
 from rrp_sheets.graph import Step, Stream
-from rrp_sheets.graph.devices import DeviceTable
+from rrp_sheets.graph.device_table import DeviceTable
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Behaviour, Row

@@ -38,7 +38,7 @@ from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.durations import meant_duration
 from rrp_sheets.model.names import key, nearest
-from rrp_sheets.model.scene import ROW_ABOVE, RandomRange, SceneAction
+from rrp_sheets.model.scene_actions import ROW_ABOVE, RandomRange, SceneAction
 from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import SceneRow
 

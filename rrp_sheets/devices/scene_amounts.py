@@ -9,7 +9,7 @@ from collections.abc import Mapping
 
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.durations import parse_duration
-from rrp_sheets.model.scene import RandomRange
+from rrp_sheets.model.scene_actions import RandomRange
 
 Amount = float | RandomRange
 METRES: Mapping[str, float] = {"": 1.0, "m": 1.0, "cm": 0.01, "mm": 0.001}

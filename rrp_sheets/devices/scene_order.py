@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from rrp_sheets.devices.scene_amounts import ends
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.names import key
-from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.workbook import SceneRow
 
 MOST_THINGS = 100  # at once: more make the simulator slow, and nobody could tell them apart

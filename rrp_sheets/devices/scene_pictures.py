@@ -10,7 +10,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.names import nearest
-from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.workbook import SceneRow
 
 SUFFIXES = (".png", ".jpg", ".jpeg")

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 from rrp_sheets.model.names import key
-from rrp_sheets.model.scene import RandomRange, SceneAction
+from rrp_sheets.model.scene_actions import RandomRange, SceneAction
 from rrp_sheets.model.values import Value
 
 FARTHEST = 20.0  # m; farther is surely a typing mistake

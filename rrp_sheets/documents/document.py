@@ -9,12 +9,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from rrp_sheets.documents.changes import CellText, Changed, Refused, SheetChange
 from rrp_sheets.documents.grid import Grid
 from rrp_sheets.documents.journal import Journal, Version
 from rrp_sheets.documents.opening import take_over
 from rrp_sheets.documents.refusals import must_have
 from rrp_sheets.documents.requests import made_for, requests_now
+from rrp_sheets.documents.row_changes import CellText, Changed, Refused, SheetChange
 from rrp_sheets.documents.sheet_edits import SheetEdits
 from rrp_sheets.documents.steps import Sheets, blocks, bring, cell_edits, make_sheet_step, put_texts, remove, shift
 from rrp_sheets.documents.undo import Batch, Cells, Moved, RemoveRows, RestoreRows, SheetIn, SheetStep, Step, Steps

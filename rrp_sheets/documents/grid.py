@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from rrp_sheets.documents.changes import Changed
+from rrp_sheets.documents.row_changes import Changed
 from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows
 from rrp_sheets.workbook.headers import Recognised
 from rrp_sheets.workbook.raw import RawSheet

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
-from rrp_sheets.documents.changes import Changed, SheetChange
 from rrp_sheets.documents.grid import Grid, make_grid
+from rrp_sheets.documents.row_changes import Changed, SheetChange
 from rrp_sheets.model.names import key
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.raw import Book, Extent, RawSheet

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from rrp_sheets.documents.changes import Clash, Refused
 from rrp_sheets.documents.grid import Grid
+from rrp_sheets.documents.row_changes import Clash, Refused
 
 _AGAIN = "Look at it, and change it again if you still want to."
 

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from rrp_sheets.documents.changes import Changed, Refused
+from rrp_sheets.documents.row_changes import Changed, Refused
 from rrp_sheets.documents.sheet_references import renamed_cells, users
 from rrp_sheets.documents.steps import Sheets, added
 from rrp_sheets.documents.undo import SheetIn, SheetNamed, SheetOut, SheetPlaced, SheetStep

@@ -11,7 +11,7 @@ from rrp_sheets.formulas.tokens import Hole, Token, tokenize
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import Workbook
-from rrp_sheets.workbook.kinds.tables import words
+from rrp_sheets.workbook.kinds.own_tables import words
 
 Texts = Callable[[Address], str]
 """What is typed in a cell."""

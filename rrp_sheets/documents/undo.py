@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rrp_sheets.documents.changes import CellText
 from rrp_sheets.documents.grid import Grid
+from rrp_sheets.documents.row_changes import CellText
 from rrp_sheets.workbook.edits import AddSheet, BringSheet
 
 MOST = 500  # steps back per person

@@ -6,10 +6,10 @@ import stat
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
-from rrp_sheets.documents.changes import Refused
 from rrp_sheets.documents.journal import Identities, Journal, Version
 from rrp_sheets.documents.opening import raw_sheets, stamp_of
 from rrp_sheets.documents.requests import requests_now
+from rrp_sheets.documents.row_changes import Refused
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.workbook import Reading, read

@@ -12,7 +12,7 @@ from rrp_sheets.engine.ports import Arrivals, World
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import DONE, Command, DeviceUse, WorldSnapshot
 from rrp_sheets.model.names import key
-from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.private import private_folder
 from rrp_sheets.sim.messages import Outcome, Spec, State

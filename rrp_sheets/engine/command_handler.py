@@ -16,8 +16,8 @@ from rrp_sheets.devices.scene import OPERATOR, parse_scene
 from rrp_sheets.devices.scene_words import draw_scene
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.engine.command_queue import CommandQueue, OperatorCommand
-from rrp_sheets.engine.editing import Editor
 from rrp_sheets.engine.engine import Engine
+from rrp_sheets.engine.live_edits import Editor
 from rrp_sheets.engine.observer import RunObserver
 from rrp_sheets.engine.scene import SceneEntities
 from rrp_sheets.engine.value_injector import ValueInjector
@@ -25,7 +25,7 @@ from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.exchange import DeviceUse, OperatorAction
 from rrp_sheets.model.names import key, nearest
-from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import show, to_json
 from rrp_sheets.model.workbook import SceneRow
 

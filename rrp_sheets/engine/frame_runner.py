@@ -12,7 +12,7 @@ from rrp_sheets.engine.observer import RunObserver
 from rrp_sheets.engine.pacing import FramePacer, SnapshotThrottle
 from rrp_sheets.engine.ports import Arrivals, World
 from rrp_sheets.model.exchange import Notice
-from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.scene_actions import SceneAction
 
 __all__ = ["FrameRunner", "RunObserver", "run_loop"]
 

@@ -13,7 +13,7 @@ from rrp_sheets.engine.pacing import SnapshotThrottle
 from rrp_sheets.engine.ports import Actuator, Arrivals, LiveWorld, Sensor, World
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.exchange import Command, DeviceUse, Notice
-from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.scene_actions import SceneAction
 
 LAST_STEP_WITHIN = 15.0  # s, for a step that has begun when the run stops
 STANDING = 0.25  # s between two looks while the run is paused, if nobody wakes it

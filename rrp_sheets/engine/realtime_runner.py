@@ -26,7 +26,7 @@ from rrp_sheets.engine.plan import Plan
 from rrp_sheets.engine.ports import Actuator, LiveWorld, Sensor
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.exchange import Command, Notice
-from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.scene_actions import SceneAction
 
 START_WITHIN = 20.0  # s, for one device
 STOP_WITHIN = 2.0  # s, for all sensors

@@ -10,7 +10,7 @@ from rrp_sheets.devices.scene_words import FACE_HEIGHT, draw_scene
 from rrp_sheets.engine.plan import Plan
 from rrp_sheets.model.exchange import Notice
 from rrp_sheets.model.names import key
-from rrp_sheets.model.scene import ROW_ABOVE, SceneAction
+from rrp_sheets.model.scene_actions import ROW_ABOVE, SceneAction
 
 
 class SceneEntities:

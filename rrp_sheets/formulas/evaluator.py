@@ -19,7 +19,7 @@ from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.compare import NUMBERS, ORDER, compare, same
 from rrp_sheets.formulas.functions.define import bounded, listing, shown, weighed
 from rrp_sheets.formulas.functions.maths import power
-from rrp_sheets.formulas.functions.tables import members_of
+from rrp_sheets.formulas.functions.table_functions import members_of
 from rrp_sheets.formulas.limits import DEEPEST_HELPERS, LARGEST_NUMBER, LONGEST_LIST, STEPS
 from rrp_sheets.formulas.nodes import IfError, Join, Pick, Switch
 from rrp_sheets.formulas.operations import arithmetic, at_place, field, formatted

@@ -12,7 +12,7 @@ from rrp_sheets.connectors import Connector, Parameter
 from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.phrase import Phrase
-from rrp_sheets.graph.devices import DeviceTable
+from rrp_sheets.graph.device_table import DeviceTable
 from rrp_sheets.graph.model import BehaviourGraph, Graph, Step, Stream, StreamKind
 from rrp_sheets.graph.names import Names
 from rrp_sheets.model.durations import meant_duration, parse_duration

@@ -10,7 +10,7 @@ from rrp_sheets.connectors import Connector
 from rrp_sheets.devices import DeviceType, FoundDevice
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.phrase import Phrase
-from rrp_sheets.graph.devices import Declared, DeviceTable, describe, done_of
+from rrp_sheets.graph.device_table import Declared, DeviceTable, describe, done_of
 from rrp_sheets.graph.model import Stream, StreamKind
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.exchange import DONE

@@ -13,8 +13,8 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.diagram import Page
 from rrp_sheets.render.legend import draw_legend
 from rrp_sheets.render.marble_diagram import MarbleDiagram
+from rrp_sheets.render.marble_drawing import draw_marbles
 from rrp_sheets.render.marble_text import marble_text
-from rrp_sheets.render.marbles import draw_marbles
 from rrp_sheets.render.measure import clean, escape
 from rrp_sheets.render.style import NAME_PT, PADDING, PAGE, SMALL_PT, SOFT
 from rrp_sheets.render.svg import frame, text

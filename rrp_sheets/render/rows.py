@@ -6,7 +6,7 @@ from rrp_sheets.graph import Graph, Step, StreamKind
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import Workbook
 from rrp_sheets.render.contents import Content, contents, is_blank
-from rrp_sheets.render.devices import device_says, device_stops, field_names, source_of, stops_at_a_blank
+from rrp_sheets.render.device_sentences import device_says, device_stops, field_names, source_of, stops_at_a_blank
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.texts import Texts
 from rrp_sheets.render.words import Named, Wording, shown

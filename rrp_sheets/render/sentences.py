@@ -10,7 +10,7 @@ from rrp_sheets.devices import Robot
 from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream, StreamKind
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
-from rrp_sheets.render.devices import device_title
+from rrp_sheets.render.device_sentences import device_title
 from rrp_sheets.render.measure import clean, columns
 from rrp_sheets.render.rows import Rows, one_stop
 from rrp_sheets.render.texts import Texts, texts

@@ -79,7 +79,7 @@ def convert(path: Path, robot: Robot, target: Path, *, replace: bool = True) -> 
     """
     from rrp_sheets.workbook import read
     from rrp_sheets.workbook.editing import read_sheets
-    from rrp_sheets.workbook.rows import to_rows
+    from rrp_sheets.workbook.raw_rows import to_rows
     from rrp_sheets.workbook.text_patch import write_csv, write_markdown
 
     suffix = target.suffix.casefold()

@@ -35,7 +35,7 @@ from rrp_sheets.engine.value_injector import OPEN_KINDS
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.exchange import Notice, OperatorAction, WorldSnapshot
 from rrp_sheets.model.names import key
-from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.runs.folder import RunFolder, faces_file
 from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView, Summary

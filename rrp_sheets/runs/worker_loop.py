@@ -13,7 +13,7 @@ from typing import Any
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.processes import Lines, end_with_starter, line
-from rrp_sheets.runs.limits import limit_memory
+from rrp_sheets.runs.process_limits import limit_memory
 from rrp_sheets.runs.wire import pack_error
 
 

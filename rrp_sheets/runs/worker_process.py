@@ -152,7 +152,7 @@ class RunWorkerProcess(WorkerProcess):
         self.cell = self._shared.numbers
         self.cell[RANK] = NO_ROW
         inherited = [self._shared.fd] if simulator is None else [self._shared.fd, simulator]
-        super().__init__("rrp_sheets.runs.child", *inherited)
+        super().__init__("rrp_sheets.runs.engine_child", *inherited)
         self.cpu = cpu_clock(self.pid)
 
     def close(self, within: float = 2.0) -> None:

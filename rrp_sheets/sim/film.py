@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.model.exchange import Command, Notice
-from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import Record, Value
 from rrp_sheets.sim.camera import FilmCamera, Image, Shot
 from rrp_sheets.sim.messages import Spec

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from rrp_sheets.model.names import key
-from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.scene_actions import SceneAction
 
 FACES = 8  # drawn faces, see `face_people`
 CHILDREN, ADULTS = (0, 1, 2), (3, 4, 5, 6, 7)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from rrp_sheets.devices.catalogue import Robot
 from rrp_sheets.model.exchange import DeviceUse, Notice, State, WorldSnapshot
-from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import Value
 
 __all__ = ["Outcome", "Spec", "State", "WorldSnapshot"]

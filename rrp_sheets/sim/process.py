@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError
 from rrp_sheets.model.exchange import Command, Notice
-from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.processes import ChildProcess, Lines, Liveness, SharedCell, cpu_clock
 from rrp_sheets.sim.messages import BEATS, OPENING, PLACES, STATE, OpenFailure, Outcome, Spec, State, WorldSnapshot
 

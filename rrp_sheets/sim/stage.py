@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rrp_sheets.model.names import key
-from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim import figures
 from rrp_sheets.sim.colours import BALL_COLOURS, RGB, parse_colour

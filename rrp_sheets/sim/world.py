@@ -16,7 +16,7 @@ import numpy as np
 
 from rrp_sheets.devices.catalogue import REST_POSTURE
 from rrp_sheets.model.exchange import Command, Notice
-from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim.actuators import Eyes, Parts, make_actuator
 from rrp_sheets.sim.arbitration import Arbiter

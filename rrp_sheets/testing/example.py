@@ -13,7 +13,7 @@ from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.model.durations import parse_duration, show_duration
 from rrp_sheets.model.values import Failure, Value
 from rrp_sheets.render.marble_diagram import Bar, Group, Lane, Marble, MarbleDiagram
-from rrp_sheets.render.marbles import draw_marbles
+from rrp_sheets.render.marble_drawing import draw_marbles
 
 MARK_US = 100_000
 """What one place of a row of marbles stands for."""

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 from rrp_sheets.connectors import Connector, Parameter, connectors
 from rrp_sheets.model.names import key
+from rrp_sheets.topics.connector_marbles import MARK_MS, can_be_run, input_names, marbles, parts, workbook
 from rrp_sheets.topics.layout import entries, heading, paragraph, titled
-from rrp_sheets.topics.marbles import MARK_MS, can_be_run, input_names, marbles, parts, workbook
 from rrp_sheets.topics.workbooks import checked, grids
 
 _CELLS = {

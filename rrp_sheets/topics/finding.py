@@ -30,7 +30,7 @@ def text_on(name: str, others: Sequence[str] = ()) -> Iterator[str]:
         SheetsError: when there is nothing on it, with the nearest name proposed.
     """
     from rrp_sheets.model.names import key
-    from rrp_sheets.topics.words import WORDS, word
+    from rrp_sheets.topics.word_pages import WORDS, word
 
     topic = _SYNONYMS.get(key(name), key(name))
     if topic == "" or topic in TOPICS:
@@ -48,7 +48,7 @@ def _topics() -> dict[str, Callable[[], Iterator[str]]]:
     from rrp_sheets.topics.connectors import all_connectors
     from rrp_sheets.topics.devices import all_devices
     from rrp_sheets.topics.functions import all_functions
-    from rrp_sheets.topics.scene import scene
+    from rrp_sheets.topics.scene_page import scene
 
     return {
         "": lambda: _file("overview"), "formulas": lambda: _file("formulas"), "tests": lambda: _file("tests"),
@@ -70,7 +70,7 @@ def _named(name: str) -> Iterator[Iterator[str]]:
     from rrp_sheets.devices import load_robot
     from rrp_sheets.diagnostics import CODES
     from rrp_sheets.formulas.functions import library
-    from rrp_sheets.graph.devices import done_of
+    from rrp_sheets.graph.device_table import done_of
     from rrp_sheets.topics.codes import one_code
     from rrp_sheets.topics.connectors import one_connector
     from rrp_sheets.topics.devices import done_stream, one_device
@@ -94,7 +94,7 @@ def _unknown(name: str, others: Sequence[str]) -> SheetsError:
     from rrp_sheets.diagnostics import CODES
     from rrp_sheets.formulas.functions import library
     from rrp_sheets.model.names import nearest
-    from rrp_sheets.topics.words import WORDS
+    from rrp_sheets.topics.word_pages import WORDS
 
     found = list(load_robot().names.values())
     devices = [*(f.name for f in found), *(f"{f.name} done" for f in found if f.type.kind == "actuator")]

@@ -20,7 +20,7 @@ from rrp_sheets.model.workbook import Helper, Workbook
 from rrp_sheets.render.contents import contents
 from rrp_sheets.topics.devices import described
 from rrp_sheets.topics.functions import examples, first_line, usage
-from rrp_sheets.topics.scene import TIMES
+from rrp_sheets.topics.scene_page import TIMES
 from rrp_sheets.web.analysis import Analysis
 
 Word = dict[str, str]

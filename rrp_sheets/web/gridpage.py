@@ -21,7 +21,7 @@ from rrp_sheets.web.pictures import MOST_ROWS
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.sheet_tabs import strip_of
 from rrp_sheets.web.testing.panel import panel_of
-from rrp_sheets.web.words import words_of
+from rrp_sheets.web.text_pieces import words_of
 from rrp_sheets.web.workbook_list import counts
 from rrp_sheets.web.workbook_session import WorkbookSession
 

@@ -9,8 +9,8 @@ from dataclasses import asdict, replace
 from typing import Any
 
 from rrp_sheets.documents import Changed, Document, Refused
-from rrp_sheets.documents.changes import SheetChange
 from rrp_sheets.documents.requests import Answers, made_for
+from rrp_sheets.documents.row_changes import SheetChange
 from rrp_sheets.documents.workfile import hindrance
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.worker_process import CheckWorker

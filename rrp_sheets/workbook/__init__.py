@@ -3,7 +3,7 @@
 Reading is `read`; making is in `maker` and `template`, which are imported where they are needed.
 """
 
+from rrp_sheets.workbook.raw_rows import to_sheets
 from rrp_sheets.workbook.reading import Reading, read
-from rrp_sheets.workbook.rows import to_sheets
 
 __all__ = ["Reading", "read", "to_sheets"]

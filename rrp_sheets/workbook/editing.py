@@ -156,7 +156,7 @@ def _edited(data: bytes, name: str, edits: Sequence[Edit]) -> tuple[bytes, tuple
     pass
     from rrp_sheets.workbook.patch.package_edit import PackageEdit
     from rrp_sheets.workbook.patch.references import grow
-    from rrp_sheets.workbook.patch.rows import change_rows
+    from rrp_sheets.workbook.patch.row_edits import change_rows
     from rrp_sheets.workbook.patch.sheets import change_sheets
 
     def finished() -> bytes:

@@ -16,6 +16,7 @@ from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.columns import OwnTable
 from rrp_sheets.workbook.headers import BEHAVIOUR, NearMiss, Recognised, recognise
 from rrp_sheets.workbook.kinds.behaviour import read_behaviour
+from rrp_sheets.workbook.kinds.own_tables import is_named, read_table, words
 from rrp_sheets.workbook.kinds.simple import (
     read_devices,
     read_gestures,
@@ -24,7 +25,6 @@ from rrp_sheets.workbook.kinds.simple import (
     read_scene,
     read_test,
 )
-from rrp_sheets.workbook.kinds.tables import is_named, read_table, words
 from rrp_sheets.workbook.raw import Book, Extent, RawSheet, check_size, unreadable
 from rrp_sheets.workbook.text_books import ORDER, SUFFIXES, TAB_SUFFIX, decode, read_csv, read_markdown
 

@@ -14,7 +14,7 @@ from rrp_sheets.checks import check_workbook
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs import RunSettings
 from rrp_sheets.runs.running import run
-from rrp_sheets.topics.marbles import ScriptedWorld
+from rrp_sheets.topics.connector_marbles import ScriptedWorld
 from rrp_sheets.workbook import read
 
 SECONDS = 600

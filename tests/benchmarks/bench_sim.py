@@ -11,7 +11,7 @@ import pytest
 from onecore import go, one_core
 
 from rrp_sheets.model.exchange import DeviceUse
-from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.sim.world import PICTURE
 
 LIMIT = 4.0  # times real time

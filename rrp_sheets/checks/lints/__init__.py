@@ -9,8 +9,8 @@ from rrp_sheets.checks.dataflow import Paths
 from rrp_sheets.checks.formulas import Compiled
 from rrp_sheets.checks.lints.conflicts import lint_conflicts
 from rrp_sheets.checks.lints.deadlock import lint_deadlock
+from rrp_sheets.checks.lints.failing_formulas import lint_formulas
 from rrp_sheets.checks.lints.flooded import lint_flooded
-from rrp_sheets.checks.lints.formulas import lint_formulas
 from rrp_sheets.checks.lints.helpers import lint_helpers
 from rrp_sheets.checks.lints.input_specs import lint_taking
 from rrp_sheets.checks.lints.material import Material

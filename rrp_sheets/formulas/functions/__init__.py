@@ -16,9 +16,18 @@ __all__ = ["Function", "define", "library"]
 
 
 def _builtin() -> Iterable[tuple[str, Function]]:
-    from rrp_sheets.formulas.functions import geometry, lists, logic, maths, statistics, tables, text, trigonometry
+    from rrp_sheets.formulas.functions import (
+        geometry,
+        lists,
+        logic,
+        maths,
+        statistics,
+        table_functions,
+        text,
+        trigonometry,
+    )
 
-    for topic in (logic, maths, statistics, trigonometry, text, lists, tables, geometry):
+    for topic in (logic, maths, statistics, trigonometry, text, lists, table_functions, geometry):
         for function in topic.FUNCTIONS:
             for name in function.names:
                 yield name, function

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from rrp_sheets.render.devices import device_says
+from rrp_sheets.render.device_sentences import device_says
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack import acts as doing
 from rrp_sheets.render.pack import consent, senses

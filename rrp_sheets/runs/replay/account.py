@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from rrp_sheets.diagnostics.languages import told
-from rrp_sheets.render.marbles import draw_marbles
-from rrp_sheets.runs.replay.marbles import difference_scores
+from rrp_sheets.render.marble_drawing import draw_marbles
+from rrp_sheets.runs.replay.account_text import AccountLine
+from rrp_sheets.runs.replay.replay_marbles import difference_scores
 from rrp_sheets.runs.replay.report import each_line, robot_lines, row_lines, verdict
 from rrp_sheets.runs.replay.result import Replayed
-from rrp_sheets.runs.replay.words import AccountLine
 
 MOST = 300  # lines of a list
 _MOST_PICTURES = 4

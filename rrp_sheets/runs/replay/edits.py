@@ -10,15 +10,15 @@ from typing import Any
 from rrp_sheets.checks import Checked, check_workbook
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.phrase import Phrase, sentences
-from rrp_sheets.engine.editing import compare, helper_text
 from rrp_sheets.engine.engine import Engine
+from rrp_sheets.engine.live_edits import compare, helper_text
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import Step
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Behaviour, Helper, Row, Workbook
-from rrp_sheets.runs.replay.words import in_words
+from rrp_sheets.runs.replay.account_text import in_words
 
 _HELPERS = "Helpers!"
 _HELPER = re.compile(r"\(([^()]*)\) (.*)", re.DOTALL)

@@ -13,8 +13,8 @@ from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.runs.records.replacing import refuse_other_table
 from rrp_sheets.runs.records.table import about_runs, properties_of
 from rrp_sheets.runs.records.tidy import Seconds
-from rrp_sheets.runs.replay.marbles import difference_scores
 from rrp_sheets.runs.replay.record import same_json
+from rrp_sheets.runs.replay.replay_marbles import difference_scores
 from rrp_sheets.runs.replay.result import Replayed
 from rrp_sheets.workbook.atomic import write_atomically
 

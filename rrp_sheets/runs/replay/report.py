@@ -10,12 +10,12 @@ from typing import Any
 from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.diagnostics.phrase import Phrase, listed
 from rrp_sheets.model.values import show
+from rrp_sheets.runs.replay.account_text import AccountLine, in_seconds, in_words, shown
 from rrp_sheets.runs.replay.differences import EXTRA, MISSING, ORDER, ROW, TIME, VALUE, Count, Difference
 from rrp_sheets.runs.replay.ends import Ends
 from rrp_sheets.runs.replay.play import Played
 from rrp_sheets.runs.replay.record import Recorded
 from rrp_sheets.runs.replay.result import Replayed
-from rrp_sheets.runs.replay.words import AccountLine, in_seconds, in_words, shown
 
 
 def ending(recorded: Recorded, played: Played) -> str:

@@ -19,7 +19,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.marbles import WORKBOOK
 from rrp_sheets.runs.records.query_worker import QueryWorker
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
-from rrp_sheets.web.records.pages import Choice, ComparePage
+from rrp_sheets.web.records.record_pages import Choice, ComparePage
 from rrp_sheets.web.records.run_store import RunStore
 from rrp_sheets.web.records.telling import line_of
 from rrp_sheets.web.records.versions import moment

@@ -11,7 +11,7 @@ from flask import Blueprint, render_template, request
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.records.query_worker import QueryWorker
-from rrp_sheets.web.records.pages import RunLine
+from rrp_sheets.web.records.record_pages import RunLine
 from rrp_sheets.web.records.run_store import RunStore
 from rrp_sheets.web.records.telling import line_of
 from rrp_sheets.web.workbook_repository import WorkbookRepository, printable

@@ -16,9 +16,9 @@ from rrp_sheets.runs.records.query_worker import QueryWorker
 from rrp_sheets.runs.records.wording import clock
 from rrp_sheets.web.records.deleting import add_deleting
 from rrp_sheets.web.records.making import made
-from rrp_sheets.web.records.pages import RunLine
+from rrp_sheets.web.records.record_pages import RunLine
+from rrp_sheets.web.records.run_list import seconds_of
 from rrp_sheets.web.records.run_store import RunStore
-from rrp_sheets.web.records.runs import seconds_of
 from rrp_sheets.web.records.telling import line_of
 from rrp_sheets.web.workbook_repository import WorkbookRepository
 

@@ -7,7 +7,7 @@ from datetime import date, datetime, timedelta
 
 from rrp_sheets.runs.records.metadata import RunMetadata
 from rrp_sheets.runs.records.wording import ended, length
-from rrp_sheets.web.records.pages import RunLine
+from rrp_sheets.web.records.record_pages import RunLine
 from rrp_sheets.web.workbook_repository import addressable, printable
 
 MODES = ("simulated", "pilot", "real")

@@ -11,7 +11,7 @@ from flask import request
 from rrp_sheets.documents import Refused
 from rrp_sheets.documents.journal import Version
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.web.records.pages import VersionLine, VersionsPage
+from rrp_sheets.web.records.record_pages import VersionLine, VersionsPage
 from rrp_sheets.web.records.telling import when
 from rrp_sheets.web.security import visitor
 from rrp_sheets.web.sessions import clean_name

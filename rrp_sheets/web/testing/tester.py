@@ -19,7 +19,7 @@ class Tester:
     __test__ = False  # no test of pytest's
 
     def __init__(self) -> None:
-        self._worker = RestartingWorker(lambda: WorkerProcess("rrp_sheets.web.testing.child"))
+        self._worker = RestartingWorker(lambda: WorkerProcess("rrp_sheets.web.testing.tester_child"))
 
     @property
     def pid(self) -> int | None:

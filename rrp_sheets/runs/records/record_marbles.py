@@ -10,7 +10,7 @@ from typing import Any
 
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.render.marble_diagram import MarbleDiagram
-from rrp_sheets.render.marbles import draw_marbles
+from rrp_sheets.render.marble_drawing import draw_marbles
 from rrp_sheets.render.output import write_marbles
 from rrp_sheets.runs.marbles import stamped, trace_scores
 from rrp_sheets.runs.records.metadata import TRACE, stamp_of

@@ -1,4 +1,4 @@
-"""The process in which formulas are evaluated: `python -m rrp_sheets.runs.child LINK CELL [SIMULATOR]`.
+"""The process in which formulas are evaluated: `python -m rrp_sheets.runs.engine_child LINK CELL [SIMULATOR]`.
 
 It has a memory limit, and the program that started it watches where it is. Requests and answers are lines of JSON; it
 ends when the connection does. A run goes on a simulator that the same program has started: SIMULATOR is the connection.
@@ -22,7 +22,7 @@ from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.values import show
 from rrp_sheets.private import only_for_this_user
 from rrp_sheets.processes import Lines, SharedCell
-from rrp_sheets.runs.limits import lift_limit
+from rrp_sheets.runs.process_limits import lift_limit
 from rrp_sheets.runs.run_events import RunEventSender, pack_result, unpack_settings
 from rrp_sheets.runs.view import Summary
 from rrp_sheets.runs.wire import NonBlockingWriter, pack_error, pack_finding

@@ -14,7 +14,7 @@ from rrp_sheets.runs.folder import describe
 from rrp_sheets.runs.records.metadata import RunMetadata, newest_first
 from rrp_sheets.runs.records.query_worker import QueryWorker
 from rrp_sheets.runs.records.wording import clock, length
-from rrp_sheets.web.records.pages import (
+from rrp_sheets.web.records.record_pages import (
     Download,
     EditedRow,
     LogLine,

@@ -9,7 +9,7 @@ from rrp_sheets.connectors import Connector
 from rrp_sheets.engine.ports import Arrivals
 from rrp_sheets.model.exchange import Command, State, WorldSnapshot
 from rrp_sheets.model.names import key
-from rrp_sheets.model.scene import SceneAction
+from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.topics.workbooks import checked
 

@@ -1,4 +1,4 @@
-"""The tester's process: `python -m rrp_sheets.web.testing.child LINK`, started by `tester` only.
+"""The tester's process: `python -m rrp_sheets.web.testing.tester_child LINK`, started by `tester` only.
 
 It has a memory limit, and ends when the connection does.
 """
