@@ -52,7 +52,7 @@ def between(low: float, high: float) -> Amount:
     """A number, or a range when both ends differ, whichever is given first.
 
     >>> between(2.0, 1.0), between(1.0, 1.0)
-    (Range(low=1.0, high=2.0), 1.0)
+    (RandomRange(low=1.0, high=2.0), 1.0)
     """
     return low if low == high else RandomRange(min(low, high), max(low, high))
 
@@ -61,7 +61,7 @@ def one(text: str, units: Mapping[str, float], least: float, most: float, unit: 
     """A number with its unit, in the unit whose factor is 1.
 
     >>> one("5..10 cm", METRES, 0.01, 1, "m")
-    Range(low=0.05, high=0.1)
+    RandomRange(low=0.05, high=0.1)
 
     Raises:
         BadValueError: it is none, or beyond its limits (whose name is `unit`).
@@ -92,7 +92,7 @@ def place(text: str, least: int, most: int, farthest: float) -> tuple[Amount, ..
     """A position in m: so many numbers, with commas or blanks between them.
 
     >>> place("(1, 0.4..0.6 20 cm)", 3, 3, 20)
-    (1.0, Range(low=0.4, high=0.6), 0.2)
+    (1.0, RandomRange(low=0.4, high=0.6), 0.2)
 
     Raises:
         BadValueError: it is none, or farther away than `farthest` m.
