@@ -1,4 +1,4 @@
-"""Everything that can be said about a workbook before it runs, in one pass (design: 4-streams, rules)."""
+"""Checks of a workbook before it runs, all in one pass."""
 
 from rrp_sheets.checks.check import Checked, check_workbook
 

@@ -1,4 +1,4 @@
-"""What is known about a value before anything runs: its kind, its fields, its bounds, or all values it can have."""
+"""Abstract values: what is known before a run about the kind, fields, bounds and possible values of a value."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ NUMBER, TEXT, TRUTH, LIST, RECORD, BLANK, ANY = "number", "text", "truth", "list
 
 @dataclass(frozen=True, slots=True)
 class AbstractValue:
-    """What is known about a value.
+    """Knowledge about a value before the run.
 
     Attributes:
         kind: `number`, `text`, `truth`, `list`, `record`, `blank`, or `any` when that is not known. A value of another
@@ -41,11 +41,11 @@ class AbstractValue:
 
     @property
     def bounded(self) -> bool:
-        """Whether a number has bounds on both sides."""
+        """True for a number that has bounds on both sides."""
         return self.kind == NUMBER and math.isfinite(self.low) and math.isfinite(self.high)
 
     def at(self, name: str) -> AbstractValue:
-        """What is known about a field."""
+        """Return what is known about a field."""
         if self.record is None:
             return UNKNOWN
         k = self.record.keys.get(key(name), "")
@@ -61,7 +61,7 @@ UNKNOWN = AbstractValue()
 
 
 def of_field(f: Field) -> AbstractValue:
-    """What a record type says about a field."""
+    """Return what a record type says about one of its fields."""
     if isinstance(f.example, Record):
         return AbstractValue(RECORD, f.example.type)
     if f.choices:
@@ -89,7 +89,7 @@ def kind_of_value(value: Value) -> str:
 
 
 def exactly(value: Value) -> AbstractValue:
-    """A value that is known.
+    """Return the abstract value of a single known value.
 
     >>> exactly(3).low, exactly("red").choices
     (3.0, ('red',))
@@ -102,7 +102,7 @@ def exactly(value: Value) -> AbstractValue:
 
 
 def number_within(low: float, high: float, unit: str = "") -> AbstractValue:
-    """A number within bounds; bounds that are no numbers (∞ - ∞) are none.
+    """Return an abstract number within bounds; a bound that is NaN (∞ - ∞) counts as none.
 
     >>> number_within(0, 1).bounded, number_within(2, 2).choices, number_within(float("nan"), 1).low
     (True, (2,), -inf)
@@ -114,7 +114,7 @@ def number_within(low: float, high: float, unit: str = "") -> AbstractValue:
 
 
 def one_of(values: Iterable[Value]) -> AbstractValue:
-    """One of several values."""
+    """Return the abstract value that covers all of these values."""
     result: AbstractValue | None = None
     for value in values:
         known = exactly(value)
@@ -123,7 +123,7 @@ def one_of(values: Iterable[Value]) -> AbstractValue:
 
 
 def either(first: AbstractValue, second: AbstractValue) -> AbstractValue:
-    """One or the other.
+    """Return the abstract value that covers both.
 
     >>> either(exactly(1), exactly(3)).high, either(exactly(1), exactly("a")).kind
     (3.0, 'any')
@@ -149,7 +149,7 @@ def either(first: AbstractValue, second: AbstractValue) -> AbstractValue:
 
 
 def _common(first: RecordType | None, second: RecordType | None) -> RecordType | None:
-    """A record type for both; those with the same fields go together (a red and a green ball)."""
+    """Return a record type for both, or None; types with the same fields are joined (a red and a green ball)."""
     if first is None or second is None or first == second:
         return first if first == second else None
     if first.fields != second.fields or first.positions != second.positions:
@@ -158,7 +158,7 @@ def _common(first: RecordType | None, second: RecordType | None) -> RecordType |
 
 
 def not_blank(known: AbstractValue) -> AbstractValue:
-    """The same, when it is not blank."""
+    """Return the abstract value without a possible blank; one that is always blank stays as it is."""
     if known.kind == BLANK or not known.blank:
         return known
     kept = None if known.choices is None else tuple(c for c in known.choices if c is not None)

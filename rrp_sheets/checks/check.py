@@ -1,4 +1,4 @@
-"""The check of a whole workbook: graph, formulas, protocol, scene; all findings at once."""
+"""The check of a whole workbook: graph, formulas, scene, devices' words and sounds, protocol, tests, and proposals."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from rrp_sheets.model.workbook import SceneRow, Workbook
 
 @dataclass(frozen=True)
 class Checked:
-    """A workbook that was checked: what is needed to draw, explain and run it, and what was found.
+    """A checked workbook: everything needed to draw, explain and run it, and the findings.
 
     Attributes:
         formulas: by the row's ref (`Tracking!4`); missing where there is none or where it is wrong.
@@ -93,13 +93,13 @@ def check_workbook(workbook: Workbook, report: Report, *, lints: bool = True) ->
 
 
 def folder_of(workbook: Workbook) -> Path:
-    """Where the files are that the workbook names."""
+    """Return the folder of the files that the workbook names."""
     source = Path(workbook.source)
     return source if source.is_dir() else source.parent
 
 
 def _buttons(workbook: Workbook, graph: Graph, robot: Robot) -> list[str]:
-    """The labels of the operator's buttons, declared or used by their names alone."""
+    """Return the labels of the operator's buttons, declared or used by their names alone."""
     declared = [d for d in workbook.devices if (f := robot.find(d.device.text)) and f.type.name == "OperatorButton"]
     labels = [d.settings["label"].text if d.settings.get("label") else d.stream.text for d in declared]
     used = [s for s in graph.streams.values() if s.device and s.device.type.name == "OperatorButton"]
@@ -107,7 +107,7 @@ def _buttons(workbook: Workbook, graph: Graph, robot: Robot) -> list[str]:
 
 
 def robot_of(workbook: Workbook, report: Report) -> Robot:
-    """The robot that a workbook is for, with the workbook's gestures; what is wrong with them goes into the report."""
+    """Return the workbook's robot with the workbook's gestures; problems with either go into the report."""
     robot = _robot(workbook, report)
     return robot.with_gestures(parse_gestures(workbook.gestures, robot, report))
 
@@ -136,7 +136,7 @@ _PLAIN = (StreamKind.SENSOR, StreamKind.DONE, StreamKind.ORDINARY)
 def find_cues(
     rows: Sequence[SceneRow], scene: Sequence[SceneAction], graph: Graph, report: Report
 ) -> tuple[tuple[SceneAction, ...], tuple[Stream, ...]]:
-    """The actions with the ids of the streams that they wait for, and those streams.
+    """Return the actions with the ids of the streams that they wait for, and those streams.
 
     Args:
         rows: as they stand in the sheet.
@@ -165,7 +165,7 @@ def find_cues(
 
 
 def _by_name(graph: Graph) -> dict[str, Stream]:
-    """The streams that a row may wait for, by the key of each name that means one: the first sheet's come first."""
+    """Return the streams that a scene row may wait for, by the keys of their names; those of the first sheet win."""
     named: dict[str, Stream] = {}
     for stream in graph.streams.values():
         if stream.kind in _PLAIN and stream.active:
@@ -188,7 +188,7 @@ _ELSE = "Put it there, or leave the cell blank and choose a Sound."
 
 
 def check_device_material(workbook: Workbook, robot: Robot, folder: Path, report: Report) -> None:
-    """Warn of words that are not English ones, and of sound files that cannot be played.
+    """Report words that cannot be recognised, phrases with doubtful commas, and sound files that cannot be played.
 
     Args:
         workbook: as it was read.
@@ -217,7 +217,7 @@ def check_device_material(workbook: Workbook, robot: Robot, folder: Path, report
 
 
 def can_be_heard(word: str) -> bool:
-    """Whether a word is written as English is: Latin letters and digits, with signs between them.
+    """Return whether a word is written as English is: Latin letters and digits, with signs between them.
 
     >>> [can_be_heard(w) for w in ("yes", "x-ray", "café", "7 up", "はい", "да", "?")]
     [True, True, True, True, False, False, False]
@@ -253,7 +253,7 @@ MOST_COMPARED = 300_000  # pairs of names, for the same reason
 
 
 def judge_proposals(graph: Graph, robot: Robot, compiled: Compiled, report: Report) -> None:
-    """Leave to the user what may mean two names."""
+    """Mark a fix as unsafe when the corrected name is not the only one that may be meant."""
     if not any(d.fixes for d in report):
         return
     streams = {s.name for s in graph.streams.values() if s.name}

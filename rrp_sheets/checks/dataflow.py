@@ -1,4 +1,4 @@
-"""How values travel: from which event, through which filters, a row may get a value; and which rows can at one time.
+"""Routes of values from events through filters to rows, and the conditions that must hold together on them.
 
 A route is one way from an origin (a sensor stream, a done stream, or the clock of a row that holds values back) to a
 stream. Two rows act at one instant when they have routes from one origin whose conditions can hold together.
@@ -36,7 +36,7 @@ class Route:
         origin: the id of a sensor or done stream, or `clock` and the ref of a row.
         filters: refs of the filter rows on the way.
         given: what is known about values on this way alone: an accumulate gives 1, say, when a certain input arrives.
-        silent: origins, with the filters after them, from which nothing has come for a while (forgetAfter).
+        silent: origins, with the filters after them, that have given nothing for a while (forgetAfter).
     """
 
     origin: str
@@ -45,12 +45,12 @@ class Route:
     silent: tuple[tuple[str, frozenset[str]], ...] = ()
 
     def waits_for(self, other: Route) -> bool:
-        """Whether this one comes only while the other one does not."""
+        """Return whether this route has values only while the other one has none."""
         return any(other.origin == origin and filters <= set(other.filters) for origin, filters in self.silent)
 
 
 class Paths:
-    """The routes of all streams of a workbook, worked out when asked for."""
+    """The routes of all streams of a workbook, with the conditions of the filters on them."""
 
     def __init__(self, graph: Graph, formulas: Mapping[str, Formula], facts: Mapping[str, Fact]) -> None:
         self._formulas = formulas
@@ -102,7 +102,7 @@ class Paths:
         return tuple(kept)
 
     def _forgetting(self, step: Step, first: tuple[Route, ...]) -> tuple[Route, ...] | None:
-        """What comes passes on and is not blank; what the clock gives is."""
+        """Return the routes of the input's values, and one from the clock for the blank that follows them."""
         about, known = _symbol(step.output), self._facts.get(step.inputs[0], Fact()).known
         passed = [replace(r, given=(*r.given, (about, known))) for r in first]
         silent = tuple((r.origin, frozenset(r.filters)) for r in first)
@@ -127,7 +127,7 @@ class Paths:
 
     # ---- conditions
     def possible(self, *routes: Route) -> bool:
-        """Whether the conditions of these routes can hold together; TRUE as well when that is too much to follow."""
+        """Return whether the conditions of these routes can hold together; True too when there are too many."""
         refs = dict.fromkeys(ref for r in routes for ref in r.filters)
         each = [self._case(ref) for ref in refs]
         count = 1
@@ -140,7 +140,7 @@ class Paths:
         return any(can_hold(itertools.chain.from_iterable(c), given) for c in itertools.product(*each))
 
     def together(self, first: Sequence[Route], second: Sequence[Route], *, same_origin: bool) -> bool:
-        """Whether values can come on one of the first and on one of the second routes at one time."""
+        """Return whether a value of one of the first and a value of one of the second routes can come at one time."""
         pairs = ((a, b) for a in first for b in second if not same_origin or a.origin == b.origin)
         pairs = ((a, b) for a, b in pairs if not a.waits_for(b) and not b.waits_for(a))
         return any(self.possible(a, b) for a, b in pairs)
@@ -153,7 +153,7 @@ class Paths:
         return self._cases[ref]
 
     def _known_by(self, ref: str) -> list[tuple[str, AbstractValue]]:
-        """What the facts say about that which a filter compares: bounds of a joint, texts that a word can be."""
+        """Return what is known of what a filter compares, by its text: bounds of a joint, texts that a word can be."""
         step, formula = self._steps[ref], self._formulas[ref]
         known = {n: self._facts.get(i, Fact()).known for n, i in zip(formula.names, step.inputs, strict=True)}
         own = {about for case in cases(formula.tree) for about in (lit.about for lit in case)}
@@ -174,7 +174,7 @@ class Paths:
         return self._terms.get(stream) or ast.Name(_symbol(stream))
 
     def _follow(self, step: Step) -> None:
-        """Note which expression a row's output stands for."""
+        """Record the expression that a row's output stands for."""
         name, formula = step.connector.name, self._formulas.get(step.ref)
         if name in _SAME_VALUE:
             self._terms[step.output] = self._term(step.inputs[0])
@@ -202,7 +202,7 @@ def _few(routes: Iterable[Route]) -> tuple[Route, ...] | None:
 
 
 def _substitute(tree: ast.expr, names: Mapping[str, ast.expr], left: list[int]) -> ast.expr | None:
-    """A tree with its names replaced and its helpers opened; None when it is too large, or not the same each time."""
+    """Return a tree with names replaced and helpers inlined; None when it is too large, or has a PICK or a loop."""
 
     def visit(node: ast.AST, names: Mapping[str, ast.expr]) -> ast.AST:
         left[0] -= 1
@@ -237,7 +237,7 @@ def _substitute(tree: ast.expr, names: Mapping[str, ast.expr], left: list[int]) 
 
 
 class _TooLarge(Exception):
-    """More nodes than are followed."""
+    """Raised for an expression that cannot be followed: it has too many nodes, a PICK or a loop."""
 
 
 MOST_CASES = 12
@@ -255,10 +255,10 @@ _ORDERS: dict[type, frozenset[str]] = {
 
 @dataclass(frozen=True, slots=True)
 class Literal:
-    """One condition on one thing.
+    """One condition on one expression.
 
     Attributes:
-        about: what it is about, as a text that is the same for the same expression.
+        about: the expression, as a text that is the same for the same expression.
         op: a comparison, or None: whether it is true (`value` says).
         value: what it is compared with; of a comparison of two expressions it is part of `about`, and this is None.
     """
@@ -273,7 +273,7 @@ Case = tuple[Literal, ...]
 
 
 def text_of(tree: ast.AST) -> str:
-    """An expression as a text: equal for expressions that mean the same."""
+    """Return an expression as a text that is equal for equal expressions."""
     if isinstance(tree, ast.Constant):
         return tree.value.name if isinstance(tree.value, Table) else repr(tree.value)[:200]
     if isinstance(tree, ast.Name):
@@ -291,7 +291,7 @@ def text_of(tree: ast.AST) -> str:
 
 
 def cases(tree: ast.AST, wanted: bool = True) -> list[Case]:
-    """In which cases a condition holds (or does not); each case is a list of conditions that all hold.
+    """Return the cases in which a condition holds (or does not); each is a list of conditions that all hold.
 
     >>> len(cases(ast.parse("x > 1 and (y or z)", mode="eval").body))
     2
@@ -331,7 +331,7 @@ def _limited(found: list[Case]) -> list[Case]:
 
 
 def constant(tree: ast.AST) -> tuple[bool, Value]:
-    """Whether an expression is always the same, and its value."""
+    """Return whether an expression always has the same value, and that value."""
     if isinstance(tree, ast.Constant):
         return not isinstance(tree.value, Table), tree.value
     known = known_of(tree, {})
@@ -370,7 +370,7 @@ def _one(about: str, op: type, value: Value) -> Case:
 
 @dataclass(slots=True)
 class _Thing:
-    """What a case says about one thing."""
+    """Requirements of a case on one expression."""
 
     low: float = -math.inf
     high: float = math.inf
@@ -384,7 +384,7 @@ class _Thing:
 
 
 def can_hold(case: Iterable[Literal], given: Iterable[tuple[str, AbstractValue]] = ()) -> bool:
-    """Whether conditions can hold together, when so much is known about things."""
+    """Return whether conditions can hold together, given what is known about their expressions."""
     things: dict[str, _Thing] = {}
     for literal in case:
         _take(things.setdefault(literal.about, _Thing()), literal)
@@ -431,7 +431,7 @@ def _possible(thing: _Thing, given: Sequence[AbstractValue]) -> bool:
 
 
 def _fits(thing: _Thing, value: Value) -> bool:
-    """Whether a value is within the bounds, and as true as it should be."""
+    """Return whether a value is within the bounds, and true or false as required."""
     if value is None:
         return not thing.number and True not in thing.truths
     if isinstance(value, (int, float)):
@@ -444,7 +444,7 @@ def _fits(thing: _Thing, value: Value) -> bool:
 
 
 def _allows(known: AbstractValue, thing: _Thing) -> bool:
-    """Whether one of the values that something can have is as it should be."""
+    """Return whether a value that is possible by what is known can meet the requirements."""
     if known.choices is not None and known.choices:
         return any(_suits(c, thing) for c in known.choices)
     if known.kind != NUMBER or known.blank:

@@ -1,6 +1,6 @@
-"""Example values: what every row gives for the examples of its inputs (design: 3-formulas, Checking before the run).
+"""Example values: what every row gives for the examples of its inputs.
 
-Formulas are evaluated by the guarded interpreter of this check alone; nothing of it reaches a run.
+Formulas are evaluated by an interpreter of this check alone, so that nothing of it reaches a run.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ MOST_OTHERS = 4
 
 @dataclass(frozen=True, slots=True)
 class Trouble:
-    """A formula that fails on an example: with which values, by input, and why."""
+    """A formula's failure on an example, and the values of its inputs by name."""
 
     failure: Failure
     values: tuple[tuple[str, Value], ...]
 
 
 class Examples:
-    """Works the rows' examples out, in their order."""
+    """Evaluates the rows on example values, within one number of steps for the whole check."""
 
     def __init__(self, graph: Graph) -> None:
         self._graph = graph
@@ -53,7 +53,7 @@ class Examples:
         self._prepared: dict[tuple[str, tuple[str, ...]], Callable[..., Value]] = {}
 
     def work_out(self, step: Step, facts: Sequence[Fact], formula: Formula | None) -> tuple[Fact, Trouble | None]:
-        """What a row gives, and whether its formula fails on the examples; `facts` are those of its inputs."""
+        """Return the fact about a row's output, and the trouble if its formula fails, from the facts of its inputs."""
         name = step.connector.name
         if step.row.formula and formula is None and step.period_us is None:
             return Fact(), None  # its formula is wrong, which is told elsewhere
@@ -155,7 +155,7 @@ class Examples:
         return result
 
     def value(self, formula: Formula, values: Sequence[Value]) -> Value:
-        """What a formula gives for these values, within this check's bounds; a Failure without code beyond them."""
+        """Return what a formula gives for these values; a Failure without code when this check's steps are used up."""
         return self._call(formula, values)
 
 
@@ -165,14 +165,14 @@ _NOT_FOUND = frozenset({"FORM106", "FORM111", "FORM112"})
 
 
 def _from_holes(failure: Failure, facts: Sequence[Fact]) -> bool:
-    """Whether a failure says nothing about the formula: the example lacks what it needs, or was looked up in vain."""
+    """Return whether a failure may be due to the example: it lacks a field, or a look-up finds nothing."""
     return (
         failure.code == "" or failure.code in _NOT_FOUND or (failure.code == "FORM102" and any(f.holes for f in facts))
     )
 
 
 def _refuses_blank(examples: Examples, formula: Formula, facts: Sequence[Fact]) -> bool:
-    """Whether a filter never lets blank pass: it fails on it, or does not hold."""
+    """Return whether a filter never lets blank pass: its formula fails on it or does not hold."""
     if not facts[0].may_be_blank or not all(f.has_example for f in facts):
         return False
     result = examples._call(formula, [None, *(f.example for f in facts[1:])])
@@ -180,7 +180,7 @@ def _refuses_blank(examples: Examples, formula: Formula, facts: Sequence[Fact]) 
 
 
 def _with_example(fact: Fact, value: Value) -> Fact:
-    """The fact with its example; where nothing is known about the values, the example says their kind."""
+    """Return the fact with an example, from which the type of an otherwise unknown record is taken."""
     known = fact.known
     kind = kind_of_value(value)
     if known.kind == RECORD and known.record is None and isinstance(value, Record):
@@ -205,7 +205,7 @@ def _merged(facts: Sequence[Fact]) -> Fact:
 
 
 def alike(first: Value, second: Value) -> bool:
-    """Whether two values are of one type; blank goes with all."""
+    """Return whether two values are of one kind, and records of one type; blank goes with every value."""
     kinds = {kind_of_value(first), kind_of_value(second)} - {BLANK}
     if len(kinds) < 2:
         both = isinstance(first, Record) and isinstance(second, Record)

@@ -1,4 +1,4 @@
-"""The cell Expect of a test row, understood: a value, a condition, `any` or `nothing`."""
+"""Reads the Expect cell of a test row: a value, a condition, values of fields, `any` or `nothing`."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _PAIRS = {"≥": ">=", "≤": "<=", "≠": "<>", "==": "=", "！=": "!="}
 
 @dataclass(frozen=True)
 class Expectation:
-    """What a test row expects.
+    """The meaning of a test row's Expect cell.
 
     Attributes:
         kind: `any`, `nothing`, `value`, `about` (a number within a distance), `condition`, or `fields`.
@@ -53,7 +53,7 @@ class Expectation:
 
 @dataclass(frozen=True)
 class Place:
-    """Where something is expected: the stream's names and what is known of its values.
+    """The stream on which a test row expects something: its names, its record type, and the scopes of formulas.
 
     Attributes:
         names: keys of the names that its value has in conditions.
@@ -69,7 +69,7 @@ class Place:
 
 
 def read_expect(cell: Cell, place: Place, report: Report) -> Expectation | None:
-    """What an Expect cell means; None when it was refused."""
+    """Return the meaning of an Expect cell; None when it is refused, which is reported."""
     text = cell.text
     if key(text) in ("any", "nothing"):
         return Expectation(key(text), text)
@@ -85,11 +85,11 @@ def read_expect(cell: Cell, place: Place, report: Report) -> Expectation | None:
 
 
 class _RefusedError(Exception):
-    """The cell cannot be understood, which has been reported."""
+    """Raised for a cell that cannot be understood, after that has been reported."""
 
 
 def _condition(cell: Cell, place: Place, report: Report) -> Expectation | None:
-    """`>0.5`, or a formula over `value` or the stream's name."""
+    """Return the condition of a cell: `>0.5`, or a formula over `value` or the stream's name; None for other cells."""
     text = cell.text
     operator = _OPERATOR.fullmatch(text)
     if operator:
@@ -109,7 +109,7 @@ def _condition(cell: Cell, place: Place, report: Report) -> Expectation | None:
 
 
 def _is_fields(text: str, place: Place) -> bool:
-    """`value=1; completed=FALSE`, of a record that has fields of these names."""
+    """Return whether a text gives values to fields, as `value=1; completed=FALSE` does, and is no condition."""
     parts = fields(text)
     if parts is None:
         return False
@@ -137,7 +137,7 @@ def _other(cell: Cell, place: Place, report: Report) -> Expectation:
 
 
 def _sentence(parts: list[tuple[str, str]]) -> bool:
-    """Whether `a b c = d` is rather a text than a field."""
+    """Return whether `a b c d = e` is rather a text than a field: its name has more than three words."""
     return any(len(name.split()) > 3 for name, _ in parts)
 
 
@@ -165,7 +165,7 @@ def _about(cell: Cell, number: str, within: str | None, report: Report) -> Expec
 
 
 def half_of_last_digit(number: Decimal) -> Decimal:
-    """How far a number may be from the written one to be written so when it is rounded.
+    """Return half a unit of the last written digit: numbers that are nearer are rounded to the written one.
 
     >>> [str(half_of_last_digit(Decimal(n))) for n in ("0.5", "0.50", "20")]
     ['0.05', '0.005', '0.5']
@@ -175,7 +175,7 @@ def half_of_last_digit(number: Decimal) -> Decimal:
 
 
 def _value(text: str, place: Place) -> Expectation:
-    """A value: what reads as one, a formula that is not just a word, or else the text itself."""
+    """Return the expected value: a literal, a formula that is more than a word, or else the text itself."""
     short = without_equals(text.strip())
     found, value = literal(short)
     if found:

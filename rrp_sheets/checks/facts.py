@@ -1,4 +1,4 @@
-"""What is known about every stream before the run: an example, what its values are, and how often they come."""
+"""Facts about streams before the run: an example, what is known about the values, and how often they come."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _JOINT_EXAMPLE = 0.1  # rad; not 0, by which one cannot divide
 
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """How often a stream has a value.
+    """Frequency of a stream's values.
 
     Attributes:
         kind: `camera` (again and again, as pictures are looked at), `change` (when something is new), `event` (when
@@ -33,7 +33,7 @@ class Rate:
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """What is known about a stream.
+    """Knowledge about a stream before the run.
 
     Attributes:
         known: about its values.
@@ -55,12 +55,12 @@ class Fact:
 
     @property
     def may_be_blank(self) -> bool:
-        """Whether blank may arrive, as far as is known."""
+        """True when blank may arrive, as far as is known."""
         return self.known.blank
 
 
 def sensor_fact(stream: Stream, robot: Robot) -> Fact:
-    """What is known about a sensor's stream, or about the stream of the ends of an actuator's commands."""
+    """Return the fact about a sensor's stream, or about the done stream of an actuator."""
     if stream.kind is StreamKind.DONE:
         return Fact(AbstractValue(RECORD, DONE), True, DONE.example(), holes=True, rate=Rate(EVENT))
     assert stream.device is not None
@@ -82,7 +82,7 @@ def sensor_fact(stream: Stream, robot: Robot) -> Fact:
 
 
 def _said_by_settings(settings: Mapping[str, Value], robot: Robot) -> dict[str, AbstractValue]:
-    """The fields whose values the settings decide: a button has its label, a touch its zone, a word is one of those."""
+    """Return the fields that the settings decide: a button's label, a touched zone, the words to recognise."""
     said = {}
     if settings.get("label"):
         said["label"] = exactly(settings["label"])
@@ -107,12 +107,12 @@ def _rate(stream: Stream, robot: Robot) -> Rate:
 
 
 def fastest(rates: list[Rate]) -> Rate:
-    """The rate of what comes from several streams."""
+    """Return the rate of a row that takes the values of several streams: the highest of theirs."""
     return max(rates, key=lambda r: r.hz, default=Rate())
 
 
 def slower(rate: Rate, period_us: int | None, kind: str = "") -> Rate:
-    """The rate after a sample or a throttle."""
+    """Return the rate behind a sample or throttle with this period."""
     limit = 1_000_000 / period_us if period_us else 0.0
     hz = min(rate.hz, limit) if rate.hz and limit else rate.hz or limit
     return replace(rate, kind=kind or rate.kind, hz=hz)

@@ -1,4 +1,4 @@
-"""Fixes carried out on a workbook's file, again and again until nothing more can be done."""
+"""Application of fixes to a workbook's file, round by round until none is left."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Chosen = Mapping[str, int]
 
 @dataclass(frozen=True, slots=True)
 class CellChange:
-    """Something that was changed: where, and from what to what; `old` is None for a row that was inserted."""
+    """One change of the file: its place, the old and the new text; `old` is None for an inserted row."""
 
     place: str
     old: str | None
@@ -52,7 +52,7 @@ def apply_fixes(path: Path, check: Callable[[Path], Checked], chosen: Chosen) ->
 
 
 def _next(checked: Checked, chosen: Chosen, tried: set[tuple[str, str, str]]) -> list[tuple[Diagnostic, Fix]]:
-    """What to do in this round: all safe fixes of different cells, else one of the chosen ones."""
+    """Return the fixes of this round: all safe ones of different cells, or else one of the chosen ones."""
     cells: set[Address] = set()
     safe: list[tuple[Diagnostic, Fix]] = []
     for d, fix in _fixes(checked, chosen):
@@ -74,7 +74,7 @@ def _next(checked: Checked, chosen: Chosen, tried: set[tuple[str, str, str]]) ->
 
 
 def _fixes(checked: Checked, chosen: Chosen) -> Iterator[tuple[Diagnostic, Fix]]:
-    """The safe fix of every finding, or the one that is chosen for its code."""
+    """Yield the safe fix of every finding, or the one that is chosen for its code."""
     for d in checked.report:
         number = chosen.get(d.code, 0)
         if number:
@@ -113,7 +113,7 @@ def _carry_out(path: Path, wanted: Sequence[tuple[Diagnostic, Fix]]) -> list[Cel
 
 
 def replaced(text: str, change: Replace) -> str:
-    """A cell's text with the first word or name replaced that is spelt so; what stands between quotes is left alone.
+    """Return a cell's text with the first matching word or name replaced, but none between quotes.
 
     >>> at = Address("T", 2, 1)
     >>> replaced("Red bal, Face", Replace(at, "red_bal", "Red ball"))

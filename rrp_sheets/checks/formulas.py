@@ -1,4 +1,4 @@
-"""Formulas of a workbook's rows: compiled in their order, each knowing what the rows before it give."""
+"""Compiles a workbook's helpers and the formulas of its rows, each with the facts about the row's inputs."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Compiled:
         return {k: f.known.record for k, f in self.facts.items()}
 
     def scope(self, inputs: Sequence[tuple[str, RecordType | None]]) -> Scope:
-        """The names that a formula outside of the rows may use, in a test for instance."""
+        """Return the names that a formula outside of the rows may use, in a test for instance."""
         return make_scope(inputs, self.helpers.by_key, tables=self.tables, propose=self.helpers.propose)
 
 
@@ -102,7 +102,7 @@ class _Compiler:
         self._depths: dict[str, int] = {}  # how many timestamps stand within each other
 
     def add(self, step: Step) -> None:
-        """Compile a row."""
+        """Compile a row's formula, and work out the fact about its output."""
         formula = None
         if step.row.on and step.row.formula and _takes_formula(step) and len(set(step.inputs)) == len(step.inputs):
             formula = self._compile(step)
@@ -152,13 +152,13 @@ class _Compiler:
             return None
 
     def _duration(self, step: Step) -> str:
-        """A time such as `8 s` that is sent to Wait, as the text that it is; else nothing."""
+        """Return a time such as `8 s` that is sent to Wait as a text in quotes; else an empty text."""
         device, typed = self.graph.streams[step.output].device, step.row.formula.text.strip()
         waits = step.connector.is_sink and device is not None and device.type.name == "Wait"
         return f'"{typed}"' if waits and typed[-1:].isalpha() and parse_duration(typed) else ""
 
     def _propose_sheet(self, problem: FormulaProblem, scope: Scope | None) -> None:
-        """Let an unknown name be a misspelt table; only sheets that formulas name right are tables yet."""
+        """Propose a sheet for an unknown name: only sheets that a formula names correctly are read as tables."""
         name = str(problem.details.get("name", ""))
         if scope is None or problem.code != "FORM004":
             return
@@ -170,7 +170,7 @@ class _Compiler:
 
 
 def _propose_total(problem: FormulaProblem, step: Step) -> None:
-    """In accumulate the row's own output is called `total`, and counting needs no formula."""
+    """Set the remedy for an accumulate row: its output is called `total`, and counting needs no formula."""
     if step.connector.name != "accumulate":
         return
     name, what = (str(problem.details.get(detail, "")) for detail in ("name", "what"))
@@ -186,7 +186,7 @@ def _propose_total(problem: FormulaProblem, step: Step) -> None:
 
 
 def own_sheets(workbook: Workbook) -> list[str]:
-    """The sheets of the user's own, by what they are called."""
+    """Return the names of the user's own sheets: all but behaviours, tests and the sheets with a fixed name."""
     ours = {"devices", "helpers", "scene", "gestures", "protocol"}
     ours |= {key(b.name) for b in workbook.behaviours} | {key(t.name) for t in workbook.tests}
     return [name for name in workbook.sheets if key(name) not in ours]
@@ -197,7 +197,7 @@ def _takes_formula(step: Step) -> bool:
 
 
 def helper_alone(cell: Cell, scope: Scope, count: int) -> str:
-    """A cell that holds only a helper's name applies it to the row's inputs in order."""
+    """Return a cell's formula; a helper's name alone becomes a call with the row's inputs in order."""
     text = cell.text
     helper = scope.helpers.get(key(text))
     if helper is None and re.fullmatch(r"\w+( \w+)+", text):
@@ -216,7 +216,7 @@ def helper_alone(cell: Cell, scope: Scope, count: int) -> str:
 
 
 def _about_dropped(problem: FormulaProblem, dropped: frozenset[str]) -> bool:
-    """Whether a name is missing only because its helper is wrong, which was told there."""
+    """Return whether a name is unknown only because its helper is wrong, which is reported at the helper."""
     return problem.code in ("FORM004", "FORM005") and key(str(problem.details.get("name", ""))) in dropped
 
 
@@ -238,7 +238,7 @@ class Helpers:
 
 
 def check_helpers(workbook: Workbook, tables: Mapping[str, Table], report: Report) -> Helpers:
-    """Compile the helpers; what is wrong goes to the report."""
+    """Compile the helpers and report their problems."""
     helpers: dict[str, HelperDef] = {}
     cells: dict[str, Cell] = {}
     names: dict[str, Cell] = {}
@@ -285,7 +285,7 @@ def check_helpers(workbook: Workbook, tables: Mapping[str, Table], report: Repor
 
 
 def _propose_input(problem: FormulaProblem, helper: HelperDef, text: str) -> None:
-    """Let an unknown name be an input that the helper's row forgets."""
+    """Propose to declare an unknown name as an input of the helper."""
     if helper.parameters or problem.column < 0:
         return
     name = text[problem.column : problem.column + problem.length]
@@ -296,7 +296,7 @@ def _propose_input(problem: FormulaProblem, helper: HelperDef, text: str) -> Non
 
 
 class _Calls:
-    """How helpers call each other."""
+    """The calls between helpers, checked for circles and for their depth."""
 
     def __init__(self, helpers: Mapping[str, HelperDef], cells: Mapping[str, Cell], report: Report) -> None:
         self.helpers, self.cells, self.report = helpers, cells, report
@@ -306,7 +306,7 @@ class _Calls:
             self.needs[k] = list(dict.fromkeys(key(other.shown) for other in called if other is not None))
 
     def refused(self) -> set[str]:
-        """Report helpers in circles and chains that are too long; the helpers that cannot be used therefore."""
+        """Report circles and overlong chains of helpers, and return the keys of the helpers that cannot be used."""
         places = {k: i for i, k in enumerate(self.helpers)}
         order = after_needs(self.needs, places.__getitem__)
         circles = self._circles() if len(order) < len(places) else set()
@@ -340,7 +340,7 @@ class _Calls:
         return {k for k, count in deep.items() if count > DEEPEST_HELPERS}
 
     def _path(self, k: str, deep: Mapping[str, int]) -> str:
-        """The helpers that call each other from here down, without those in the middle."""
+        """Return the chain of helpers that call each other from here down, without those in the middle."""
         path = [k]
         while calls := [other for other in self.needs[path[-1]] if other in deep]:
             path.append(max(calls, key=deep.__getitem__))

@@ -88,7 +88,7 @@ def unnamed(text: str, kinds: Iterable[str]) -> list[str]:
 
 
 def check_kept(workbook: Workbook, robot: Robot, graph: Graph, run: RunPlan, report: Report) -> None:
-    """Report it when Data kept names less than what a run keeps."""
+    """Report a field Data kept that names less than what a run keeps."""
     text = workbook.protocol.text(FIELD)
     kinds = kept_kinds(robot, graph, run)
     missing = unnamed(text, kinds) if text else []

@@ -1,4 +1,4 @@
-"""What stands in the cells Send and Expect of a test: plain values, and values of fields (design: 7-exchange)."""
+"""Reads the parts of the cells Send and Expect of a test: plain values, values of fields, and formulas."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ _MINUS = str.maketrans("−–", "--")
 
 
 class TooLarge(ValueError):
-    """A number that no formula could have given."""
+    """Raised for a number beyond those that formulas work with."""
 
 
 def literal(text: str) -> tuple[bool, Value]:
-    """Whether a text is a number, TRUE, FALSE, blank or a text in quotes; and its value.
+    """Return whether a text is a number, TRUE, FALSE, blank or a text in quotes, and its value.
 
     Raises:
         TooLarge: a number beyond what formulas can work with.
@@ -47,7 +47,7 @@ def _number(digits: str) -> int | float:
 
 
 def in_quotes(text: str) -> str | None:
-    """The text between quotes, or None when it is not one text in quotes. A quote within it is written twice.
+    """Return the text between quotes, or None when it is not one text in quotes; a quote within it is written twice.
 
     >>> in_quotes('"Hello"'), in_quotes('"a ""b"" c"'), in_quotes('"a" & "b"')
     ('Hello', 'a "b" c', None)
@@ -64,7 +64,7 @@ def in_quotes(text: str) -> str | None:
 
 
 def fields(text: str) -> list[tuple[str, str]] | None:
-    """The fields that a text gives values, or None when not every part of it is `field=value`.
+    """Return the fields that a text gives values, or None when not every part of it is `field=value`.
 
     Parts are separated by `;` (or line breaks), or by commas where that is the only reading.
 
@@ -81,7 +81,7 @@ def fields(text: str) -> list[tuple[str, str]] | None:
 
 
 def _split(text: str, separators: str) -> list[str]:
-    """The parts between separators that stand outside of quotes and brackets."""
+    """Return the parts between separators that stand outside of quotes and brackets."""
     parts, start, depth, quote = [], 0, 0, ""
     for i, c in enumerate(text):
         if quote:
@@ -99,7 +99,7 @@ def _split(text: str, separators: str) -> list[str]:
 
 
 def without_equals(text: str) -> str:
-    """The text without the `=` that people write before formulas by habit.
+    """Return the text without the `=` that people write before formulas by habit.
 
     >>> without_equals("= 5"), without_equals("== 5")
     ('5', '== 5')
@@ -108,7 +108,7 @@ def without_equals(text: str) -> str:
 
 
 def compiled(text: str, scope: Scope) -> Formula | FormulaProblem:
-    """The formula, or what is wrong with it."""
+    """Return the formula, or the problem with it."""
     try:
         return compile_formula(text, scope)
     except FormulaProblem as problem:

@@ -1,4 +1,4 @@
-"""What the Protocol sheet says about running (which behaviours, frame rate, seed, time limit) and its language."""
+"""Reads the Protocol sheet's settings of a run: behaviours, frame rate, seed, time limit, engine, memory, language."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ PHYSICS_RATE = 240  # Hz; frames are whole steps of the physics
 
 @dataclass(frozen=True)
 class RunPlan:
-    """How a workbook wants to be run.
+    """The settings of a run, as the Protocol sheet gives them.
 
     Attributes:
         behaviours: keys of the behaviours that run.
@@ -47,7 +47,7 @@ class RunPlan:
 
 
 def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
-    """The run's plan; what cannot be understood is reported and replaced by the default."""
+    """Return the run's plan; what cannot be understood is reported and replaced by the default."""
     protocol = workbook.protocol
     rate, seed, limit = 30, 0, None
     if text := protocol.text("Frame rate"):
@@ -77,7 +77,7 @@ def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
 
 
 def _meant(protocol: Protocol, field: str, code: str, meaning: Callable[[str], str], report: Report) -> str:
-    """What a field means that says one of a few things; empty when it is blank, or is reported."""
+    """Return the meaning of a field that allows only a few texts; empty when it is blank, or wrong and reported."""
     text = protocol.text(field)
     found = meaning(text) if text else ""
     if text and not found:

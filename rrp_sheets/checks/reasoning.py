@@ -1,4 +1,4 @@
-"""What is known about a formula's value from what is known about its inputs, without evaluating it."""
+"""Derives what is known about a formula's value from what is known about its inputs, without evaluating it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ MOST_DEEP = 100
 
 
 def known_of(tree: ast.AST, names: Names) -> AbstractValue:
-    """What is known about the value of a resolved tree; `names` are its inputs.
+    """Return what is known about the value of a resolved tree; `names` are its inputs.
 
     >>> from rrp_sheets.formulas import compile_formula, make_scope
     >>> tree = compile_formula("CLAMP(x * 2, 0, 1) + 1", make_scope([("X", None)])).tree
@@ -44,7 +44,7 @@ def known_of(tree: ast.AST, names: Names) -> AbstractValue:
 
 @dataclass(slots=True)
 class _Budget:
-    """How many nodes may still be looked at, and how deep these are: helpers that call helpers could be endless."""
+    """The nodes that may still be visited, and the current depth; both bound helpers that call helpers."""
 
     left: int = MOST_STEPS
     deep: int = 0
@@ -52,7 +52,7 @@ class _Budget:
 
 @dataclass(frozen=True, slots=True)
 class _Env:
-    """The names in scope, and what is left of the budget."""
+    """The names in scope, and the rest of the budget."""
 
     names: Names
     budget: _Budget
@@ -94,7 +94,7 @@ def _subscript(node: ast.Subscript, env: _Env) -> AbstractValue:
 
 
 def _member(lists: tuple[Value, ...] | None) -> AbstractValue:
-    """A member of one of these lists."""
+    """Return what is known about a member of one of these lists."""
     if lists is None:
         return UNKNOWN
     return one_of(m for members in lists if isinstance(members, (list, tuple)) for m in members)
@@ -108,7 +108,7 @@ def _ifexp(node: ast.IfExp, env: _Env) -> AbstractValue:
 
 
 def _holds(test: ast.AST, env: _Env) -> bool | None:
-    """Whether a condition holds, where that is certain: `ISBLANK(start)` when start is known to be blank."""
+    """Return whether a condition is certain to hold: `ISBLANK(start)` of a known blank; None when it is uncertain."""
     if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
         held = _holds(test.operand, env)
         return None if held is None else not held
@@ -202,7 +202,7 @@ def _pick(node: Pick, env: _Env) -> AbstractValue:
 
 
 def _among(node: ast.AST, env: _Env) -> AbstractValue:
-    """A member of a list, or a row of a table."""
+    """Return what is known about a member of a list, or about a row of a table."""
     if isinstance(node, ast.Constant) and isinstance(node.value, Table):
         rows = one_of(node.value.rows[:1])  # all rows are alike, and there may be many
         return replace(rows, choices=node.value.rows) if node.value.rows else UNKNOWN
@@ -243,7 +243,7 @@ def _extreme(node: ast.Call, env: _Env) -> AbstractValue:
 
 
 def _length(node: ast.Call, env: _Env) -> AbstractValue:
-    """ROWS: of a table or list that is known it is a constant."""
+    """Return what is known about ROWS: a constant for a table or list that is known."""
     source = node.args[0]
     if isinstance(source, ast.Constant) and isinstance(source.value, (Table, list, tuple)):
         return exactly(len(source.value))
@@ -291,7 +291,7 @@ _NUMBERS = frozenset(
 
 
 def given_by(function: str) -> AbstractValue:
-    """What a function gives, by its name.
+    """Return what is known about a function's result from the function's name.
 
     >>> given_by("UPPER").kind, given_by("COS").low, given_by("INDEX").kind
     ('text', -1, 'any')

@@ -1,4 +1,4 @@
-"""The cell Send of a test row, understood: a formula for a value, fields of the example, or the example."""
+"""Reads the Send cell of a test row: a value, a formula for one, or fields of the example."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Given = Formula | Value
 
 @dataclass(frozen=True)
 class Sending:
-    """What a test row sends.
+    """The meaning of a test row's Send cell.
 
     Attributes:
         text: as the cell says it.
@@ -34,7 +34,7 @@ class Sending:
 
 
 def read_send(cell: Cell, record: RecordType | None, scope: Scope, report: Report) -> Sending | None:
-    """What a Send cell means; None when it was refused.
+    """Return the meaning of a Send cell; None when it is refused, which is reported.
 
     Args:
         cell: of the sheet; not blank.
@@ -86,7 +86,7 @@ def _fields(
 
 
 def known_fields(cell: Cell, names: list[str], record: RecordType | None, report: Report) -> bool:
-    """Whether a record has all these fields, each named once; what is wrong is reported."""
+    """Return whether a record has all these fields, each named once; problems are reported."""
     seen: set[str] = set()
     for name in names:
         k = record.keys.get(key(name)) if record else key(name)
@@ -115,7 +115,7 @@ def _is_text(name: str, record: RecordType | None) -> bool:
 
 
 def tell_formula(report: Report, code: str, cell: Cell, problem: FormulaProblem) -> None:
-    """Report at a test's cell what is wrong with the formula in it."""
+    """Report a formula's problem at a test's cell."""
     why, remedy = small(problem.message), problem.remedy
     if code == "TEST007" and problem.code == "FORM004":
         name = problem.details.get("name", "")

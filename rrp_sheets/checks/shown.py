@@ -1,4 +1,4 @@
-"""The examples as they are shown beside the rows."""
+"""Example values to be shown beside the rows."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from rrp_sheets.checks.facts import Fact
 
 
 def row_examples(checked: Checked) -> dict[str, Fact]:
-    """What is known about what each row gives, by its ref (`Tracking!4`), in the order of the sheets.
+    """Return the fact about each row's output, by the row's ref (`Tracking!4`), in the order of the sheets.
 
     Rows without an example are missing: those that are off or wrong, and those of which nothing can be said.
     """

@@ -1,4 +1,4 @@
-"""How a formula's problem becomes a finding at its cell."""
+"""Conversion of the problems of a formula into findings at its cell."""
 
 from __future__ import annotations
 

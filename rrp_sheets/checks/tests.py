@@ -1,4 +1,4 @@
-"""The test sheets, understood: what is sent into which stream when, and what must come where (design: 7-exchange)."""
+"""Reads the test sheets: the values that are sent into streams, and those that are expected on streams, by time."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MakeScope = Callable[[Sequence[tuple[str, RecordType | None]]], Scope]
 
 @dataclass(frozen=True)
 class CaseRow:
-    """A row of a test, understood: it sends, or it expects.
+    """A parsed row of a test, which either sends or expects something.
 
     Attributes:
         row: its number in the sheet.
@@ -37,7 +37,7 @@ class CaseRow:
         sending: None of a row that expects.
         expectation: None of a row that sends.
         why_silent: why nothing can ever come on that stream; empty when it runs.
-        notes: what a person says that the row is about.
+        notes: the user's remarks on the row.
     """
 
     row: int
@@ -71,7 +71,7 @@ class Case:
 
 @dataclass(frozen=True)
 class _Named:
-    """What a name means: a stream of the graph, or one that is not in it since no row uses it."""
+    """A stream that a test names: one of the graph, or one that is not in it since no row uses it."""
 
     id: str
     shown: str
@@ -82,7 +82,7 @@ class _Named:
 
 @dataclass
 class _Names:
-    """The streams of a workbook by what a test may call them."""
+    """The streams of a workbook by the names that a test may use."""
 
     workbook: Workbook
     robot: Robot
@@ -106,7 +106,7 @@ class _Names:
                      for i in (*s.inputs, s.output)}  # fmt: skip
 
     def find(self, cell: Cell, report: Report) -> _Named | None:
-        """What the name in a Stream cell means; None when it was refused."""
+        """Return the stream that a Stream cell names; None when it is refused, which is reported."""
         sheet, bang, name = cell.text.rpartition("!")
         sheet = sheet.strip().strip("'")
         k = f"{key(sheet)}!{key(name)}" if bang else key(name)
@@ -142,7 +142,7 @@ class _Names:
         return stream.id.partition("!")[0] in self.running
 
     def _unused(self, name: str) -> _Named | None:
-        """A device, or the done stream of an actuator, that no row uses."""
+        """Return a device, or the done stream of an actuator, that no row uses; None when the name is of neither."""
         k = key(name)
         declared = {key(d.stream.text): self.robot.find(d.device.text) for d in self.workbook.devices}
         if k.endswith("done") and k not in declared:
@@ -174,7 +174,7 @@ def check_tests(
     make: MakeScope,
     report: Report,
 ) -> tuple[Case, ...]:
-    """The tests of a workbook; rows that cannot be understood are reported and left out.
+    """Return the tests of a workbook; rows that cannot be understood are reported and left out.
 
     Args:
         workbook: with its test sheets.
@@ -193,7 +193,7 @@ def check_tests(
 
 
 def switchable(graph: Graph) -> frozenset[str]:
-    """Keys of the behaviours that a row may switch on."""
+    """Return the keys of the behaviours that a row may switch on."""
     switches = (s for s in graph.streams.values() if s.device and s.device.type.name == "Behaviour")
     return frozenset(key(str(s.settings.get("name") or "")) for s in switches)
 

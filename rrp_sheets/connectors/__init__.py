@@ -1,9 +1,9 @@
-"""The connectors, one file each (design: 4-streams).
+"""The connectors by name; each is defined in a module of its own.
 
 A third party adds one through the entry point group `rrp_sheets.connectors`: a callable that returns
 `[(name, Connector), …]`.
 
-Ours load reactivex when they are built, not before: a workbook is checked and drawn without it.
+The program's own load reactivex when they are built, not before: a workbook is checked and drawn without it.
 """
 
 from __future__ import annotations
@@ -42,5 +42,5 @@ def _builtin() -> Iterable[tuple[str, Connector]]:
 
 @lru_cache(maxsize=1)
 def connectors() -> Registry[Connector]:
-    """The connectors by name, in any spelling."""
+    """Return the connectors by name, in any spelling."""
     return load("connector", "rrp_sheets.connectors", _builtin)

@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 
 def build(wiring: ConnectorContext) -> Observable[Value]:
-    """Once per event, by input order, then arrival: the result becomes the total and is emitted.
+    """Return an observable of the total, which each event changes, by input order and then by arrival.
 
-    The formula sees `total`, `value` (the event's) and the inputs: the event's own has its value, the others are
-    blank. Without formula every event counts one. An error keeps the total.
+    The formula's result becomes the total. It sees `total`, `value` (the event's) and the inputs: the event's own has
+    its value, the others are blank. Without formula every event counts one. An error keeps the total.
     """
     evaluate, fail = wiring.evaluate, wiring.fail
     count = len(wiring.inputs)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def build(wiring: ConnectorContext) -> Observable[Value]:
-    """The values that differ from the one before them."""
+    """Return an observable of the values that differ from the one before them."""
     from reactivex import operators as ops
 
     return wiring.inputs[0].pipe(ops.distinct_until_changed(identity))

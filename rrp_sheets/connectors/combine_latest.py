@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 
 
 def together(names: tuple[str, ...]) -> RecordType:
-    """The record of all inputs that a blank formula gives: its fields are the inputs' names, or their places."""
+    """Return the record type that a blank formula gives: its fields are the inputs' names, or their places."""
     fields = tuple(Field(n or f"input {i}") for i, n in enumerate(names, 1))
     return RecordType("Combination", fields, positions=tuple(key(f.name) for f in fields))
 
 
 def build(wiring: ConnectorContext) -> Observable[Value]:
-    """After every input has had a value: one result per instant in which an input changed."""
+    """Return an observable of one result per instant in which an input changed, once each has had a value."""
     count = len(wiring.inputs)
     latest: list[Value] = [None] * count
     missing = set(range(count))

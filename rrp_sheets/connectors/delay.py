@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def build(wiring: ConnectorContext) -> Observable[Value]:
-    """Every value after the period; their order and their distances are kept."""
+    """Return an observable of every value after the period; their order and their distances are kept."""
     from reactivex import Observable
 
     clock, rank = wiring.clock, wiring.rank

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def build(wiring: ConnectorContext) -> Observable[Value]:
-    """The first input's values for which the formula gives TRUE or a number other than 0."""
+    """Return an observable of the first input's values for which the formula gives TRUE or a number other than 0."""
     from reactivex import operators as ops
 
     evaluate, fail = wiring.evaluate, wiring.fail

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def build(wiring: ConnectorContext) -> Observable[Value]:
-    """Values at once; a blank once when nothing has arrived for the period, armed again by the next value."""
+    """Return an observable of every value at once, and of one blank when nothing has arrived for the period."""
     from reactivex import Observable
 
     clock, rank = wiring.clock, wiring.rank

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def build(wiring: ConnectorContext) -> Observable[Value]:
-    """The formula's result for each value of the first input, the others with their latest."""
+    """Return an observable of the formula's results for the first input's values and the latest of the others."""
     from reactivex import compose
     from reactivex import operators as ops
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def build(wiring: ConnectorContext) -> Observable[Value]:
-    """Every value of every input; those of one instant in the order of the inputs."""
+    """Return an observable of every value of every input; those of one instant in the order of the inputs."""
 
     def flush(batch: list[tuple[int, Value]], emit: Callable[[Value], None]) -> None:
         for _, value in by_input(batch):

@@ -1,4 +1,4 @@
-"""once: every kind of value only the first time, until something else says that it may come again."""
+"""once: every kind of value only the first time, until a value of another input lets it pass again."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOST_KEYS = 100_000
 
 
 def build(wiring: ConnectorContext) -> Observable[Value]:
-    """Values of the first input whose key has not passed since the last value of any other input.
+    """Return an observable of the first input's values whose key has not passed since another input had a value.
 
     In one instant the other inputs come first, as with `map` and `filter`: `Right, Part | once` takes a right answer
     that comes together with a new part as the new part's. Without formula all values have one key.

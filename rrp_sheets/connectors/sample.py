@@ -14,7 +14,10 @@ if TYPE_CHECKING:
 
 
 def build(wiring: ConnectorContext) -> Observable[Value]:
-    """Ticks have absolute due times (no drift); a value of the tick's own instant counts."""
+    """Return an observable of the latest value at each tick, if one has arrived since the last tick.
+
+    Ticks have absolute due times (no drift); a value of the tick's own instant counts.
+    """
     from reactivex import Observable
     from reactivex.disposable import SingleAssignmentDisposable
 

@@ -1,4 +1,4 @@
-"""What a connector is: the face that checks, drawings, help and engines see."""
+"""The description of a connector for checks, drawings, help and engines."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Parameter(Enum):
-    """What a connector's Formula cell may hold."""
+    """Content of a connector's Formula cell."""
 
     FORMULA = "formula"  # required
     OPTIONAL_FORMULA = "optional formula"
@@ -24,7 +24,7 @@ class Parameter(Enum):
 
 @dataclass(frozen=True)
 class Connector:
-    """Holds what the checks, the engine and the help need to know of one kind of row.
+    """Description of one kind of row for the checks, the engine and the help.
 
     Attributes:
         name: as shown, such as `combineLatest`; any spelling with the same key is accepted, and `synonyms` too.

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 
 
 def build(wiring: ConnectorContext) -> Observable[Value]:
-    """Without formula every value of every input, with one as `map` does. The engine hands them to the actuator.
+    """Return an observable of the values for the actuator: those of every input or, with a formula, its results.
 
-    Always at the row's own place in the order, so that of two rows the later one has the last word.
+    A formula works as in `map`. Values come at the row's own place in the order, so the later of two rows prevails.
     """
     return merge.build(wiring) if wiring.evaluate is None else evaluated(wiring)
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def build(wiring: ConnectorContext) -> Observable[Value]:
-    """A value passes and begins a period in which nothing else does; one at the period's end passes."""
+    """Return an observable that drops values within the period after one that passes; one at its end passes."""
     from reactivex import Observable
 
     clock = wiring.clock

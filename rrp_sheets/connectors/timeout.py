@@ -1,4 +1,4 @@
-"""timeout: says that something has not come in time."""
+"""timeout: the first input's value when nothing else has come in time."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ if TYPE_CHECKING:
 
 
 def build(wiring: ConnectorContext) -> Observable[Value]:
-    """A value of the first input arms the clock, one of any other disarms it; when it runs out, the armed value.
+    """Return an observable of the first input's last value after the period, unless another input cancels it.
 
-    In one instant: disarm, arm, fire. So what comes at the last moment is in time.
+    A newer value restarts the period. In one instant the order is: cancel, start, emit; so a value that comes at the
+    last moment is in time.
     """
     from reactivex import Observable
     from reactivex.disposable import CompositeDisposable

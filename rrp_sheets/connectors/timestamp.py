@@ -20,7 +20,7 @@ TIMED = RecordType(
 
 
 def build(wiring: ConnectorContext) -> Observable[Value]:
-    """A record of `value` (`v`) and `timestamp` (`t`, in seconds on the run's one clock)."""
+    """Return an observable of records of `value` (`v`) and `timestamp` (`t`, in seconds on the run's one clock)."""
     from reactivex import operators as ops
 
     clock = wiring.clock

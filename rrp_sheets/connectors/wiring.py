@@ -1,4 +1,4 @@
-"""What a connector is given to wire itself: its inputs, its formula, the clock, and where errors go.
+"""Context of a connector (inputs, formula, clock, error report), and observables for several inputs.
 
 Engines implement :class:`Clock`. Everything that needs several inputs or time *settles*: it collects what arrives in
 one instant and acts once, at its place in the topological order, after everything before it has settled. So a diamond
@@ -21,18 +21,18 @@ Taker = Callable[[Value], None]
 
 
 class Clock(Protocol):
-    """The run's one clock, in whole microseconds from the start, and its agenda."""
+    """The run's one clock, in whole microseconds from the start, and its schedule of actions."""
 
     us: int
 
     def push(self, due_us: int, rank: int, action: Callable[[], None]) -> None:
-        """Do something at a time, ordered by (time, rank, sequence); the first frame at or after it does it."""
+        """Schedule an action, ordered by (time, rank, sequence); the first frame at or after the time runs it."""
         ...
 
 
 @dataclass
 class ConnectorContext:
-    """The parts of one row.
+    """Everything that a connector needs to build the observable of one row.
 
     Attributes:
         inputs: the observables of its input streams, in order.
@@ -41,9 +41,9 @@ class ConnectorContext:
         evaluate: the row's formula over what the connector adds to the names in scope (`Connector.extra`) and its
             inputs' values, in order; gives a Failure on an error. None without formula.
         period_us: of a connector with a period. It may be edited while the run goes on: read it when a period begins.
-        fail: tells an error with the values it came from; the event is dropped.
+        fail: reports an error with the values that it came from; the event is dropped.
         names: the inputs' shown names.
-        edited: called when the period was edited, of connectors whose next act is on the agenda already.
+        edited: called when the period was edited; set by connectors that have already scheduled their next action.
     """
 
     inputs: Sequence[Observable[Value]]
@@ -59,7 +59,7 @@ class ConnectorContext:
 def batch_per_instant(
     wiring: ConnectorContext, flush: Callable[[list[tuple[int, Value]], Callable[[Value], None]], None]
 ) -> Observable[Value]:
-    """An observable that collects what the inputs emit and calls `flush` once per instant, at the row's rank.
+    """Return an observable that collects the inputs' values and calls `flush` once per instant, at the row's rank.
 
     `flush` gets the arrivals as (input number, value), in the order of their arrival, and a function to emit with.
     """
@@ -89,16 +89,16 @@ def batch_per_instant(
 
 
 def by_input(batch: list[tuple[int, Value]]) -> list[tuple[int, Value]]:
-    """Arrivals of one instant by input order, then by arrival."""
+    """Return the arrivals of one instant by input order, then by arrival."""
     return sorted(batch, key=lambda item: item[0])
 
 
 def first_with_latest(
     wiring: ConnectorContext, use: Callable[[tuple[Value, ...], Callable[[Value], None]], None]
 ) -> Observable[Value]:
-    """For each value of the first input: `use` it and the latest values of the others, this instant's too.
+    """Return an observable that calls `use` with each value of the first input and the others' latest values.
 
-    Nothing passes before each further input has had a value.
+    Values of this instant count as latest. Nothing passes before each further input has had a value.
     """
     count = len(wiring.inputs)
     latest: list[Value] = [None] * count
@@ -119,7 +119,7 @@ def first_with_latest(
 
 
 def evaluated(wiring: ConnectorContext) -> Observable[Value]:
-    """The formula's result for each value of the first input, at the row's place in the order."""
+    """Return the observable of the formula's results for the first input's values, at the row's place in the order."""
     evaluate, fail = wiring.evaluate, wiring.fail
     assert evaluate is not None
 

@@ -1,4 +1,4 @@
-"""Formulas: tokens → tree → checks → evaluator, and the library of functions by topic (design: 3-formulas)."""
+"""Formulas: tokens → tree → checks → evaluator, and the library of functions by topic."""
 
 from rrp_sheets.formulas.formula import Formula, compile_formula, read_formula
 from rrp_sheets.formulas.pick import Picker

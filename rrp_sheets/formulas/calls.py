@@ -1,4 +1,4 @@
-"""Names and calls: looked up in the scope, bound to their nodes, or refused with what to write instead."""
+"""Resolution of names and calls: look-up in the scope, binding to nodes, and advice for what is refused."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ADVICE = "Formulas are built of inputs, numbers, texts, operators and the librar
 
 
 class Calls(ABC):
-    """The part of the resolver that knows the scope."""
+    """The part of the resolver that looks names up in the scope."""
 
     def __init__(self, scope: Scope, typed: str) -> None:
         self.scope = scope
@@ -41,7 +41,7 @@ class Calls(ABC):
 
     # ---- names
     def on_name(self, node: ast.Name, depth: int) -> ast.expr:
-        """An input, a helper that is a constant, a constant, or a table."""
+        """Resolve a name to an input, a helper without inputs, a constant, or a table."""
         name, k, scope = node.id, key(node.id), self.scope
         if k in self.local:
             node.id = self.local[k]
@@ -86,7 +86,7 @@ class Calls(ABC):
         return list(dict.fromkeys(i.name for i in self.scope.inputs.values()))
 
     def _as_field(self, k: str) -> str | None:
-        """A field of that name, with its input before it: `distance` alone is often meant for `redBall.distance`."""
+        """Return a field of that name with its input: `distance` alone is often meant for `redBall.distance`."""
         for each in self.scope.inputs.values():
             field = each.record.keys.get(k) if each.record else None
             if each.record and field:
@@ -120,7 +120,7 @@ class Calls(ABC):
         return Phrase('{named} here. (A text needs quotes: "{name}".)', named=named, name=name)
 
     def new_name(self, target: ast.expr) -> str:
-        """Take a name after “for” into use; it must not be in use."""
+        """Bind a name after “for”, which must not be in use."""
         if not isinstance(target, ast.Name) or target.id.startswith("_") or "__" in target.id:
             self.refuse(target, "This after “for”", "Write a new name after “for”.")
         name, k = unicodedata.normalize("NFKC", target.id), key(target.id)
@@ -133,7 +133,7 @@ class Calls(ABC):
 
     # ---- calls
     def on_call(self, node: ast.Call, depth: int) -> ast.expr:
-        """A call of a library function or a helper by its name; nothing else can be called."""
+        """Resolve a call of a library function or a helper by its name; nothing else can be called."""
         if isinstance(node.func, ast.Attribute):
             self._method(node.func)
         if not isinstance(node.func, ast.Name) or key(node.func.id) in self.local:
@@ -227,7 +227,7 @@ class Calls(ABC):
 
 
 def plain(value: object) -> ast.Constant:
-    """A node of a value that is no literal of Python: a table, or a column of one."""
+    """Return a constant node for a value that is no literal of Python: a table, or a column of one."""
     node = ast.Constant(None)
     node.value = value  # type: ignore[assignment]
     return node
@@ -313,7 +313,7 @@ _NAMES = {
 
 
 def function_here(name: str) -> str | None:
-    """What to do instead of calling a function that is not here, or None when nothing is known.
+    """Return what to write instead of calling a function that is not here, or None when nothing is known.
 
     >>> function_here("wenn"), function_here("vlookup")
     ('Write IF: functions have their English names.', 'Write XLOOKUP(what; Table[Column]; Table).')
@@ -328,7 +328,7 @@ def function_here(name: str) -> str | None:
 
 
 def name_here(name: str) -> str | None:
-    """What to write instead of a name that means something elsewhere.
+    """Return what to write instead of a name that means something elsewhere, or None when nothing is known.
 
     >>> name_here("null")
     'Write BLANK.'

@@ -1,4 +1,4 @@
-"""Comparing two values: texts without regard to capitals, blank equal only to blank (design: 3-formulas)."""
+"""Comparison of two values: texts without regard to capitals, blank equal only to blank."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ NUMBERS = frozenset((int, float, bool))
 
 
 def same(left: Value, right: Value, charge: Charge = free) -> bool:
-    """Whether two values are equal; texts are compared without regard to capitals.
+    """Return whether two values are equal; texts are compared without regard to capitals.
 
     Args:
         left: a value.
         right: another.
-        charge: told how much work it was, in steps.
+        charge: called with the work that it took, in steps.
 
     >>> same("Red", "red"), same([1, "A"], [1, "a"]), same(None, 0)
     (True, True, False)
@@ -43,7 +43,7 @@ def same(left: Value, right: Value, charge: Charge = free) -> bool:
 
 
 def _identical(left: Value, right: Value, charge: Charge) -> bool:
-    """Python's `==` of what records hold, charged for what it reads."""
+    """Return the result of Python's `==` on what records hold, and charge for what it reads."""
     if type(left) is Record and type(right) is Record:
         charge(1 + len(left.values) // 4)
         mine, other = left.values, right.values
@@ -57,7 +57,7 @@ def _identical(left: Value, right: Value, charge: Charge) -> bool:
 
 
 def compare(op: ast.cmpop, left: Value, right: Value, charge: Charge = free) -> bool:
-    """One comparison of two values; raises FormulaProblem when they cannot be compared."""
+    """Return the result of one comparison; raises FormulaProblem when the values cannot be compared."""
     if isinstance(op, (ast.Eq, ast.Is)):
         return same(left, right, charge)
     if isinstance(op, (ast.NotEq, ast.IsNot)):

@@ -33,11 +33,11 @@ _PLAIN = frozenset((float, bool, int, str, type(None)))
 
 
 class OutOfSteps(FormulaProblem):
-    """The evaluation used up its steps; nothing in the formula can catch this."""
+    """Raised when the evaluation has used up its steps; nothing in the formula can catch this."""
 
 
 class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no types
-    """One per thread. Use :meth:`prepare` once per formula and the callable it returns per event."""
+    """Interpreter for one thread: call :meth:`prepare` once per formula, and its result once per event."""
 
     def __init__(self) -> None:
         super().__init__(minimal=True, use_numpy=False, symtable={}, writer=None, err_writer=None)
@@ -57,7 +57,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
 
     # ---- preparing and running
     def prepare(self, tree: ast.expr, names: Sequence[str], picker: Picker | None = None) -> Callable[..., Value]:
-        """A callable for a resolved tree: the inputs' values in order in, the value or a Failure out.
+        """Return a callable for a resolved tree, from the inputs' values in order to a value or a Failure.
 
         The tree itself is not changed, so it may be prepared on several interpreters.
         """
@@ -93,22 +93,22 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
 
     # ---- values; the handlers of constants, lists and tuples are asteval's own
     def on_name(self, node: Any) -> Value:
-        """An input, a helper's parameter, or the name of a comprehension."""
+        """Return an input, a helper's parameter, or a variable of a comprehension."""
         return self.symtable[node.id]
 
     def on_attribute(self, node: Any) -> Value:
-        """A field of a record; nothing else has attributes."""
+        """Return a field of a record; nothing else has attributes."""
         owner = self.run(node.value)
         if type(owner) is Record and node.attr in owner.values:
             return owner.values[node.attr]
         return field(owner, node.attr)
 
     def on_subscript(self, node: Any) -> Value:
-        """A place in a list or text, a slice of one, or a field in brackets."""
+        """Return a place in a list or text, a slice of one, or a field in brackets."""
         return at_place(self.run(node.value), self.run(node.slice), self.charge)
 
     def on_slice(self, node: Any) -> slice:
-        """The part `[first:end]`."""
+        """Return the slice for `[first:end]`."""
         parts = [None if p is None else self.run(p) for p in (node.lower, node.upper, node.step)]
         if any(p is not None and type(p) is not int for p in parts):
             raise FormulaProblem("FORM103", what="Places in a list are whole numbers")
@@ -118,7 +118,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
 
     # ---- operators
     def on_binop(self, node: Any) -> Value:
-        """Arithmetic on numbers; `+` joins two texts or two lists; `*` repeats within bounds."""
+        """Calculate with numbers; `+` also joins two texts or two lists, and `*` repeats within bounds."""
         left = self.run(node.left)
         right = self.run(node.right)
         if type(left) in NUMBERS and type(right) in NUMBERS:
@@ -131,7 +131,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         return arithmetic(type(node.op), left, right, self.charge)
 
     def on_join(self, node: Any) -> str:
-        """`&`: a text of all values, numbers as people read them."""
+        """Join all values of `&` as a text, numbers as people read them."""
         return self._text([shown(self.run(v)) for v in node.values])
 
     def _text(self, parts: list[str]) -> str:
@@ -140,7 +140,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         return joined
 
     def on_unaryop(self, node: Any) -> Value:
-        """`-x`, `+x`, `not x`."""
+        """Evaluate `-x`, `+x` or `not x`."""
         value = self.run(node.operand)
         if isinstance(node.op, ast.Not):
             return not self._truth(value)
@@ -155,12 +155,12 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         raise FormulaProblem("FORM108", what=kind_of(value), example="= or <")
 
     def on_boolop(self, node: Any) -> bool:
-        """`and`, `or`: TRUE or FALSE, evaluated only as far as needed."""
+        """Evaluate `and` or `or` to TRUE or FALSE, only as far as needed."""
         wanted = isinstance(node.op, ast.Or)
         return next((wanted for v in node.values if self._truth(self.run(v)) is wanted), not wanted)
 
     def on_compare(self, node: Any) -> bool:
-        """Comparisons, chained ones too (`0 < x < 10` means between)."""
+        """Evaluate comparisons, chained ones too (`0 < x < 10` means between)."""
         left = self.run(node.left)
         if node.single is not None:
             right = self.run(node.comparators[0])
@@ -180,11 +180,11 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
 
     # ---- choices
     def on_ifexp(self, node: Any) -> Value:
-        """The conditional expression; IF is one."""
+        """Evaluate the conditional expression, which IF is too."""
         return self.run(node.body if self._truth(self.run(node.test)) else node.orelse)
 
     def on_iferror(self, node: Any) -> Value:
-        """IFERROR: the other value when the first fails. Running out of steps is not forgiven."""
+        """Evaluate IFERROR and ISERROR; running out of steps is not caught."""
         try:
             value = self.run(node.value)
             return value if node.otherwise is not None else False
@@ -194,7 +194,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
             return self.run(node.otherwise) if node.otherwise is not None else True
 
     def on_switch(self, node: Any) -> Value:
-        """SWITCH and IFS: the result that belongs to the first case that fits."""
+        """Evaluate SWITCH and IFS: return the result of the first case that fits."""
         value = None if node.value is None else self.run(node.value)
         for case, result in zip(node.cases, node.results, strict=True):
             found = self.run(case)
@@ -205,14 +205,14 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         return self.run(node.otherwise)
 
     def on_pick(self, node: Any) -> Value:
-        """PICK: the next of its draws, or the first member where nothing runs."""
+        """Evaluate PICK: return its next draw, or the first member when there is no picker."""
         members = members_of([self.run(m) for m in node.members])
         self.charge(len(members))
         return members[0] if self.picker is None else self.picker.pick(node.site, members, self.charge)
 
     # ---- calls
     def on_call(self, node: Any) -> Value:
-        """A library function bound to the node, or a helper."""
+        """Call a library function bound to the node, or a helper."""
         args = [self.run(a) for a in node.args]
         if node.entry is not None:
             return self._helper(node, args)
@@ -242,7 +242,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
             self.helpers_deep -= 1
 
     def on_listcomp(self, node: Any) -> list[Value]:
-        """A list comprehension; its names live in a table of their own."""
+        """Evaluate a list comprehension, whose variables stand in a symbol table of their own."""
         found: list[Value] = []
         outer = self.symtable
         self.symtable = dict(outer)
@@ -278,17 +278,17 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
 
     # ---- texts with values in them
     def on_joinedstr(self, node: Any) -> str:
-        """A text with values in it: `f"I see {colour}"`."""
+        """Return a text with values in it: `f"I see {colour}"`."""
         return self._text([self.run(v) for v in node.values])
 
     def on_formattedvalue(self, node: Any) -> str:
-        """One value in such a text, with its format."""
+        """Return one value in such a text, with its format."""
         value = self.run(node.value)
         return shown(value) if node.format_spec is None else formatted(value, node.format_spec.values[0].value)
 
 
 def failure_of(error: Exception) -> Failure:
-    """The failure of an evaluation that has raised; an error that is none of a formula's is raised again."""
+    """Return the failure for an exception of an evaluation; raise it again when it is none of a formula's."""
     problem = problem_of(error)
     if problem is None:
         raise error
@@ -325,7 +325,7 @@ class Binder:
         self.owner = ""
 
     def bind(self, tree: ast.expr) -> ast.expr:
-        """The copy; raises FormulaProblem FORM015 when a helper that it calls has no tree."""
+        """Return the copy; raises FormulaProblem FORM015 when a helper that it calls has no tree."""
         bound: ast.expr = self._copy(tree)
         while self.waiting:
             helper = self.waiting.pop()
@@ -373,7 +373,7 @@ class Binder:
 
 
 def _written(node: ast.expr) -> str:
-    """What an argument is, as a text; a table by its name, however many rows it has."""
+    """Return an argument of PICK as a text, which seeds its draws; a table by its name alone."""
     if isinstance(node, ast.Constant) and isinstance(node.value, Table):
         return Phrase("the table {name}", name=node.value.name)
     # The text seeds the draws, so it must be the same in every Python: 3.13 adds the context that our own nodes lack,

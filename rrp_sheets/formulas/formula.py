@@ -1,4 +1,4 @@
-"""A formula: from its text to something that can be evaluated."""
+"""A compiled formula, its compilation from text, and the parser's rules for operators, conditions and lists."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Formula:
-    """A checked formula.
+    """A checked formula, ready to be prepared for an interpreter.
 
     Attributes:
         text: as typed.
@@ -42,11 +42,11 @@ class Formula:
 
     @property
     def used(self) -> frozenset[str]:
-        """Those of the `names` that it looks at."""
+        """The `names` that occur in the tree."""
         return frozenset(n.id for n in ast.walk(self.tree) if isinstance(n, ast.Name)).intersection(self.names)
 
     def prepare(self, interpreter: GuardedInterpreter, picker: Picker | None = None) -> Callable[..., Value]:
-        """A callable from the inputs' values to the value, or to a Failure, on this interpreter (and its thread).
+        """Return a callable from the inputs' values to the value or a Failure, for this interpreter and its thread.
 
         Args:
             interpreter: one per thread.
@@ -91,7 +91,7 @@ def compile_formula(text: str, scope: Scope, *, condition: bool = True) -> Formu
 
 
 def read_formula(text: str) -> ast.expr:
-    """The tree of a formula as it is typed, names and calls not looked up; raises FormulaProblem.
+    """Return the tree of a formula as it is typed, with names and calls unresolved; raises FormulaProblem.
 
     >>> ast.unparse(read_formula("=IF(a <> 1; x^2; 50%)"))
     'IF(a != 1, x ** 2, 0.5)'
@@ -118,7 +118,7 @@ def _check_characters(text: str) -> None:
 
 
 def _propose_name(problem: FormulaProblem, text: str, scope: Scope) -> None:
-    """A stream's name with a space in it, or with a digit at its beginning, is written in another way here."""
+    """Set the remedy where a stream's or table's name is spelt as in the sheet, with a space for instance."""
     names = list(dict.fromkeys(i.name for i in scope.inputs.values()))
     if problem.code == "FORM018" and names and "such as" in problem.remedy:
         problem.details["remedy"] = Phrase(
@@ -151,7 +151,7 @@ _TERM: dict[str, type[ast.operator]] = {"*": ast.Mult, "/": ast.Div, "//": ast.F
 
 
 def parse(tokens: list[Token], typed: str) -> ast.expr:
-    """The expression's tree; raises FormulaProblem FORM001, FORM002, FORM003 or FORM018."""
+    """Return the expression's tree; raises FormulaProblem FORM001, FORM002, FORM003 or FORM018."""
     tree, problems = parse_all(tokens, typed)
     if problems:
         raise together(problems)
@@ -159,7 +159,7 @@ def parse(tokens: list[Token], typed: str) -> ast.expr:
 
 
 def parse_all(tokens: list[Token], typed: str) -> tuple[ast.expr, list[FormulaProblem]]:
-    """The expression's tree and the problems after which reading could go on; raises FormulaProblem at any other.
+    """Return the expression's tree, and the problems that did not stop the parser; raises FormulaProblem at any other.
 
     What could not be read within brackets is an `unread` node in the tree.
     """
@@ -351,5 +351,5 @@ class _Parser(Values):
 
 
 def _is_power(node: ast.expr) -> bool:
-    """Whether a node is a power that no bracket stands around."""
+    """Return whether a node is a power without brackets around it."""
     return isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow) and not getattr(node, "bracketed", False)

@@ -1,4 +1,4 @@
-"""What cannot be read, told in a therapist's words, with how to write it here."""
+"""Problems of formulas that cannot be read, in a therapist's words, with the spelling that is accepted."""
 
 from __future__ import annotations
 
@@ -35,22 +35,22 @@ _ADVICE = "A formula is one calculation of inputs, numbers, texts, operators and
 
 
 def syntax(token: Token, reason: str, remedy: str) -> FormulaProblem:
-    """The problem FORM001 at a token."""
+    """Return the problem FORM001 at a token."""
     return FormulaProblem("FORM001", token.start, max(token.end - token.start, 1), reason=reason, remedy=remedy)
 
 
 def refused(token: Token, what: str, remedy: str, code: str = "FORM003") -> FormulaProblem:
-    """The problem FORM003 at a token."""
+    """Return the problem FORM003, or that of another code, at a token."""
     return FormulaProblem(code, token.start, max(token.end - token.start, 1), what=what, remedy=remedy)
 
 
 def cell(name: str) -> bool:
-    """Whether a name looks like a cell of a spreadsheet: A1, $B$12."""
+    """Return whether a name looks like a cell of a spreadsheet: A1, $B$12."""
     return _CELL.fullmatch(name) is not None
 
 
 def cell_reference(start: int, text: str, names: list[str] | None = None) -> FormulaProblem:
-    """The problem FORM018: a cell where a stream's name belongs."""
+    """Return the problem FORM018: a cell where a stream's name belongs."""
     example = " or ".join(names[:3]) if names else "redBall"
     remedy = Phrase("Write the name of the row's input instead: {example}.", example=example) if names else (
         Phrase("Write the name of one of the row's inputs instead, such as {example}.", example=example))  # fmt: skip
@@ -58,7 +58,7 @@ def cell_reference(start: int, text: str, names: list[str] | None = None) -> For
 
 
 def number(token: Token) -> int | float:
-    """The number that a token shows; raises FormulaProblem FORM008."""
+    """Return the number that a token shows; raises FormulaProblem FORM001 or FORM008."""
     text = token.text.replace("_", "")
     try:
         found = (
@@ -79,13 +79,13 @@ def number(token: Token) -> int | float:
 
 
 def truth_beside_number(left: ast.expr, right: ast.expr) -> bool:
-    """Whether TRUE or FALSE is compared with a number, which is never equal in a spreadsheet and may be in Python."""
+    """Return whether TRUE or FALSE is compared with a number: never equal in a spreadsheet, but maybe in Python."""
     kinds = {type(n.value) if isinstance(n, ast.Constant) else None for n in (left, right)}
     return bool in kinds and bool(kinds & {int, float})
 
 
 def bare_separator(tokens: list[Token], i: int) -> NoReturn:
-    """A comma or semicolon that no brackets stand around."""
+    """Raise the problem of a comma or semicolon without brackets around it."""
     decimal = _decimal(tokens, i)
     if decimal:
         raise refused(
@@ -100,7 +100,7 @@ def bare_separator(tokens: list[Token], i: int) -> NoReturn:
 
 
 def mixed_separators(tokens: list[Token], i: int, separator: Token) -> NoReturn:
-    """Both `;` and `,` between the values of one pair of brackets: most often one is a decimal comma."""
+    """Raise the problem of `;` and `,` in one pair of brackets, where most often one is a decimal comma."""
     comma = i if tokens[i].text == "," else tokens.index(separator)
     decimal = _decimal(tokens, comma)
     if decimal:
@@ -110,7 +110,7 @@ def mixed_separators(tokens: list[Token], i: int, separator: Token) -> NoReturn:
 
 
 def _decimal(tokens: list[Token], i: int) -> tuple[Token, str] | None:
-    """The number that a comma stands in, and how to write it; None when it stands between two values."""
+    """Return the number that a comma stands in, and how to write it; None when it stands between two values."""
     before, comma, after = tokens[i - 1], tokens[i], tokens[i + 1] if i + 1 < len(tokens) else tokens[i]
     if comma.text != "," or before.kind != "number" or after.kind != "number" or after.start != comma.end:
         return None
@@ -122,7 +122,7 @@ def _decimal(tokens: list[Token], i: int) -> tuple[Token, str] | None:
 
 
 def no_value(tokens: list[Token], i: int) -> NoReturn:
-    """Something stands where a value belongs."""
+    """Raise the problem of a token that stands where a value belongs."""
     now, before = tokens[i], tokens[i - 1] if i else None
     if now.kind == "end":
         if before is None:
@@ -150,7 +150,7 @@ def no_value(tokens: list[Token], i: int) -> NoReturn:
 
 
 def _braces(tokens: list[Token], i: int) -> FormulaProblem:
-    """Braces are lists to a spreadsheet, and sets or dictionaries to Python."""
+    """Return the problem of braces, which are lists to a spreadsheet, and sets or dictionaries to Python."""
     inner = [t.text for t in tokens[i:] if t.kind == "sign"]
     if ":" in inner:
         return refused(tokens[i], "A dictionary", "Write lists in brackets [ ]: [1; 2]; look up with XLOOKUP.")
@@ -158,7 +158,7 @@ def _braces(tokens: list[Token], i: int) -> FormulaProblem:
 
 
 def keyword(tokens: list[Token], i: int) -> NoReturn:
-    """A word of Python's, or IF, AND, OR, NOT without brackets, where a value belongs."""
+    """Raise the problem of a word of Python's, or IF, AND, OR, NOT without brackets, where a value belongs."""
     now, lower = tokens[i], tokens[i].text.casefold()
     if lower in _REFUSED_WORDS:
         raise refused(now, _REFUSED_WORDS[lower], _ADVICE)
@@ -172,7 +172,7 @@ def keyword(tokens: list[Token], i: int) -> NoReturn:
 
 
 def leftover(tokens: list[Token], i: int, typed: str) -> NoReturn:
-    """A value is complete, and something stands behind it that cannot."""
+    """Raise the problem of a token that cannot stand behind a complete value."""
     before, now = tokens[i - 1], tokens[i]
     if now.kind == "sign":
         raise _odd_sign(tokens, i)

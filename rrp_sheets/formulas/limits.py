@@ -1,4 +1,4 @@
-"""The bounds of formulas (design: 3-formulas, Safety). One place, used by the check and by the evaluator."""
+"""Bounds of formulas, for the check and for the evaluator, and the steps that work on texts takes."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ Charge = Callable[[int], None]
 
 
 def free(steps: int) -> None:
-    """What a function that charges is given when it is called outside of a formula."""
+    """Charge nothing: the default of functions that charge, for calls outside of a formula."""
 
 
 def letters(*texts: str) -> int:
-    """The steps that reading texts takes.
+    """Return the steps that reading texts takes.
 
     >>> letters("Kim"), letters("a" * 2000, "b" * 500)
     (0, 25)
@@ -38,7 +38,7 @@ def letters(*texts: str) -> int:
 
 
 def searching(what: str, text: str) -> int:
-    """The steps that looking for a text in another takes at worst: each of its letters at each place of the other.
+    """Return the steps of a search for a text in another at worst: each of its letters at each place of the other.
 
     >>> searching("ball", "red ball"), searching("a" * 1000, "a" * 2000)
     (0, 530)

@@ -1,4 +1,4 @@
-"""The kinds of nodes that Python's own tree lacks. Each has its handler in the evaluator."""
+"""Kinds of nodes that Python's own tree lacks, each with a handler in the evaluator."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Switch(ast.expr):
 
 
 class Pick(ast.expr):
-    """PICK: it draws from `members`; `site` tells those of a row apart that draw from different lists."""
+    """PICK: it draws from `members`; `site` distinguishes those of a row that draw from different lists."""
 
     _fields = ("members",)
 

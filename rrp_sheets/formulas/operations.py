@@ -1,4 +1,4 @@
-"""What the evaluator does with values that are not plain numbers; everything is bounded and charged."""
+"""The evaluator's operations on values that are not plain numbers; everything is bounded and charged."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _SIGNS: dict[type, str] = {
 
 
 def arithmetic(kind: type, left: Value, right: Value, charge: Charge) -> Value:
-    """`+` joins two texts or two lists, `*` repeats; raises FormulaProblem for everything else.
+    """Join two texts or two lists with `+`, or repeat one with `*`; raises FormulaProblem for everything else.
 
     >>> arithmetic(ast.Add, "a", "b", print), arithmetic(ast.Mult, 2, [0], lambda _steps: None)
     0
@@ -66,7 +66,7 @@ def _fits(size: int, like: Value) -> None:
 
 
 def field(owner: Value, name: str) -> Value:
-    """A field of a record; nothing else has fields."""
+    """Return a field of a record; nothing else has fields."""
     if type(owner) is not Record:
         if owner is None:
             raise FormulaProblem("FORM102", needed=Phrase("something with a field “{name}”", name=name))
@@ -83,7 +83,7 @@ def field(owner: Value, name: str) -> Value:
 
 
 def at_place(owner: Value, index: Value, charge: Charge) -> Value:
-    """A place in a list or text, a slice of one, or a field in brackets."""
+    """Return a place in a list or text, a slice of one, or a field in brackets."""
     if type(owner) is Record:
         if isinstance(index, str):
             return field(owner, index)
@@ -108,7 +108,7 @@ def at_place(owner: Value, index: Value, charge: Charge) -> Value:
 
 
 def formatted(value: Value, spec: str) -> str:
-    """A value in a text with its format, such as `.1f`.
+    """Return a value as a text in a format such as `.1f`.
 
     >>> formatted(2.345, ".1f")
     '2.3'

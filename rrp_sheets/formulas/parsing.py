@@ -1,4 +1,4 @@
-"""Reading values: numbers, texts, names, lists, fields, places, calls."""
+"""The parser's rules for values: numbers, texts, names, brackets, fields, places, calls and signs behind a value."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _TREE_DEPTH = 2 * DEEPEST  # of nested rules; brackets count on their own
 
 
 def unread(node: ast.expr) -> ast.expr:
-    """Mark a node in place of what could not be read or has no meaning: nothing is said about what is made of it."""
+    """Mark a node that stands for something unreadable or meaningless: no problem is reported about its use."""
     node.unread = True  # type: ignore[attr-defined]
     return node
 
 
 def operator_of(token: Token) -> str:
-    """The token as an operator: a sign, or one of Python's words in small letters; else nothing."""
+    """Return the token as an operator: a sign, or one of Python's words in small letters; else an empty text."""
     return token.text if token.kind == "sign" or (token.kind == "name" and token.text in OPERATOR_WORDS) else ""
 
 
@@ -48,7 +48,7 @@ class Values(ABC):
 
     # ---- moving on
     def step(self) -> Token:
-        """Take the token that stands there."""
+        """Return the current token and move on to the next one."""
         token = self.now
         self.i += 1
         self.now = self.tokens[self.i]
@@ -57,7 +57,7 @@ class Values(ABC):
 
     @property
     def next(self) -> Token:
-        """The token behind that one."""
+        """The token behind the current one."""
         return self.tokens[min(self.i + 1, len(self.tokens) - 1)]
 
     def fail(self, reason: str, remedy: str, at: Token | None = None) -> NoReturn:
@@ -66,25 +66,25 @@ class Values(ABC):
         raise FormulaProblem("FORM001", at.start, max(at.end - at.start, 1), reason=reason, remedy=remedy)
 
     def refuse(self, what: str, remedy: str, start: int, end: int) -> NoReturn:
-        """Raise FORM003."""
+        """Raise FORM003 for a part of the typed text."""
         raise FormulaProblem("FORM003", start, max(end - start, 1), what=what, remedy=remedy)
 
     def note(self, what: str, remedy: str, start: int, end: int) -> None:
-        """Keep FORM003, and read on."""
+        """Record FORM003 for a part of the typed text, and read on."""
         self.problems.append(FormulaProblem("FORM003", start, max(end - start, 1), what=what, remedy=remedy))
 
     def at(self, node: Node, start: int, end: int) -> Node:
-        """The node, with its place in the typed text."""
+        """Return the node, with its place in the typed text."""
         node.lineno = node.end_lineno = 1  # type: ignore[attr-defined]
         node.col_offset, node.end_col_offset = start, end  # type: ignore[attr-defined]
         return node
 
     def between(self, node: Node, first: ast.expr, last: ast.expr) -> Node:
-        """The node, with its place from the one to the other."""
+        """Return the node, with its place from the start of the first node to the end of the last."""
         return self.at(node, first.col_offset, last.end_col_offset or 0)
 
     def deeper(self, rule: Callable[[], ast.expr]) -> ast.expr:
-        """What a rule reads, counted against how deep trees may be."""
+        """Return what a rule reads one level deeper; raises FORM002 when that is too deep."""
         self.depth += 1
         if self.depth > _TREE_DEPTH:
             raise FormulaProblem("FORM002", self.now.start, reason="it is nested too deeply")
@@ -94,23 +94,23 @@ class Values(ABC):
 
     @abstractmethod
     def expression(self) -> ast.expr:
-        """Any value, with all operators."""
+        """Read any value, with all operators."""
 
     @abstractmethod
     def condition(self) -> ast.expr:
-        """A value without a conditional around it."""
+        """Read a value without a conditional around it."""
 
     @abstractmethod
     def list_(self) -> ast.expr:
-        """What begins with [."""
+        """Read a list or a list comprehension, which begins with [."""
 
     @abstractmethod
     def read_inner(self, tokens: list[Token]) -> ast.expr:
-        """The value of a text's hole."""
+        """Read the value of a hole in a text from the tokens of the hole."""
 
     # ---- what stands behind a value
     def postfix(self) -> ast.expr:
-        """A value with its fields, places, brackets, and the signs % and ° behind it."""
+        """Read a value with its fields, places, brackets, and the signs % and ° behind it."""
         node = self._value()
         while True:
             word = self.word
@@ -140,7 +140,7 @@ class Values(ABC):
                 return node
 
     def _is_percent(self, node: ast.expr) -> bool:
-        """Whether % is the sign behind a number (50%), and not the remainder's (x % 2)."""
+        """Return whether % is the sign behind a number (50%), and not the remainder's (x % 2)."""
         following = self.next
         if following.kind not in ("sign", "end") and following.text not in OPERATOR_WORDS:
             return False
@@ -255,7 +255,7 @@ class Values(ABC):
             raise FormulaProblem("FORM002", start.start, reason="its brackets are nested too deeply")
 
     def members(self, closer: str, start: Token, call: bool = False) -> list[ast.expr]:
-        """The values up to a closing bracket, which is not taken; `;` and `,` both separate, but not mixed."""
+        """Read the values up to a closing bracket, which is not taken; `;` and `,` both separate, but not mixed."""
         self._open(start)
         found: list[ast.expr] = []
         separator: Token | None = None
@@ -271,7 +271,7 @@ class Values(ABC):
         return found
 
     def _member(self, closer: str, start: Token, may_loop: bool) -> ast.expr:
-        """A value between separators; of one that cannot be read the problem is kept, and what is behind it is read."""
+        """Read a value between separators; if it cannot be read, record the problem and go on behind it."""
         first, depth, brackets = self.i, self.depth, self.brackets
         try:
             if self.word in (",", ";", closer):
@@ -291,7 +291,7 @@ class Values(ABC):
             return unread(self.at(ast.Constant(None), self.tokens[first].start, self.now.start))
 
     def _end_of_member(self, first: int, closer: str) -> int:
-        """The place of the separator or bracket that ends a member; 0 when there is none."""
+        """Return the place of the separator or bracket that ends a member; 0 when there is none."""
         deep = 0
         for i in range(first, len(self.tokens)):
             text = self.tokens[i].text if self.tokens[i].kind == "sign" else ""
@@ -303,7 +303,7 @@ class Values(ABC):
         return 0
 
     def unclosed(self, start: Token, closer: str) -> NoReturn:
-        """Raise what is wrong where a closing bracket belongs."""
+        """Raise the problem of a token that stands where a closing bracket belongs."""
         if self.word == "for":
             self.refuse("A generator", "Write the brackets [ ] around it.", self.now.start, self.now.end)
         if self.now.kind == "end":

@@ -15,7 +15,7 @@ class Picker:
 
     Args:
         seed: the run's seed.
-        row: which row it is (`Tracking!4`): rows draw independently of each other.
+        row: the row's ref (`Tracking!4`): rows draw independently of each other.
 
     >>> picker = Picker(7, "Play!3")
     >>> sorted(picker.pick("", ["a", "b", "c"]) for _ in range(3))
@@ -27,7 +27,7 @@ class Picker:
         self._sites: dict[str, _Site] = {}
 
     def pick(self, site: str, members: Sequence[Value], charge: Charge = free) -> Value:
-        """The next member for that PICK of the formula; `members` is not empty, `charge` is told the steps it takes."""
+        """Return the next member for one PICK of the formula; `members` is not empty, `charge` gets the steps."""
         if site not in self._sites:
             # seeded with a text, Python hashes it the same way everywhere
             self._sites[site] = _Site(random.Random(f"{self._name}\n{site}"))
@@ -35,7 +35,7 @@ class Picker:
 
 
 class _Site:
-    """What one PICK has drawn: places of the list, so a list of the same length goes on where it was."""
+    """Draws of one PICK, as places of the list, so that a list of the same length continues the sequence."""
 
     def __init__(self, chance: random.Random) -> None:
         self._chance = chance
@@ -57,5 +57,5 @@ class _Site:
 
 
 def _equal(member: Value, last: Value, charge: Charge) -> bool:
-    """Whether two draws look the same; lists are not walked through."""
+    """Return whether two draws are equal; lists are compared by identity alone."""
     return member is last or (not isinstance(member, (list, tuple)) and same(member, last, charge))

@@ -1,4 +1,4 @@
-"""What can be wrong with a formula, while it is read or while it is evaluated."""
+"""Problems of formulas, found while these are read or evaluated, and the user's words for kinds of values."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rrp_sheets.model.values import Failure, Value
 
 
 class FormulaProblem(Exception):
-    """A problem in a formula: a code of the catalogue, the details for its texts, and where.
+    """A problem in a formula: a code of the catalogue, the details for its texts, and its place.
 
     It never leaves this package as an exception at run time: the evaluator turns it into a Failure.
 
@@ -34,21 +34,21 @@ class FormulaProblem(Exception):
 
     @property
     def message(self) -> str:
-        """In the user's words."""
+        """Description of the problem in the user's words."""
         return Phrase(CODES[self.code].message, **self.details)
 
     @property
     def remedy(self) -> str:
-        """What to do about it."""
+        """Advice for correcting the formula."""
         return Phrase(CODES[self.code].remedy, **self.details)
 
     def failure(self, column: int = -1) -> Failure:
-        """The problem as a value."""
+        """Return the problem as a value."""
         return Failure(self.code, self.message, self.column if self.column >= 0 else column)
 
 
 def kind_of(value: Value) -> str:
-    """What a value is, in the user's words.
+    """Return the kind of a value in the user's words.
 
     >>> kind_of("hi"), kind_of(2), kind_of(None), kind_of([])
     ('a text', 'a number', 'blank', 'a list')
@@ -69,7 +69,7 @@ def kind_of(value: Value) -> str:
 
 
 def wrong_kind(needed: str, value: Value) -> FormulaProblem:
-    """The problem that `value` is not `needed` (“a number”)."""
+    """Return the problem that `value` is not `needed` (“a number”)."""
     if value is None:
         return FormulaProblem("FORM102", needed=needed)
     return FormulaProblem(
@@ -81,7 +81,7 @@ _MOST_TOLD = 10  # problems of one formula
 
 
 def together(found: Iterable[FormulaProblem]) -> FormulaProblem:
-    """The first of a formula's problems, with the others; what is wrong with one name is told once."""
+    """Return the first of a formula's problems, with the others; problems with one name count once."""
     known: dict[tuple[object, ...], FormulaProblem] = {}
     for problem in sorted(found, key=lambda p: p.column):
         unknown = problem.details.get("name") if problem.code in ("FORM003", "FORM004", "FORM005") else None
@@ -95,7 +95,7 @@ _OWN_FAULTS = (TypeError, ValueError, ArithmeticError, LookupError, AttributeErr
 
 
 def problem_of(error: Exception) -> FormulaProblem | None:
-    """What an exception while evaluating means to the user; None when the program itself is broken."""
+    """Return the problem that an exception of an evaluation stands for; None when the program itself is broken."""
     if isinstance(error, FormulaProblem):
         return error
     if isinstance(error, ZeroDivisionError):

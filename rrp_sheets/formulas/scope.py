@@ -1,4 +1,4 @@
-"""The names that a formula may use: the row's inputs, helpers, the library, constants; in this order."""
+"""The names that a formula may use: the row's inputs, helpers, constants, tables, and the library's functions."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class HelperDef:
 
 @dataclass(frozen=True)
 class Scope:
-    """All names in scope.
+    """All names that a formula may use.
 
     Attributes:
         inputs: by key, what the connector adds to them included; a row with one input has it under `value` too.
@@ -61,12 +61,12 @@ class Scope:
     propose: Proposals = field(default_factory=Proposals)
 
     def known(self) -> list[str]:
-        """All names that are not functions, for proposing the nearest."""
+        """Return all names that are not functions, for proposing the nearest."""
         named = [i.name for i in self.inputs.values()] + [h.shown for h in self.helpers.values()]
         return named + list(self.constants) + [t.name for t in self.tables.values()]
 
     def table(self, name: str) -> Table | None:
-        """The table that a name in a formula means; tables come last."""
+        """Return the table that a name means, or None; inputs, helpers and constants of that name come before it."""
         k = key(name)
         taken = k in self.inputs or k in self.helpers or k in self.constants
         return None if taken else self.tables.get(k)
@@ -82,7 +82,7 @@ def make_scope(
     kinds: Mapping[str, str] | None = None,
     propose: Proposals | None = None,
 ) -> Scope:
-    """The scope of a row with these input streams (name, record type if known).
+    """Return the scope of a row with these input streams (name, record type if known).
 
     An input without a name (an anonymous stream) is reached as `value`.
 

@@ -1,4 +1,4 @@
-"""Tables: sheets of the user's own, as formulas see them (design: 3-formulas)."""
+"""Tables: the user's own sheets, as formulas use them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Table:
     rows: tuple[Record, ...]
 
     def column(self, name: str) -> list[Value]:
-        """The values of a column from top to bottom; raises KeyError when there is none of that name."""
+        """Return the values of a column from top to bottom; raises KeyError when there is none of that name."""
         k = self.type.keys[key(name)]
         return [row.values[k] for row in self.rows]
 
@@ -42,7 +42,7 @@ class Table:
 
 
 def make_table(name: str, rows: Sequence[Sequence[str]]) -> Table:
-    """A table from its cells' texts, the header first. Of columns with one name, the first counts.
+    """Return a table from its cells' texts, the header first. Of columns with one name, the first counts.
 
     >>> table = make_table("Parts", [["Ask", "Zone"], ["Where is my head?", "1"], ["And my hand?", ""]])
     >>> table.rows[0], table.column("zone")
@@ -60,7 +60,7 @@ def make_table(name: str, rows: Sequence[Sequence[str]]) -> Table:
 
 
 def value_of(text: str) -> Value:
-    """What a cell's text is: a number, TRUE or FALSE, blank, or the text.
+    """Return the value of a cell's text: a number, TRUE or FALSE, blank, or the text.
 
     Numbers with leading zeros (`007`, `0170 123`) are names of something, not amounts.
 

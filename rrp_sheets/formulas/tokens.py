@@ -1,4 +1,4 @@
-"""What the user typed, cut into tokens. Every token knows its place in the typed text.
+"""Tokens of a formula as the user typed it, each with its place in the typed text.
 
 Folded here, outside of texts: full-width characters, dashes and minus signs, no-break spaces. Texts may stand between
 straight or smart quotes; a quote is doubled, or has a backslash before it, to stand in a text.
@@ -36,7 +36,7 @@ _HEX = re.compile(r"[0-9a-fA-F]+")
 
 
 def closing(typed: str, at: int) -> int:
-    """The place of the quote that ends the text which begins at a place."""
+    """Return the place of the quote that ends the text which begins at a place."""
     opener = typed[at]
     kind = _DOUBLE if opener in _DOUBLE else _SINGLE
     end = _next(typed, at, PAIRS.get(opener, opener))
@@ -73,7 +73,7 @@ def _next(typed: str, at: int, closers: str) -> int:
 
 
 def decode(typed: str, opener: int, start: int, end: int) -> str:
-    """The characters of a text: doubled quotes are one, and a backslash gives what follows it a meaning."""
+    """Return the characters of a text: doubled quotes become one, and backslashes give a meaning to what follows."""
     body = typed[start:end]
     kind = PAIRS.get(typed[opener], typed[opener])
     if "\\" not in body and not any(c in body for c in kind):
@@ -152,7 +152,7 @@ class Hole:
 
 
 def tokenize(typed: str, is_table: Callable[[str], bool] = lambda _name: False) -> list[Token]:
-    """The tokens of a formula; a leading `=` is none of them.
+    """Return the tokens of a formula, without a leading `=`.
 
     Args:
         typed: the cell's text.
@@ -176,7 +176,7 @@ def tokenize(typed: str, is_table: Callable[[str], bool] = lambda _name: False) 
 
 
 def fold(text: str) -> str:
-    """The text with every character that has a plain form in that form; as long as before."""
+    """Return the text with every character that has a plain form in that form; its length stays the same."""
     return text if text.isascii() else "".join(c if c.isascii() else _plain(c) for c in text)
 
 
@@ -197,7 +197,7 @@ class _Lexer:
         self.holes = 0  # texts with values within each other
 
     def read(self, at: int, in_text: bool) -> tuple[list[Token], int]:
-        """The tokens from a place on; in a text's hole, up to what ends the hole. And the place behind them."""
+        """Return the tokens from a place on (in a text's hole, up to what ends the hole), and the place behind them."""
         tokens: list[Token] = []
         plain, size, deep = self.plain, len(self.plain), 0
         while True:
@@ -226,7 +226,7 @@ class _Lexer:
             at = token.end
 
     def _odd(self, at: int) -> Token:
-        """A token that begins with another character: a text, or a name that is not Latin."""
+        """Return the token that begins with another character: a text, or a name that is not Latin."""
         c = self.typed[at]
         if c in QUOTES:
             end = closing(self.typed, at)
@@ -236,7 +236,7 @@ class _Lexer:
         raise _strange(self.typed, at)
 
     def _name(self, token: Token) -> Token:
-        """The whole name; with a quote right behind it, it is a text's `f`; with a bracket, maybe a table's column."""
+        """Return the token of a whole name; before a quote, a text with values; before [, maybe a table's column."""
         end, plain = token.end, self.plain
         while end < len(plain) and not plain[end].isascii() and f"a{plain[end]}".isidentifier():
             end += 1
@@ -270,7 +270,7 @@ class _Lexer:
 
     # ---- texts with values in them
     def _text_with_values(self, at: int) -> tuple[tuple[str | Hole, ...], int]:
-        """The parts of a text with values in it; `at` is the place of its quote."""
+        """Return the parts of a text with values in it, and the place behind it; `at` is the place of its quote."""
         typed, opener = self.typed, self.typed[at]
         closers = PAIRS.get(opener, opener)
         if typed.startswith(opener * 3, at):  # Python's triple quote; to a spreadsheet, a quote at the beginning
@@ -334,7 +334,7 @@ _REMEDIES = {
 
 
 def _strange(typed: str, at: int) -> FormulaProblem:
-    """The problem of a character that nothing can begin with."""
+    """Return the problem of a character with which nothing can begin."""
     c = typed[at]
     found = _ERROR_VALUE.match(typed, at)
     if found:

@@ -174,7 +174,7 @@ class _Resolver(Calls):
         return node
 
     def _column(self, node: ast.Subscript, table: Table) -> ast.expr:
-        """A column of a table: the list of its values."""
+        """Return a column of a table as a constant: the list of its values."""
         name = str(node.slice.value) if isinstance(node.slice, ast.Constant) else ""
         if key(name) in table.type.keys:
             return ast.copy_location(plain(table.column(name)), node)
@@ -233,7 +233,7 @@ class _Resolver(Calls):
         raise FormulaProblem("FORM007", column, len(field), record=record.name, field=field, remedy=remedy)
 
     def _record_of(self, owner: ast.expr) -> RecordType | None:
-        """The record type of a name, of a field that is itself a record (`ball.value.x`), or of a table's row."""
+        """Return the record type of a name, of a field that is a record (`ball.value.x`), or of a table's row."""
         if isinstance(owner, ast.Name) and key(owner.id) not in self.local:
             found = self.scope.inputs.get(key(owner.id))
             return found.record if found else None

@@ -1,4 +1,4 @@
-"""Trying one formula with inputs from outside: JSON, or what somebody typed."""
+"""Evaluation of a single formula with inputs from outside: JSON, or typed text."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _KINDS = {bool: "truth", int: "number", float: "number", str: "text"}
 
 @dataclass(frozen=True)
 class Answer:
-    """What became of a formula.
+    """Result of the trial of a formula.
 
     Attributes:
         outcome: `ok`; `rejected` before it was evaluated; or `error`, found by evaluating it.
@@ -44,7 +44,7 @@ class Answer:
     others: tuple[Answer, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """As `formula --json` answers."""
+        """Return the answer as `formula --json` prints it."""
         if self.outcome == "ok":
             return {"outcome": "ok", "value": to_json(self.value)}
         told = {"outcome": self.outcome, "code": self.code, "message": self.message, "column": self.column}
@@ -52,7 +52,7 @@ class Answer:
 
 
 def try_formula(text: str, inputs: Mapping[str, Any], interpreter: GuardedInterpreter | None = None) -> Answer:
-    """Evaluate a formula once. Inputs are what JSON knows; an object is a payload record with its keys as fields.
+    """Evaluate a formula once. Inputs are values of JSON; an object becomes a record with its keys as fields.
 
     >>> try_formula("IF(ball.distance > 3; 1; 0)", {"ball": {"distance": 5}}).value
     1
@@ -77,7 +77,7 @@ def try_formula(text: str, inputs: Mapping[str, Any], interpreter: GuardedInterp
 
 
 def answer_line(line: str, interpreter: GuardedInterpreter | None = None) -> Answer:
-    """The answer to `{"formula": …, "inputs": {…}}`; a line that is none is rejected with the reason.
+    """Return the answer to `{"formula": …, "inputs": {…}}`; any other line is rejected with the reason.
 
     >>> answer_line('{"formula": "x & 1", "inputs": {"x": "a"}}').value, answer_line("{").code
     ('a1', 'FORM022')
@@ -97,7 +97,7 @@ def answer_line(line: str, interpreter: GuardedInterpreter | None = None) -> Ans
 
 
 def typed_value(text: str) -> Any:
-    """The value that somebody typed for an input: JSON, or what a cell of a table would be.
+    """Return the value that was typed for an input: JSON, or what a cell of a table would be.
 
     >>> typed_value("2.5"), typed_value("red"), typed_value('{"x": 1}'), typed_value("TRUE"), typed_value("[1, 2]")
     (2.5, 'red', {'x': 1}, True, [1, 2])
@@ -125,7 +125,7 @@ def _no_constant(name: str) -> None:
 
 
 def _value(value: Any, name: str, left: list[int], depth: int) -> Value:
-    """A value from JSON as formulas know it; everything has a bound."""
+    """Return a value from JSON as formulas know it; raises FormulaProblem when it is too large or unfit."""
     left[0] -= 1
     if left[0] < 0:
         raise FormulaProblem("FORM022", reason=f"the inputs have more than {MOST_LEAVES} values")
@@ -140,7 +140,7 @@ def _value(value: Any, name: str, left: list[int], depth: int) -> Value:
 
 
 def _unfit(value: Any, name: str) -> str:
-    """What is wrong with a value, or nothing."""
+    """Return the problem with a value in words, or an empty text."""
     if value is None or isinstance(value, bool):
         return ""
     if isinstance(value, str):

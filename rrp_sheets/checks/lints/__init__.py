@@ -1,6 +1,6 @@
-"""What can be seen before the run: rows that work, but surely not as they are meant (design: 4-streams, Lints).
+"""Lints: warnings about rows that work, but probably not as they are meant.
 
-Every lint is to be quiet on workbooks that are in order; what is not certain is left alone.
+A lint must report nothing on workbooks that are in order, so it reports only what is certain.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""Rows that can drive one part of the robot at one time (design: 4-streams, Actuator conflict).
+"""Rows that can drive one part of the robot at one time.
 
-Two rows are in each other's way when they use one resource at equal Priority, their conditions can hold together, and
+Two rows conflict when they use one resource at equal Priority, their conditions can hold together, and
 
 - a value that comes from one event reaches both at the same instant; or
 - one of them drives its actuator again and again, so that the other is cut off at once; or
-- they stand in different behaviours: who wrote the one need not know of the other.
+- they stand in different behaviours, whose authors need not know of each other.
 
 Within one behaviour, rows that different events drive are left alone: the newer one replaces the older one, which is
 what a therapist who presses another button means. So are rows that follow each other through a done stream.
@@ -31,7 +31,7 @@ _SHARED = frozenset({"memory", "all"})  # remembering a face, and ending the run
 
 @dataclass(frozen=True, slots=True)
 class _Driver:
-    """A subscribe row as the lint sees it; `joints` are those that it moves, when it does not move a whole part."""
+    """A subscribe row with all that it uses; `joints` is empty unless the setting Joint names them."""
 
     step: Step
     behaviour: str
@@ -47,7 +47,7 @@ class _Driver:
 
 
 def lint_conflicts(material: Material) -> None:
-    """Report, at each row, the first row before it that it is in the way of."""
+    """Report, at each row, the first row before it with which it conflicts."""
     drivers: list[_Driver] = []
     left = MOST_PAIRS
     told: set[tuple[str, str, str]] = set()
@@ -70,7 +70,7 @@ def lint_conflicts(material: Material) -> None:
 
 
 def _first(told: set[tuple[str, str, str]], one: _Driver, other: _Driver, resource: str) -> bool:
-    """Whether this is the first finding about a resource of two behaviours: one is enough."""
+    """Record a finding about a resource of two behaviours, and return whether it is the first: one is enough."""
     pair = (*sorted((one.behaviour, other.behaviour)), resource)
     found = (pair[0], pair[1], pair[2])
     fresh = found not in told
@@ -101,7 +101,7 @@ def _drivers(material: Material) -> Iterator[_Driver]:
 
 
 def _uses(step: Step, fact: Fact, material: Material) -> frozenset[str]:
-    """What a row's actuator uses; of a gesture that the value names, what those use that it can name."""
+    """Return the resources that a row's actuator uses; for a gesture named by the value, those of all possible ones."""
     stream = material.graph.streams[step.output]
     if stream.device is None:
         return frozenset()
@@ -117,14 +117,14 @@ def _uses(step: Step, fact: Fact, material: Material) -> frozenset[str]:
 
 
 def _joints(step: Step, material: Material) -> frozenset[str]:
-    """The joints that a row moves, where its actuator has the setting Joint."""
+    """Return the joints that a row moves, where its actuator has the setting Joint."""
     named = key(str(material.graph.streams[step.output].settings.get("joint") or ""))
     robot = material.robot
     return frozenset((robot.joints[named].name,) if named in robot.joints else robot.groups.get(named, ()))
 
 
 def _in_the_way(one: _Driver, other: _Driver, resource: str, material: Material) -> str:
-    """How two rows are in each other's way, in words; empty when they are not."""
+    """Return in words why two rows conflict over a resource; empty when they do not."""
     if one.step.row.priority != other.step.row.priority or one.routes is None or other.routes is None:
         return ""
     if one.joints and other.joints and not one.joints & other.joints:
@@ -151,13 +151,13 @@ def _in_the_way(one: _Driver, other: _Driver, resource: str, material: Material)
 
 
 def _same_value(one: _Driver, other: _Driver) -> bool:
-    """Whether two rows send one actuator stream the same thing."""
+    """Return whether two rows can only send the same value."""
     first, second = one.fact.known.choices, other.fact.known.choices
     return first is not None and first == second and len(first) == 1
 
 
 def _follow(one: _Driver, other: _Driver, material: Material) -> bool:
-    """Whether one row acts only when what the other has commanded is done."""
+    """Return whether one row acts only when a command of the other has ended."""
     origins = {r.origin for r in one.routes or ()}
     done = {
         k for k in origins if k in material.graph.streams and material.graph.streams[k].done_of == other.step.output

@@ -46,7 +46,7 @@ def lint_deadlock(material: Material) -> None:
 
 
 def _needs(step: Step) -> tuple[str, ...]:
-    """The inputs without which a row does nothing; of those that take any input, all."""
+    """Return the inputs without which a row does nothing; for a row that takes any input, all of them."""
     return step.inputs[:1] if step.connector.name in _FIRST else step.inputs
 
 
@@ -56,14 +56,14 @@ def _needs_all(step: Step) -> bool:
 
 
 def _source(stream: Stream) -> str:
-    """The id of the stream whose rows decide whether a stream has values: of a done stream, its actuator's."""
+    """Return the id of the stream whose rows give a stream its values: for a done stream, its actuator's."""
     return stream.done_of if stream.kind is StreamKind.DONE else stream.id
 
 
 def _never_acting(
     steps: Sequence[Step], makers: Mapping[str, list[Step]], streams: Mapping[str, Stream]
 ) -> dict[str, Step]:
-    """The rows that can never act, by ref."""
+    """Return the rows that can never act, by ref."""
     left = {step.ref: step for step in steps}
     readers: dict[str, list[Step]] = {}
     for step in steps:
@@ -90,7 +90,7 @@ def _never_acting(
 def _behind(
     actuator: str, dead: Mapping[str, Step], makers: Mapping[str, list[Step]], streams: Mapping[str, Stream]
 ) -> set[str]:
-    """The rows that never act and for which an actuator waits."""
+    """Return the refs of the rows that never act and for which an actuator waits."""
     found: set[str] = set()
     seen = {actuator}
     waiting = [actuator]

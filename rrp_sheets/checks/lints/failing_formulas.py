@@ -1,4 +1,4 @@
-"""Formulas that will not do: they fail on the examples, are no condition, or join what does not go together."""
+"""Formulas that fail on the examples, give no condition to a filter, or read merged values of different kinds."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _ANY_VALUE = "any event"  # what an actuator takes that does not look at the val
 
 
 def lint_formulas(material: Material) -> None:
-    """Report what the facts say about the rows' formulas."""
+    """Report the problems of the rows' formulas that follow from the facts."""
     for step in material.steps():
         formula = material.compiled.formulas.get(step.ref)
         if formula is not None and not _no_condition(step, formula, material):
@@ -33,7 +33,7 @@ def lint_formulas(material: Material) -> None:
 
 
 def _no_condition(step: Step, formula: Formula, material: Material) -> bool:
-    """A filter whose formula gives a text, a list or a record: it would fail on every event."""
+    """Report a filter whose formula gives a text, a list or a record, and return whether it does."""
     if step.connector.name != "filter":
         return False
     names = {n: material.fact(i).known for n, i in zip(formula.names, step.inputs, strict=True)}
@@ -60,7 +60,7 @@ def _trouble(step: Step, material: Material) -> None:
 
 
 def _said(formula: Formula, name: str, value: Value) -> list[str]:
-    """An example in words; of a record the fields that the formula reads."""
+    """Return an example in words; of a record, only the fields that the formula reads."""
     shown = name.strip() or "value"
     if isinstance(value, Record):
         nodes = (n for n in ast.walk(formula.tree) if isinstance(n, ast.Attribute))
@@ -73,7 +73,7 @@ def _said(formula: Formula, name: str, value: Value) -> list[str]:
 
 
 def _mixed(step: Step, material: Material) -> None:
-    """Inputs of a merge whose values differ in kind, where somebody needs them to be alike."""
+    """Report a merge of values of different kinds, where a row or an actuator needs them to be alike."""
     facts = [material.fact(i) for i in step.inputs]
     first = facts[0]
     if not first.has_example or first.example is None:
@@ -97,7 +97,7 @@ def _kind(value: Value) -> str:
 
 
 def _use(stream: str, values: list[Value], material: Material, merge: Step, seen: set[str]) -> str | None:
-    """How the values of a stream are used so that their kind matters, in words; None when only their coming counts."""
+    """Return in words how a stream's values are used so that their kind matters; None when it does not."""
     plain = not any(isinstance(v, Record) for v in values)
     seen.add(stream)
     for reader in material.readers.get(stream, []):
@@ -120,7 +120,7 @@ def _use(stream: str, values: list[Value], material: Material, merge: Step, seen
 
 
 def _looks(stream: Stream) -> bool:
-    """Whether an actuator looks at the value, and not only at its coming."""
+    """Return whether an actuator uses the value, and not only its arrival."""
     return stream.device is not None and not stream.device.type.takes.startswith(_ANY_VALUE)
 
 

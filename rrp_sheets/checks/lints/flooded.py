@@ -1,4 +1,4 @@
-"""Streams that come many times a second into speech."""
+"""Speech that is driven by streams with many values a second."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PERIOD = "10 s"  # of the throttle that is proposed, in words and as a fix
 
 
 def lint_flooded(material: Material) -> None:
-    """Report rows that would make the robot speak without end."""
+    """Report rows that would make the robot speak without a pause."""
     counted: set[str] = set()
     for step in material.steps():
         if step.connector.name == "accumulate" or counted.intersection(step.inputs):
@@ -38,7 +38,7 @@ def lint_flooded(material: Material) -> None:
 
 
 def _fixes(step: Step, material: Material) -> list[Fix]:
-    """A throttle before the row, or only what has changed."""
+    """Return the fixes: a throttle before the row, or a changes row, which passes only different values."""
     row = step.row
     names = [c.text for c in row.inputs] or [material.graph.streams[i].name for i in step.inputs]
     formula = material.compiled.formulas.get(step.ref)

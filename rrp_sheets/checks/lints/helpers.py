@@ -10,7 +10,7 @@ from rrp_sheets.model.names import key
 
 
 def lint_helpers(material: Material) -> None:
-    """Report what could be left out of the Helpers sheet."""
+    """Report unused helpers, and inputs that a helper does not use."""
     helpers = material.compiled.helpers
     if not helpers.by_key or material.report.errors:
         return  # what is wrong elsewhere may be what would use them
@@ -36,7 +36,7 @@ def lint_helpers(material: Material) -> None:
 
 
 def _words_of_unread_formulas(material: Material) -> set[str]:
-    """Names in formulas that could not be read, or are switched off, and in the cells of tests: they count as uses."""
+    """Return the names in formulas that are unreadable or switched off, and in tests: they count as uses."""
     texts = [
         row.formula.text
         for b in material.workbook.behaviours

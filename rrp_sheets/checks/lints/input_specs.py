@@ -1,4 +1,4 @@
-"""Values that an actuator cannot use, or not whole: what the driver would tell on the row, told before the run."""
+"""Values that an actuator cannot use, or that exceed its limits, by the rules of its driver."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ _WORDS = {NUMBER: "a number", TEXT: "a text", TRUTH: "TRUE or FALSE", LIST: "a l
 
 @dataclass(frozen=True, slots=True)
 class InputSpec:
-    """What an actuator can use.
+    """The values that an actuator can use.
 
     Attributes:
-        kinds: of values; blank always is (it stops).
-        wrong: what is wrong with a value of these kinds, in words, or an empty text.
+        kinds: of values that it accepts; blank is always accepted (it stops the actuator).
+        wrong: returns the problem with a value of these kinds, in words, or an empty text.
         remedy: what to send instead.
         needs: the fields that a record must have.
-        lacks: what a record without them is, in words.
+        lacks: describes a record without them, in words.
     """
 
     kinds: frozenset[str]
@@ -51,7 +51,7 @@ class InputSpec:
 
 
 def lint_taking(material: Material) -> None:
-    """Report rows that send an actuator what it cannot use."""
+    """Report rows that send an actuator values that it cannot use."""
     seeing = {s.id for s in material.graph.streams.values() if _sees(s)}
     ancestors: dict[str, frozenset[str]] = {}
     for step in material.steps():
@@ -90,7 +90,7 @@ def _check(step: Step, stream: Stream, taker: InputSpec, material: Material) -> 
 
 
 def _what_is_wrong(fact: Fact, stream: Stream, taker: InputSpec, material: Material) -> tuple[str, Value]:
-    """What is wrong, in words, and with which value; an empty text when nothing is."""
+    """Return the problem in words, and the value that has it; an empty text when there is none."""
     known = fact.known
     if known.choices:
         found = ((_wrong(c, stream, taker, material), c) for c in known.choices if c is not None)
@@ -106,7 +106,7 @@ def _what_is_wrong(fact: Fact, stream: Stream, taker: InputSpec, material: Mater
 
 
 def _stands(value: Value, material: Material) -> str:
-    """Where a text that cannot be used comes from, when it stands in a table."""
+    """Return in words the table column that holds an unusable text; empty when none does."""
     if not isinstance(value, str):
         return ""
     columns = [
@@ -145,7 +145,7 @@ def _colour(value: Value, stream: Stream, material: Material) -> str:
 
 
 def _named(value: Value, setting: Setting, robot: Robot) -> str:
-    """What is wrong with a text that should name something."""
+    """Return in words the problem with a text that should name something; empty when there is none."""
     _, wants = understand(setting, str(value), robot)
     return Phrase("{value}, which is not {wants}", value=show(value), wants=wants) if wants else ""
 
@@ -220,7 +220,7 @@ _SETTING_DECIDES = {"Posture": "name", "Gesture": "name", "Wait": "time"}
 
 
 def _taker(kind: DeviceType, stream: Stream) -> InputSpec | None:
-    """What an actuator can use; None when any event will do."""
+    """Return the values that an actuator can use; None when any event will do."""
     decides = _SETTING_DECIDES.get(kind.name)
     if decides and stream.settings.get(decides) not in (None, ""):
         return None
@@ -246,7 +246,7 @@ def _limits(step: Step, stream: Stream, fact: Fact, material: Material) -> None:
 
 
 def _limited(stream: Stream, fact: Fact, robot: Robot) -> list[tuple[str, list[float], float, float, str]]:
-    """What has limits: its name, the values that it will surely be given, and the limits."""
+    """Return what has limits: its name, the values that it will surely be given, the limits and their unit."""
     assert stream.device is not None
     if stream.device.type.name == "EyeBrightness":
         return [("the eyes", _sure_values(fact), 0.0, 1.0, "")]
@@ -274,7 +274,7 @@ def _lists(fact: Fact) -> list[list[Value]]:
 def _pitches(
     names: tuple[str, ...], lists: list[list[Value]], robot: Robot
 ) -> list[tuple[str, list[float], float, float, str]]:
-    """The head's pitch at the yaw that is sent with it: turned to the side it can nod less."""
+    """Return the head's pitch with its limits at the yaw that is sent with it: turned aside, it can nod less."""
     found: list[tuple[str, list[float], float, float, str]] = []
     yaw, pitch = names.index("HeadYaw"), names.index("HeadPitch")
     for values in lists:
@@ -286,7 +286,7 @@ def _pitches(
 
 
 def _sure_values(fact: Fact) -> list[float]:
-    """Numbers that will be sent: those of a formula's branches, bounds that nothing can be within, the example."""
+    """Return numbers that will surely be sent: a formula's possible results, or the example and the nearest bound."""
     known = fact.known
     if known.choices is not None:
         return [c for c in known.choices if _is_number(c)]
@@ -295,7 +295,7 @@ def _sure_values(fact: Fact) -> list[float]:
 
 
 def _far_end(known: AbstractValue) -> list[float]:
-    """The end of the bounds that is nearest to 0, when all values lie on one side of it."""
+    """Return the bound that is nearest to 0, when all values lie on one side of it; else nothing."""
     return [known.low] if 0 < known.low < 1e9 else [known.high] if -1e9 < known.high < 0 else []
 
 

@@ -1,4 +1,4 @@
-"""What the lints look at, and how they name rows and streams."""
+"""The checked workbook as the lints read it, and the names of rows and streams in their findings."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from rrp_sheets.model.workbook import Workbook
 
 @dataclass(frozen=True)
 class Material:
-    """A workbook as the lints see it.
+    """A workbook with its routes and readers, and the report for the findings of the lints.
 
     Attributes:
         running: keys of the behaviours that run, or that another one can switch on.
@@ -39,26 +39,26 @@ class Material:
                 self.readers.setdefault(stream, []).append(step)
 
     def steps(self) -> Iterator[Step]:
-        """All rows that are active, behaviour by behaviour, in the order in which they settle."""
+        """Yield all active rows with inputs, behaviour by behaviour, in the order in which they settle."""
         for behaviour in self.behaviours():
             yield from (s for s in sorted(behaviour.steps, key=lambda s: s.rank) if s.active and s.inputs)
 
     def behaviours(self) -> list[BehaviourGraph]:
-        """The behaviours that can run."""
+        """Return the behaviours that can run."""
         return [b for b in self.graph.behaviours if b.key in self.running]
 
     def fact(self, stream: str) -> Fact:
-        """What is known about a stream (or, by its ref, about what a subscribe row sends)."""
+        """Return what is known about a stream or, by its ref, about what a subscribe row sends."""
         return self.compiled.facts.get(stream, Fact())
 
     def name(self, stream: str) -> str:
-        """A stream's name; of one without name the row that gives it."""
+        """Return a stream's name or, for one without a name, the row that gives it."""
         found = self.graph.streams[stream]
         return found.name or Phrase("what row {row} gives", row=found.address.row)
 
 
 def row_of(step: Step, seen_from: Step) -> str:
-    """`row 5`, or `row 5 of the sheet Look` when it is in another sheet."""
+    """Return `row 5`, or `row 5 of the sheet Look` when it is in another sheet."""
     sheet = step.row.output.address.sheet
     other = key(sheet) != key(seen_from.row.output.address.sheet)
     return (

@@ -1,4 +1,4 @@
-"""The stale combination: combineLatest joins a value that has ended long ago with new ones (thesis, 4.4.8)."""
+"""The stale combination: combineLatest joins a value that has ended long ago with new ones; with fixes for it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _TIMES = frozenset({"t", "timestamp"})
 
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """How a stream's values come.
+    """The way in which a stream's values come.
 
     Attributes:
         filters: refs of the filter rows that hold some of them back.
@@ -76,7 +76,7 @@ def _pace(stream: str, material: Material, paces: dict[str, Pace]) -> Pace:
 
 
 def _after(step: Step, inputs: Sequence[Pace]) -> Pace:
-    """The pace of what a row gives."""
+    """Return the pace of a row's output."""
     name, first = step.connector.name, inputs[0]
     if name == "filter":
         return replace(first, filters=first.filters | {step.ref})
@@ -95,7 +95,7 @@ def _after(step: Step, inputs: Sequence[Pace]) -> Pace:
 
 
 def _stale_pair(step: Step, inputs: Sequence[Pace], material: Material) -> tuple[int, int] | None:
-    """The places of an input that may be old and of one that goes on, when nothing bounds the age."""
+    """Return the places of an input that may be old and of one that goes on, or None when the age is bounded."""
     formula = material.compiled.formulas.get(step.ref)
     if formula is None and step.row.formula:
         return None  # the formula is wrong, which is told there
@@ -113,12 +113,12 @@ def _stale_pair(step: Step, inputs: Sequence[Pace], material: Material) -> tuple
 
 
 def _asks(formula: Formula | None, place: int) -> bool:
-    """Whether a formula looks at an input, so that a blank one makes a difference."""
+    """Return whether a formula uses an input, so that a blank one makes a difference."""
     return formula is None or formula.names[place] in formula.used
 
 
 def _compares_times(formula: Formula | None, old: int, new: int) -> bool:
-    """Whether a formula uses the times of both inputs, or passes them on whole."""
+    """Return whether a formula uses the times of both inputs; a row without formula passes them on whole."""
     return formula is None or (_uses_time(formula, old) and _uses_time(formula, new))
 
 
@@ -142,7 +142,7 @@ LONGEST_AGE = f"{LONGEST_SECONDS} s"
 
 
 def remedies(step: Step, rare: str, material: Material) -> list[Fix]:
-    """Forgetting the old value, or timestamps; none for a row whose formula or names they could not follow."""
+    """Return fixes that forget the old value or compare timestamps; none for rows that they cannot rewrite."""
     formula = step.row.formula.text
     named = [material.graph.streams[i].name for i in step.inputs]
     if not formula or not all(named) or not step.row.inputs:
@@ -192,7 +192,7 @@ def _timing(step: Step, material: Material) -> Fix | None:
 
 
 class _Writer:
-    """Edits around a row; what is inserted before it moves it down."""
+    """Collects edits around a row; a row that is inserted before it moves it down."""
 
     def __init__(self, step: Step) -> None:
         row = step.row
@@ -211,13 +211,13 @@ class _Writer:
         self.below += after
 
     def put(self, inputs: str, formula: str, output: str) -> None:
-        """Change the row itself; what is the same already is left alone."""
+        """Set the row's inputs, formula and output."""
         for column, text in zip((self.columns[0], *self.columns[2:]), (inputs, formula, output), strict=True):
             self.edits.append(Put(Address(self.sheet, self.number, column), text))
 
 
 def _opened(step: Step, material: Material) -> str:
-    """The row's formula; a helper's name alone becomes a call of it."""
+    """Return the row's formula; a helper's name alone becomes a call of it."""
     text = step.row.formula.text
     helper = material.compiled.helpers.by_key.get(key(text))
     if helper is None or not helper.parameters:
@@ -227,13 +227,13 @@ def _opened(step: Step, material: Material) -> str:
 
 
 def _only_sent(step: Step, material: Material) -> bool:
-    """Whether all that take what the row gives send it on to actuators as it is."""
+    """Return whether all readers of a row's output send it on to actuators as it is."""
     readers = material.readers.get(step.output, [])
     return all(r.connector.is_sink and not r.row.formula for r in readers)
 
 
 def _free(name: str, step: Step, material: Material) -> str:
-    """A name that no stream of the workbook has."""
+    """Return a name that no stream of the workbook has."""
     sheet = key(step.row.output.address.sheet)
     streams: Mapping[str, object] = material.graph.streams
     taken, wanted, n = name, name, 2
@@ -246,7 +246,7 @@ _PIECE = re.compile(r"""(?P<text>"(?:[^"]|"")*"|'(?:[^']|'')*')|(?P<name>[^\W\d]
 
 
 def renamed(text: str, new: Mapping[str, str]) -> str | None:
-    """The formula with names replaced; None for texts with values in them (`f"…{x}…"`), where that is not safe.
+    """Return the formula with names replaced; None for texts with values in them (`f"…{x}…"`), where that is unsafe.
 
     >>> renamed('ballX & "ballX" & ball.ballX', {"ballX": "newX"})
     'newX & "ballX" & ball.ballX'

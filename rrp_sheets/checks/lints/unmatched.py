@@ -1,4 +1,4 @@
-"""Cells of a table that a sensor's value is compared with, but that it never has: a misspelt place, a word too many."""
+"""Cells of a table that are compared with a sensor's value but never equal to it, such as a misspelt place."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SHOWN = 12  # texts that are listed
 
 @dataclass
 class _Column:
-    """A column of a table that is compared with something, and what that can be."""
+    """A column of a table that is compared with something, and the texts that this can be."""
 
     table: Table
     name: str
@@ -74,7 +74,7 @@ def _listed(texts: Sequence[str]) -> str:
 def _compared(
     tree: ast.AST, names: Mapping[str, AbstractValue], tables: Mapping[str, Table]
 ) -> Iterator[tuple[Table, str, AbstractValue]]:
-    """The columns that a formula compares with something, and what is known about that."""
+    """Yield the columns that a formula compares with something, and what is known about that."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Compare) and len(node.ops) == 1 and isinstance(node.ops[0], (ast.Eq, ast.NotEq)):
             sides = node.left, node.comparators[0]
@@ -89,7 +89,7 @@ def _compared(
 
 
 def _cell(node: ast.AST, names: Mapping[str, AbstractValue], tables: Mapping[str, Table]) -> tuple[Table, str] | None:
-    """`part.zone`: the column that a field of a table's row is of."""
+    """Return the table's column that a field of its row belongs to, as in `part.zone`; None for other nodes."""
     if not isinstance(node, ast.Attribute):
         return None
     known = known_of(node.value, names)
@@ -100,7 +100,7 @@ def _cell(node: ast.AST, names: Mapping[str, AbstractValue], tables: Mapping[str
 
 
 def _whole(node: ast.AST, tables: Mapping[str, Table]) -> tuple[Table, str] | None:
-    """`Parts[Zone]`: the column whose values these are; they were put into the tree when the formula was read."""
+    """Return the column of `Parts[Zone]`, found by its values, which stand in the tree instead; else None."""
     if not isinstance(node, ast.Constant) or not isinstance(node.value, list):
         return None
     values: list[Value] = node.value

@@ -1,4 +1,4 @@
-"""What never happens: filters that nothing can pass or nothing can stop, streams that never have a value."""
+"""Filters that nothing can pass or nothing can stop, and done streams that never have a value."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rrp_sheets.model.values import show
 
 
 def lint_never(material: Material) -> None:
-    """Report filters that never pass and done streams that never come."""
+    """Report filters that pass nothing or everything, and done streams that never have a value."""
     for step in material.steps():
         if step.connector.name == "filter":
             _filter(step, material)
@@ -55,7 +55,7 @@ def _filter(step: Step, material: Material) -> None:
 
 
 def _without_input(step: Step, formula: Formula, material: Material) -> None:
-    """A filter that asks nothing of what arrives: all of it passes, or nothing."""
+    """Report a filter whose formula does not use what arrives: all of it passes, or nothing."""
     if any(isinstance(n, Pick) for n in ast.walk(formula.tree)):
         return  # it is drawn anew each time
     value = material.compiled.examples.value(formula, [None] * len(formula.names))
@@ -73,7 +73,7 @@ def _without_input(step: Step, formula: Formula, material: Material) -> None:
 
 
 def _filters_before(step: Step, material: Material) -> list[Step]:
-    """The filter rows on the way to a row."""
+    """Return the first three filter rows on the way to a row."""
     routes = material.routes.of.get(step.inputs[0]) or ()
     steps = {s.ref: s for s in material.steps()} if routes else {}
     return [steps[ref] for ref in dict.fromkeys(ref for r in routes for ref in r.filters)][:3]
