@@ -1,4 +1,4 @@
-"""The ethics pack of a workbook's file: read, check, test, compare, set, write."""
+"""Ethics pack of a workbook's file: the workbook is read, checked, tested and compared, and the PDF set and written."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Printed:
 
 @dataclass(frozen=True)
 class Gathered:
-    """A pack that is not set yet: the workbook, checked; everything in it; its diagrams by their files' names."""
+    """Contents of a pack that is not set yet: the workbook, checked; all texts; its diagrams by their files' names."""
 
     checked: Checked
     pack: Pack
@@ -83,7 +83,7 @@ def make(
     path: Path, *, against: Path | None = None, paper: Paper = "a4", language: str = "", draft: bool = False,
     today: date | None = None,
 ) -> Printed:  # fmt: skip
-    """The pack of a workbook's file, set.
+    """Make the pack of a workbook's file as a PDF.
 
     Raises:
         SheetsError: see `gather`; or the PDF cannot be set.
@@ -99,7 +99,7 @@ def _set(found: Gathered, paper: Paper) -> Printed:
 def gather(
     path: Path, *, against: Path | None = None, language: str = "", draft: bool = False, today: date | None = None
 ) -> Gathered:
-    """What stands in the pack of a workbook's file.
+    """Collect the contents of the pack of a workbook's file.
 
     Raises:
         UnreadableFile: one of the workbooks cannot be read.
@@ -146,7 +146,7 @@ def _result(case: CaseResult, words: Texts) -> TestSheetResult:
 
 
 def _changes(mine: tuple[Reading, Checked], against: Path, words: Texts) -> Changes:
-    """What is different from the approved version, and which rows bear a mark."""
+    """Return the differences from the approved version, with the marks of changed rows."""
     approved = open_checked(against)
     found: Comparison = compare(approved, mine)
     version = approved[1].workbook.protocol.text("Version")

@@ -1,6 +1,6 @@
-"""Starting and supervising the processes of a run and those that a server asks: each is a module of this package.
+"""Starting and supervising worker processes, of a run or of a server: each runs a module of this package.
 
-A process has a connection to its starter, on which both say lines of JSON, and may have a heartbeat: whole numbers in
+A process has a connection to its starter, on which both send lines of JSON, and may have a heartbeat: whole numbers in
 memory that both see. Whether it still works is judged by its processor time, not by the clock on the wall: on a busy
 machine a healthy process may be late.
 """
@@ -28,7 +28,7 @@ LONGEST_LOOK = 0.5
 
 
 class ChildProcess:
-    """A started process of ours, and how it ended.
+    """A started process of ours, with the connection to it, and how it ended.
 
     Args:
         module: what it runs; its first argument is the number of its end of the connection.
@@ -62,7 +62,7 @@ class ChildProcess:
 
     @property
     def ended(self) -> bool:
-        """Whether it has ended."""
+        """True when the process has ended."""
         return self._process.poll() is not None
 
     def say(self, *message: Any) -> bool:
@@ -88,7 +88,7 @@ class ChildProcess:
         self._log.close()
 
     def exit_summary(self) -> str:
-        """How it ended: its exit code and the last line it wrote; empty while it goes on."""
+        """Return its exit code and the last line it wrote; empty while it goes on."""
         try:
             code = self._process.wait(2.0)
         except subprocess.TimeoutExpired:

@@ -1,4 +1,4 @@
-"""Where the bundled folders are: `templates`, `robots` and `workbooks`; and what the build fetched.
+"""Paths of the bundled folders `templates`, `robots` and `workbooks`, and of what the build fetched.
 
 In a wheel they lie under `rrp_sheets/_bundled/`; in a clone they are at the top of the repository.
 """

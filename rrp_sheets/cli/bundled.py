@@ -1,4 +1,4 @@
-"""FILE of a command: a workbook, or a bundle, which is unpacked into a private folder while the command goes on."""
+"""FILE of a command: a workbook, or a bundle, which is unpacked into a private folder while the command runs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class WorkbookArgument(click.ParamType):  # type: ignore[type-arg]  # generic fo
     name = "path"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        """The path."""
+        """Return the path of the workbook, which is unpacked first if it is in a bundle."""
         path = Path(value)
         if ctx is None or not is_bundle(path):
             return path
@@ -31,7 +31,7 @@ class WorkbookArgument(click.ParamType):  # type: ignore[type-arg]  # generic fo
 
 
 def opened(path: Path, *, is_file: bool = True) -> Path:
-    """The same for a command that tells itself what is wrong with a bundle; `is_file`: it is the command's FILE.
+    """Return a workbook's path as `WorkbookArgument` does; `is_file` tells that it is the command's FILE.
 
     Raises:
         UnreadableFile: when it is no bundle.
@@ -45,7 +45,7 @@ def opened(path: Path, *, is_file: bool = True) -> Path:
 
 
 def is_bundle(path: Path) -> bool:
-    """Whether a file is to be taken as a bundle."""
+    """Return whether a path is that of a bundle: an existing .zip file."""
     return path.suffix.casefold() == ".zip" and path.is_file()
 
 
@@ -65,7 +65,7 @@ def runs_of(path: Path) -> tuple[Path, ...]:
 
 
 def _opened(ctx: click.Context, path: Path) -> Bundle:
-    """Unpack a bundle; what is to be known of it is told."""
+    """Unpack a bundle, and print the notes on it."""
     from rrp_sheets.runs.bundle.unpacking import unpacked
 
     bundle = ctx.with_resource(unpacked(path))

@@ -100,7 +100,7 @@ def command(
 
 
 def _examples(checked: Checked) -> dict[str, Any]:
-    """What each row gives for the examples of its inputs, by sheet and row."""
+    """Return the value that each row gives for the examples of its inputs, by sheet and row."""
     from rrp_sheets.checks.shown import row_examples
     from rrp_sheets.model.values import show, to_json
 

@@ -154,7 +154,7 @@ def text_form(reading: Reading) -> str:
 
 
 def unreadable_text(path: Path, error: UnreadableFile) -> str:
-    """What stands for a file that cannot be read as a workbook: another one whenever the file is."""
+    """Return the line shown for a file that is no readable workbook; it differs for different contents."""
     digest = hashlib.sha256()
     with path.open("rb") as file:
         while block := file.read(1 << 20):

@@ -98,7 +98,7 @@ def _show(text: str, answer: Answer) -> None:
 
 
 def _width(text: str) -> int:
-    """How many places a text takes in a terminal."""
+    """Return the number of columns that a text takes in a terminal."""
     wide = {"W": 2, "F": 2}
     return sum(0 if unicodedata.combining(c) else wide.get(unicodedata.east_asian_width(c), 1) for c in text)
 

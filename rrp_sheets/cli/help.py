@@ -41,7 +41,7 @@ def _names() -> list[str]:
 
 
 def _command(name: str) -> str | None:
-    """What a command says of itself; None when there is no such command."""
+    """Return the help text of a command; None when there is no such command."""
     above = click.get_current_context().parent
     if name not in _names() or above is None or not isinstance(above.command, click.Group):
         return None

@@ -95,7 +95,7 @@ def group() -> None:
 
 
 def main() -> None:
-    """The entry point. What the user can mend is told in one or two lines, never as a traceback."""
+    """Run the command line; an error that the user can mend is printed in one or two lines, never as a traceback."""
     try:
         plain_output()
         if not _UNLIMITED.intersection(sys.argv[1:2]):
@@ -126,12 +126,12 @@ def main() -> None:
 
 
 def mute() -> None:
-    """Whoever read our output has gone, as with `| head`: what comes goes nowhere, and nobody complains at the exit."""
+    """Discard all further output, since its reader has gone, as with `| head`; closing it at the exit does not fail."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 
 def fail(error: SheetsError, code: int) -> NoReturn:
-    """Tell an error and leave with an exit code."""
+    """Print an error, and exit with a code."""
     click.echo(f"{click.style('Error:', fg='red', bold=True)} {error.message}", err=True)
     if error.remedy:
         click.echo(f"  → {error.remedy}", err=True)

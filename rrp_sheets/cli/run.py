@@ -1,4 +1,4 @@
-"""`rrp-sheets run FILE`."""
+"""`rrp-sheets run FILE`: runs a workbook on the simulated robot, and prints the run as it goes on."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def _seconds(text: str) -> float | None:
 
 
 def _stop_on_interrupt(watch: Watch) -> None:
-    """Ctrl-C (or a polite kill) asks the run to stop: the robot halts at once, and everything is written."""
+    """Let Ctrl-C, SIGTERM and SIGHUP stop the run: the robot halts at once, and everything is written."""
     if threading.current_thread() is not threading.main_thread():
         return
 
@@ -131,14 +131,14 @@ class Watch(RunView):
         self._hidden = 0  # commands that were not shown
 
     def _echo(self, text: str, *, nl: bool = True, err: bool = False) -> None:
-        """Print; when nobody reads any more, the run goes on unseen: its files are what counts."""
+        """Print; when the output cannot be written any more, the run goes on without it: its files are what counts."""
         try:
             click.echo(plain_text(text), nl=nl, err=err)
         except OSError:  # the reader has gone, or the disk is full
             mute()
 
     def stopped(self) -> bool:
-        """Whether Ctrl-C was pressed."""
+        """Return whether Ctrl-C was pressed."""
         return self.interrupted
 
     def started(self, start: RunStart) -> None:
@@ -171,19 +171,19 @@ class Watch(RunView):
             self._line(us, f"error in {row}: {failure.message} (it got {given})", "red")
 
     def happening(self, us: int, happening: Notice) -> None:
-        """Speech, clamped commands, notes."""
+        """Print speech, clamped commands and notes."""
         verb = {"say": "says", "sound": "plays"}.get(happening.kind)
         colour = "green" if verb else {"person": "cyan", "error": "red", "clamp": "yellow"}.get(happening.kind)
         text = f"{verb} “{happening.text}”" if verb else happening.text
         self._line(us, f"{text}{f'  ({happening.row})' if happening.row else ''}", colour)
 
     def frame(self, us: int) -> None:
-        """Progress when nothing else was told for a while."""
+        """Print the progress when nothing else was printed for a while."""
         if us - self._told >= _TICK_US:
             self._line(us, f"… of {self._until / 1e6:g} s")
 
     def finishing(self) -> None:
-        """The run is over."""
+        """Say that the run is over."""
         self._echo("Stopped: " if self.interrupted else "The run is over: ", nl=False)
         self._echo("the robot goes to rest, the files are written …")
 

@@ -1,4 +1,4 @@
-"""`rrp-sheets runs [list|delete]`."""
+"""`rrp-sheets runs [list|delete]`: lists recorded runs, and deletes those of a participant or by name."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def _print_json(planned: Deletion, below: bool, *, deleted: bool, begun: Sequenc
 
 
 def _parts(planned: Deletion, below: bool) -> list[Deletion]:
-    """What goes, folder by folder."""
+    """Return the planned deletions, folder by folder; those of folders below only when they are asked for."""
     return [planned, *(planned.below if below else ())]
 
 
@@ -162,7 +162,7 @@ def _table(found: Sequence[RunMetadata]) -> list[str]:
 
 
 def _words(planned: Deletion, below: bool) -> list[str]:
-    """What goes, and what stays."""
+    """Return the lines that tell which recordings are deleted, and which stay."""
     parts = [d for d in _parts(planned, below) if d.runs]
     said = [line for d in parts for line in _goes(d)]
     stays = [line for d in parts for line in _stays(d)]

@@ -1,4 +1,4 @@
-"""`rrp-sheets serve [FOLDER]`."""
+"""`rrp-sheets serve [FOLDER]`: serves the grid in the browser, prints links to it, and asks for the password."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def command(folder: Path, port: int | None, lan: bool, no_browser: bool, sign_ou
 
 
 def _end_politely() -> None:
-    """A polite kill, and closing the terminal's window, end the server as Ctrl-C does: nothing is left behind."""
+    """Let SIGTERM and SIGHUP end the server as Ctrl-C does, so that nothing is left behind."""
     if threading.current_thread() is not threading.main_thread():
         return
     for name in ("SIGTERM", "SIGHUP"):
@@ -201,7 +201,7 @@ def _tell(line: str) -> None:
 
 
 def _has_screen() -> bool:
-    """Whether a browser can open a window; without one Linux would start a text browser in this terminal."""
+    """Return whether a browser can open a window; without one Linux would start a text browser in this terminal."""
     if sys.platform in ("win32", "darwin"):
         return True
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

@@ -117,7 +117,7 @@ def _columns() -> int:
 
 
 class _StopOnInterrupt:
-    """Ctrl-C asks the tests to stop, and those that are over are shown; a second one ends everything at once."""
+    """Lets Ctrl-C stop the tests and show those that are over; a second one ends everything at once."""
 
     def __init__(self) -> None:
         self._asked = False
@@ -139,5 +139,5 @@ class _StopOnInterrupt:
         self._asked = True
 
     def asked(self) -> bool:
-        """Whether somebody wants it to stop."""
+        """Return whether Ctrl-C was pressed."""
         return self._asked

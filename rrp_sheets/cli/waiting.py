@@ -1,4 +1,4 @@
-"""What is told while something takes long."""
+"""Message on the error channel while something takes long."""
 
 from __future__ import annotations
 

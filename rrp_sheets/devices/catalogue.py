@@ -1,4 +1,4 @@
-"""A robot's catalogue, read from `robots/<name>/robot.toml` (design: 5-robot).
+"""Robot catalogues, read from `robots/<name>/robot.toml`: a robot with its joints, its devices and their settings.
 
 The catalogue drives drop-downs, checks, help and the ethics summary; drivers look their devices up in it.
 """
@@ -105,7 +105,7 @@ class Robot:
 
     @property
     def touch_zones(self) -> tuple[str, ...]:
-        """Where it feels a touch."""
+        """Zones where the robot feels a touch."""
         return tuple(self.data.get("touch", {}).get("zones", ()))
 
     def device_names(self, kind: str) -> list[str]:
@@ -167,7 +167,7 @@ def _assemble(
 
 
 def _gesture_uses(gestures: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, ...]]:
-    """What each gesture (by key) uses; one that is not known before the run may use all of that."""
+    """Return the resources that each gesture (by key) uses; one not known before the run may use all of them."""
     uses = {name: tuple(used) for name, used in gestures.items()}
     return {**uses, ANY: tuple(dict.fromkeys(r for used in uses.values() for r in used))}
 
@@ -278,7 +278,7 @@ class DeviceType:
     spoken: Mapping[str, DeviceWords] = field(default_factory=dict)
 
     def resources_for(self, settings: Mapping[str, Value]) -> frozenset[str]:
-        """What an actuator with these settings (by key) uses: two that share a resource are in each other's way.
+        """Return the resources that an actuator with these settings (by key) uses; two that share one conflict.
 
         >>> from rrp_sheets.devices import load_robot
         >>> sorted(load_robot().devices["tracker"].resources_for({"mode": "Whole body", "effector": "Left arm"}))
@@ -290,7 +290,7 @@ class DeviceType:
         return frozenset(used)
 
     def words(self, language: str) -> DeviceWords:
-        """What is printed about it in a language; in English what has not been translated.
+        """Return the texts about the device in a language; untranslated ones are in English.
 
         >>> from rrp_sheets.devices import load_robot
         >>> load_robot().devices["redball"].words("en").says

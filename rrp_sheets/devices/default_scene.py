@@ -1,4 +1,4 @@
-"""What happens in the world of a behaviour without a Scene sheet."""
+"""Scene of a behaviour without a Scene sheet, made from the sensors that it uses."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def default_scene(sensors: Sequence[SensorUse], robot: Robot) -> tuple[SceneActi
 
 
 def _filled(pattern: str, settings: Mapping[str, str]) -> str:
-    """A text of the catalogue with settings at its places; it may be a stranger's, so no format of Python's is read.
+    """Fill settings into a text of the catalogue; it may come from anyone, so no format of Python's is read.
 
     >>> _filled("{colour} ball {colour.__class__} {other}", {"colour": "red"})
     'red ball {colour.__class__} {other}'
@@ -75,7 +75,7 @@ def _filled(pattern: str, settings: Mapping[str, str]) -> str:
 
 
 def _said_in(pattern: str, settings: Mapping[str, Value], robot: Robot) -> list[str]:
-    """What somebody does for a sensor: a pattern such as `{zone}`, with its settings; a blank zone is the head."""
+    """Return the texts of a pattern such as `{zone}`, filled in from the settings; a blank one is the first zone."""
     name = pattern.removeprefix("{").removesuffix("}")
     given = settings.get(name)
     if isinstance(given, tuple):

@@ -1,4 +1,4 @@
-"""The Gestures sheet: keyframes of the user's own gestures, and what is wrong with them (design: 2-workbook)."""
+"""The Gestures sheet: keyframes of the user's own gestures, and what is wrong with them."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def _wants(joint: Joint) -> str:
 
 
 def _tell_unknown_columns(rows: Sequence[GestureRow], robot: Robot, report: Report) -> None:
-    """Columns with something in them that are no joint's: each told once, at its first filled cell."""
+    """Report columns that are no joint's and have something in them, each once at its first filled cell."""
     told: set[str] = set()
     names = [j.name for j in robot.joints.values()]
     for row in rows:
@@ -123,7 +123,7 @@ def _tell_unknown_columns(rows: Sequence[GestureRow], robot: Robot, report: Repo
 
 
 def _tell_limits(lines: Sequence[_Line], robot: Robot, report: Report) -> None:
-    """Angles that a joint cannot take, and keyframes that come too soon after the one before."""
+    """Report angles that a joint cannot take, and keyframes that come too soon after the one before."""
     start = {j.name: 0.0 for j in robot.joints.values()} | robot.data["postures"][robot.data["robot"]["start_posture"]]
     plan = Planner(robot, start, start).plan([Keyframe(line.at, line.angles) for line in lines])
     yaw = start.get("HeadYaw", 0.0)

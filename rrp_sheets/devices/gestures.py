@@ -1,4 +1,4 @@
-"""Gestures as data: keyframes of joints, from `robots/<name>/gestures.toml` or a Gestures sheet (design: 5-robot)."""
+"""Gestures as data: keyframes of joints, from `robots/<name>/gestures.toml` or a Gestures sheet."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)")
 
 @dataclass(frozen=True, slots=True)
 class Keyframe:
-    """Where joints are at a time; a joint that is not among them is then on its way, or waits for its turn.
+    """Angles of joints at a time; a joint that is not among them is then on its way, or has not begun to move.
 
     Attributes:
         at: s from the beginning, or beats of a gesture that goes by beats.
@@ -129,5 +129,5 @@ def parse_angle(text: str) -> float | None:
 
 
 def resources(gesture: Gesture, movers: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
-    """What a gesture uses: `movers` has what each joint (by key) uses."""
+    """Return the resources that a gesture uses; `movers` has those of each joint, by key."""
     return tuple(dict.fromkeys(used for joint in gesture.joints for used in movers[key(joint)]))

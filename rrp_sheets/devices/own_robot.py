@@ -1,8 +1,8 @@
-"""A robot's catalogue that comes with a workbook, in `robots/<name>/` beside it: how a bundle brings its own along.
+"""Reads and checks a robot's catalogue that comes with a workbook, in `robots/<name>/` beside it, as in a bundle.
 
-It may be a stranger's, and the simulator's libraries read some of its files. So it is judged before anything uses it: a
-table is held against the one of the program, the robot's shape against what our own are made of, and no file can name
-another one that is not of plain name in that folder.
+It may come from anyone, and the simulator's libraries read some of its files. So it is checked before anything uses it:
+its tables are compared with those of the program's own robot, its shape may only have the parts that our own have, and
+its files can only name files with plain names in that folder.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def own_robot(folder: Path, name: str) -> Robot | None:
         name: as the Protocol says it.
 
     Raises:
-        UnreadableFile: when there is one and it cannot be trusted.
+        UnreadableFile: when there is one and it does not pass the checks.
     """
     if not name.replace("_", "").isalnum() or not (folder / FOLDER / name / CATALOGUE).is_file():
         return None
@@ -73,7 +73,7 @@ def files_of(robot: Robot) -> list[Path]:
 
 
 def _files(place: Path) -> list[Path]:
-    """What there is in the folder."""
+    """Return the files in the folder; raises CatalogueError for a link, and for too many or too large files."""
     found = sorted(place.iterdir())[: _MOST_FILES + 1]
     if len(found) > _MOST_FILES:
         raise CatalogueError(Phrase("it has more than {most} files", most=_MOST_FILES))
@@ -91,7 +91,7 @@ def _files(place: Path) -> list[Path]:
 
 @lru_cache(maxsize=4)
 def _judged(place: Path, name: str, stamp: tuple[tuple[str, int, int], ...]) -> Robot:
-    """The robot, after everything in its folder was looked at."""
+    """Return the robot of a folder after checking everything in it."""
     model = load_robot(name if name in robot_names() else "nao")
     tables = {path.name: _table(path) for path in sorted(place.glob("*.toml"))}
     for file, table in tables.items():
@@ -131,7 +131,7 @@ def _table(path: Path) -> dict[str, Any]:
 
 
 def _judge_values(value: Any, where: str, depth: int = 0) -> None:
-    """Texts and numbers of sensible size, and nothing else."""
+    """Raise CatalogueError unless a value consists of texts and numbers of sensible size, and nothing else."""
     if depth > _DEEPEST:
         raise CatalogueError(Phrase("“{file}” is nested too deeply", file=where))
     match value:
@@ -155,7 +155,7 @@ def _judge_values(value: Any, where: str, depth: int = 0) -> None:
 
 
 def _judge_likeness(found: Any, model: Any, where: str) -> None:
-    """Whether a table has the tables, and values of the kinds, that the one of the program has."""
+    """Raise CatalogueError unless a table has the tables, and values of the kinds, that the program's own has."""
     if _kind(found) is not _kind(model):
         raise CatalogueError(
             Phrase("“{file}” is not what it is in the program's own catalogue", file=where or CATALOGUE)
@@ -197,7 +197,7 @@ def judge_limits(robot: Robot, shape: Shape, model: Robot, model_shape: Shape) -
     """Raise CatalogueError unless a robot stays within the limits of another one.
 
     Args:
-        robot: the stranger's.
+        robot: the one to check.
         shape: its shape.
         model: the program's own robot that it is held against; of another name, only its parts count, not its limits.
         model_shape: that one's shape.
@@ -315,7 +315,7 @@ def _judge_devices(robot: Robot, model: Robot) -> None:
 
 
 def _narrower(own: Setting, model: Setting, preset: Any) -> bool:
-    """Whether a setting, its default and what a name says for it are within the limits of another one."""
+    """Return whether a setting, its default and the preset of a name are within the limits of another setting."""
     low, high = -math.inf if model.lower is None else model.lower, math.inf if model.upper is None else model.upper
     limits = -math.inf if own.lower is None else own.lower, math.inf if own.upper is None else own.upper
     values = [v for v in (own.default, preset) if isinstance(v, (int, float)) and not isinstance(v, bool)]
@@ -365,7 +365,7 @@ def _judge_gesture(gesture: Gesture) -> None:
 
 
 def _judge_places(data: Mapping[str, Any]) -> None:
-    """The figures of where something is on the robot: near it, and as many as there are directions."""
+    """Raise CatalogueError unless sizes of the robot's parts are plausible, and their places have three coordinates."""
     camera = data["camera"]["top"]
     right = _HEIGHT[0] <= data["robot"]["height"] <= _HEIGHT[1]
     right &= all(_WIDE_VIEW[0] <= camera[view] <= _WIDE_VIEW[1] for view in ("hfov", "vfov"))

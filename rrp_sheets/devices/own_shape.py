@@ -1,4 +1,4 @@
-"""Read and check the URDF, and the solids that it names, of a robot catalogue from outside.
+"""Reads and checks the URDF, and the solids that it names, of a robot catalogue from outside.
 
 The simulator's libraries read these files. So only parts and numbers that a robot has are taken, and no file may name
 another one that does not lie beside it.
@@ -122,7 +122,7 @@ def judge_solids(folder: Path, meshes: Mapping[str, int]) -> None:
 
 
 def _tree(path: Path) -> Any:
-    """The root of a URDF in which every part and every number was looked at."""
+    """Return the root of a URDF after checking every part and every number in it."""
     above: list[Any] = []
     root = None
     count = 0
@@ -200,7 +200,7 @@ def _joint(element: Any) -> ShapeJoint:
 
 
 def _judge_solid(path: Path) -> int:
-    """How many lines a solid has: corners and faces with numbers, and no word about other files."""
+    """Return the number of lines of a solid; raises CatalogueError for any line that is no geometry or comment."""
     try:
         lines = path.read_text(encoding="ascii").split("\n")
     except (OSError, UnicodeDecodeError):

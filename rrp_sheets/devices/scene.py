@@ -1,4 +1,4 @@
-"""The Scene sheet: what its rows mean (design: 5-robot, Scenes). Their words are in `scene_words`."""
+"""Reads the Scene sheet: times, things, verbs and values of its rows. Their words are in `scene_words`."""
 
 from __future__ import annotations
 
@@ -167,7 +167,7 @@ def _kind(thing: Cell, does: Cell, report: Report) -> tuple[ThingKind, str] | No
 
 
 def _is_thing(text: str) -> bool:
-    """Whether a name ends as things do: `Left wall` is no person."""
+    """Return whether a name has the form of a thing's: `Left wall` is no person."""
     return "ball" in key(text) or key(text.rsplit(maxsplit=1)[-1]).rstrip("0123456789") in {*KINDS, "lamp"}
 
 
@@ -218,7 +218,7 @@ _AFTER = re.compile(r"(.*?)\s*\+\s*([^+]*)", re.DOTALL)
 
 @dataclass(frozen=True)
 class When:
-    """When something happens.
+    """Time at which something happens.
 
     Attributes:
         us: on the run's clock, or after what it waits for, microseconds.
@@ -232,7 +232,7 @@ class When:
 
 
 def read_time(text: str) -> When | None:
-    """What a Time cell says; None when it is no time. Whether there is such a stream is not known here.
+    """Return the time in a Time cell; None when it is no time. Whether its stream exists is not checked here.
 
     >>> read_time("2.5"), read_time("2..4 s")
     (When(us=2500000, span_us=0, cue=''), When(us=2000000, span_us=2000000, cue=''))
@@ -255,7 +255,7 @@ Said = dict[str, Value]
 
 
 def read_value(kind: ThingKind, verb: Verb, text: str, colour: str = "") -> Said:
-    """What the Value cell of a Scene row says, by name.
+    """Return the values in the Value cell of a Scene row, by name.
 
     Args:
         kind: of the thing.
@@ -412,7 +412,7 @@ def _complete(kind: ThingKind, said: Said, colour: str) -> None:
 
 
 def _face(said: Said) -> None:
-    """Where the face of somebody is who sits or stands, if its height is not given."""
+    """Add the height of somebody's face to their place, if it is not given: it depends on height and posture."""
     if "tall" in said:
         if isinstance(said["tall"], RandomRange):
             raise BadValueError("Write one height, no range.")

@@ -27,7 +27,7 @@ def in_order(actions: Sequence[SceneAction]) -> tuple[SceneAction, ...]:
 
 
 def scene_end_us(actions: Sequence[SceneAction]) -> int:
-    """When the last action is over; circling has no end and counts one round, and a row waits ten seconds at most."""
+    """Return when the last action is over; circling counts one round, and a row waits ten seconds at most."""
     rows = sorted(actions, key=lambda a: a.row)
     last = 0
     for action, (_, latest) in zip(rows, _times(rows, WAITING_US), strict=True):
@@ -37,7 +37,7 @@ def scene_end_us(actions: Sequence[SceneAction]) -> int:
 
 
 def _times(actions: Sequence[SceneAction], waiting_us: int) -> list[tuple[int, int]]:
-    """When each begins at the earliest and at the latest, if a row waits so long for its event."""
+    """Return the earliest and the latest beginning of each action, if a row waits so long for its event."""
     times: list[tuple[int, int]] = []
     for action in actions:
         early, late = times[-1] if action.cue and times else (0, 0)
@@ -47,7 +47,7 @@ def _times(actions: Sequence[SceneAction], waiting_us: int) -> list[tuple[int, i
 
 
 def check_presence(actions: Sequence[SceneAction], rows: Mapping[int, SceneRow], report: Report) -> None:
-    """Tell what moves before it has come, comes twice, or stands on a table that is not there.
+    """Report things that move before they have come, come twice, or stand on a table that is not there.
 
     Args:
         actions: in their order.

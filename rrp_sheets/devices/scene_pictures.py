@@ -25,7 +25,7 @@ _PNG = b"\x89PNG\r\n\x1a\n"
 def check_pictures(
     actions: Sequence[SceneAction], rows: Mapping[int, SceneRow], folder: Path | None, report: Report
 ) -> tuple[SceneAction, ...]:
-    """The actions with their pictures as whole paths; without those that cannot be used, which are told.
+    """Return the actions with whole paths of their pictures; those whose picture cannot be used are reported.
 
     Args:
         actions: in their order.
@@ -48,7 +48,7 @@ def check_pictures(
 
 
 def _problem(folder: Path, name: str) -> tuple[str, str] | None:
-    """Why a picture cannot be used, and what to do; None when it can."""
+    """Return why a picture cannot be used, and what to do; None when it can."""
     if PurePosixPath(name).name != name or PureWindowsPath(name).name != name or name.startswith("."):
         return "it is not beside the workbook.", "Put the file beside the workbook, and write its name only."
     if Path(name).suffix.casefold() not in SUFFIXES:

@@ -1,4 +1,4 @@
-"""The words of the Scene sheet: kinds of things, what they do, and what stands in the Value cell.
+"""The words of the Scene sheet: kinds of things, their verbs and the parts of a Value cell; and the drawing of ranges.
 
 These tables are all there is: the parser reads by them, `rrp-sheets help scene` prints them, the grid and the templates
 offer them, and a test plays every example.
@@ -256,7 +256,7 @@ PERSONS = _PERSON.things
 
 
 def thing_names() -> list[str]:
-    """What a drop-down offers for Thing.
+    """Return the names that a drop-down offers for Thing.
 
     >>> thing_names()[:2], "Operator" in thing_names()
     (['Red ball', 'Green ball'], True)
@@ -265,12 +265,12 @@ def thing_names() -> list[str]:
 
 
 def verb_names() -> list[str]:
-    """What a drop-down offers for Does."""
+    """Return the verbs that a drop-down offers for Does."""
     return list(dict.fromkeys(v.name for kind in KINDS.values() for v in kind.verbs))
 
 
 def verbs_of(kind: str) -> dict[str, str]:
-    """What a kind of thing can do, each with an example of its value (empty where it needs none).
+    """Return the verbs of a kind of thing, each with an example of its value (empty where it needs none).
 
     >>> verbs_of("ball")["moves"], "says" in verbs_of("person")
     ('to 0.5, 0, 0.4 in 2 s', True)
@@ -314,7 +314,7 @@ def known_things() -> Sequence[str]:
 
 @dataclass(frozen=True)
 class Drawn:
-    """What a run has drawn.
+    """Numbers that a run has drawn for a row of the scene.
 
     Attributes:
         row: of the Scene sheet.

@@ -36,7 +36,7 @@ class Wave:
 
 
 def is_plain(name: str) -> bool:
-    r"""Whether a text can be the name of a sound file beside the workbook: no folder, no way out of one.
+    r"""Return whether a text can be the name of a sound file beside the workbook: no folder, no way out of one.
 
     >>> [is_plain(n) for n in ("song.wav", "My Song.WAV", "../song.wav", "a\\b.wav", "/song.wav", "song.mp3", ".wav")]
     [True, True, False, False, False, False, False]

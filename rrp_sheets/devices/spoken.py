@@ -24,7 +24,7 @@ _NAMED = ("posture", "gesture")
 
 @dataclass(frozen=True)
 class DeviceWords:
-    """What is printed about a device, in one language.
+    """Texts that are printed about a device, in one language.
 
     Attributes:
         title: the device's name for people; empty when it has none but that of the catalogue.
@@ -45,15 +45,15 @@ class DeviceWords:
     stops: str = ""
 
     def name(self, text: str) -> str:
-        """What a posture or a gesture of the robot is called; any other text as it is."""
+        """Return the name of a posture or a gesture in this language; any other text as it is."""
         return self.names.get(key(text), text)
 
     def said(self, text: str, kind: str) -> str:
-        """What a setting of a kind (`choice`, `text`, …) says: the catalogue's words translated, users' as they are."""
+        """Return a setting's text by its kind (`choice`, `text`, …): only the catalogue's words are translated."""
         return self.name(text) if kind in _NAMED else self.value(text) if kind in _OURS else text
 
     def setting(self, name: str) -> str:
-        """What a setting is called."""
+        """Return the name of a setting in this language."""
         return self.settings.get(key(name), name)
 
     def value(self, text: str) -> str:
@@ -62,7 +62,7 @@ class DeviceWords:
 
 
 def words_of(folder: Path, device: str) -> dict[str, DeviceWords]:
-    """What a robot's folder says about a device, by language."""
+    """Return the texts about a device in a robot's folder, by language."""
     stamp = tuple((p.name, p.stat().st_mtime_ns) for p in (folder / f"{c}.toml" for c in LANGUAGES) if p.is_file())
     return {code: _words(table, device) for code, table in _tables(folder, stamp).items()}
 

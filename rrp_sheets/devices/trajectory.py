@@ -1,4 +1,4 @@
-"""From keyframes to the ways of joints: smooth, within limits of position and velocity.
+"""Plans trajectories of joints through keyframes: smooth, within limits of position and velocity.
 
 Between its keyframes a joint goes on a cubic curve that never swings over them (Fritsch and Carlson, SIAM Journal on
 Numerical Analysis 17, 1980), so that limits that the keyframes keep are kept on the way. Where a joint would have to be
@@ -106,7 +106,7 @@ class JointPlan:
 
     @property
     def length(self) -> float:
-        """When it is over, s."""
+        """Time at which the last joint has arrived, s."""
         return max((way.times[-1] for way in self.ways.values()), default=0.0)
 
 
@@ -237,7 +237,7 @@ class Planner:
     def _longer(
         self, ways: Mapping[str, Trajectory], places: Mapping[str, list[int]], top: Mapping[str, float], count: int
     ) -> list[float]:
-        """How many times as long each step must take."""
+        """Return the factor for each step by which it must take longer for joints that would be too fast."""
         longer = [1.0] * count
         for joint, at in places.items():
             for n, (first, last) in enumerate(itertools.pairwise(at)):

@@ -1,4 +1,4 @@
-"""A workbook under edit by several people: every edit is checked, journalled, stored in the file, and can be undone."""
+"""Workbook under edit by several people: edits are queued, checked, journalled and stored, and can be undone."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Document:
 
     @property
     def read_only(self) -> bool:
-        """Whether it can only be looked at here; `why` says why."""
+        """True when the workbook can only be looked at here; `why` says why."""
         return self._file.read_only
 
     # ---- editing
@@ -87,7 +87,7 @@ class Document:
         return self._queue.ask(EditRequest(author, sheet, tuple(cells)))
 
     def together(self, author: str, steps: Sequence[Cells | RestoreRows]) -> Changed:
-        """Several edits, of one sheet or of several, that are one for people, and are undone as one."""
+        """Make several edits, of one sheet or of several, as one edit, which is undone as one."""
         return self._new(author, Batch(steps[0].sheet, tuple(steps)))
 
     def insert(
@@ -151,7 +151,7 @@ class Document:
             return self.outside()
 
     def outside(self) -> list[Changed]:
-        """What other programs have changed, as far as it was taken over already and not asked for yet."""
+        """Return the changes by other programs that were taken over already and not asked for yet."""
         with self._lock:
             changes, self._outside = self._outside, []
             return changes
@@ -183,7 +183,7 @@ class Document:
 
     @contextmanager
     def _changing(self) -> Iterator[None]:
-        """Within, nobody else changes the workbook; after that its rows' ids are kept."""
+        """Let nobody else change the workbook within this context; after it the rows' ids are kept."""
         with self._lock:
             try:
                 yield
@@ -198,7 +198,7 @@ class Document:
             self._kept_rows = rows
 
     def made(self, request: str) -> bool:
-        """Whether the edit of a page's request was made already, also before a restart of the server."""
+        """Return whether the edit of a page's request was made already, also before a restart of the server."""
         return self._file.made(request)
 
     def _new(self, author: str, step: Step) -> Changed:
@@ -269,7 +269,7 @@ class Document:
         return put_texts(author, grid, step.back)
 
     def _fulfil(self, wishes: Sequence[EditRequest]) -> None:
-        """Carry out what several people want, with one patch of the file; alone what cannot be done together."""
+        """Carry out requests of several people with one patch of the file; those that do not fit together, alone."""
         before: dict[tuple[str, str, int], str] = {}
         fine: list[tuple[EditRequest, list[SetCell]]] = []
         try:
@@ -320,7 +320,7 @@ class Document:
         self._outside += self._take_over()
 
     def _open(self) -> None:
-        """The sheets as they stand there. Only where a sheet is nobody's yet must the whole be understood for that."""
+        """Make the grids from the sheets in the file; the whole is understood only if one is of no known kind."""
         sheets = self._file.sheets()
         if sheets and all(recognise(sheet).kind for sheet in sheets):
             self.grids, _ = take_over({}, sheets, ())
@@ -356,7 +356,7 @@ MOST = 500  # edits that are stored at once
 
 @dataclass
 class EditRequest:
-    """Cells that somebody wants to change, and what became of that."""
+    """Cells that somebody wants to change, and the result."""
 
     author: str
     sheet: str
@@ -368,11 +368,11 @@ class EditRequest:
 
 
 class Queue:
-    """Wishes that wait. Whoever comes first carries out all that have come by then; the others only wait.
+    """Queue of edit requests. The first caller carries out all that wait by then; the others only wait.
 
     Args:
-        lock: held while wishes are carried out.
-        carry_out: does it, and says in each wish what became of it.
+        lock: held while requests are carried out.
+        carry_out: does it, and puts the result into each request.
     """
 
     def __init__(self, lock: threading.RLock, carry_out: Callable[[Sequence[EditRequest]], None]) -> None:  # type: ignore[valid-type,unused-ignore]
@@ -381,7 +381,7 @@ class Queue:
         self._waiting: deque[EditRequest] = deque()
 
     def ask(self, wish: EditRequest) -> Changed:
-        """Wait until the wish is fulfilled; raises the error that kept it from being."""
+        """Wait until the request is carried out; raises the error that prevented it."""
         self._waiting.append(wish)
         with self._lock:
             while not wish.done.is_set():

@@ -57,7 +57,7 @@ class Grid:
         return f"w{self._mine}-{self._count}"
 
     def text(self, row: str, column: int) -> str:
-        """What stands in a cell."""
+        """Return the text of a cell; empty for a blank one."""
         return self.texts.get(row, {}).get(column, "")
 
     def put(self, row: str, column: int, text: str) -> None:
@@ -77,7 +77,7 @@ class Grid:
         return {row: self.first + i for i, row in enumerate(self.rows.copy())}
 
     def has(self, row: str) -> bool:
-        """Whether there is such a row."""
+        """Return whether the row exists."""
         return row in self.texts
 
     def before(self, place: int) -> str | None:
@@ -85,11 +85,11 @@ class Grid:
         return self.rows[place] if place < len(self.rows) else None
 
     def knows(self, row: str) -> bool:
-        """Whether there is such a row, or was one until it was deleted."""
+        """Return whether the row exists, or existed until it was deleted."""
         return self.has(row) or row in self._below
 
     def place(self, row: str | None) -> int:
-        """Where a row stands, counted from 0; of a deleted row, where the next one below it stands. None: the end."""
+        """Return the index of a row; of a deleted row, that of the next one below it. None means the end."""
         while row is not None and not self.has(row):
             row = self._below.get(row)
         return len(self.rows) if row is None else self.rows.index(row)

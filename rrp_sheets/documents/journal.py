@@ -1,6 +1,6 @@
-"""The journal: every accepted edit is on disk here before it is in the workbook's file, and the named versions.
+"""Journal of a folder: accepted edits, stored before they are in the workbook's file, and the named versions.
 
-So a killed server loses nothing that it had accepted.
+So a killed server loses nothing that it had accepted. The ids of rows are kept here too.
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ class Journal:
         return cursor.lastrowid
 
     def made(self, request: str) -> bool:
-        """Whether the edit of a request was accepted."""
+        """Return whether the edit of a request was accepted."""
         return bool(self._all("select 1 from requests where id = ?", request))
 
     def stored(self, seq: int, book: str = "", digest: str = "") -> None:
@@ -148,7 +148,7 @@ class Journal:
         return Identities(found[0][0], found[0][1], json.loads(found[0][2])) if found else None
 
     def since(self, book: str, seq: int) -> list[Edit]:
-        """What was edited after an entry."""
+        """Return the edits after an entry."""
         rows = self._all("select edits from edits where book = ? and seq > ? order by seq", book, seq)
         return [edit for (text,) in rows for edit in _edits(text)]
 
@@ -157,7 +157,7 @@ class Journal:
         return int(self._all("select coalesce(max(seq), 0) from edits where book = ?", book)[0][0])
 
     def drop(self, seq: int) -> None:
-        """The edit could not be stored, and its author was told; when there is no room for that, it is done later."""
+        """Remove an edit that could not be stored; when there is no room for that, it is done later."""
         self._dropped.append(seq)
         self._drop_all()
 
@@ -169,7 +169,7 @@ class Journal:
                 self._dropped.pop()
 
     def waiting(self, book: str) -> list[JournalEntry]:
-        """What a killed server left: edits that may not be in the file, in their order."""
+        """Return the edits that may not be in the file, in their order: a killed server has left them."""
         rows = self._all("select seq, edits, before from edits where book = ? and not stored order by seq", book)
         return [JournalEntry(seq, _edits(text), before) for seq, text, before in rows]
 

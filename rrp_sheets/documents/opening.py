@@ -54,7 +54,7 @@ def take_over(
 
 
 def stamp_of(path: Path) -> Stamp:
-    """What tells that a file has changed; zeros when it is not there."""
+    """Return the time and size of a file, by which a change of it is noticed; zeros when it is not there."""
     try:
         status = path.stat()
     except OSError:

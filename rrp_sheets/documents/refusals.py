@@ -1,4 +1,4 @@
-"""Why an edit was not made, in words."""
+"""Refusals of edits, in words."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def must_have(grid: Grid, rows: Iterable[str]) -> None:
 
 
 def clash(grid: Grid, clashes: list[Clash]) -> Refused:
-    """Somebody has changed the same cells meanwhile."""
+    """Return the refusal for cells that somebody has changed meanwhile."""
     first = clashes[0]
     by = first.by or "Someone"
     where = f"{grid.name}, row {grid.number(first.row)}"

@@ -1,4 +1,4 @@
-"""What passes between a document and those who edit it."""
+"""Changes that pass between a document and those who edit it, and refusals of edits."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class CellText:
 
 @dataclass(frozen=True, slots=True)
 class SheetChange:
-    """What became of a sheet.
+    """Change of a sheet as a whole.
 
     Attributes:
         what: `added`, `deleted`, `renamed`, `moved`; `reshaped` when another program has changed its columns.
@@ -42,7 +42,7 @@ class SheetChange:
 
 @dataclass(frozen=True, slots=True)
 class Changed:
-    """What an edit changed in a sheet: ids of rows, in the order of the sheet.
+    """Changes that an edit made in a sheet: ids of rows, in the order of the sheet.
 
     Attributes:
         inserted: each new row with the row it stands before (None: at the end), in the order to insert them.

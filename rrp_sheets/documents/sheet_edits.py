@@ -20,7 +20,7 @@ from rrp_sheets.workbook.template import SINGLE, TITLES, beginning, place_of
 
 
 class SheetEdits:
-    """What can be done to the sheets of a document; each is one edit, and is undone as one.
+    """Operations on the sheets of a document; each is one edit, and is undone as one.
 
     Args:
         lock: the document's.
@@ -39,7 +39,7 @@ class SheetEdits:
         self._lock, self._make, self._sheets, self._path = lock, make, sheets, path
 
     def add(self, author: str, kind: str, name: str = "", rows: Sequence[Sequence[str]] = ()) -> Changed:
-        """Add a sheet of a kind (`behaviour`, …, `table` for one of the user's own); see `beginning.added_sheet`."""
+        """Add a sheet of a kind (`behaviour`, …, `table` for one of the user's own); see `added_sheet`."""
         with self._lock:
             return self._make(author, added_sheet(self._sheets(), kind, name, rows))
 
@@ -69,7 +69,7 @@ class SheetEdits:
             return self.add(author, grid.kind, free_name(sheet, self._sheets().reading.workbook.sheets, 2), rows)
 
     def naming(self, sheet: str) -> list[str]:
-        """What in the workbook refers to a sheet, in words."""
+        """Return the references to a sheet in the workbook, in words."""
         with self._lock:
             return naming(self._sheets(), self._path, sheet)
 
@@ -129,7 +129,7 @@ def _refuse_columns(headers: Sequence[str]) -> None:
 
 
 def naming(sheets: Sheets, path: Path, sheet: str) -> list[str]:
-    """What refers to a sheet, in words, each with its place."""
+    """Return the references to a sheet, in words, each with its place."""
     book = sheets.reading.workbook
     named = renamed_cells(book, sheets.text, sheet, f"{sheet} {len(book.sheets)}")
     places = dict.fromkeys([*named, *(cell.address for cell in users(book, sheet))])

@@ -1,4 +1,4 @@
-"""Where a workbook names its own sheets: tests, the Protocol's Run, switches of behaviours, tables in formulas."""
+"""References of a workbook to its own sheets: tests, the Protocol's Run, switches of behaviours, tables in formulas."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Adding, deleting, renaming, moving sheets: in the file first, then here; each gives the step that takes it back."""
+"""Steps that change sheets, rows and cells: first in the file, then in the grid; each gives the step that undoes it."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ from rrp_sheets.workbook.sheet_names import sheet_name
 
 @dataclass
 class Sheets:
-    """What the steps work on.
+    """Sheets that the steps work on, with the ways to store and to read them again.
 
     Attributes:
         grids: of the sheets of ours.
@@ -59,7 +59,7 @@ class Sheets:
     renew: Callable[[Mapping[str, Grid]], Mapping[str, Grid]]
 
     def text(self, at: Address) -> str:
-        """What is typed in a cell."""
+        """Return the typed text of a cell."""
         grid = self.grids.get(at.sheet)
         place = at.row - grid.first if grid is not None else -1
         return grid.text(grid.rows[place], at.column) if grid is not None and 0 <= place < len(grid.rows) else ""
@@ -199,14 +199,14 @@ def _changed(sheets: Sheets, author: str, sheet: str, change: SheetChange, cells
 
 
 def _texts(grid: Grid | None) -> tuple[tuple[tuple[int, str], ...], ...] | None:
-    """What stands in a sheet, whatever the ids of its rows."""
+    """Return the texts in a sheet by row, whatever the ids of its rows."""
     if grid is None:
         return None
     return tuple(tuple(sorted(grid.texts[row].items())) for row in grid.rows if grid.texts[row])
 
 
 def cell_edits(grid: Grid, cells: Sequence[CellText], before: Mapping[tuple[str, str, int], str]) -> list[SetCell]:
-    """What the cells are in the file; `before`: texts that come before them and are not in the grid yet.
+    """Return the file's edits for new texts; `before`: texts that come before them and are not in the grid yet.
 
     Raises:
         Refused: when someone has changed one of them meanwhile, or it is gone.
@@ -227,7 +227,7 @@ def cell_edits(grid: Grid, cells: Sequence[CellText], before: Mapping[tuple[str,
 
 
 def put_texts(author: str, grid: Grid, cells: Sequence[CellText]) -> tuple[Changed, Cells]:
-    """Texts that are in the file already into the grid; and the step back."""
+    """Put texts that are in the file already into the grid; returns the change and the step back."""
     back = tuple(CellText(c.row, c.column, grid.text(c.row, c.column), c.text) for c in cells)
     for c in cells:
         grid.put(c.row, c.column, c.text)

@@ -103,27 +103,27 @@ Step = Cells | RemoveRows | RestoreRows | Moved | Batch | SheetStep
 
 
 class Steps:
-    """What each person can take back, and what they have taken back and can do again."""
+    """Steps of each person that can be undone, and those that were undone and can be made again."""
 
     def __init__(self) -> None:
         self._back: dict[str, list[Step]] = {}
         self._again: dict[str, list[Step]] = {}
 
     def did(self, author: str, step: Step) -> None:
-        """Something new: what was taken back before it cannot be done again."""
+        """Note a new step; what was undone before it cannot be made again."""
         self._push(self._back, author, step)
         self._again.pop(author, None)
 
     def undone(self, author: str, step: Step) -> None:
-        """An undo was made: `step` would do the thing again."""
+        """Note an undo: `step` would make the change again."""
         self._push(self._again, author, step)
 
     def redone(self, author: str, step: Step) -> None:
-        """A redo was made: `step` would take it back again."""
+        """Note a redo: `step` would undo it again."""
         self._push(self._back, author, step)
 
     def last(self, author: str, *, again: bool) -> Step | None:
-        """Take the newest step from its pile; None when there is none."""
+        """Remove and return the newest step to undo or redo; None when there is none."""
         pile = (self._again if again else self._back).get(author)
         return pile.pop() if pile else None
 

@@ -50,7 +50,7 @@ class WorkFile:
 
     @property
     def read_only(self) -> bool:
-        """Whether it can only be looked at; `why` says why."""
+        """True when the file can only be looked at; `why` says why."""
         return self._kept is None
 
     @property
@@ -78,14 +78,14 @@ class WorkFile:
         return tuple(s if recognise(s).kind or key(s.name) not in tables else found.get(s.name, s) for s in sheets)
 
     def has_changed(self) -> bool:
-        """Whether another program has written other contents into it; `reading` is then the new one."""
+        """Return whether another program has written other contents into it; `reading` is then the new one."""
         if stamp_of(self.path) == self._stamp:
             return False
         before, self._reading = self._digest, None
         return self.reading.digest != before
 
     def store(self, author: str, edits: Sequence[Edit]) -> tuple[str, ...]:
-        """Into the journal, then into the file; when the file does not take it, out of the journal again.
+        """Write edits to the journal and then to the file; out of the journal again when the file does not take them.
 
         Returns:
             What brings back the sheets that were deleted.
@@ -104,7 +104,7 @@ class WorkFile:
         return edited.kept
 
     def made(self, request: str) -> bool:
-        """Whether the edit of a page's request was made, also before a restart."""
+        """Return whether the edit of a page's request was made, also before a restart."""
         return self._kept is not None and self._kept.made(request)
 
     def keep_rows(self, rows: dict[str, list[str]]) -> None:
@@ -176,7 +176,7 @@ class WorkFile:
 
 
 def hindrance(path: Path) -> str:
-    """Why edits of a workbook would be refused just now; empty when they would not."""
+    """Return why edits of a workbook would be refused just now; empty when they would not."""
     try:
         refuse_open_file(path)
         mode = path.stat().st_mode

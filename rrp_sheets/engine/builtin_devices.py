@@ -1,7 +1,6 @@
 """Devices that the engine itself carries out: Wait, Timer, the switch of a behaviour, the end of the run.
 
-They need no robot, only the run's clock, and are the same in a simulation, a test and a replay (design: 4-streams,
-5-robot).
+They need no robot, only the run's clock, and are the same in a simulation, a test and a replay.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ in a circle through `X done` leave an engine without frames its time."""
 
 
 class Host(Protocol):
-    """What an engine lets its own devices do."""
+    """Operations of an engine that its own devices call."""
 
     clock: FrameClock
 
@@ -32,7 +31,7 @@ class Host(Protocol):
         ...
 
     def tell(self, happening: Notice) -> None:
-        """Tell something to whoever watches the run."""
+        """Report a notice to the observers of the run."""
         ...
 
     def switch(self, behaviour: str, state: str) -> None:
@@ -82,7 +81,7 @@ class BuiltinDevices:
             act(use, command)
 
     def end(self) -> None:
-        """The run is over, and with it every wait."""
+        """End every wait, since the run is over."""
         waiting, self._waiting = self._waiting, {}
         for what in waiting.values():
             what.over = True
@@ -123,7 +122,7 @@ class BuiltinDevices:
             self._host.end(command.row)
 
     def _tell_done(self, what: _Waiting, *, completed: bool) -> None:
-        """Tell the end of a command in the next frame: never in the command's own."""
+        """Report the end of a command in the next frame: never in the command's own."""
         ended = self._host.clock.us
         self._host.clock.push(
             ended + MIN_DELAY_US, FIRST, lambda: self._feed_done(what, completed=completed, ended=ended)
@@ -154,12 +153,12 @@ class _Ticks:
 
 
 def done(value: Value, completed: bool, began_us: int, ended_us: int) -> Record:
-    """What the stream `X done` gives at the end of a command."""
+    """Return the record that the stream `X done` gives at the end of a command."""
     return DONE.make(value=commanded(value), completed=completed, seconds=(ended_us - began_us) / 1_000_000)
 
 
 def duration_of(value: Any, setting: Value) -> int | None:
-    """How long to wait (µs): the time that a text says, or else what the setting says, or else a number of seconds.
+    """Return how long to wait (µs): the time that a text says, else that of the setting, else a number of seconds.
 
     A number beside a setting is any event: a distance, say, that starts a wait. A setting is in whole microseconds, as
     it is understood from its cell, or a text from the catalogue.

@@ -29,7 +29,7 @@ Entry = tuple[int, int, int, Callable[[], None]]
 
 
 class FrameClock(PeriodicScheduler):
-    """Time in microseconds (`us`), what is to be done when, and the `cell` that tells which row is at work."""
+    """Scheduler with the time in microseconds (`us`), its agenda, and the `cell` that tells which row is at work."""
 
     def __init__(self, cell: Heartbeat | None = None) -> None:
         super().__init__()
@@ -74,7 +74,7 @@ class FrameClock(PeriodicScheduler):
 
     @property
     def next_due(self) -> int | None:
-        """When there is something to do next; None when nothing waits."""
+        """Time of the next action; None when nothing waits."""
         if self._frame:
             return self.us
         return self._timers[0][0] if self._timers else None

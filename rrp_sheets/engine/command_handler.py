@@ -1,4 +1,4 @@
-"""What people do to a run while it goes on, done between two frames, and told as it is recorded.
+"""Commands of operators to a run that goes on, carried out between two frames and reported to be recorded.
 
 Whatever enters the run enters at a frame: a value that is sent in the next one, everything else after the one that is
 over. So a trace says all that is needed to do it again.
@@ -36,7 +36,7 @@ SLOWEST, FASTEST = 0.1, 100.0
 
 
 class RunController(Protocol):
-    """What a loop lets people do with its clock and its world."""
+    """Operations of a run's loop that commands need: its clock, its world, its displays."""
 
     def pause(self, us: int) -> bool:
         """Stand still; False when it does already."""
@@ -59,16 +59,16 @@ class RunController(Protocol):
         ...
 
     def things(self) -> Collection[str] | None:
-        """What is in the world now; None when that is not known."""
+        """Return the names of the things in the world now; None when they are not known."""
         ...
 
     def watch(self, *, wanted: bool | None = None, look: bool | None = None) -> None:
-        """Whether a display wants the world, and pictures."""
+        """Set whether a display wants the world, and pictures; None changes nothing."""
         ...
 
 
 class CommandHandler:
-    """Does what people want, between two frames.
+    """Carries out the commands of operators between two frames.
 
     Args:
         engine: of the run.
@@ -95,7 +95,7 @@ class CommandHandler:
         }  # fmt: skip
 
     def between(self, us: int) -> bool:
-        """Do what is wanted after the frame of `us`; whether anything was.
+        """Carry out the commands that wait after the frame of `us`; returns whether there were any.
 
         Raises:
             RunBroken: when a device has broken.
@@ -257,5 +257,5 @@ def buttons(sensors: Collection[DeviceUse]) -> list[DeviceUse]:
 
 
 def label_of(button: DeviceUse) -> str:
-    """What stands on an operator's button."""
+    """Return the label of an operator's button."""
     return str(button.settings.get("label") or button.name)

@@ -1,4 +1,4 @@
-"""What people want of a run while it goes on: any thread asks, and the loop does it between two frames."""
+"""Queue of commands to a run that goes on: any thread adds them, and the loop carries them out between two frames."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 @dataclass(frozen=True, slots=True)
 class OperatorCommand:
-    """Something that somebody wants of a run.
+    """One command of somebody to a run.
 
     Attributes:
         kind: a name that `CommandHandler` knows.
@@ -24,7 +24,7 @@ class OperatorCommand:
 
 
 class CommandQueue:
-    """Wishes on their way to the loop. Stop overtakes all of them; of two places for one thing only the newer counts.
+    """Commands on their way to the loop. Stop overtakes all; of two places for one thing only the newer counts.
 
     Attributes:
         stopped: whether the run is to stop now.
@@ -45,7 +45,7 @@ class CommandQueue:
             self._changed.notify_all()
 
     def ask(self, wish: OperatorCommand) -> None:
-        """Let a wish be fulfilled between this frame and the next."""
+        """Add a command, to be carried out between this frame and the next."""
         with self._changed:
             last = self._wishes[-1] if self._wishes else None
             if wish.kind == "put" and last is not None and _same_thing(last, wish):
@@ -55,7 +55,7 @@ class CommandQueue:
             self._changed.notify_all()
 
     def take(self) -> list[OperatorCommand]:
-        """The wishes that have come, in their order; each is given out once."""
+        """Return the commands that have come, in their order; each is given out once."""
         if not self._wishes:  # asked in every frame
             return []
         with self._changed:
@@ -63,7 +63,7 @@ class CommandQueue:
             return wishes
 
     def wait(self, seconds: float) -> None:
-        """Wait until somebody wants something, at most so long."""
+        """Wait until a command or a stop comes, at most so long."""
         with self._changed:
             if not self._wishes and not self.stopped:
                 self._changed.wait(seconds)

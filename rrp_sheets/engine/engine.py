@@ -1,6 +1,6 @@
-"""What all engines share: the rows of a plan, wired; the engine's own devices; behaviours that switch on and off.
+"""Base of all engines: the wired rows of a plan, the engine's own devices, and behaviours that switch on and off.
 
-An engine decides only at which instants values enter and the graph settles (design: 4-streams, Engines).
+An engine decides only at which instants values enter and the graph settles.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _VALUES_PER_ROW = 60  # that many in one instant, if all rows have so many, are 
 
 
 class Observer(Protocol):
-    """Who is told of everything that happens in the graph, in order: the trace, a display, a test."""
+    """Observer of everything that happens in the graph, in order: the trace, a display, a test."""
 
     def event(self, us: int, stream: str, row: str, value: Value) -> None:
         """A value on a stream; `row` is the row that gave it, empty for sensor streams."""
@@ -110,7 +110,7 @@ class Engine(ABC):
         """Go on to a time with the values that have arrived by then; the commands for the actuators of the world."""
 
     def take_happenings(self) -> list[Notice]:
-        """What the engine has to tell since it was last asked: a behaviour was switched, a wait has no time."""
+        """Return the notices since the last call: a behaviour was switched, a wait has no time."""
         found, self._happenings = self._happenings, []
         return found
 
@@ -152,7 +152,7 @@ class Engine(ABC):
             cell[SETTLING] = 0
 
     def _enter_sent(self) -> None:
-        """What people have sent comes after what the world has: it is the newest."""
+        """Let the values that people have sent enter after those of the world, as they are the newest."""
         sent, self._sent = self._sent, []
         for stream, value, self.sent_by in sent:
             self.streams[stream].on_next(value)
@@ -179,7 +179,7 @@ class Engine(ABC):
             self.streams[stream].on_next(value)
 
     def tell(self, happening: Notice) -> None:
-        """Tell something to whoever watches the run."""
+        """Report a notice to the observers of the run."""
         self._happenings.append(happening)
 
     def end(self, row: str) -> None:
@@ -260,7 +260,7 @@ class Engine(ABC):
         stream.subscribe(lambda value: observer.event(clock.us, stream_id, row, value))
 
     def _cue(self, stream: str) -> None:
-        """Let the scene's rows that wait for a stream know of its events; a blank is none."""
+        """Report the events of a stream to the scene's rows that wait for it; a blank is none."""
         triggers, clock = self.triggers, self.clock
         self.streams[stream].subscribe(lambda value: None if value is None else triggers.heard(stream, clock.us))
 
@@ -347,6 +347,6 @@ class LiveRow:
         self._wiring.period_us = max(period_us, MIN_DELAY_US) if period_us else 0
 
     def _work_out(self, *values: Value) -> Value:
-        """What connectors keep: it goes on with the formula of now."""
+        """Evaluate the row's present formula; connectors keep this function while the formula may change."""
         assert self._evaluate is not None
         return self._evaluate(*values)

@@ -1,4 +1,4 @@
-"""What arrives for an event loop: the only thing that other threads of a run touch."""
+"""Queue of the events for an event loop: the only object of a run that its other threads use."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class EventQueue:
 
     @property
     def stands(self) -> bool:
-        """Whether the clock stands still."""
+        """True while the clock stands still."""
         return self._most is not None and self.now_us >= self._most
 
     def pause(self) -> None:
@@ -67,24 +67,24 @@ class EventQueue:
         self._most = None if for_us is None else now + for_us
 
     def event(self, stream: str, value: Value) -> None:
-        """A value of a stream."""
+        """Put a value of a stream into the queue."""
         self._queue.put(QueuedEvent(self.now_us, stream, value))
 
     def tell(self, happening: Notice) -> None:
-        """Something to tell."""
+        """Put a notice into the queue."""
         self._queue.put(QueuedEvent(self.now_us, happening=happening))
 
     def broke(self, error: RunBroken) -> None:
-        """The run cannot go on."""
+        """Put the break of a device into the queue: the run cannot go on."""
         self._broken = error
         self._queue.put(QueuedEvent(self.now_us, broken=error))
 
     def show(self, shown: WorldSnapshot) -> None:
-        """The world for a display."""
+        """Keep a snapshot of the world for a display, apart from the events."""
         self._shown.put(shown)
 
     def seen(self) -> list[WorldSnapshot]:
-        """What a display is to see since the last call; it does not wait for its turn.
+        """Return the snapshots for a display since the last call; they do not wait behind events.
 
         Raises:
             RunBroken: when a device has broken while the clock stood still.

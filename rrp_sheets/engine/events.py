@@ -1,8 +1,8 @@
-"""The event-loop engine: events one by one, in the order of their arrival (design: 4-streams, Engines).
+"""The event-loop engine: events one by one, in the order of their arrival.
 
 Between two events nothing waits: each settles the whole graph, by (time, rank), exactly as a frame with this one event
 does, so that a diamond is consistent here too. A timer acts at its own time, and a value of just that time is its
-instant's. Whoever drives it decides how time passes: `realtime_runner` by the wall clock, a test as it likes.
+instant's. Its caller decides how time passes: `realtime_runner` by the wall clock, a test as it likes.
 """
 
 from __future__ import annotations

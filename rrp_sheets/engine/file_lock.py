@@ -1,7 +1,7 @@
-"""A record that is being written is held by its run, so that others can tell that the run goes on.
+"""File locks of runs: a record that is being written is locked, so that others can tell that its run goes on.
 
-The folder is held too, from when it is made until its last file is there: a run that begins says only in its record
-whose it is, and tables and pictures are made after the record is closed. The system lets go of both when the process
+The folder is locked too, from when it is made until its last file is there: a run that begins says only in its record
+whose it is, and tables and pictures are made after the record is closed. The system releases both when the process
 ends, however it ends.
 """
 
@@ -19,13 +19,13 @@ _TRIES, _PAUSE = 5, 0.002  # s: who asks whether it is held holds it for that mo
 
 
 def lock(file: IO[str]) -> None:
-    """Hold an open file until it is closed. Where the system or its disk cannot do that, nothing happens."""
+    """Lock an open file until it is closed. Where the system or its disk cannot do that, nothing happens."""
     _lock(file.fileno())
 
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Hold a folder meanwhile, if that can be done."""
+    """Lock a folder within the context, where that can be done."""
     number = lock_folder(folder)
     try:
         yield
@@ -34,7 +34,7 @@ def locked(folder: Path) -> Iterator[None]:
 
 
 def lock_folder(folder: Path) -> int | None:
-    """Hold a folder until `unlock` of what is given here; None where that cannot be done."""
+    """Lock a folder until `unlock` is called with the result; None where that cannot be done."""
     if sys.platform == "win32":
         return None
     try:
@@ -48,7 +48,7 @@ def lock_folder(folder: Path) -> int | None:
 
 
 def _lock(number: int) -> bool:
-    """Whether an open file could be taken."""
+    """Try to lock an open file, and return whether that was possible."""
     if sys.platform == "win32":
         return False
     import fcntl
@@ -67,13 +67,13 @@ def _lock(number: int) -> bool:
 
 
 def unlock(number: int | None) -> None:
-    """Let go of a folder; nothing happens for None."""
+    """Release the lock of a folder; nothing happens for None."""
     if number is not None:
         os.close(number)
 
 
 def is_locked(path: Path) -> bool:
-    """Whether somebody holds a file or a folder."""
+    """Return whether a file or a folder is locked by a process."""
     if sys.platform == "win32":
         return False
     import fcntl

@@ -1,4 +1,4 @@
-"""The frame engine: deterministic and free of glitches (design: 4-streams, Engines)."""
+"""The frame engine: deterministic and free of glitches."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where an engine is: three numbers that a watchdog in another process can read at any time.
+"""Heartbeat of an engine: three numbers that a watchdog in another process can read at any time.
 
 The engine writes them as it goes: no call, no lock, no message (20 to 40 ns a row). A plain list does when nobody
 watches; a run's process puts them into memory that it shares with the program that started it.

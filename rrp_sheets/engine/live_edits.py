@@ -1,4 +1,4 @@
-"""Rows that were edited while they run: what of them the run can go on with, and what it cannot."""
+"""Edits of a workbook while it runs: they are read beside the frames, and compared with what the run can go on with."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SWITCH_SECONDS = 0.0005  # a tenth of Python's: a check beside the frames holds 
 
 @dataclass(frozen=True)
 class Edit:
-    """What is used from the next frame on.
+    """Edited rows and formulas that a run uses from the next frame on.
 
     Attributes:
         checked: the edited workbook.
@@ -58,7 +58,7 @@ class Editor:
         self._next: tuple[str, str] | None = None
 
     def read(self, path: str, by: str) -> None:
-        """Read and check a workbook on a thread; what comes of it is the wish `edited`."""
+        """Read and check a workbook on a thread; the result comes as the command `edited`."""
         if self._thread is not None:
             self._next = path, by
             return
@@ -117,7 +117,7 @@ class Editor:
 
 
 def compare(plan: Plan, used: Checked, steps: Mapping[str, Step], edited: Plan) -> Edit:
-    """What a run can take over from an edited workbook.
+    """Return what a run can take over from an edited workbook.
 
     Args:
         plan: of the run.
@@ -157,7 +157,7 @@ def _in_sheet(steps: Sequence[Step]) -> list[Step]:
 
 
 def _differences(plan: Plan, edited: Plan) -> Iterator[str]:
-    """Why the one cannot go on with the other, in words; the first is told."""
+    """Yield the reasons why a run cannot go on with an edited plan, in words; only the first is shown."""
     was, now = plan.checked, edited.checked
     if was.robot.name != now.robot.name:
         yield "the Protocol names another robot"
@@ -214,7 +214,7 @@ def _gestures(workbook: Workbook) -> object:
 
 
 def _sheets_changed(was: Workbook, now: Workbook) -> Iterator[dict[str, Any]]:
-    """What was changed in the helpers, and in the user's own tables that formulas name; all that does it again."""
+    """Yield the changes in the helpers, and in the user's own tables that formulas name, each with its new content."""
     old = {key(h.name.text): h for h in was.helpers}
     new = {key(h.name.text): h for h in now.helpers}
     for name in dict.fromkeys((*old, *new)):

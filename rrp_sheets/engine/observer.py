@@ -1,4 +1,4 @@
-"""What a loop and whoever watches it have to do with each other, whichever the engine."""
+"""Interfaces between the loop of a run and its observers, whichever the engine."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class RunObserver:
-    """What a loop tells and asks as it goes; subclass it."""
+    """Observer of a run's loop, which the loop also asks whether to stop; subclass it."""
 
     def happening(self, us: int, happening: Notice) -> None:
         """Something besides the events."""
@@ -23,7 +23,7 @@ class RunObserver:
         """Somebody did something, after the frame of `us`."""
 
     def refused(self, kind: str, message: str, remedy: str) -> None:
-        """What somebody wanted (`send`, `apply`, …) cannot be done."""
+        """Report that a command (`send`, `apply`, …) cannot be carried out."""
 
     def paused(self, us: int, is_paused: bool) -> None:
         """The run stands still, or goes on."""
@@ -35,7 +35,7 @@ class RunObserver:
         """The world, for a display."""
 
     def stopped(self) -> bool:
-        """Whether the run should stop now; asked after each frame."""
+        """Return whether the run should stop now; asked after each frame."""
         return False
 
 
@@ -56,7 +56,7 @@ class Runner(Protocol):
         ...
 
     def stop(self) -> list[Notice]:
-        """Bring everything to its rest, in bounded time; what could not be stopped is told.
+        """Bring everything to its rest, in bounded time; what could not be stopped is reported.
 
         Raises:
             RunBroken: when something broke while stopping.

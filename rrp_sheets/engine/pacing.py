@@ -1,4 +1,4 @@
-"""How fast frames go, and when a display wants to see the world: by the wall clock, outside of the run's results."""
+"""Pacing of frames, and of snapshots for displays: by the wall clock, outside of the run's results."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SHARE = 12.0  # a display may cost one part in so many of the time
 
 
 class FramePacer:
-    """When the next frame is due. Time that was paused, and a speed that changes, are not caught up with.
+    """Due times of frames. Time that was paused, and a speed that changes, are not caught up with.
 
     Args:
         factor: 1 real time, 2 twice as fast; 0 as fast as the machine can.
@@ -32,11 +32,11 @@ class FramePacer:
 
     @property
     def stands(self) -> bool:
-        """Whether the run stands still: paused, and no single step is wanted."""
+        """True while the run stands still: paused, and no single step is wanted."""
         return self.paused and not self._steps
 
     def left(self, due_us: int) -> float:
-        """How many seconds are left until the frame of `due_us`; not more than 0 when it is due."""
+        """Return the seconds that are left until the frame of `due_us`; not more than 0 when it is due."""
         if self._steps or not self._factor:
             return 0.0
         wall, us = self._anchor
@@ -67,7 +67,7 @@ class FramePacer:
 
 
 class SnapshotThrottle:
-    """When a display wants the world's state, and what the robot sees.
+    """Due times of snapshots for a display: of the world's state, and of what the robot sees.
 
     Attributes:
         wanted: whether anybody looks at all.
@@ -87,7 +87,7 @@ class SnapshotThrottle:
         self.again()
 
     def due(self) -> bool | None:
-        """None when nothing is due; else whether a picture is."""
+        """Return None when no snapshot is due, else whether it should have a picture."""
         now = self._now()
         if not self.wanted or now < self._state_at:
             return None

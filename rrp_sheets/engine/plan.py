@@ -1,4 +1,4 @@
-"""What of a checked workbook runs: its active rows in order, and the devices they use."""
+"""Plan of a run: the active rows of a checked workbook in order, and the devices they use."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the engines need of a world, and what passes between the two. A world is a simulator, a test, or a robot."""
+"""Interfaces between the engines and a world, which is a simulator, a test, or a robot."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Arrivals:
-    """What a world has for the engine at one instant: values of sensor streams, in a fixed order, and happenings."""
+    """Values of sensor streams, in a fixed order, and notices, from a world for the engine at one instant."""
 
     events: Sequence[tuple[str, Value]] = ()
     happenings: Sequence[Notice] = ()
 
 
 class World(Protocol):
-    """Where sensor values come from and commands go to, in lockstep with the engine's clock."""
+    """Source of sensor values and target of commands, in lockstep with the engine's clock."""
 
     def start(self) -> Arrivals:
         """Make everything ready; the arrivals of time 0. Raises RunBroken when a device fails to start."""

@@ -1,4 +1,4 @@
-"""A world in lockstep, as one that goes by itself: a thread moves it on with the wall clock."""
+"""Adapter of a world in lockstep to the event loop: a thread moves the world on with the wall clock."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class RealtimeAdapter(LiveWorld):
         """Stop the world, when its last step is done; returns what happened meanwhile.
 
         Raises:
-            RunBroken: when the world has broken; nobody may have heard of it, as the run was over.
+            RunBroken: when the world has broken; it may not have been reported, as the run was over.
         """
         self.halt()
         if self._thread is not None:
@@ -109,7 +109,7 @@ class RealtimeAdapter(LiveWorld):
             queue.broke(error)
 
     def _sleep(self, queue: EventQueue, due: int) -> None:
-        """Until a step is due; what people do to the world is done meanwhile, also while the clock stands still."""
+        """Sleep until a step is due; operators' actions are done meanwhile, also while the clock stands still."""
         while not self._over and (left := (due - queue.now_us) / 1_000_000) > 0:
             if self._awake.wait(STANDING if queue.stands else left):
                 self._awake.clear()
@@ -158,7 +158,7 @@ class _Part(Sensor, Actuator):
         self._world.halt()
 
     def take(self, command: Command) -> None:
-        """In the world's next step."""
+        """Let the command be carried out in the world's next step."""
         self._world.give(command)
 
     def rest(self) -> None:

@@ -1,8 +1,8 @@
-"""The event loop: one thread that evaluates, on the wall clock; sensors only put values into the event queue.
+"""Event loop of a run on the wall clock: one thread evaluates the rows, and each actuator has a thread of its own.
 
-Starting goes in the order of the thesis: sensors, connectors, actuators; a device that does not start is told with its
-cell, and the run does not begin. Stopping is orderly and bounded: sensors, timers, connectors, actuators to a safe
-rest; a device that hangs is left behind and told.
+Sensors only put values into the event queue. Starting goes in the order of the thesis: sensors, connectors, actuators;
+a device that does not start is reported with its cell, and the run does not begin. Stopping is orderly and bounded:
+sensors, timers, connectors, actuators to a safe rest; a device that hangs is left behind and reported.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ class RealtimeRunner:
                 return min(now, until_us), "time"
 
     def _between(self, handler: CommandHandler, observer: RunObserver) -> bool:
-        """Do what people want, and as long as the clock stands still nothing else; False when the run is to stop."""
+        """Carry out commands, and as long as the clock stands still nothing else; False when the run is to stop."""
         clock, control = self.engine.clock, self._control
         while True:
             if handler.between(clock.us):
@@ -152,7 +152,7 @@ class RealtimeRunner:
             control.wait(STANDING / 5)  # what the world shows comes soon
 
     def _open(self, queued: QueuedEvent, observer: RunObserver) -> list[tuple[str, object]]:
-        """Tell what is to be told; the value that is to enter, if it is one."""
+        """Report a notice, or return the value that is to enter."""
         if queued.broken is not None:
             raise queued.broken
         if queued.happening is None:
@@ -201,11 +201,11 @@ class RealtimeRunner:
         self._world.act(actions)
 
     def things(self) -> Collection[str] | None:
-        """What is in the world, as a display has last seen it."""
+        """Return the things in the world as a display has last seen them."""
         return self._things
 
     def watch(self, *, wanted: bool | None = None, look: bool | None = None) -> None:
-        """Whether a display wants the world, and pictures."""
+        """Set whether a display wants the world, and pictures; None changes nothing."""
         self._showing.want(wanted, look)
         self._world.show(self._showing)
 
@@ -218,7 +218,7 @@ class RealtimeRunner:
             self._world.act(cued)
 
     def stop(self) -> list[Notice]:
-        """Stop in order; what happened meanwhile and what hung is told. Always comes back in bounded time.
+        """Stop in order; returns what happened meanwhile and what hung. Always comes back in bounded time.
 
         Raises:
             RunBroken: the first thing that broke while stopping.
@@ -246,7 +246,7 @@ class RealtimeRunner:
 
 
 def _start_one(what: str, call: Callable[[], None]) -> None:
-    """Start a device; what goes wrong is told with the device and its cell."""
+    """Start a device; an error is raised with the device and its cell."""
     try:
         late = run_with_timeout(START_WITHIN, [(what, call)])
     except RunBroken as error:

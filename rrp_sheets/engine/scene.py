@@ -1,4 +1,4 @@
-"""The things of a run's scene, each as it comes in: so that one that has left can be put back by hand."""
+"""Scene of a run: the action by which each thing comes in, to put it back by hand, and rows that wait for events."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rrp_sheets.model.scene_actions import ROW_ABOVE, SceneAction
 
 
 class SceneEntities:
-    """How each thing of a scene comes in: a ball with its size and colour, a person with their number and name.
+    """Actions by which the things of a scene come in: a ball with its size and colour, a person with number and name.
 
     Args:
         plan: of the run, whose scene it is.
@@ -74,7 +74,7 @@ class SceneTriggers:
                 self._turn(i + 1, action.time_us)
 
     def heard(self, stream: str, us: int) -> None:
-        """A stream (its id) has had an event."""
+        """Note that a stream (its id) has had an event."""
         armed = self._armed.pop(stream, [])
         late = [(i, since) for i, since in armed if since > us]
         if late:
@@ -84,7 +84,7 @@ class SceneTriggers:
                 self._due(i, us)
 
     def take(self) -> tuple[SceneAction, ...]:
-        """What has become due since it was last asked, with times of the run's clock."""
+        """Return the actions that have become due since the last call, with times of the run's clock."""
         ready, self._ready = tuple(self._ready), []
         return ready
 

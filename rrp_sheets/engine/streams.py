@@ -38,7 +38,7 @@ class LiveStream(Observable[Value]):
         """A new value.
 
         Raises:
-            RunBroken: when the rows have made more of it than can be meant.
+            RunBroken: when too many values have come in one instant.
         """
         clock = self._clock
         clock.came += 1

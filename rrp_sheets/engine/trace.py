@@ -1,4 +1,4 @@
-"""The trace: every event of a run as JSON Lines, written as it happens (design: 4-streams, Trace).
+"""The trace: every event of a run as JSON Lines, written as it happens.
 
 The first line is the header; then one line per event, error or happening, flushed once per frame; the last line is the
 summary. After the header nothing depends on the wall clock, so the same run gives the same bytes; only what people did
@@ -82,7 +82,7 @@ class TraceWriter:
         self._waiting.append(_line(entry))
 
     def act(self, us: int, act: OperatorAction, wall: float) -> None:
-        """What somebody did, `wall` seconds of the wall clock after the beginning: films are laid beside it by that.
+        """Write an operator's action, `wall` seconds of the wall clock after the beginning, by which films are aligned.
 
         A value that is sent has its own line, when it enters; of an edit every change has one.
         """
@@ -151,7 +151,7 @@ def read_trace(path: Path) -> Iterator[dict[str, Any]]:
 
 
 def _parsed(line: str) -> Any:
-    """A line of a trace, which may be a stranger's.
+    """Parse a line of a trace, which may come from anyone.
 
     Raises:
         ValueError: it is no JSON, or has what no run has: a time that is none, a huge number, lists in lists in lists.

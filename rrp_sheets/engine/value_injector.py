@@ -1,4 +1,4 @@
-"""A value that somebody sends into a stream: from what the cell or the field says to the value."""
+"""Values that somebody sends into a stream: from the text in the cell or the field to the value."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What changed in a behaviour, row by row and stream by stream: what is drawn, and set in tables."""
+"""Changes in a behaviour, row by row and stream by stream, as they are drawn and set in tables."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class ComparableText:
 
     @property
     def changed(self) -> bool:
-        """Whether it is another one."""
+        """True when the texts before and after differ."""
         return self.before != self.after
 
     def was(self) -> tuple[Run, ...]:

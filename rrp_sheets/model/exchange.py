@@ -1,4 +1,4 @@
-"""What passes between the engine and a robot's world, whichever it is: plain data."""
+"""Plain data that passes between the engine and a robot's world, whichever it is."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ DONE = RecordType(
 
 
 def commanded(value: Value) -> Value:
-    """A command's value as its done event tells it: ends within it are told without what they were the end of.
+    """Return a command's value for its done event: done records within it are given without their own values.
 
     Rows that command each other in a circle through `X done` would otherwise send a value that grows for ever.
 
@@ -78,7 +78,7 @@ class Command:
 
 @dataclass(frozen=True, slots=True)
 class Notice:
-    """Something to tell besides the events: `kind` is `say`, `sound`, `person`, `clamp`, `note` or `error`.
+    """One notice of a run besides its events: `kind` is `say`, `sound`, `person`, `clamp`, `note` or `error`.
 
     A `person` is somebody who speaks to the robot; a `sound` is what it plays.
 
@@ -95,7 +95,7 @@ class Notice:
 
 @dataclass(frozen=True, slots=True)
 class OperatorAction:
-    """What somebody did to a run while it was going.
+    """One action of an operator during a run.
 
     Attributes:
         kind: `mark`, `switch`, `send`, `press`, `scene`, `speed`, `edit`, `pause`, `resume` or `step`.

@@ -1,4 +1,4 @@
-"""One key for every name, and the name a stream has inside formulas (design: 2-workbook, 3-formulas)."""
+"""One key for every name, the name a stream has inside formulas, and the nearest name to an unknown one."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def argument_name(name: str) -> str:
 
 
 def is_reserved(name: str) -> bool:
-    """Whether formulas read a name as an operator or a constant, so that it cannot name a stream.
+    """Return whether formulas read a name as an operator or a constant, so that it cannot name a stream.
 
     >>> is_reserved("In"), is_reserved("TRUE"), is_reserved("Inside")
     (True, True, False)

@@ -1,4 +1,4 @@
-"""What happens in the simulated world, understood: the actions of a Scene sheet."""
+"""Actions of a Scene sheet, understood: the events of the simulated world."""
 
 from __future__ import annotations
 

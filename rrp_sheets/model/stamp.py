@@ -1,4 +1,4 @@
-"""What every export says of itself: which workbook ran, by which program, in which session."""
+"""Origin of an export, told in the export itself: which workbook ran, by which program, in which session."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _COLUMNS = {"digest": "workbook_sha256"}
 
 @dataclass(frozen=True, slots=True)
 class Stamp:
-    """Where an export comes from; what is not known, or does not apply, is blank.
+    """Origin of an export; what is not known, or does not apply, is blank.
 
     Attributes:
         run: the name of the run's folder; blank for an export of a workbook that has not run.
@@ -48,7 +48,7 @@ class Stamp:
 
     @staticmethod
     def names() -> list[str]:
-        """What the fields are called, in the order of `values`."""
+        """Return the shown names of the fields, in the order of `values`."""
         return list(_NAMES.values())
 
     def values(self) -> list[str]:

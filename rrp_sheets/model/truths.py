@@ -29,7 +29,7 @@ FALSE_WORDS = frozenset(_folded(word) for word in _FALSE.split())
 
 
 def truth_of(text: str) -> bool | None:
-    """Whether a cell says true or false; None when it says neither.
+    """Return whether a cell says true or false; None when it says neither.
 
     >>> truth_of("Yes"), truth_of(" ＦＡＬＳＥ"), truth_of("いいえ"), truth_of("maybe"), truth_of("")
     (True, False, False, None, None)

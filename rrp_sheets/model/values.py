@@ -33,7 +33,7 @@ class Field:
 
 @dataclass(frozen=True)
 class RecordType:
-    """What a kind of record contains.
+    """Definition of a kind of record: its fields, their further names, and their positions.
 
     Attributes:
         name: shown in messages ("Red ball has no field “distence”").
@@ -139,7 +139,7 @@ def plain(value: Value) -> Value:
 
 
 def identity(value: Value) -> Hashable:
-    """The same for equal values only, and hashable: TRUE is not 1, 1 is 1.0, and records are told by their fields.
+    """Return a hashable that is the same for equal values only: TRUE is not 1, 1 is 1.0, records count by fields.
 
     >>> identity([1, "a"]) == identity((1.0, "a")), identity(True) == identity(1)
     (True, False)

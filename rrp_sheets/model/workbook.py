@@ -1,4 +1,4 @@
-"""What a workbook says (design: 2-workbook). Built by the format backends, read by everything else."""
+"""Contents of a workbook as dataclasses, built by the format backends and read by everything else."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests inside workbooks: what is sent when, and whether what must come out does (design: 7-exchange)."""
+"""Tests inside workbooks: values are sent at given times, and what comes out is compared with what is expected."""
 
 from rrp_sheets.testing.results import CaseResult, Event, RowResult
 from rrp_sheets.testing.run import TestReport, run_tests

@@ -15,7 +15,7 @@ _BEFORE_US, _AFTER_US = 3_000_000, 500_000
 
 
 def scores(checked: Checked, result: CaseResult) -> list[MarbleDiagram]:
-    """What came on the streams in a test, a diagram for each behaviour in which something came."""
+    """Return the events of a test as a marble diagram for each behaviour in which something came."""
     events = [(e.us, e.stream, e.row, e.value) for e in result.events]
     errors = [(f.us, f.row, f.message) for f in result.faults]
     found, language = [], checked.run.language
@@ -35,7 +35,7 @@ def _marks(result: CaseResult, language: str) -> tuple[tuple[int, str], ...]:
 
 
 def around_failures(checked: Checked, result: CaseResult) -> MarbleDiagram:
-    """What came around the first rows that do not hold, on their streams and those that these come from."""
+    """Draw the time around the first rows that do not hold: their streams and those that these come from."""
     if not result.failed_rows:
         return MarbleDiagram("", (), 0, 0)
     first, language = result.failed_rows[0], checked.run.language

@@ -33,7 +33,7 @@ def example_svg(connector: Connector) -> str:
 
 
 def example_score(connector: Connector) -> MarbleDiagram:
-    """What goes in and what comes out of a connector's example, found by running it."""
+    """Run a connector's example, and return what goes in and what comes out as a marble diagram."""
     rows = [text for text in connector.example if _MARBLES.fullmatch(text)]
     rest = [text for text in connector.example if not _MARBLES.fullmatch(text)]
     parameter = rest[0] if rest else ""
@@ -65,7 +65,7 @@ def _value(character: str) -> Value:
 def _played(
     connector: Connector, names: tuple[str, ...], sent: list[list[tuple[int, Value]]], parameter: str
 ) -> tuple[list[tuple[int, Value]], list[tuple[int, str]], int]:
-    """What came out and when, the errors, and where the example's time ends (µs)."""
+    """Return what came out and at which times, the errors, and the end of the example's time (µs)."""
     clock = FrameClock()
     inputs = [LiveStream(name, clock) for name in names]
     came: list[tuple[int, Value]] = []

@@ -24,5 +24,5 @@ class Frames:
         return -(-us * self.rate // 1_000_000)
 
     def time(self, frame: int) -> int:
-        """When a frame is."""
+        """Return the time of a frame, in microseconds."""
         return frame * 1_000_000 // self.rate

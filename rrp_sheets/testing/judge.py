@@ -1,4 +1,4 @@
-"""Which of a test's expectations hold: every row takes one event of its stream, and no event is taken twice."""
+"""Judges which expectations of a test hold: every row takes one event of its stream, and no event is taken twice."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def judge(
 
 
 def _share_out(wanted: Mapping[int, _Wanted]) -> dict[int, Event]:
-    """An event for as many rows as can be: those that are most particular choose first, the others make room."""
+    """Assign events to as many rows as possible, the earliest and most specific rows first; returns them by row."""
 
     def particular(place: int) -> tuple[int, int]:
         kind = wanted[place].row.expectation
@@ -175,7 +175,7 @@ def _judged(
 
 
 def _elsewhere(mine: _Wanted) -> list[str]:
-    """When what was expected did come."""
+    """Return hints when the expected value came outside of the window, or when the nearest event came."""
     lane, row = mine.lane, mine.row
     inside = set(mine.window)
     middle = mine.window.start
@@ -191,7 +191,7 @@ def _elsewhere(mine: _Wanted) -> list[str]:
 
 
 def _excuse(wanted: Mapping[int, _Wanted], found: Mapping[int, Event]) -> None:
-    """What came in place of what a row expects is told there, and not once more where nothing should come."""
+    """Let each row without an event take one that came in its place, so that no `nothing` row reports it again."""
     for place, mine in wanted.items():
         if place not in found:
             instead = next(mine.lane.free(mine.window), None)
@@ -200,7 +200,7 @@ def _excuse(wanted: Mapping[int, _Wanted], found: Mapping[int, Event]) -> None:
 
 
 def _nothing(row: CaseRow, since_frame: int, lane: _Lane | None, frames: Frames, names: Mapping[str, str]) -> RowResult:
-    """Whether nothing came since the row before, but what other rows expect."""
+    """Judge a row that expects nothing: since the row before, only events that other rows expect may have come."""
     if lane is None:
         return RowResult(row, True)
     assert row.expectation is not None
@@ -217,7 +217,7 @@ def _nothing(row: CaseRow, since_frame: int, lane: _Lane | None, frames: Frames,
 
 
 def since(case: Case, frames: Frames) -> list[int]:
-    """From which frame on a `nothing` would count in each row: since the row before.
+    """Return for each row the frame from which a `nothing` would count in it: since the row before.
 
     Rows are taken by their times, those of one time as they stand in the sheet. Rows that expect at one time are one
     list, so the row before is the one before that list: a row that sends at that time and stands above, or else the
@@ -273,7 +273,7 @@ Holds = Callable[[Value], str]
 
 
 def make_holds(expectation: Expectation, interpreter: GuardedInterpreter) -> Holds:
-    """What tells whether a value is as expected."""
+    """Return a function that tells what is wrong with a value, or an empty text when it is as expected."""
     if expectation.kind == "any":
         return lambda value: ""
     if expectation.kind == "about":
@@ -292,7 +292,7 @@ def make_holds(expectation: Expectation, interpreter: GuardedInterpreter) -> Hol
 
 
 def equal(value: Value, wanted: Value, *, exact: bool = False) -> bool:
-    """Whether two values are equal as in formulas (capitals do not matter), numbers to 1e-9 relative.
+    """Return whether two values are equal as in formulas (capitals do not matter), numbers to 1e-9 relative.
 
     Args:
         value: that came.

@@ -1,4 +1,4 @@
-"""What of a workbook with errors can be tested: while somebody types one row, the tests of others go on."""
+"""Part of a workbook with errors that can be tested: while one row is being typed, the tests of others go on."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ MOST_FAILURES = 20  # shown of one test; the rest are counted
 
 
 def failure_lines(result: CaseResult) -> list[str]:
-    """What is wrong in a test, a row in a few lines."""
+    """Return the failures of a test in words, a few lines for each row."""
     name = result.case.name
     unsent: list[str] = [
         Phrase("{name} row {row}: this could not be sent: {reason}", name=name, row=row, reason=reason)

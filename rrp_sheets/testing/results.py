@@ -1,4 +1,4 @@
-"""What a test amounted to."""
+"""Results of tests: events, failed formulas, and the result of each row and each test sheet."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Fault:
 
 @dataclass(frozen=True)
 class RowResult:
-    """Whether what a row expects came.
+    """Result of one expecting row of a test: whether what it expects came.
 
     Attributes:
         row: of the test sheet.
@@ -70,12 +70,12 @@ class CaseResult:
 
     @property
     def passed(self) -> bool:
-        """Whether every row holds."""
+        """True when every row holds."""
         return not self.broken and all(r.passed for r in self.rows)
 
     @property
     def idle(self) -> bool:
-        """Whether nothing was expected, so that nothing can hold or fail."""
+        """True when nothing was expected, so that nothing can hold or fail."""
         return not self.rows and not self.broken
 
     @property

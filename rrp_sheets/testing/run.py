@@ -38,7 +38,7 @@ class TestReport:
 
     @property
     def passed(self) -> bool:
-        """Whether every test holds."""
+        """True when every test holds."""
         return all(c.passed for c in self.cases)
 
 
@@ -184,7 +184,7 @@ class Player:
         return arrivals
 
     def _value(self, row: CaseRow, now: int) -> Value:
-        """What a row sends."""
+        """Return the value that a row sends."""
         assert row.sending is not None
         return self._sender.value(row.sending, self._base(row.stream, now), row.name)
 

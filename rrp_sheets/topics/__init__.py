@@ -1,1 +1,1 @@
-"""What `rrp-sheets help` and the help of the grid say, one module for every kind of topic."""
+"""Texts of `rrp-sheets help` and of the help of the grid, one module for every kind of topic."""

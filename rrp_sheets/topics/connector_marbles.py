@@ -29,12 +29,12 @@ def parts(connector: Connector) -> tuple[list[str], str]:
 
 
 def can_be_run(connector: Connector) -> bool:
-    """Whether the connector has an example, as its author has given it, that makes a workbook in order."""
+    """Return whether the connector has an example that makes a workbook without errors."""
     return 1 <= len(parts(connector)[0]) <= len(_NAMES) and not checked(workbook(connector)).report.errors
 
 
 def input_names(count: int) -> list[str]:
-    """What the inputs are called: a single one is `Input`."""
+    """Return the names of that many inputs; a single one is `Input`."""
     return ["Input"] if count == 1 else list(_NAMES[:count])
 
 
@@ -144,7 +144,7 @@ def short(value: Value) -> str:
 
 
 class ScriptedWorld:
-    """For tests and for checking behaviours in virtual time.
+    """World that gives prepared values, for checking behaviours in virtual time.
 
     Attributes:
         received: the commands that came, with the time of the frame they were given in.

@@ -98,7 +98,7 @@ def one_device(found: FoundDevice) -> Iterator[str]:
 
 
 def done_stream(found: FoundDevice) -> Iterator[str]:
-    """What `Say done` is: the stream that an actuator gives at the end of each of its commands."""
+    """Explain `Say done`: the stream that an actuator gives at the end of each of its commands."""
     yield heading(f"{found.name} done (stream)")
     yield paragraph(
         f"Every actuator has a done stream, here that of {found.name}. It needs no declaring: write "
@@ -116,7 +116,7 @@ def _setting(device: DeviceType, k: str) -> str:
 
 
 def described(setting: Setting) -> str:
-    """What a setting is for, what it may be, and what it is when the cell is blank."""
+    """Describe a setting: its purpose, its possible values, and the meaning of a blank cell."""
     parts = [setting.help[:1].upper() + setting.help[1:]]
     if setting.kind == "duration":
         parts.append("A number alone means seconds")

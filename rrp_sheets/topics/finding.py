@@ -1,4 +1,4 @@
-"""What there is help on: a topic, or the name of a connector, a function, a device, a finding."""
+"""Finds the help on a topic, or on the name of a connector, a function, a device or a finding."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def _file(name: str) -> Iterator[str]:
 
 
 def _named(name: str) -> Iterator[Iterator[str]]:
-    """What there is under a name: it may be a function and a device, say."""
+    """Yield the help pages under a name: it may be a function and a device, say."""
     from rrp_sheets.connectors import connectors
     from rrp_sheets.devices import load_robot
     from rrp_sheets.diagnostics import CODES

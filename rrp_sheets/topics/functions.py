@@ -92,7 +92,7 @@ def examples(function: Function) -> list[tuple[str, str]]:
 
 
 def worked_out(formula: str) -> object:
-    """What a formula without inputs gives."""
+    """Return the value of a formula without inputs."""
     from rrp_sheets.formulas import compile_formula, make_scope
     from rrp_sheets.formulas.evaluator import GuardedInterpreter
 

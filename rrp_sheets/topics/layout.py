@@ -133,7 +133,7 @@ def _padded(text: str, width: int) -> str:
 
 
 def _wide(text: str) -> int:
-    """How many places a text takes; Japanese letters take two."""
+    """Return the number of columns that a text takes; Japanese letters take two."""
     return sum(2 if unicodedata.east_asian_width(c) in "WF" else 1 for c in text)
 
 

@@ -29,7 +29,7 @@ EXAMPLE = [
 
 
 def scene_words(kind: ThingKind) -> list[tuple[str, str, str]]:
-    """What a kind of thing can do: verb (once), a value, and a line of help."""
+    """Return the verbs of a kind of thing as rows: verb (once), a value, and a line of help."""
     rows = []
     for verb in kind.verbs:
         for at, (value, line) in enumerate(verb.examples):
@@ -39,7 +39,7 @@ def scene_words(kind: ThingKind) -> list[tuple[str, str, str]]:
 
 
 def scene() -> Iterator[str]:
-    """What the Scene sheet is, its times, things, verbs and values."""
+    """Yield the help on the Scene sheet: its times, things, verbs and values."""
     yield heading("The Scene sheet: what happens in the simulated room")
     yield paragraph(
         "Every row says when, which thing, what it does, and where or how. Without a Scene sheet the simulator shows "

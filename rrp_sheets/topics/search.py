@@ -83,7 +83,7 @@ def _by_key() -> dict[str, str]:
 
 
 def search(text: str, most: int = 20) -> list[HelpEntry]:
-    """What there is help on under some words: names that begin with them, then names and lines that hold them.
+    """Return the entries under some words: names that begin with them, then names and lines that hold them.
 
     >>> search("clam")[0].name
     'CLAMP'
@@ -102,7 +102,7 @@ def search(text: str, most: int = 20) -> list[HelpEntry]:
 
 
 def near(text: str, most: int = 8) -> list[HelpEntry]:
-    """What there is help on under some words of a question, when there is nothing on all of them.
+    """Return the entries under some words of a question, when there is none under all of them.
 
     >>> near("How do I make the robot sleep or speak a text?")[0].name in {n.name for n in all_names()}
     True

@@ -65,7 +65,7 @@ EXAMPLES = {
 
 
 def word(name: str) -> Iterator[str]:
-    """What a word of the sheets means, with an example where one helps."""
+    """Yield the meaning of a word of the sheets, with an example where one helps."""
     path = Path(__file__).parent / f"{name}.md"
     yield from from_markdown(path.read_text(encoding="utf-8"))
     if name in EXAMPLES:

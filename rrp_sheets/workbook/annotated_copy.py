@@ -59,7 +59,7 @@ def marked_copy(data: bytes, name: str, findings: Sequence[Diagnostic], language
 
 
 def is_marked_copy(path: Path) -> bool:
-    """Whether a file is such a copy, made earlier."""
+    """Return whether a file is an annotated copy, made earlier."""
     try:
         with zipfile.ZipFile(path) as package:
             return any(name.startswith(_PART) for name in package.namelist())

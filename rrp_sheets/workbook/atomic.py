@@ -1,4 +1,4 @@
-"""Writing a file so that it is either whole or as it was, and never under the eyes of another program."""
+"""Atomic writing of files: each is whole or as it was; and refusals of targets that are open or are workbooks."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def sweep(path: Path, older: float = _ABANDONED_S) -> None:
 
 
 def _half_name(path: Path) -> str:
-    """How the temporary file's name begins: a name that is nearly too long for the system leaves no room for more."""
+    """Return the beginning of the temporary file's name, cut so that the whole is not too long for the system."""
     return f".{os.fsencode(path.name)[:_MOST_BYTES].decode(errors='ignore')}."
 
 

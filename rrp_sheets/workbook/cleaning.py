@@ -1,4 +1,4 @@
-"""What a cell's text becomes before the program works with it. Tolerant, never guessing; the original is kept."""
+"""Cleaning of cells' texts before the program works with them. Tolerant, never guessing; the original is kept."""
 
 from __future__ import annotations
 
@@ -169,7 +169,7 @@ def _fold_formula(text: str) -> str:
 
 
 def _closers(text: str) -> dict[str, list[int]]:
-    """Where quotes stand that can end a text, by kind: not after a backslash, no apostrophe between two letters."""
+    """Return the places of quotes that can end a text, by kind: no escaped ones, no apostrophes between two letters."""
     found: dict[str, list[int]] = {'"': [], "'": [], _DOUBLE: [], _SINGLE: []}
     for match in _QUOTE.finditer(text):
         i = match.start()

@@ -85,7 +85,7 @@ class OwnTable:
         return any(c in columns and (cell.formula or clean_spaces(cell.text)) for c, cell in cells.items())
 
     def _is_comment(self, cells: Mapping[int, RawCell]) -> bool:
-        """Whether the first cell begins with `#`; a column of the user's own (numbers, say) is not the first."""
+        """Return whether a row is a comment: its first cell, leaving out the user's own columns, begins with `#`."""
         for column, cell in cells.items():
             if column in self.ours or column not in self.others:
                 text = clean_name(cell.text)
@@ -192,7 +192,7 @@ class OwnTable:
 
 
 def is_error_value(text: str) -> bool:
-    """Whether a text is one of Excel's or LibreOffice's error values.
+    """Return whether a text is one of Excel's or LibreOffice's error values.
 
     >>> is_error_value("#NAME?"), is_error_value("Err:508"), is_error_value("# note")
     (True, True, False)

@@ -84,7 +84,7 @@ class FileChanged(SheetsError):
 
 @dataclass(frozen=True)
 class Edited:
-    """What an edit has done.
+    """Result of a series of edits.
 
     Attributes:
         digest: of the file as it is now; the same as `Reading.digest` of it.

@@ -1,4 +1,4 @@
-"""What can be done to a workbook: the same few edits for every format."""
+"""Edits of a workbook: the same few for every format."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class InsertRows:
     count: int = 1
 
     def mapped(self, row: int) -> int | None:
-        """Where a row goes; None when it goes away.
+        """Return the number that a row has afterwards.
 
         >>> [InsertRows("T", 3, 2).mapped(n) for n in (2, 3, 4)]
         [2, 5, 6]
@@ -61,7 +61,7 @@ class DeleteRows:
     count: int = 1
 
     def mapped(self, row: int) -> int | None:
-        """Where a row goes; None when it goes away.
+        """Return the number that a row has afterwards; None when it is deleted.
 
         >>> [DeleteRows("T", 3, 2).mapped(n) for n in (2, 3, 4, 5)]
         [2, None, None, 3]
@@ -86,7 +86,7 @@ class MoveRows:
     before: int
 
     def mapped(self, row: int) -> int | None:
-        """Where a row goes.
+        """Return the number that a row has afterwards.
 
         >>> [MoveRows("T", 2, 1, 5).mapped(n) for n in (1, 2, 3, 4, 5)]
         [1, 4, 2, 3, 5]
@@ -103,7 +103,7 @@ class MoveRows:
 
     @property
     def moves(self) -> bool:
-        """Whether anything changes its place."""
+        """True when any row changes its place."""
         return not self.first <= self.before <= self.first + self.count
 
     @property

@@ -1,4 +1,4 @@
-"""Recognising a sheet by its header row (design: 2-workbook)."""
+"""Recognising a sheet by its header row."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class SheetKind:
     open: bool = False
 
     def columns(self) -> dict[str, str]:
-        """The header as it is named in the design, by the key of every accepted spelling."""
+        """Return the standard header for the key of every accepted spelling."""
         return {
             key(spelling): header
             for headers in (self.required, self.optional)
@@ -37,7 +37,7 @@ class SheetKind:
         }
 
     def spellings(self, header: str) -> list[str]:
-        """The keys of every accepted spelling of a header that is named as in the design."""
+        """Return the keys of every accepted spelling of a standard header."""
         return [spelling for spelling, name in self.columns().items() if name == header]
 
 
@@ -74,13 +74,13 @@ class NearMiss:
 
 @dataclass(frozen=True, slots=True)
 class Recognised:
-    """What a sheet is; `kind` is None for a sheet of the user's own.
+    """Kind and columns of a sheet; `kind` is None for a sheet of the user's own.
 
     A sheet with one misspelt header is read as if it were spelt right, so that one mistake gives one finding.
 
     Attributes:
         row: the header row.
-        columns: column by the header's name in the design.
+        columns: column by the standard header.
         others: header by column, for the columns that are not ours.
         twice: columns whose header stands already further left, with that column.
     """

@@ -1,4 +1,4 @@
-"""How large a workbook may be. It may come from a stranger, so everything has a bound (design: 2-workbook)."""
+"""Limits of the size of a workbook. It may come from anyone, so everything has a bound."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Making a styled .xlsx from plain rows: text cells, drop-downs, prompts, print setup (design: 2-workbook, Writing)."""
+"""Making a styled .xlsx from plain rows: text cells, drop-downs, prompts, print setup."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ class Offers:
         return {title: names for title, names in lists.items() if names}
 
     def made(self, name: str, rows: Sequence[Sequence[str]]) -> bool:
-        """Whether a sheet is a Lists sheet that the program has made: it can be made again without loss.
+        """Return whether a sheet is a Lists sheet that the program has made: it can be made again without loss.
 
         A sheet with another name, column or entry is the user's own.
 

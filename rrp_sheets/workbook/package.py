@@ -183,7 +183,7 @@ class Package:
 
 
 def _check_beginning(data: bytes, name: str) -> None:
-    """Tell what a file that is no zip may be."""
+    """Raise UnreadableFile for a file that is no zip, with a code for what it may be."""
     if not data:
         raise unreadable("FILE015", name=name)
     if data.startswith(_OLE):

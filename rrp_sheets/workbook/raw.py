@@ -15,7 +15,7 @@ from rrp_sheets.workbook import limits
 
 
 class Kind(Enum):
-    """What a spreadsheet program takes a cell's content for."""
+    """Type of a cell's content, as a spreadsheet program sees it."""
 
     TEXT = "text"
     NUMBER = "number"
@@ -41,7 +41,7 @@ class RawCell:
 
     @property
     def typed(self) -> str:
-        """What the user typed, as far as the file tells."""
+        """Text that the user typed, as far as the file tells."""
         return f"={self.formula}" if self.formula else self.text
 
 
@@ -56,7 +56,7 @@ class Range:
 
     @property
     def area(self) -> int:
-        """How many cells it covers."""
+        """Number of cells in the block."""
         return (self.bottom - self.top + 1) * (self.right - self.left + 1)
 
 
@@ -79,7 +79,7 @@ class RawSheet:
 
 
 class Extent(Enum):
-    """How much of a sheet to read: enough to recognise it, what a table may have, or all of it."""
+    """Part of a sheet to read: enough to recognise it, the most that a table may have, or all of it."""
 
     HEAD = "head"
     TABLE = "table"
@@ -96,7 +96,7 @@ class Finding:
 
 
 class Book(Protocol):
-    """What a backend offers: the sheets' names in order, and each sheet as far as it is wanted."""
+    """Interface of a backend: the sheets' names in order, and each sheet as far as it is wanted."""
 
     @property
     def format(self) -> str:
@@ -110,7 +110,7 @@ class Book(Protocol):
 
     @property
     def findings(self) -> Sequence[Finding]:
-        """What was noticed while taking the file apart."""
+        """Problems that were noticed while taking the file apart."""
         ...
 
     def sheet(self, index: int, extent: Extent) -> RawSheet:

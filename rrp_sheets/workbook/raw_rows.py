@@ -37,6 +37,6 @@ def to_rows(sheets: Iterable[RawSheet]) -> dict[str, list[list[str]]]:
 
 
 def _text(cell: RawCell, ours: bool) -> str:
-    """What was typed where a formula of ours is expected; elsewhere the value that the user sees, if there is one."""
+    """Return what was typed where a formula of ours is expected; elsewhere the value that the user sees, if any."""
     seen = cell.text and cell.kind is not Kind.ERROR
     return cell.text if seen and not ours else cell.typed

@@ -1,4 +1,4 @@
-"""Making one styled sheet: its texts, its looks, its page, its marks."""
+"""Making one styled sheet: its texts, its looks, its page, its prompts and drop-downs, its marks."""
 
 from __future__ import annotations
 

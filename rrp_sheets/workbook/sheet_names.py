@@ -1,4 +1,4 @@
-"""What a sheet may be called: the rules of spreadsheet programs, and ours (one key for every name)."""
+"""Names of sheets: the rules of spreadsheet programs, and ours (one key for every name)."""
 
 from __future__ import annotations
 

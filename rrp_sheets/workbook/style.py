@@ -1,4 +1,4 @@
-"""How a new workbook looks: colours, fonts, the width and the prompt of every column, and what a drop-down offers."""
+"""Looks of a new workbook: colours, fonts, the width, the prompt and the drop-down of every column."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def column(kind: str, header: str, choices: frozenset[str] = frozenset()) -> Col
 
     Args:
         kind: of the sheet; empty for the user's own.
-        header: as the design names it, or as spelt.
+        header: the standard header, or as spelt.
         choices: titles of lists that may be offered for a setting.
     """
     known = COLUMNS.get(kind, {}).get(header)

@@ -82,7 +82,7 @@ def write_table(
 
 
 def _number(name: str) -> int:
-    """Of a sheet's file in an .xlsx, from 1; 0 for other files."""
+    """Return the number of a sheet's file in an .xlsx, from 1; 0 for other files."""
     found = re.fullmatch(r"xl/worksheets/sheet(\d+)\.xml", name)
     return int(found[1]) if found else 0
 

@@ -111,7 +111,7 @@ def read_markdown(data: bytes, name: str) -> TextBook:
 
 
 def markdown_pieces(line: str) -> list[str]:
-    """What stands between the bars of a table's line; what follows the closing bar is no cell."""
+    """Return the texts between the bars of a table's line; text behind the closing bar is no cell."""
     pieces = CELL_END.split(line.strip()[1:])
     return pieces[:-1] if not pieces[-1].strip() else pieces
 

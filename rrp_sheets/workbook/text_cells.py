@@ -1,4 +1,4 @@
-"""How CSV and Markdown hold the text of one cell, both ways."""
+"""Text of one cell in CSV and Markdown: reading and writing."""
 
 from __future__ import annotations
 

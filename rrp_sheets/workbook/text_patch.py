@@ -1,4 +1,4 @@
-"""Changing cells and rows in CSV and Markdown files: the other lines stay as they are, and so does the encoding."""
+"""Writing CSV and Markdown files, and changing cells and rows in them: other lines and the encoding stay."""
 
 from __future__ import annotations
 

@@ -106,7 +106,7 @@ class StylesHandler(Handler):
         return self._kinds[format_id]
 
     def is_text(self, style: int) -> bool:
-        """Whether a style takes everything that is typed for text (`@`)."""
+        """Return whether a style takes everything that is typed for text (`@`)."""
         format_id = self._styles[style] if style < len(self._styles) else 0
         return format_id == _TEXT_FORMAT or self._formats.get(format_id, "") == "@"
 

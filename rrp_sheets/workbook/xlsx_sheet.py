@@ -1,4 +1,4 @@
-"""Reading one sheet's XML: existing cells only, in one pass that counts while it reads."""
+"""Reading an .xlsx file and its sheets: existing cells only, in one pass that counts while it reads."""
 
 from __future__ import annotations
 

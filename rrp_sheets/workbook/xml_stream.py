@@ -1,4 +1,4 @@
-"""Reading XML from strangers as a stream: no document types, no entities, nothing kept but what a handler keeps."""
+"""Reading untrusted XML as a stream: no document types, no entities, nothing kept but what a handler keeps."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Stop(Exception):
 
 
 class Budget:
-    """How many more elements may be read from one file, over all its parts."""
+    """Number of elements that may still be read from one file, over all its parts."""
 
     def __init__(self, elements: int = limits.XML_ELEMENTS) -> None:
         self.left = elements

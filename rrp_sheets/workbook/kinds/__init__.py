@@ -1,1 +1,1 @@
-"""One small module for every kind of sheet: from its rows to the model."""
+"""Readers of every kind of sheet: from its rows to the model."""

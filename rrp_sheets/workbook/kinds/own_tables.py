@@ -1,4 +1,4 @@
-"""Sheets of the user's own that formulas name as tables (design: 3-formulas)."""
+"""Sheets of the user's own that formulas name as tables."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _words(text: str) -> list[str]:
 
 
 def is_named(sheet: str, named: set[str]) -> bool:
-    """Whether a sheet's name is one of the words, as it can be written in a formula."""
+    """Return whether a sheet's name is one of the words, as it can be written in a formula."""
     return key(sheet) in named or key(argument_name(sheet)) in named
 
 

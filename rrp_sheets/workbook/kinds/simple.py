@@ -1,4 +1,4 @@
-"""Helpers sheets: named formulas and constants."""
+"""Helpers, Devices, Scene, test, Gestures and Protocol sheets: from their rows to the model."""
 
 from __future__ import annotations
 

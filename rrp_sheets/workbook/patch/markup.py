@@ -75,7 +75,7 @@ def _refuse_doctype(*_: Any) -> None:
 
 
 class Scanner(ABC):
-    """Walks through XML once. Subclasses say in `begin` which elements they want and get them in `found`."""
+    """Walks through XML once. Subclasses say in `wants` which elements they want and get them in `found`."""
 
     def __init__(self, data: bytes) -> None:
         self.data = data
@@ -96,7 +96,7 @@ class Scanner(ABC):
 
     @abstractmethod
     def wants(self, path: list[str], attributes: Mapping[str, str]) -> bool:
-        """Whether an element is wanted."""
+        """Return whether `found` is called for an element."""
 
     @abstractmethod
     def found(self, element: Element) -> None:

@@ -1,4 +1,4 @@
-"""A sheet's name in formulas: in those of cells, rules and names, in charts, shapes and buttons."""
+"""Names of sheets in formulas (of cells, rules and names, in charts, shapes and buttons) and in the list of titles."""
 
 from __future__ import annotations
 

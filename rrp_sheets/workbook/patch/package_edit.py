@@ -69,7 +69,7 @@ class PackageEdit:
         return self._sheets[index]
 
     def recognised(self, index: int) -> Recognised:
-        """What the sheet was when the file was opened."""
+        """Return the kind and columns that the sheet had when the file was opened."""
         if index not in self._recognised:
             self._recognised[index] = recognise(self.book.sheet(index, Extent.HEAD))
         return self._recognised[index]
@@ -89,13 +89,13 @@ class PackageEdit:
         return [t for k, t in self._relations[part].values() if k == kind and t in self.package]
 
     def has_formulas(self, index: int, pattern: re.Pattern[bytes] = _FORMULA) -> bool:
-        """Whether there may be formulas in a sheet: in its cells, or what else a pattern finds."""
+        """Return whether a sheet may have formulas: in its cells, or elsewhere as a pattern finds them."""
         if index in self._sheets and pattern is _FORMULA:
             return any(row.formulas for row in self._sheets[index].rows.values())
         return pattern.search(self.package.read(self.book.entries[index].part)) is not None
 
     def mentions(self, index: int, name: str) -> bool:
-        """Whether a sheet's part may speak of a sheet of that name."""
+        """Return whether a sheet's part may mention a sheet of that name."""
         return escape(name).encode() in self.package.read(self.book.entries[index].part)
 
     def to_bytes(self) -> bytes:

@@ -1,4 +1,4 @@
-"""References to rows inside formulas: found, and rewritten or refused when their rows go elsewhere."""
+"""References to rows inside formulas: found, rewritten or refused when rows move, and grown with a sheet's table."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Reference:
     spans: tuple[tuple[int, int], tuple[int, int]]
 
     def on(self, sheet: str, own: str) -> bool:
-        """Whether it refers to a sheet, from a formula in the sheet `own` (empty: from outside of sheets)."""
+        """Return whether it refers to a sheet, from a formula in the sheet `own` (empty: from outside of sheets)."""
         if not self.sheet:
             return own.casefold() == sheet.casefold()
         return sheet.casefold() in self.sheet.casefold().split(":")
@@ -73,7 +73,7 @@ Moves = Sequence[tuple[int, int | None]]
 
 
 def check(top: int, bottom: int, moves: Moves) -> None:
-    """Raise Harm when rows `top` to `bottom` would not hold the same contents afterwards.
+    """Raise ReferenceConflict when rows `top` to `bottom` would not hold the same contents afterwards.
 
     A range may lose deleted rows, and rows may change places within it; a single row must stay as it is.
     """
@@ -89,7 +89,7 @@ def adapted(formula: str, sheet: str, edit: RowEdit, moves: Moves) -> str:
     """A formula of the edited sheet itself, with its references following their rows as in a spreadsheet program.
 
     Raises:
-        Harm: when they cannot.
+        ReferenceConflict: when they cannot.
 
     >>> from rrp_sheets.workbook.edits import InsertRows
     >>> adapted("A4+SUM(B2:B9)+Other!C4", "T", InsertRows("T", 3), [(4, 5)])
@@ -140,7 +140,7 @@ def grow(package: PackageEdit, index: int) -> None:
 
 
 def follows(package: PackageEdit, index: int, ref: Reference, edit: RowEdit) -> bool:
-    """Whether a reference covers the whole table of a sheet, so that it grows when rows are inserted."""
+    """Return whether a reference covers the whole table of a sheet, so that it grows when rows are inserted."""
     known = package.recognised(index)
     whole = known.kind and ref.top == known.row + 1 and ref.top < ref.bottom
     return isinstance(edit, InsertRows) and bool(whole) and ref.bottom >= _last(package, index)
@@ -151,7 +151,7 @@ def _last(package: PackageEdit, index: int) -> int:
 
 
 def _grow_rules(package: PackageEdit, index: int, longer: Callable[[int, int], int]) -> None:
-    """Where the rules of the sheet hold, and what the rules of all sheets refer to."""
+    """Extend the ranges where the sheet's rules hold, and those that the rules of all sheets refer to."""
     name = package.book.names[index]
     sheet = package.sheet(index)
     for e in sheet.all("conditionalFormatting", "dataValidation"):
@@ -173,7 +173,7 @@ def _grow_rules(package: PackageEdit, index: int, longer: Callable[[int, int], i
 
 
 def _grow_names(package: PackageEdit, index: int, longer: Callable[[int, int], int]) -> None:
-    """The lists behind the drop-downs."""
+    """Extend the lists behind the drop-downs."""
     data = as_utf8(package.read(package.book.part))
     changes = []
     for e in find(data, lambda path: path[-1] == "definedName"):
@@ -186,7 +186,7 @@ def _grow_names(package: PackageEdit, index: int, longer: Callable[[int, int], i
 
 
 def _grown(blocks: str, longer: Callable[[int, int], int]) -> str:
-    """The blocks of cells where a rule holds."""
+    """Return the blocks of cells where a rule holds, made longer."""
     found = []
     for text in blocks.split():
         block = block_of(text)

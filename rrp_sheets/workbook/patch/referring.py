@@ -1,4 +1,4 @@
-"""What refers to a sheet within an .xlsx: formulas, names, drop-downs, charts; in words, before it is deleted."""
+"""References to a sheet within an .xlsx: formulas, names, drop-downs, charts; in words, before it is deleted."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _LISTS = "List_"
 
 
 def referring(data: bytes, name: str, sheet: str) -> list[str]:
-    """What refers to a sheet.
+    """Return the references to a sheet, in words.
 
     Args:
         data: the file's bytes.

@@ -1,4 +1,4 @@
-"""The list of sheets in the workbook part, with what counts on its order: names of one sheet, and the tab in front."""
+"""List of sheets in the workbook part, with its names, tabs and relations, and free names for new sheets' parts."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def views(package: PackageEdit) -> list[dict[str, str | None]]:
 
 
 def set_views(package: PackageEdit, tabs: list[dict[str, str | None]]) -> None:
-    """Put them in front again."""
+    """Restore the tabs in front, of each window."""
     left = iter(tabs)
     change(package, package.book.part, VIEWS, lambda e: next(left, {}))
 
@@ -206,6 +206,6 @@ def free_number(package: PackageEdit) -> int:
 
 
 def id_name(package: PackageEdit) -> str:
-    """How the attribute with a sheet's relation is written here: `r:id`."""
+    """Return the name of the attribute with a sheet's relation as it is written here: `r:id`."""
     named: dict[str, Any] = dict(entries(package)[0].attributes)
     return next((a for a in named if a.rpartition(":")[2] == "id"), "r:id")

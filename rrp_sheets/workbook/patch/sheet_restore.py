@@ -1,4 +1,4 @@
-"""A sheet that is deleted is kept with all that belongs to it, so that it can be brought back byte for byte."""
+"""Deleting a sheet, which is kept with all that belongs to it, and bringing it back byte for byte."""
 
 from __future__ import annotations
 
@@ -182,14 +182,14 @@ def _moved(part: str, old: str, new: str) -> str:
 
 
 def _counts(package: PackageEdit) -> list[int]:
-    """How many styles of each kind there are."""
+    """Return the number of styles of each kind."""
     parts = package.related(package.book.part, "styles")
     data = as_utf8(package.read(parts[0])) if parts else b""
     return [len(children(data, ("styleSheet", name))) if data else 0 for name in _STYLES]
 
 
 def _ground(package: PackageEdit, counts: list[int]) -> str:
-    """What shows that the numbers of styles and shared texts mean the same as before; new styles do no harm."""
+    """Return a digest that changes when numbers of styles or shared texts get other meanings; new styles do no harm."""
     total = hashlib.sha256()
     for part in package.related(package.book.part, "sharedstrings"):
         total.update(package.read(part))

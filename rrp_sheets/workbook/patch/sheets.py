@@ -1,4 +1,4 @@
-"""Adding, renaming, moving and deleting sheets of a package, and bringing a deleted one back; all else stays."""
+"""Edits of the list of sheets of a package, and new sheets with the package's styles; all else stays."""
 
 from __future__ import annotations
 
@@ -207,7 +207,7 @@ class _Wardrobe:
 
     @property
     def has_marks(self) -> bool:
-        """Whether there is a list for the looks of conditional formats."""
+        """True when there is a list for the looks of conditional formats."""
         return "dxfs" in self._boxes
 
     def style(self, number: int) -> int:

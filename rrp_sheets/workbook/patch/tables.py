@@ -35,7 +35,7 @@ class SheetTable:
             self._resize(row)
 
     def fits(self, edit: RowEdit) -> bool:
-        """Whether an edit of rows leaves the table whole: its header and totals in place, its rows inside."""
+        """Return whether an edit of rows leaves the table whole: header and totals in place, its rows inside."""
         top = self.block.top + (1 if self.header else 0)
         bottom = self.block.bottom - (1 if self.totals else 0)
         if isinstance(edit, InsertRows):

@@ -1,4 +1,4 @@
-"""What may be put into a cell, and how a cell's XML holds it."""
+"""Values that may be put into a cell, and their form in a cell's XML."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _ESCAPED = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f]|_(?=x[0-9A-Fa-f]{4}_)")
 
 
 def typed(text: str) -> Value:
-    """What a spreadsheet program would make of a typed text, where there is no doubt; everything else is a text.
+    """Return what a spreadsheet program would make of a typed text, where there is no doubt; else the text.
 
     A number is one when it reads the same afterwards: leading and trailing zeros, long numbers, dates and whatever
     begins with `=` stay texts. So do `true` and `false` in small letters.
