@@ -1,1 +1,1 @@
-"""The workbooks of a folder in the browser. This version shows them; the grid that edits them comes later."""
+"""Browser interface: the server, the pages and the grid for the workbooks of a folder."""

@@ -1,6 +1,6 @@
-"""What a workbook looks like: its graph, and what the check has found.
+"""Analysis of a workbook for its pages: the robot, the stream graph, and the findings of the check.
 
-No formula is evaluated in the server: the check runs in a process of its own.
+No formula is evaluated in the server: the check runs in a worker process.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ _SECONDS = 5.0  # for a diagram's layout
 
 @dataclass(frozen=True)
 class Analysis:
-    """A workbook as the pages show it.
+    """Result of analysing a workbook, as the pages show it.
 
     Attributes:
-        findings: in the order of the sheets and cells; the first has the number 1 wherever numbers are shown.
+        findings: in the order of the sheets and cells; shown numbers start at 1.
         examples: an example of what each row gives, by the row's ref.
         checked: False before the first check has ended.
     """
@@ -44,16 +44,16 @@ class Analysis:
     checked: bool = True
 
     def behaviour(self, sheet: str) -> BehaviourGraph | None:
-        """The behaviour of a sheet."""
+        """Return the graph of the behaviour on a sheet; None for any other sheet."""
         return next((b for b in self.graph.behaviours if b.key == key(sheet)), None)
 
     @property
     def errors(self) -> int:
-        """How many errors there are; a workbook with errors does not run."""
+        """Number of errors among the findings; a workbook with errors does not run."""
         return sum(d.severity is Severity.ERROR for d in self.findings)
 
     def flags(self, behaviour: BehaviourGraph) -> dict[int, int]:
-        """The number of a finding by the row it belongs to, for the diagram."""
+        """Map the rows of a behaviour to the numbers of their errors or warnings, for the flags in the diagram."""
         return {
             d.address.row: number
             for number, d in enumerate(self.findings, 1)
@@ -62,22 +62,22 @@ class Analysis:
 
     @property
     def understood(self) -> bool:
-        """Whether every stream that a row names is known.
+        """True if every stream that a row names is in the graph.
 
-        A row that cannot be understood leaves a row below it, whose blank input means "the row above", without its
-        stream; such a workbook can be neither drawn nor told in words.
+        A row that cannot be parsed leaves a row below it, whose blank input means "the row above", without its
+        stream; such a workbook can be neither drawn nor put into words.
         """
         graph = self.graph
         return all(i in graph.streams for b in graph.behaviours for s in b.steps for i in (*s.inputs, s.output))
 
     @cached_property
     def stream_examples(self) -> Mapping[str, str]:
-        """The examples of streams, by their ids: those of the rows that give them."""
+        """Example values of streams, by stream id, taken from the rows that output to them."""
         steps = (s for b in self.graph.behaviours for s in b.steps if not s.connector.is_sink)
         return {s.output: self.examples[s.ref] for s in steps if s.ref in self.examples}
 
     def drawing(self, behaviour: BehaviourGraph) -> str:
-        """The behaviour's diagram for a panel, as SVG of our own making; drawn once for all who look at it.
+        """Return the behaviour's diagram for a panel as SVG; it is drawn once and cached.
 
         Raises:
             SheetsError: it cannot be laid out, or takes too long.
@@ -93,7 +93,7 @@ class Analysis:
         return {}
 
     def kinds(self, sheet: str) -> dict[str, str]:
-        """What the names of a sheet are (sensor, stream, actuator, done), by key."""
+        """Map the keys of the names known on a sheet to their kind (sensor, stream, actuator, done)."""
         own = f"{key(sheet)}!"
         return {
             key(s.name): s.kind.value
@@ -103,12 +103,12 @@ class Analysis:
 
 
 def no_analysis() -> Analysis:
-    """What there is to say before the first check has ended: nothing."""
+    """Return an empty analysis, for the time before the first check has ended."""
     return Analysis(Workbook("", ()), load_robot("nao"), Graph((), {}), (), {}, checked=False)
 
 
 def analyse(path: Path, reading: Reading, worker: CheckWorker) -> Analysis:
-    """Look at a workbook that was read."""
+    """Check a workbook that was read, in the worker process, and build its graph."""
     findings = worker.check(path)
     name = reading.workbook.protocol.robot
     robot = load_robot(name if name in robot_names() else "nao")

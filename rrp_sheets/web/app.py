@@ -1,4 +1,4 @@
-"""The application: routes, and what is said when something does not go as wished."""
+"""Flask application: its routes, and the pages for errors."""
 
 from __future__ import annotations
 
@@ -66,14 +66,14 @@ def create_app(
     links: Links | None = None,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Flask:
-    """Make the application that shows the workbooks of a folder.
+    """Create the application that shows the workbooks of a folder.
 
     Args:
         folder: whose workbooks are shown.
         secret: what the cookie of a browser on this computer holds.
         lan: lets others in too, with a password.
         links: each lets one browser on this computer in.
-        tell: is told, in a line, who comes with the password.
+        tell: called with one line for each login or wrong password.
     """
     templates = bundled("templates", "web")
     app = Flask("rrp_sheets.web", template_folder=str(templates), static_folder=None)

@@ -1,4 +1,4 @@
-"""The pages that show something together: who is there, which cells they have taken, and what everyone is told."""
+"""Event streams and cell locks of the pages that show the same workbook."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from rrp_sheets.web.sse import EventBacklog, EventStream
 
 
 class Broadcaster:
-    """The pages that show something together; from any thread.
+    """Event streams of the pages that show the same workbook, and their cell locks; thread-safe.
 
     Attributes:
-        listeners: the pages that are open.
-        locks: the cells that they have taken.
+        listeners: the event streams of the open pages.
+        locks: the cells that they have locked for editing.
     """
 
     def __init__(self) -> None:
@@ -26,7 +26,7 @@ class Broadcaster:
     # ---- who is there
 
     def _enter(self, listener: EventStream, had: str) -> None:
-        """Somebody is here now; `had` is the number of what they were told last, and what they have missed follows."""
+        """Register an event stream; if `had` is the number of an event, first send those that came after it."""
         with self._lock:
             for text in self._told.missed(listener.client, had) if had else ():
                 listener.tell(text)
@@ -34,23 +34,23 @@ class Broadcaster:
             self.listeners.append(listener)
 
     def is_of(self, client: str, person: str) -> bool:
-        """Whether a page is of this session, or of nobody; also when it was loaded again."""
+        """Return whether no stream of a page, earlier loads of it included, belongs to another session."""
         mine = identity(client)
         with self._lock:
             return all(one.person == person for one in self.listeners if identity(one.client) == mine)
 
     def part(self, client: str) -> None:
-        """A page says that it is being closed."""
+        """Remove the streams of a page that reports that it is being closed."""
         with self._lock:
             listeners = [li for li in self.listeners if li.client == client]
         for listener in listeners:
             self.leave(listener)
 
     def end_streams(self, client: str) -> None:
-        """A page opens another stream: its older ones end, and the cells that it has taken stay its own.
+        """End the older streams of a page that opens a new one; its cell locks are kept.
 
-        An older stream is nobody's from now on, so that its end, which its thread notices at any time later, frees no
-        cell (`leave`).
+        An older stream is no longer registered, so that `leave`, which its thread calls at any time later, releases no
+        cell.
         """
         with self._lock:
             older = [li for li in self.listeners if client and li.client == client]
@@ -59,7 +59,7 @@ class Broadcaster:
             listener.leave()
 
     def leave(self, listener: EventStream) -> list[Place]:
-        """The page was closed, unless it has ended this stream for another; return the cells that it had taken."""
+        """End an event stream; unless a newer one has replaced it, release the page's cells and return them."""
         listener.leave()
         places: list[Place] = []
         with self._lock:
@@ -70,7 +70,7 @@ class Broadcaster:
         return places
 
     def stand(self, client: str, name: str, place: tuple[str, str, int]) -> None:
-        """Somebody's cursor is on a cell; or they have another name now."""
+        """Update the cell on which a page's cursor is, and its user's name if one is given."""
         with self._lock:
             for listener in self.listeners:
                 if listener.client == client:
@@ -80,18 +80,18 @@ class Broadcaster:
     # ---- what they are told
 
     def told(self) -> str:
-        """The number of the newest thing that everyone was told."""
+        """Return the number of the newest numbered event."""
         with self._lock:
             return self._told.number
 
     def tell_people(self) -> None:
-        """Tell everyone who is here."""
+        """Send every page the list of the users present."""
         with self._lock:
             people = [{"client": li.client, "name": li.name, "place": li.place} for li in self.listeners]
         self.tell("people", {"people": people})
 
     def tell(self, event: str, data: dict[str, Any], but: str = "") -> None:
-        """Tell every page, but perhaps one, that something happened."""
+        """Send an event to every page except `but`."""
         with self._lock:  # also while it is handed over: what is numbered comes in its order
             text = self._told.add(event, data, but)
             for listener in self.listeners:
@@ -99,14 +99,14 @@ class Broadcaster:
                     listener.tell(text)
 
     def tell_all(self, text: str) -> None:
-        """Tell every page something of the moment; `text` as it is sent."""
+        """Send every page an unnumbered message, which is not kept for pages that reconnect."""
         with self._lock:
             listeners = list(self.listeners)
         for listener in listeners:
             listener.tell(text)
 
     def tell_live(self, text: str) -> None:
-        """Tell every page a run's newest values, which a page that lags behind may miss; `text` as it is sent."""
+        """Send every page the newest values of a run; a page that lags behind may skip them."""
         with self._lock:
             listeners = list(self.listeners)
         for listener in listeners:
@@ -119,7 +119,7 @@ Place = tuple[str, str, int]
 
 
 def identity(client: str) -> str:
-    """What stays the same of a page's name when the page is loaded again: all before its last dot.
+    """Return the part of a page's name that survives a reload: all before its last dot.
 
     >>> identity("4f1c.2")
     '4f1c'
@@ -128,13 +128,13 @@ def identity(client: str) -> str:
 
 
 class CellLocks:
-    """The cells that are taken for editing; whoever owns it calls it under a thread lock."""
+    """Cells that are locked for editing; not thread-safe, the owner holds its own lock."""
 
     def __init__(self) -> None:
         self._taken: dict[Place, tuple[str, str, float]] = {}
 
     def taken(self, sheet: str = "") -> dict[Place, str]:
-        """Who is editing which cell, of one sheet or of all."""
+        """Return the name of the editor of each locked cell, of one sheet or of all."""
         old = self._expired()
         return {p: name for p, (_, name, _) in self._taken.items() if sheet in ("", p[0]) and p not in old}
 
@@ -143,11 +143,11 @@ class CellLocks:
         return [p for p, (_, _, since) in self._taken.items() if now - since > LOCK_SECONDS]
 
     def expire(self) -> list[Place]:
-        """Give free what was taken too long ago; the places."""
+        """Release the cells that were locked too long ago, and return them."""
         return self._free(self._expired())
 
     def take(self, client: str, name: str, place: Place) -> str:
-        """Take a cell; who has it already, or an empty text."""
+        """Lock a cell; return the name of the holder if another page has it, else an empty text."""
         holder = self.taken().get(place)
         if holder is not None and identity(self._taken[place][0]) != identity(client):
             return holder
@@ -155,16 +155,16 @@ class CellLocks:
         return ""
 
     def release(self, client: str, place: Place) -> None:
-        """Give a cell free."""
+        """Release a cell, if this page holds it."""
         if self._taken.get(place, ("",))[0] == client:
             del self._taken[place]
 
     def leave(self, client: str) -> list[Place]:
-        """Somebody's page was closed: give free what it had; the places."""
+        """Release the cells of a page that was closed, and return them."""
         return self._free([p for p, held in self._taken.items() if held[0] == client])
 
     def again(self, client: str) -> list[Place]:
-        """A page is loaded again, and edits nothing yet: give free what it had; the places."""
+        """Release the cells that a page held before it was reloaded, and return them."""
         mine = identity(client)
         return self._free([p for p, held in self._taken.items() if held[0] != client and identity(held[0]) == mine])
 
@@ -174,14 +174,14 @@ class CellLocks:
         return places
 
     def rename(self, old: str, new: str) -> None:
-        """A sheet has another name now."""
+        """Carry the locks of a renamed sheet over to its new name."""
         self._taken = {(new if p[0] == old else p[0], *p[1:]): held for p, held in self._taken.items()}
 
     def holders(self, sheet: str) -> dict[Place, tuple[str, str]]:
-        """Whose page edits which cell of a sheet, and that person's name."""
+        """Return the page and the name of the editor of each locked cell of a sheet."""
         return {place: (self._taken[place][0], name) for place, name in self.taken(sheet).items()}
 
     def others(self, client: str, sheet: str) -> list[str]:
-        """Who else is editing a cell of a sheet."""
+        """Return the names of those who are editing a cell of a sheet on other pages."""
         taken = self.taken(sheet)
         return sorted({name for place, name in taken.items() if identity(self._taken[place][0]) != identity(client)})

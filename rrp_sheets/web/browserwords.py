@@ -1,4 +1,4 @@
-"""Texts that name commands of the terminal, worded for the browser: there is a Help to open, and a button to press."""
+"""Rewording of texts that mention terminal commands, for readers in the browser."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _WORDS = (
 
 
 def in_browser(text: str) -> str:
-    """A message or a remedy as a page shows it, where what stands between backticks leads nowhere.
+    """Reword a message or a remedy for a page, where commands in backticks cannot be followed.
 
     >>> in_browser("See `rrp-sheets help devices`."), in_browser("Make one with `rrp-sheets new FILE`.")
     ('See Help (F1): devices.', 'Make one on the shelf.')
@@ -30,7 +30,7 @@ def in_browser(text: str) -> str:
 
 
 def of_help(text: str) -> str:
-    """A text of the help, whose links stay.
+    """Reword a text of the help; its links to topics stay.
 
     >>> of_help("The grid in the browser (`rrp-sheets serve`) has keys. `rrp-sheets --help` lists the commands.")
     'The grid in the browser has keys.'

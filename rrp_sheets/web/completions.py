@@ -1,4 +1,4 @@
-"""The words that the grid suggests: connectors, devices, streams, functions, fields, with a line of help each."""
+"""Words that the grid suggests while typing: connectors, devices, streams, functions, fields and values of cells."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ FIELDS = (
 
 
 def vocabulary(look: Analysis) -> dict[str, Any]:
-    """All words for one workbook, as the grid's script wants them."""
+    """Return all suggestions for one workbook, in the format of the grid's script."""
     robot, graph, firsts = look.robot, look.graph, _firsts(look.robot)
     named = [s for s in graph.streams.values() if s.name]
     streams = [_stream(s, look) for s in named]
@@ -144,7 +144,7 @@ def _devices(look: Analysis, firsts: Mapping[str, str], kind: str, wanted: Strea
 
 
 def _offered(robot: Robot, firsts: Mapping[str, str], kind: str) -> list[str]:
-    """The devices in their order; of two names for one thing the shorter one first."""
+    """Return the devices in catalogue order; names of the same device stand together, the shorter one first."""
     names = robot.device_names(kind)
     places: dict[str, int] = {}
     for place, name in enumerate(names):
@@ -153,7 +153,7 @@ def _offered(robot: Robot, firsts: Mapping[str, str], kind: str) -> list[str]:
 
 
 def _firsts(robot: Robot) -> dict[str, str]:
-    """By each name's key, the shortest name of the thing that it stands for."""
+    """Map the key of each device name to the shortest name of the same device."""
     shortest: dict[tuple[str, frozenset[tuple[str, Value]]], str] = {}
     for found in robot.names.values():
         if found.offered and len(found.name) < len(shortest.get(_thing(found), found.name + " ")):
@@ -181,7 +181,7 @@ _EXPECTS = (
 
 
 def cell_words(workbook: Workbook, robot: Robot) -> dict[str, Any]:
-    """The words for the cells of one workbook, as the grid's script wants them."""
+    """Return the suggestions for the cells of one workbook, in the format of the grid's script."""
     behaviours = [{"text": b.name} for b in workbook.behaviours]
     return {
         "takes": _takes(robot, workbook),
@@ -208,7 +208,7 @@ def cell_words(workbook: Workbook, robot: Robot) -> dict[str, Any]:
 
 
 def _takes(robot: Robot, workbook: Workbook) -> dict[str, dict[str, Any]]:
-    """What each device takes, by the keys of the device's and the setting's names."""
+    """Return the settings that each device takes, by the keys of the device's and the setting's names."""
     found = {}
     for name in robot.device_names("sensor") + robot.device_names("actuator"):
         device = robot.find(name)
@@ -222,7 +222,7 @@ def _takes(robot: Robot, workbook: Workbook) -> dict[str, dict[str, Any]]:
 
 
 def _instead(robot: Robot) -> dict[str, dict[str, list[str]]]:
-    """Which devices to use instead of one, by its key and that of a setting it has not."""
+    """Return the devices to use instead of one that lacks a setting, by the keys of the device and the setting."""
     known = {k for device in robot.devices.values() for k in device.settings}
     devices = [d for kind in ("sensor", "actuator") for n in robot.device_names(kind) if (d := robot.find(n))]
     by_type = {
@@ -243,7 +243,7 @@ def _choices(setting: Setting, robot: Robot, workbook: Workbook) -> list[CellWor
 
 
 def _about(joint: Joint) -> CellWord:
-    """What an angle of a joint may be, in a Gestures sheet."""
+    """Describe the limits of a joint's angle, for a Gestures sheet."""
     if not joint.unit:
         limits = f"{joint.lower:g} (closed) to {joint.upper:g} (open)"
     else:
@@ -253,7 +253,7 @@ def _about(joint: Joint) -> CellWord:
 
 
 def _acts(robot: Robot, labels: list[str]) -> dict[str, list[Any]]:
-    """What things can do, by their kind: each verb, with examples of its value and a line of help."""
+    """Return the verbs of each kind of thing, with examples of their values and a line of help."""
     found: dict[str, list[Any]] = {
         kind.name: [
             [verb.name, [{"text": text, "help": line} for text, line in verb.examples if text]] for verb in kind.verbs

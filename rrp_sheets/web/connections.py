@@ -1,4 +1,4 @@
-"""What a connection may take: time, a place among the others, and a thread; Stop comes before everything else."""
+"""Limits of connections: timeouts, places per address, and worker threads; requests to stop a run come first."""
 
 from __future__ import annotations
 
@@ -24,40 +24,40 @@ _CHANNEL = "rrp_sheets.channel"
 
 
 class Refusal(ErrorTask):  # type: ignore[misc]
-    """What the server answers before the application is asked, with the same headers as every other answer."""
+    """Error response that the server sends without calling the application, with the usual security headers."""
 
     def execute(self) -> None:
-        """Send it."""
+        """Add the headers, and send the response."""
         self.response_headers += [*HEADERS.items(), ("Cache-Control", "no-store")]
         super().execute()
 
 
 class _Request(WSGITask):  # type: ignore[misc]
-    """A request that tells the application on which connection it came."""
+    """Request whose WSGI environment names its connection."""
 
     def get_environment(self) -> Any:
-        """What the application is told of the request."""
+        """Return the WSGI environment, with the connection added."""
         environ = super().get_environment()
         environ[_CHANNEL] = self.channel
         return environ
 
 
 def let_in(environ: Mapping[str, Any]) -> None:
-    """Note that the connection of a request belongs to somebody who may see the pages."""
+    """Mark the connection of a request as one of an authorised user."""
     channel = environ.get(_CHANNEL)
     if channel is not None:
         channel.is_known = True
 
 
 class Channel(HTTPChannel):  # type: ignore[misc]
-    """A connection.
+    """Connection of a browser, with its timeouts.
 
-    A head must be there after 5 s, the rest of a request within the server's time limit, however lively it trickles.
-    One address has only so many connections: when it opens another, the one of them that matters least is closed. A
-    connection whose request is being answered is never closed for that; those of people who are let in come last.
+    The head of a request must arrive within 5 s, the rest within the server's time limit, even if data keeps coming.
+    The number of connections of one address is limited: when it opens another, the least important one is closed. A
+    connection whose request is being answered is never closed for that; those of authorised users are closed last.
 
     Attributes:
-        is_known: a request on it came from somebody who may see the pages.
+        is_known: a request on it came from an authorised user.
     """
 
     task_class = _Request
@@ -73,7 +73,7 @@ class Channel(HTTPChannel):  # type: ignore[misc]
         self._make_room()
 
     def handle_read(self) -> None:
-        """Take what has come."""
+        """Read the data that has arrived, and note when a request and its head began."""
         waited = self.request is not None  # for the rest of a request
         super().handle_read()
         if not waited:
@@ -86,7 +86,7 @@ class Channel(HTTPChannel):  # type: ignore[misc]
             self._head_began = None
 
     def readable(self) -> bool:
-        """Whether more can be read; asked about every second, so a connection whose time is over is closed here."""
+        """Return whether to wait for data; called about every second, so it also closes overdue connections."""
         if self._is_over or self._is_late():
             self.handle_close()
             return False
@@ -97,7 +97,7 @@ class Channel(HTTPChannel):  # type: ignore[misc]
         return waits and time.monotonic() - (self._head_began or 0.0) > HEAD_SECONDS
 
     def _make_room(self) -> None:
-        """Close the connection that matters least, if there are too many."""
+        """Close the least important connection, if there are too many."""
         everyone = [one for one in list(self._map.values()) if isinstance(one, Channel) and not one._is_over]
         mine = [one for one in everyone if one.addr[0] == self.addr[0]]
         crowd = mine if len(mine) > MOST_OF_ONE else everyone if len(everyone) > MOST_CONNECTIONS - _SPARE else []
@@ -106,7 +106,7 @@ class Channel(HTTPChannel):  # type: ignore[misc]
             min(others, key=lambda one: (one._worth(), one.creation_time), default=self)._is_over = True
 
     def _worth(self) -> int:
-        """How much it matters."""
+        """Return the importance of the connection; the lowest is closed first."""
         if self.requests:
             return _BUSY
         if self._head_began is not None:
@@ -115,7 +115,7 @@ class Channel(HTTPChannel):  # type: ignore[misc]
 
 
 class Dispatcher(ThreadedTaskDispatcher):  # type: ignore[misc]
-    """The threads that answer. Stop has its own; then come those who are let in, then everybody else.
+    """Worker threads. Stop has its own; requests of authorised users come before all others.
 
     Args:
         threads: for all requests but Stop.
@@ -128,7 +128,7 @@ class Dispatcher(ThreadedTaskDispatcher):  # type: ignore[misc]
         self.set_thread_count(threads)
 
     def add_task(self, task: Channel) -> None:
-        """Have a connection's request answered."""
+        """Queue the request of a connection."""
         request = task.requests[0]
         if not request.error and request.command == "POST" and _STOP.fullmatch(request.path):
             self._stops.add_task(task)
@@ -139,6 +139,6 @@ class Dispatcher(ThreadedTaskDispatcher):  # type: ignore[misc]
             self.queue_cv.notify()
 
     def shutdown(self, cancel_pending: bool = True, timeout: int = 5) -> bool:
-        """End the threads."""
+        """End all threads, those for Stop included."""
         self._stops.shutdown(cancel_pending, timeout)
         return bool(super().shutdown(cancel_pending, timeout))

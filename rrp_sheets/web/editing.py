@@ -1,4 +1,4 @@
-"""The grid's requests: the page of a sheet, edits, and the stream of what happens."""
+"""Routes of the grid: the page of a sheet, its panels and rows, edits, fixes, and the event stream."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ PIECE = 1_000  # rows that are sent at once
 
 
 def make_editing(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Blueprint:
-    """The routes of the grid."""
+    """Make the blueprint with the routes of the grid."""
     pages = Blueprint("editing", __name__)
 
     room_of = workbook_or_404(repository, open_workbooks)
@@ -173,7 +173,7 @@ def _make(document: Document, author: str, action: str, given: Asked) -> Changed
 
 
 def _new_rows(given: Asked) -> list[tuple[str, dict[int, str]]]:
-    """Rows that a page has made: their ids, and their texts by column."""
+    """Validate rows that a page has created; return their ids, and their texts by column."""
     rows = given.get("rows")
     if not isinstance(rows, list) or not 1 <= len(rows) <= MOST_ROWS:
         raise BadRequest
@@ -222,7 +222,7 @@ _LOOK = "Look at the problems again."
 
 
 def make_fix(document: Document, look: Analysis, author: str, asked: dict[str, Any]) -> Changed:
-    """Apply the fix that somebody has chosen in the list of problems.
+    """Apply the fix that a user has chosen in the list of problems.
 
     `asked` holds `code`, `place` and `title` of the fix as the page showed them.
 
@@ -249,7 +249,7 @@ def _apply(document: Document, author: str, fix: Fix) -> Changed:
 
 
 def _steps(grids: Mapping[str, Grid], fix: Fix) -> Iterator[Cells | RestoreRows]:
-    """The fix by the ids of rows; its numbers count rows as the edit before left them."""
+    """Yield the edits of a fix with row ids; each of its row numbers counts the rows as the edit before left them."""
     order: dict[str, list[str]] = {}
     for one in fix.edits:
         grid = grids[one.sheet if isinstance(one, Insert) else one.address.sheet]

@@ -1,4 +1,4 @@
-"""The page of one sheet under edit, and the panels beside and below it."""
+"""Page of one sheet in the grid or in the run panel, and the panels beside and below it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ FIRST_ROWS = 200  # in the page itself; the others follow
 
 
 def grid_page(room: WorkbookSession, name: str, sheet: str) -> GridPage:
-    """Everything that the page of a sheet shows; without a sheet, of the first behaviour."""
+    """Build the page of a sheet; without a sheet, that of the first behaviour."""
     told = room.told()
     grids = room.document.grids
     first = next((n for n, g in grids.items() if g.kind == "behaviour"), next(iter(grids), ""))
@@ -65,7 +65,7 @@ def grid_page(room: WorkbookSession, name: str, sheet: str) -> GridPage:
 
 
 def run_page(room: WorkbookSession, name: str, sheet: str) -> GridPage:
-    """The same as the run panel: with what is needed while a run goes on."""
+    """Build the page of a sheet for the run panel, with the actions of the scene's things."""
     zones = list(room.analysis().robot.touch_zones)
     acts = {**{kind: verbs_of(kind) for kind in KINDS}, "zones": zones}
     page = grid_page(room, name, sheet)
@@ -77,7 +77,7 @@ def _json(data: object) -> Markup:
 
 
 def panels(room: WorkbookSession, name: str, sheet: str) -> Panels:
-    """The diagram, the words and the problems."""
+    """Build the panels: the diagram, the explanation in words, the problems and the tests."""
     look = room.analysis()
     grids = room.document.grids
     problems = []
@@ -117,7 +117,7 @@ MOST_OWN_ROWS, MOST_COLUMNS = 2_000, 60
 
 
 def own_page(page: GridPage, panels: Panels, document: Document, name: str) -> GridPage:
-    """The page of a sheet of the user's own; `page` is that of another sheet of the workbook."""
+    """Build the page of a sheet of the user's own from that of another sheet of the workbook."""
     grid = own_grid(document, name)
     maker = RowRenderer(grid)
     return replace(
@@ -128,7 +128,7 @@ def own_page(page: GridPage, panels: Panels, document: Document, name: str) -> G
 
 
 def own_grid(document: Document, name: str) -> Grid:
-    """The texts of a sheet of the user's own, from its first cell on."""
+    """Load the texts of a sheet of the user's own, up to the limits of rows and columns."""
     sheet = next(s for s in document.reading.sheets if s.name == name)
     width = min(max((column for _, column in sheet.cells), default=1), MOST_COLUMNS)
     grid = Grid(name, "own", 1, tuple(Column(number, "") for number in range(1, width + 1)))

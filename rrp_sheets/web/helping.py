@@ -1,4 +1,4 @@
-"""Help beside the grid: the texts of `rrp-sheets help`, as a piece of a page."""
+"""Help panel beside the grid: the texts of `rrp-sheets help` as HTML, with marble diagrams of the examples."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _CODE = re.compile(r"`([^`]+)`")
 
 @dataclass(frozen=True, slots=True)
 class Bit:
-    """A piece of a text: plain, a formula (`code`), or a link to another topic."""
+    """Piece of a text: plain, a formula (`code`), or a link to another topic."""
 
     text: str
     code: bool = False
@@ -41,7 +41,7 @@ class Bit:
 
 @dataclass(frozen=True, slots=True)
 class HelpBlock:
-    """A block of a topic, ready to be shown: `kind` as of `topics.layout.Block`, `rows` of texts in their pieces."""
+    """Block of a topic, ready to be shown: `kind` as of `topics.layout.Block`, `rows` of texts in their pieces."""
 
     kind: str
     head: tuple[Bit, ...] = ()
@@ -52,12 +52,12 @@ class HelpBlock:
 
 @dataclass(frozen=True, slots=True)
 class HelpPiece:
-    """What the help panel shows.
+    """Content of the help panel.
 
     Attributes:
         topics: their blocks, one topic after the other.
         query: what was searched for; `found` are the names under it, `tries` those under some of its words.
-        names: all that can be asked for.
+        names: the names of all help topics.
     """
 
     template: ClassVar[str] = "help.html"
@@ -69,7 +69,7 @@ class HelpPiece:
 
 
 def make_helping(room_of: RoomOf) -> Blueprint:
-    """The routes of the help panel."""
+    """Make the blueprint with the route of the help panel."""
     pages = Blueprint("help", __name__)
 
     @pages.get("/help")
@@ -94,7 +94,7 @@ def make_helping(room_of: RoomOf) -> Blueprint:
 
 
 def _helper(room_of: RoomOf, book: str, asked: str) -> tuple[HelpBlock, ...]:
-    """The help on a helper of a workbook, or nothing when it has been renamed or deleted."""
+    """Return the help on a helper of a workbook; empty when it has been renamed or deleted."""
     wanted = key(asked.removeprefix(_HELPER))
     helpers = room_of(book).analysis().workbook.helpers
     found = next((h for h in helpers if key(argument_name(h.name.text)) == wanted), None)
@@ -128,7 +128,7 @@ def _part(block: str) -> HelpBlock:
 
 
 def _term(text: str) -> tuple[Bit, ...]:
-    """The term of a list: a link where there is help on it."""
+    """Return the term of a list, as a link if there is help on it."""
     asked = _ASKS.match(text)
     name = known(asked[1]) if asked else ""
     shown = asked[1] if asked and text.startswith("rrp-sheets help ") else text
@@ -136,7 +136,7 @@ def _term(text: str) -> tuple[Bit, ...]:
 
 
 def bits(text: str) -> Iterator[Bit]:
-    """A text in its pieces: what stands between backticks is a formula, or leads to another topic.
+    """Split a text into pieces: what stands between backticks is a formula or a link to another topic.
 
     >>> [(b.text, b.code, b.topic) for b in bits("see `rrp-sheets help sample` or `x > 1`")]
     [('see ', False, ''), ('sample', False, 'sample'), (' or ', False, ''), ('x > 1', True, '')]
@@ -161,7 +161,7 @@ _LEAST_STEP = 44  # pixels
 
 
 def marble_picture(score: MarbleDiagram) -> Markup:
-    """The picture of an example (`testing.example`): the inputs, a bar for the connector, the output, the time.
+    """Draw an example (`testing.example`) as SVG: the inputs, a bar for the connector, the output, the time.
 
     Args:
         score: whose last group has the connector's bar and its output.
@@ -189,7 +189,7 @@ def marble_picture(score: MarbleDiagram) -> Markup:
 
 
 class _Time:
-    """Where the times of an example lie, so that no two marbles of a stream touch, nor its name."""
+    """Horizontal time scale of an example, wide enough that marbles overlap neither each other nor the name."""
 
     def __init__(self, span: float, lanes: Sequence[Lane]) -> None:
         self.span = span
@@ -202,7 +202,7 @@ class _Time:
 
 
 def _least(lane: Lane) -> float:
-    """Pixels for a second at which no two marbles of a stream touch."""
+    """Return the pixels per second at which no two marbles of a stream touch."""
     pairs = zip(lane.marbles, lane.marbles[1:], strict=False)
     return max(((_half(a) + _half(b) + _GAP) / max((b.us - a.us) / 1e6, 0.05) for a, b in pairs), default=0.0)
 
@@ -224,7 +224,7 @@ def _lane(lane: Lane, y: int, time: _Time, *, out: bool = False) -> str:
 
 
 def _bar(bar: Bar, y: int, time: _Time) -> str:
-    """The connector, with marks where its clock acts."""
+    """Draw the bar of the connector, with ticks where its clock acts."""
     top = y - _BAR // 2
     ticks = "".join(f'<path class="tick" d="M{time.x(us / 1e6):g} {top}v-6"/>' for us in bar.ticks)
     formula = f' <tspan class="formula">{escape(bar.formula)}</tspan>' if bar.formula else ""

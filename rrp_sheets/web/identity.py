@@ -1,4 +1,4 @@
-"""How the server of a folder knows a browser: a secret that outlives a restart, and links that let one in each."""
+"""Authentication of browsers on this computer: a secret for each folder's server, and links for one use."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ _SECRET = re.compile(r"[\w-]{43}")
 
 
 class Links:
-    """The tokens of links that let one browser in each. Safe to use from several threads."""
+    """Tokens of links that work for one browser each. Safe to use from several threads."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._unused: deque[str] = deque(maxlen=_MOST_LINKS)
 
     def new(self) -> str:
-        """A token for another link."""
+        """Create a token for another link."""
         token = secrets.token_urlsafe(32)
         with self._lock:
             self._unused.append(token)
         return token
 
     def use(self, given: str) -> bool:
-        """Whether it is the token of a link that nobody has used; it is used then."""
+        """Return whether this is the token of an unused link, and mark it as used."""
         with self._lock:
             found = [token for token in self._unused if is_same(given, token)]
             for token in found:
@@ -40,17 +40,17 @@ class Links:
 
 
 def is_same(given: str, secret: str) -> bool:
-    """Whether two texts are the same; the time that this takes tells nothing about the secret."""
+    """Compare two texts in constant time, so that the time tells nothing about the secret."""
     return secrets.compare_digest(given.encode("utf-8", "replace"), secret.encode())
 
 
 def cookie_name(secret: str) -> str:
-    """A name of its own for the server of every folder: browsers share cookies between the ports of a host."""
+    """Return a cookie name that differs for each folder: browsers share cookies between the ports of a host."""
     return f"rrp-sheets-{hashlib.sha256(secret.encode()).hexdigest()[:8]}"
 
 
 def folder_secret(folder: Path, *, renew: bool = False) -> tuple[str, str]:
-    """The secret by which the browsers of a folder are known, kept in a file that only this user can read.
+    """Return the secret that identifies a folder's browsers, kept in a file that only this user can read.
 
     It stands in the user's own folder for such data and not beside the workbooks, which others may share or copy.
 
@@ -78,7 +78,7 @@ def folder_secret(folder: Path, *, renew: bool = False) -> tuple[str, str]:
 
 
 def _read(path: Path) -> str:
-    """The secret in a file; empty when there is none, or when others may have read or written it."""
+    """Read the secret from a file; empty when there is none, or when others may have read or written it."""
     try:
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0))
         with os.fdopen(handle, encoding="ascii") as file:
@@ -92,7 +92,7 @@ def _read(path: Path) -> str:
 
 
 def _state_folder() -> Path:
-    """Where a program keeps such data of a user: the XDG Base Directory Specification, and its equals elsewhere."""
+    """Return the user's folder for application state: as XDG_STATE_HOME says, or the platform's equivalent."""
     home = Path(os.path.expanduser("~"))
     if sys.platform == "win32":
         return Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local")

@@ -1,4 +1,4 @@
-"""The page where one logs in, with `--lan`: a name that the others see, and the password. Works without script."""
+"""Login with `--lan` by a name and the password, and the limit on wrong passwords; works without JavaScript."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ Answer = AnyResponse | tuple[str, int] | tuple[str, int, dict[str, str]]
 
 @dataclass(frozen=True, slots=True)
 class LoginPage:
-    """Where one logs in.
+    """Login form.
 
     Attributes:
-        trouble: why the last try did not go well; empty at first.
+        trouble: why the last attempt failed; empty at first.
         next: the page that was asked for.
         name: as it was typed.
     """
@@ -40,14 +40,14 @@ class LoginPage:
 def make_login(
     lan: Lan, sessions: Sessions, cookie: str, tell: Callable[[str], None], tries: LoginThrottle | None = None
 ) -> Blueprint:
-    """The routes of logging in and out.
+    """Make the blueprint with the routes for logging in and out.
 
     Args:
         lan: has the password.
         sessions: where logins are kept.
         cookie: the name of the cookie.
-        tell: is told, in a line, who has logged in or tries to.
-        tries: counts the wrong ones.
+        tell: called with one line for each login or wrong password.
+        tries: limits the wrong passwords.
     """
     pages = Blueprint("login", __name__)
     counted = tries or LoginThrottle()
@@ -75,7 +75,7 @@ def make_login(
 
 
 def _entered(lan: Lan, sessions: Sessions, cookie: str, tell: Callable[[str], None], tries: LoginThrottle) -> Answer:
-    """Somebody logs in, or is told why not."""
+    """Check the submitted name and password; open a session, or show the form again with the reason."""
     name, given = clean_name(request.form.get("name", "")), request.form.get("password", "")
     place = _inside(request.form.get("next", "/"))
     if not name:
@@ -107,7 +107,7 @@ def _shown(page: LoginPage) -> str:
 
 
 def _inside(place: str) -> str:
-    r"""An address of this server, and never of another.
+    r"""Return an address if it is a path on this server, else that of the start page.
 
     >>> _inside("/book/a.xlsx"), _inside("//evil.example"), _inside("/\\evil.example"), _inside("https://evil.example/")
     ('/book/a.xlsx', '/', '/', '/')
@@ -120,7 +120,7 @@ def _inside(place: str) -> str:
 
 
 def _told(seconds: int) -> str:
-    """A wait in words.
+    """Format a waiting time.
 
     >>> _told(1), _told(8), _told(300)
     ('1 second', '8 seconds', '5 minutes')
@@ -146,9 +146,9 @@ class _Tried:
 
 
 class LoginThrottle:
-    """Who has given how many wrong passwords. Safe to use from several threads.
+    """Limit on wrong passwords, by address. Safe to use from several threads.
 
-    The first try of an address is always looked at, so no flood from elsewhere locks anybody out.
+    The first attempt of an address is always checked, so no flood from elsewhere locks anybody out.
 
     Args:
         now: a clock, in seconds.
@@ -165,9 +165,9 @@ class LoginThrottle:
         self._all: deque[float] = deque(maxlen=_MANY)
 
     def begin(self, address: str) -> int:
-        """Seconds that the address has to wait; 0 when it may try, which counts as wrong until `right` says otherwise.
+        """Return the seconds that an address must wait; 0 if it may try, which counts as wrong until `right` is called.
 
-        So tries at the same moment cannot pass together.
+        So attempts at the same moment cannot bypass the limit.
         """
         now = self._now()
         with self._lock:
@@ -187,7 +187,7 @@ class LoginThrottle:
             return 0
 
     def right(self, address: str) -> None:
-        """It was the password."""
+        """Forget the wrong attempts of an address that gave the password."""
         with self._lock:
             self._by_address.pop(_who(address), None)
             if self._all:
@@ -198,7 +198,7 @@ class LoginThrottle:
 
 
 def _who(address: str) -> str:
-    """An address; of IPv6 the network, as everyone has many addresses in it.
+    """Return the key under which an address is counted; for IPv6 its /64 network, where one user has many addresses.
 
     >>> _who("10.0.0.7"), _who("2001:db8:1:2:3:4:5:6"), _who("?")
     ('10.0.0.7', '2001:db8:1:2::/64', '?')

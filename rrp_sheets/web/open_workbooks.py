@@ -1,4 +1,4 @@
-"""All workbooks that are open in the browser."""
+"""Workbooks that are open in the browser, and the limits of their event streams."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ POLL_EVERY = 1.0  # seconds
 
 
 class OpenWorkbooks:
-    """All open workbooks of a folder; `worker` checks them.
+    """Sessions of all open workbooks of a folder; `worker` checks them.
 
     Attributes:
-        opened: called with each room when it is opened.
-        leaving: called with a room that is to be closed; raises SheetsError when that cannot be now.
+        opened: called with each session when it is opened.
+        leaving: called with a session that is to be closed; raises SheetsError when that cannot be done now.
     """
 
     opened: Callable[[WorkbookSession], None]
@@ -47,19 +47,19 @@ class OpenWorkbooks:
         threading.Thread(target=_watch, args=(weakref.ref(self), self._closed), daemon=True).start()
 
     def close(self) -> None:
-        """Nobody looks any more whether other programs change the files, and no tests are run."""
+        """Stop polling the files for changes, and end the tester's process."""
         self._closed.set()
         self._tester.close()
 
     def has(self, name: str) -> bool:
-        """Whether a workbook is open."""
+        """Return whether a workbook is open."""
         return name in self._rooms
 
     @contextmanager
     def without(self, name: str) -> Iterator[None]:
-        """Close a workbook whose file goes away within; its pages load again after that, and say so.
+        """Close a workbook while its file is moved or renamed in the `with` block; its pages reload afterwards.
 
-        Until then nobody opens it, and no run of it begins.
+        During the block it cannot be opened, and no run of it begins.
 
         Raises:
             SheetsError: when it cannot be closed now.
@@ -77,7 +77,7 @@ class OpenWorkbooks:
 
     @contextmanager
     def staying(self, room: WorkbookSession) -> Iterator[None]:
-        """Within, nobody closes a workbook.
+        """Keep a workbook open during the `with` block.
 
         Raises:
             SheetsError: when it has been closed.
@@ -88,14 +88,14 @@ class OpenWorkbooks:
             yield
 
     def renamed(self, before: str, name: str) -> None:
-        """A workbook's file has another name now; what is kept of it goes with it."""
+        """Carry the journal of a renamed workbook over to its new name."""
         with self._lock, suppress(SheetsError):  # where nothing can be kept, nothing is lost
             if self._journal is None:
                 self._journal = Journal(self.folder)
             self._journal.rename(before, name)
 
     def room(self, path: Path) -> WorkbookSession:
-        """The room of a workbook of the folder; opened when it is not yet.
+        """Return the session of a workbook of the folder; it is opened if necessary.
 
         Raises:
             SheetsError: when the workbook cannot be read, or nothing can be written beside it.
@@ -115,23 +115,23 @@ class OpenWorkbooks:
         return Document(path, self._journal)
 
     def rooms(self) -> list[WorkbookSession]:
-        """All that are open."""
+        """Return the sessions of all open workbooks."""
         with self._lock:
             return list(self._rooms.values())
 
     def listen(
         self, room: WorkbookSession, client: str, person: str, join: Callable[[], EventStream]
     ) -> EventStream | str:
-        """Have a page told what happens in a room; else why it cannot be, in words.
+        """Open a page's event stream; return the reason instead if there are too many.
 
-        Pages that ask at the same moment are looked at one after the other. A page has one event stream: an older one
+        Pages that ask at the same moment are handled one after the other. A page has one event stream: an older one
         of the same page ends.
 
         Args:
-            room: of the page's workbook.
-            client: tells the page from all others.
-            person: the key of their session, as nobody may take all places; empty for who has this computer's address.
-            join: makes the listener.
+            room: the session of the page's workbook.
+            client: the unique name of the page.
+            person: the key of the login, whose streams are limited; empty for a browser on this computer.
+            join: creates the event stream.
         """
         with self._joining:
             room.end_streams(client)
@@ -151,7 +151,7 @@ class OpenWorkbooks:
         return ""
 
     def poll(self) -> None:
-        """Look whether another program has changed a file that somebody looks at."""
+        """Check whether another program has changed a workbook that is shown on a page."""
         for room in self.rooms():
             if room.listeners:
                 with suppress(OSError, sqlite3.Error):  # told when somebody edits; and the next second is another
@@ -159,7 +159,7 @@ class OpenWorkbooks:
 
 
 def _watch(open_workbooks: weakref.ref[OpenWorkbooks], closed: threading.Event) -> None:
-    """Poll until the server closes the workbooks, or nobody has them any more."""
+    """Poll until the server closes the workbooks, or the object is garbage-collected."""
     while not closed.wait(POLL_EVERY) and (found := open_workbooks()) is not None:
         found.poll()
         del found

@@ -1,4 +1,4 @@
-"""What the templates get, field by field. `template` is the file in templates/web/ that shows it."""
+"""Data of the shelf, grid and message pages for their templates; `template` is the file in templates/web/."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rrp_sheets.web.testing.panel import TestsPanel
 
 @dataclass(frozen=True, slots=True)
 class ProblemCount:
-    """So many problems of one severity, in words; `kind` is error, warning or none."""
+    """Number of problems of one severity, in words; `kind` is error, warning or none."""
 
     kind: str
     text: str
@@ -22,7 +22,7 @@ class ProblemCount:
 
 @dataclass(frozen=True, slots=True)
 class LastRun:
-    """A workbook's newest run: its folder's name, when it was, how it ended (`state` is a sign for that)."""
+    """Newest run of a workbook: its folder's name, its time, and its end (`state` names the icon for that)."""
 
     run: str
     when: str
@@ -33,13 +33,13 @@ class LastRun:
 
 @dataclass(frozen=True, slots=True)
 class Card:
-    """A workbook on the shelf.
+    """Card of a workbook on the shelf.
 
     Attributes:
         about: the Protocol's purpose.
         size: `2 behaviours, 14 rows`.
         picture: whether its first behaviour can be drawn.
-        words: what a search looks through: title, name, purpose, streams, notes.
+        words: the text that is searched: title, name, purpose, streams, notes.
         last: the newest run; None of a workbook that has not run.
     """
 
@@ -56,7 +56,7 @@ class Card:
 
 @dataclass(frozen=True, slots=True)
 class Unreadable:
-    """A file on the shelf that is no workbook, and why; `addressed` whether something can be done with it here."""
+    """File on the shelf that cannot be read as a workbook, and why; `addressed`: its name can be used in a URL."""
 
     name: str
     message: str
@@ -66,15 +66,15 @@ class Unreadable:
 
 @dataclass(frozen=True, slots=True)
 class ShelfPage:
-    """The workbooks of the folder.
+    """Shelf: the workbooks of the folder.
 
     Attributes:
         others: Markdown files without any sheet of ours.
-        left_out: how many files were not looked at.
-        templates: what a new workbook may begin with, with a line about each.
+        left_out: the number of files that were not read.
+        templates: the templates for a new workbook, with a line about each.
         archived: the names of the files in the archive.
         sort: `recent`, `name` or `run`.
-        notice: what has just been done, or why not (`failed`); `made` is the file that it made.
+        notice: the result of the last action, or why it failed (`failed`); `made` is the file that it created.
         tutorial: the copy of the tutorial that was changed last; empty for none.
     """
 
@@ -95,7 +95,7 @@ class ShelfPage:
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """A finding of the check.
+    """Finding of the check.
 
     Attributes:
         number: its place in the list, and on its flag in the diagram.
@@ -120,7 +120,7 @@ class Problem:
 
 @dataclass(frozen=True, slots=True)
 class TextPiece:
-    """A piece of a text; `code` where it is a formula."""
+    """Piece of a text; `code` if it is a formula."""
 
     text: str
     code: bool = False
@@ -128,7 +128,7 @@ class TextPiece:
 
 @dataclass(frozen=True, slots=True)
 class RowSentence:
-    """What a row does, in words; `active` is False when it is switched off or nothing feeds it."""
+    """Description of a row in words; `active` is False when it is switched off or has no input."""
 
     number: int
     pieces: tuple[TextPiece, ...]
@@ -137,7 +137,7 @@ class RowSentence:
 
 @dataclass(frozen=True, slots=True)
 class BehaviourWords:
-    """What a behaviour does, in words: all of it, what it takes in and acts on, and row by row."""
+    """Description of a behaviour in words: a summary, its sensors and actuators, and its rows."""
 
     paragraph: tuple[TextPiece, ...]
     sensors: tuple[str, ...]
@@ -147,10 +147,10 @@ class BehaviourWords:
 
 @dataclass(frozen=True, slots=True)
 class Head:
-    """A column's header.
+    """Header of a column.
 
     Attributes:
-        kind: what its cells hold.
+        kind: the kind of content of its cells.
         spellings: the keys of the header and of its synonyms.
         required: whether every sheet of this kind has the column.
     """
@@ -165,7 +165,7 @@ class Head:
 
 @dataclass(frozen=True, slots=True)
 class Tab:
-    """A sheet's tab; `here` for the one that is shown."""
+    """Tab of a sheet; `here` for the one that is shown."""
 
     name: str
     kind: str
@@ -174,7 +174,7 @@ class Tab:
 
 @dataclass(frozen=True, slots=True)
 class Addable:
-    """A kind of sheet that can be added: what it is called, a line about it, and the name that is proposed."""
+    """Kind of sheet that can be added: its title, a line of help, and the proposed name."""
 
     kind: str
     title: str
@@ -184,13 +184,13 @@ class Addable:
 
 @dataclass(frozen=True, slots=True)
 class Strip:
-    """The tabs below a sheet.
+    """Row of tabs below a sheet.
 
     Attributes:
         name: the workbook's.
         sheet: the one that is shown.
-        tabs: the sheets of ours; then the user's own, whose kind is empty.
-        addable: what can be added; nothing where the workbook can only be looked at, or while a run is watched.
+        tabs: the sheets of known kinds; then the user's own, whose kind is empty.
+        addable: the sheets that can be added; none if the workbook is read-only, or on the run panel.
         live: this is the run panel.
     """
 
@@ -204,17 +204,17 @@ class Strip:
 
 @dataclass(frozen=True, slots=True)
 class Panels:
-    """What stands beside and below the grid.
+    """Panels beside and below the grid.
 
     Attributes:
         sheet: the sheet whose diagram and words are shown.
-        left_out: how many problems are not listed.
-        drawing: the behaviour's diagram as SVG of our own making; empty for none.
+        left_out: the number of problems that are not listed.
+        drawing: the behaviour's diagram as trusted SVG; empty for none.
         picture: the behaviour's number, under which the diagram is a file of its own; 0 for none.
-        words: what it does; None of a sheet that is no behaviour or cannot be understood yet.
+        words: the description of the behaviour; None if there is none, it is too long, or cannot be described yet.
         why: says why there is no diagram.
         checked: False while the first check is under way.
-        tests: what the tests came to; None of a workbook without tests.
+        tests: the results of the tests; None for a workbook without tests.
     """
 
     template: ClassVar[str] = "panels.html"
@@ -233,7 +233,7 @@ class Panels:
 
 @dataclass(frozen=True, slots=True)
 class GridPage:
-    """A sheet under edit.
+    """Page of a sheet in the grid or in the run panel.
 
     Attributes:
         off_words: the words in the column On that switch a row off, with spaces between them.
@@ -244,10 +244,10 @@ class GridPage:
         vocabulary: the words that are suggested, as JSON.
         read_only: why nothing can be changed; empty when it can.
         hindered: why nothing can be changed just now, because another program has the file, say.
-        errors: how many there are; then it cannot run.
+        errors: the number of errors; with any, the workbook cannot run.
         live: this is the run panel.
-        acts: what the scene's things can be made to do by hand, as JSON.
-        told: the number of the newest change that the page shows already.
+        acts: the actions of the scene's things that can be triggered by hand, as JSON.
+        told: the number of the newest event that the page includes.
         version: of the order of its rows.
     """
 
@@ -276,7 +276,7 @@ class GridPage:
 
 @dataclass(frozen=True, slots=True)
 class MessagePage:
-    """Something did not go as wished, for someone who may see the rest; `book` is the workbook to go on with."""
+    """Error page for an authorised user; `book` is the workbook to go on with."""
 
     template: ClassVar[str] = "message.html"
     title: str
@@ -288,7 +288,7 @@ class MessagePage:
 
 @dataclass(frozen=True, slots=True)
 class RefusedPage:
-    """For a visitor without the token: tells nothing about the folder, and needs no other file."""
+    """Error page for an unauthorised visitor: it reveals nothing about the folder, and needs no other file."""
 
     template: ClassVar[str] = "refused.html"
     title: str

@@ -1,4 +1,4 @@
-"""The password of a server that others can reach: kept only as a hash, compared in constant time."""
+"""Password of a server that others can reach: kept only as a hash, compared in constant time."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _COST = 2**14  # about 50 ms and 16 MB for each try
 
 
 class Password:
-    """What everyone has to give; the text itself is not kept.
+    """Password that users on the network must give; only its hash is kept.
 
     Raises:
         SheetsError: it is too short or too long.
@@ -42,7 +42,7 @@ class Password:
 
     @contextmanager
     def place(self) -> Iterator[bool]:
-        """Gives whether there is a place for a try now: a flood of them must leave the server its threads."""
+        """Yield whether another attempt may be made now; the number at once is limited to keep threads free."""
         free = self._waiting.acquire(blocking=False)
         try:
             yield free
@@ -51,7 +51,7 @@ class Password:
                 self._waiting.release()
 
     def fits(self, given: str) -> bool:
-        """Whether this is the password; only two are computed at a time, so that a flood leaves the others room."""
+        """Return whether this is the password; at most two hashes are computed at a time, to limit the load."""
         with self._computing:
             return hmac.compare_digest(self._hashed(given[: LONGEST + 1]), self._hash)
 
@@ -60,13 +60,13 @@ class Password:
 
 
 def invent() -> str:
-    """A password of a few easy words; one of four thousand million."""
+    """Generate a password of a few easy words; one of four thousand million."""
     words = easy_words()
     return "-".join(secrets.choice(words) for _ in range(_WORDS))
 
 
 def _same_letters(text: str) -> str:
-    """Keyboards write some letters in two ways, such as é."""
+    """Normalise letters that keyboards encode in two ways, such as é."""
     return unicodedata.normalize("NFKC", text)
 
 
@@ -90,7 +90,7 @@ soup spoon spring star
 
 
 def easy_words() -> list[str]:
-    """All of them.
+    """Return the words from which passwords are generated.
 
     >>> len(set(easy_words()))
     256

@@ -1,4 +1,4 @@
-"""The diagram of a behaviour as an SVG file of its own: pages embed it as an image, which can run nothing."""
+"""Diagram of a behaviour as an SVG file of its own: pages embed it as an image, which cannot run scripts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MOST_ROWS = 500
 
 
 def picture(book: CheckedWorkbook, behaviour: BehaviourGraph) -> str:
-    """The behaviour's diagram, or a picture that says why there is none."""
+    """Draw the behaviour's diagram, or a picture with the reason why there is none."""
     if not book.look.understood:
         return _in_words(["This cannot be drawn yet.", "First mend the problems beside it."])
     if len(behaviour.steps) > MOST_ROWS:

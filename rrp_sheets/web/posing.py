@@ -1,4 +1,4 @@
-"""Gestures in the grid: playing one back in a picture, and writing the robot's joints into a row."""
+"""Routes for gestures in the grid: play one back, and write the robot's joint angles into a row."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Joints = Mapping[str, float]
 def make_posing(
     repository: WorkbookRepository, open_workbooks: OpenWorkbooks, now: Callable[[WorkbookSession], Joints]
 ) -> Blueprint:
-    """The routes; `now` gives the joints of the robot that runs a room's workbook, none when none does."""
+    """Make the blueprint with the routes; `now` returns the joints of a session's running robot, or none."""
     pages = Blueprint("posing", __name__)
 
     room_of = workbook_or_404(repository, open_workbooks)
@@ -62,14 +62,14 @@ def make_posing(
 
 
 def _name(grid: Grid, row: str) -> str:
-    """The gesture that a row belongs to: its own name, or the next one above."""
+    """Return the gesture that a row belongs to: its own name, or the next one above."""
     column = next((c.number for c in grid.columns if c.name == "Name"), 0)
     names = [grid.text(r, column).strip() for r in grid.rows[: grid.rows.index(row) + 1]]
     return next((name for name in reversed(names) if name), "")
 
 
 def _played(workbook: Workbook, name: str) -> dict[str, Any]:
-    """The joints of a gesture, 30 times a second; or why it cannot be shown."""
+    """Return the joint angles of a gesture, 30 times a second, or a message why it cannot be shown."""
     robot = robot_of(workbook, Report())
     gesture = robot.motions.get(key(name))
     if not name or gesture is None or key(name) not in {key(g.name.text) for g in workbook.gestures}:
@@ -108,7 +108,7 @@ def _pose(document: Document, author: str, sheet: str, row: str, joints: Joints)
 
 
 def _next(grid: Grid, row: str, named: Mapping[str, int]) -> float:
-    """The time of a keyframe after this row, s."""
+    """Return the time in seconds for a new keyframe after this row."""
     mine, latest = key(_name(grid, row)), 0.0
     for each in grid.rows[: grid.rows.index(row) + 1]:
         us = parse_duration(grid.text(each, named["Time (s)"]), bare="s")

@@ -1,4 +1,4 @@
-"""What a page sends: JSON that is looked at before anything is done with it."""
+"""Validation of requests: the JSON that a page sends, and the workbook that an address names."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _HALF = re.compile(rb"\\u[dD][89a-fA-F]")  # how JSON writes half a letter, whic
 
 
 def json_body() -> Asked:
-    """What was sent; anything but an object is refused."""
+    """Return the JSON object of the request; anything else is refused."""
     if not request.is_json:
         raise BadRequest
     try:
@@ -32,7 +32,7 @@ def json_body() -> Asked:
 
 
 def _is_text(sent: Asked) -> bool:
-    """Whether its texts can be written anywhere: halves of letters cannot."""
+    """Return whether all texts can be encoded as UTF-8, which lone surrogates cannot."""
     try:
         json.dumps(sent, ensure_ascii=False).encode()
     except UnicodeEncodeError:
@@ -41,7 +41,7 @@ def _is_text(sent: Asked) -> bool:
 
 
 def text_of(sent: Asked, name: str, longest: int = 200) -> str:
-    """A text of it; empty when it is missing, refused when it is no text or too long."""
+    """Return a text field; empty when it is missing, refused when it is no text or too long."""
     value = sent.get(name, "")
     if not isinstance(value, str) or len(value) > longest:
         raise BadRequest
@@ -49,7 +49,7 @@ def text_of(sent: Asked, name: str, longest: int = 200) -> str:
 
 
 def number_of(sent: Asked, name: str, low: float, high: float) -> float:
-    """A number of it between two limits."""
+    """Return a number field; refused unless it is between two limits."""
     value = sent.get(name)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
         raise BadRequest
@@ -57,7 +57,7 @@ def number_of(sent: Asked, name: str, low: float, high: float) -> float:
 
 
 def truth_of(sent: Asked, name: str) -> bool:
-    """A yes or no of it."""
+    """Return a boolean field; anything else is refused."""
     value = sent.get(name)
     if not isinstance(value, bool):
         raise BadRequest
@@ -68,7 +68,7 @@ RoomOf = Callable[[str], WorkbookSession]
 
 
 def workbook_or_404(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> RoomOf:
-    """What gives the room of a workbook by the name in an address; a name that the folder has not is answered 404.
+    """Make the function that returns a workbook's session by name, or answers 404 if there is no such file.
 
     A Markdown file that is no workbook is refused with SheetsError.
     """

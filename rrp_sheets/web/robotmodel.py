@@ -1,4 +1,4 @@
-"""The robot's model for the browser: its own URDF and meshes as one JSON document (m, rad, colours 0 to 1)."""
+"""Robot model for the browser: the robot's URDF and meshes as one JSON document (m, rad, colours 0 to 1)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _EYES = ("LeftEye", "RightEye")
 
 
 def robot_model(robot: Robot) -> dict[str, Any]:
-    """Everything that a program needs to draw a robot.
+    """Return everything that a program needs to draw a robot.
 
     Returns:
         `links` with their visuals, `joints` with origin and axis, `meshes` as triangles with normals, `rest` (the joint
@@ -63,7 +63,7 @@ def robot_model(robot: Robot) -> dict[str, Any]:
 
 @lru_cache(maxsize=4)
 def robot_json(name: str) -> str:
-    """The model of a robot that comes with the program, as JSON; made once.
+    """Return the model of a robot that comes with the program, as JSON; made once.
 
     Raises:
         SheetsError: the model's files are missing or are none.
@@ -72,7 +72,7 @@ def robot_json(name: str) -> str:
 
 
 def _heads() -> dict[str, Any]:
-    """The heads of people: their shape, and each drawn face's outline (half widths from below up) and colours."""
+    """Return the shape of people's heads, and each drawn face's outline (half widths from below up) and colours."""
     heights = [-math.cos(math.pi * ring / RINGS) for ring in range(RINGS + 1)]
     return {
         "size": HEAD, "front": FRONT, "back": BACK, "nose": NOSE, "hair": HAIR,
@@ -85,7 +85,7 @@ def _heads() -> dict[str, Any]:
 
 @lru_cache(maxsize=16)
 def face_picture(face: int) -> bytes:
-    """A drawn face as a PNG file; empty where there is nothing to draw it with, or no such face."""
+    """Return a drawn face as a PNG file; empty without the simulator, or if there is no such face."""
     if not 0 <= face < len(PEOPLE):
         return b""
     try:
@@ -161,7 +161,7 @@ def _numbers(text: str) -> list[float]:
 
 
 def _mesh(path: Path) -> dict[str, list[float] | list[int]]:
-    """An .obj whose points and normals have the same numbers, as our own generator writes it."""
+    """Read an .obj file whose points and normals have the same numbers, as our own generator writes it."""
     points: list[float] = []
     normals: list[float] = []
     faces: list[int] = []

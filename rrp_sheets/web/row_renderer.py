@@ -1,4 +1,4 @@
-"""The rows of a grid as HTML, made again only when something about a row is new."""
+"""Rendering of a grid's rows as HTML; a row is rendered again only when something about it has changed."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ Signature = tuple[Any, ...]
 
 
 class RowRenderer:
-    """Makes the rows of one sheet."""
+    """Renderer of the rows of one sheet."""
 
     def __init__(self, grid: Grid) -> None:
         self.grid = grid
@@ -63,7 +63,7 @@ class RowRenderer:
         return {"devices": "setting", "gestures": "angle"}.get(self.grid.kind, "text")
 
     def heads(self) -> list[Head]:
-        """The headers, from left to right."""
+        """Return the headers, from left to right."""
         of = next((kind for kind in SHEET_KINDS if kind.name == self.grid.kind), None)
         heads = []
         for c, k in zip(self.grid.columns, self.kinds, strict=True):
@@ -78,7 +78,7 @@ class RowRenderer:
         taken: Mapping[tuple[str, str, int], tuple[str, str]],
         marks: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
-        """What the newest check says about this sheet, who edits which cells (page, name), and what tests came to."""
+        """Take over the newest check, the locked cells with their editors (page, name), and the test results."""
         self._marks = marks
         self._robot = look.robot
         self._taken = {(row, column): who for (_, row, column), who in taken.items()}
@@ -98,29 +98,29 @@ class RowRenderer:
         self._anonymous = frozenset(s.number for s in anonymous if streams[s.output].kind is StreamKind.ANONYMOUS)
 
     def rows(self, first: int, count: int) -> Markup:
-        """Some rows from a place on, as bodies of a table: the browser leaves out a body that is out of sight.
+        """Render some rows from a place on, in several table bodies: the browser skips those out of sight.
 
-        A long sheet is asked for in parts, so that its beginning is there at once.
+        A long sheet is requested in parts, so that its beginning is shown at once.
         """
         made = [self._made(row, number) for row, number in islice(self.grid.numbers().items(), first, first + count)]
         bodies = (made[i : i + _BODY] for i in range(0, max(len(made), 1), _BODY))
         return Markup("".join(f'<tbody role="rowgroup">{"".join(body)}</tbody>' for body in bodies))
 
     def changed(self) -> list[tuple[str, str]]:
-        """The rows that look different from how they were last made; those never made are on nobody's page."""
+        """Render the rows that have changed since they were last rendered; rows never rendered are left out."""
         return [
             (row, self._made(row, number)) for row, number in self.grid.numbers().items()
             if row in self._signatures and self._signatures[row] != self._signature(row, number)
         ]  # fmt: skip
 
     def known(self, sheet: str) -> dict[str, Any]:
-        """All rows about which the check has anything to say, as an event for a page that was made before it."""
+        """Return all rows that the check affects, as an event for a page that was rendered before it."""
         bare, numbers = RowRenderer(self.grid), self.grid.numbers()
         told = [r for r, n in numbers.items() if self._signature(r, n) != bare._signature(r, n)]
         return {"sheet": sheet, "replace": [{"id": r, "html": self._made(r, numbers[r])} for r in told]}
 
     def html(self, rows: Iterable[str]) -> dict[str, str]:
-        """Rows by their ids, but those that somebody has deleted meanwhile."""
+        """Render rows by their ids; those deleted meanwhile are left out."""
         numbers = self.grid.numbers()
         return {row: self._made(row, numbers[row]) for row in rows if row in numbers}
 
@@ -199,7 +199,7 @@ class RowRenderer:
         return f'<td role="gridcell" tabindex="-1" class="{looks}"{more}>{inside}</td>'
 
     def _takes(self, row: str, column: Column) -> bool:
-        """Whether the device of a row has the setting of a column; of an unknown device nobody knows."""
+        """Return whether the device of a row has the setting of a column; True for an unknown device."""
         place = next((c.number for c, k in self._pairs() if k == "device"), 0)
         found = self._robot.find(self.grid.text(row, place)) if self._robot else None
         return found is None or key(column.header) in found.type.settings
@@ -238,7 +238,7 @@ def _tag(client: str, name: str) -> str:
 
 
 def _verdict(got: str) -> str:
-    """Whether a row of a test holds, and what came instead."""
+    """Render the result of a test row, with what came instead if it failed."""
     if not got:
         return '<span class="verdict holds">✓<span class="only-spoken"> holds</span></span>'
     return f'<span class="verdict fails">✗<span class="only-spoken"> does not hold;</span> got: {escape(got)}</span>'

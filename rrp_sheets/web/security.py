@@ -1,4 +1,4 @@
-"""Who may see the pages: a browser that was let in by a link, and with `--lan` whoever has the password."""
+"""Access control: a browser needs a link, or with `--lan` the password; requests of other sites are refused."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ _LOGIN_FILES = frozenset({"style.css", "login.css", "icon.svg"})
 
 @dataclass(frozen=True, slots=True)
 class Lan:
-    """What makes a server one for others too.
+    """Settings of a server that others on the network can reach.
 
     Attributes:
-        password: that everyone has to give but who was given a link on this computer.
-        hosts: names and addresses of this computer that were printed; it answers to no other, as another site's name
+        password: required of everyone except browsers that opened a link on this computer.
+        hosts: names and addresses of this computer that were printed; others are refused, as another site's name
             may lead here as well.
     """
 
@@ -40,11 +40,11 @@ class Lan:
 
 
 class UsedLink(Forbidden):
-    """A link that lets nobody in: another browser has used it, or the server was restarted since."""
+    """Error for a link that does not work: another browser has used it, or the server was restarted since."""
 
 
 def init_app(app: Flask, secret: str, lan: Lan | None, sessions: Sessions, links: Links) -> None:
-    """Let the app answer only whom it should, and never with more than it must.
+    """Install the access checks and the security headers of all responses.
 
     Args:
         app: the application.
@@ -88,15 +88,15 @@ def init_app(app: Flask, secret: str, lan: Lan | None, sessions: Sessions, links
 
 
 def visitor() -> Person:
-    """Who asks now; without a name for the one with the address of this computer."""
+    """Return who makes the request; without a name for a browser on this computer."""
     return g.get("person") or Person()
 
 
 def _opened(token: str, links: Links, cookie: str, secret: str, *, is_owner: bool) -> AnyResponse:
-    """The answer to a link: the same page without the token, and the cookie for a browser that has none.
+    """Answer a link: redirect to the page without the token, and set the cookie if the browser has none.
 
     Raises:
-        UsedLink: it lets nobody in, and the browser has no cookie.
+        UsedLink: the link is not valid, and the browser has no cookie.
     """
     headers = request.headers
     if "prefetch" in headers.get("Sec-Purpose", "") + headers.get("Purpose", "") + headers.get("X-Moz", ""):
@@ -129,7 +129,7 @@ def _is_for_everyone() -> bool:
 
 
 def _while_open(messages: Iterable[str], sessions: Sessions, person: Person) -> Iterator[str]:
-    """What a page is told, until its session is ended."""
+    """Yield the messages for a page until its session is ended."""
     try:
         for message in messages:
             if not sessions.is_open(person):
@@ -142,7 +142,7 @@ def _while_open(messages: Iterable[str], sessions: Sessions, person: Person) -> 
 
 
 def _host() -> str:
-    """The name by which this server was asked, without the port."""
+    """Return the host name of the request, without the port."""
     found = _HOST.fullmatch(request.headers.get("Host", "").casefold())
     return (found[1] or found[2]) if found else ""
 
@@ -155,13 +155,13 @@ def _is_near(address: str | None) -> bool:
 
 
 def _is_ours() -> bool:
-    """Whether a change is asked for by our own page: no form and no other site can send this header."""
+    """Return whether our own page requests a change: other sites' scripts and forms cannot send this header."""
     headed = request.headers.get("X-RRP") == "grid" or request.endpoint in _FORMS
     return headed and request.headers.get("Origin") == _own_origin()
 
 
 def _is_foreign() -> bool:
-    """Whether another site's page asks, or that of another port of this computer; links may lead here."""
+    """Return whether the page of another site, or of another port, makes the request; links are allowed."""
     origin = request.headers.get("Origin")
     if origin is not None and origin != _own_origin():
         return True

@@ -1,4 +1,4 @@
-"""The server itself: its sockets, its threads, and the limits of a request."""
+"""HTTP server: its sockets, threads and limits, and the addresses at which it can be reached."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _SECONDS = 60  # that a request may take to arrive, and that a connection may be
 
 
 def make_server(app: Flask, sockets: Sequence[socket.socket]) -> Any:
-    """A server that answers on sockets which are bound already; `.run()` serves until Ctrl-C."""
+    """Create a server on sockets that are bound already; `.run()` serves until Ctrl-C."""
     everything: dict[int, Any] = {}
     server = create_server(
         app, map=everything, sockets=list(sockets), _dispatcher=Dispatcher(THREADS), ident="",
@@ -41,11 +41,11 @@ def make_server(app: Flask, sockets: Sequence[socket.socket]) -> Any:
 
 
 def bind(hosts: Sequence[str], port: int | None) -> list[socket.socket]:
-    """Sockets for addresses of this computer, all with one port.
+    """Bind sockets to addresses of this computer, all with one port.
 
     Args:
         hosts: addresses; without the first there is no server, and the others may be missing on this computer.
-        port: None takes a free one.
+        port: None for a free one.
 
     Raises:
         SheetsError: the port cannot be used.
@@ -87,10 +87,10 @@ _LAST_RESORT = ipaddress.ip_network("169.254.0.0/16")
 
 
 def own_addresses() -> tuple[str, ...]:
-    """The addresses of this computer in its networks, those that lead furthest first; nothing is sent to find them.
+    """Return the network addresses of this computer, those of the default routes first; sends nothing.
 
-    A network without a way out counts too: a router without internet, or a cable between two computers, whose
-    addresses of last resort (169.254…) are given when there are no others.
+    Networks without internet count too: a router, or a cable between two computers, whose
+    link-local addresses (169.254…) are given when there are no others.
     """
     found: list[str] = []
     for family, elsewhere in _ELSEWHERE:
@@ -106,14 +106,14 @@ def own_addresses() -> tuple[str, ...]:
 
 
 def own_name() -> str:
-    """The name that others of the same network may use: `anna-laptop.local`; empty when it would be none."""
+    """Return the name for others in the same network: `anna-laptop.local`; empty if it is not usable."""
     name = socket.gethostname().casefold().removesuffix(".local")
     fine = name and name != "localhost" and all(c.isascii() and (c.isalnum() or c == "-") for c in name)
     return f"{name}.local" if fine else ""
 
 
 def address_of(host: str, port: int) -> str:
-    """What one types into a browser.
+    """Return the URL to type into a browser.
 
     >>> address_of("192.168.0.7", 8000), address_of("fd00::7", 8000)
     ('http://192.168.0.7:8000/', 'http://[fd00::7]:8000/')

@@ -1,4 +1,4 @@
-"""Who has logged in: a session of its own for each login, until it is ended or the server is."""
+"""Login sessions: one for each login, until it is ended or the server is."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ _MOST = 500
 
 @dataclass(frozen=True, slots=True)
 class Person:
-    """Someone who may see the pages.
+    """User who may see the pages.
 
     Attributes:
-        name: as the others see it; empty for the one with the address of this computer, who says it on the page.
-        key: tells one login from another; nothing can be opened with it.
-        address: that it came from.
+        name: as the others see it; empty for a browser on this computer, whose user types it on the page.
+        key: identifies the login; it is not the secret, and grants no access.
+        address: from which the login came.
     """
 
     name: str = ""
@@ -28,16 +28,16 @@ class Person:
 
 
 class Sessions:
-    """The sessions of a server. Safe to use from several threads."""
+    """Login sessions of a server, by the hash of their secret. Safe to use from several threads."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._people: OrderedDict[str, Person] = OrderedDict()
 
     def open(self, name: str, address: str) -> tuple[str, Person]:
-        """A new session; the secret that stands for it, and who it is: of two Annas at two computers one is `Anna (2)`.
+        """Open a session; return its secret and its user. A name in use at another address becomes `Anna (2)`.
 
-        So nobody passes for another, nor takes back what another has done.
+        So nobody can impersonate another user, or undo another user's edits.
         """
         secret = secrets.token_urlsafe(32)
         with self._lock:
@@ -53,12 +53,12 @@ class Sessions:
         return secret, person
 
     def find(self, secret: str) -> Person | None:
-        """Whose session it is; None when it is none, or was ended."""
+        """Return the user of a session; None if there is none, or it was ended."""
         with self._lock:
             return self._people.get(_key(secret))
 
     def is_open(self, person: Person) -> bool:
-        """Whether the session was not ended."""
+        """Return whether a user's session has not been ended."""
         with self._lock:
             return person.key in self._people
 
@@ -69,7 +69,7 @@ class Sessions:
 
 
 def clean_name(given: str) -> str:
-    r"""A name as it can be shown everywhere: no control characters, no invisible ones, one line.
+    r"""Clean a name for display: one line, without control or invisible characters.
 
     >>> clean_name("  Anna\u202e \n Lee\x1b[31m "), clean_name("\u200b")
     ('Anna Lee[31m', '')
@@ -79,5 +79,5 @@ def clean_name(given: str) -> str:
 
 
 def _key(secret: str) -> str:
-    """Sessions are looked up by a hash, so that the time which that takes tells nothing about the secret."""
+    """Hash a secret: lookups by hash take a time that tells nothing about the secret."""
     return hashlib.sha256(secret.encode("utf-8", "replace")).hexdigest()

@@ -1,4 +1,4 @@
-"""The strip of tabs below the sheet: which sheets there are, and which can be added."""
+"""Row of tabs below a sheet: the existing sheets, and those that can be added."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _HELP = {
 
 
 def strip_of(document: Document, name: str, sheet: str, *, live: bool = False) -> Strip:
-    """The strip with a sheet in front."""
+    """Build the row of tabs, with one sheet selected."""
     kinds = {n: g.kind for n, g in document.grids.items()} | dict.fromkeys(document.own, "")
     sheet = document.current(sheet)
     addable = () if live or document.read_only else tuple(_addable(kinds))

@@ -1,4 +1,4 @@
-"""The tabs: adding, renaming, moving, duplicating and deleting sheets."""
+"""Routes of the tabs: adding, renaming, moving, duplicating and deleting sheets."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _COLUMNS = 2_000  # letters of a new table's columns
 
 
 def make_sheeting(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Blueprint:
-    """The routes of the tabs."""
+    """Make the blueprint with the routes of the tabs."""
     pages = Blueprint("sheeting", __name__)
 
     room_of = workbook_or_404(repository, open_workbooks)
@@ -60,7 +60,7 @@ def make_sheeting(repository: WorkbookRepository, open_workbooks: OpenWorkbooks)
 
 
 def _known(document: Document, sheet: str) -> str:
-    """The present name of a sheet that a page names; 404 when there is none."""
+    """Return the present name of a sheet that a page names; 404 when there is none."""
     sheet = document.current(sheet)
     if sheet not in document.grids and sheet not in document.own:
         abort(404)
@@ -68,7 +68,7 @@ def _known(document: Document, sheet: str) -> str:
 
 
 def _of(document: Document, given: Asked) -> str:
-    """The sheet that is meant, by the name that it has now."""
+    """Return the present name of the sheet that a request is about."""
     return document.current(text_of(given, "of"))
 
 
@@ -83,7 +83,7 @@ def _rename(room: WorkbookSession, document: Document, author: str, given: Asked
 
 
 def _move(room: WorkbookSession, document: Document, author: str, given: Asked) -> Changed | None:
-    """One place to the left or to the right, among the sheets of ours or among the user's own."""
+    """Move a sheet one place to the left or right, among the sheets of known kinds or the user's own."""
     sheet, by = _of(document, given), 1 if number_of(given, "by", -1, 1) > 0 else -1
     group = list(document.grids) if sheet in document.grids else list(document.own)
     to = group.index(sheet) + by if sheet in group else -1

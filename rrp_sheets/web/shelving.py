@@ -1,4 +1,4 @@
-"""What can be done on the shelf: a new workbook, a copy, another name, the archive, an upload."""
+"""Routes of the shelf: create, copy, rename, archive, upload and download workbooks, and unpack bundles."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _MOST_UPLOADS = 20  # files at once
 
 
 def make_shelving(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Blueprint:
-    """The routes of the shelf."""
+    """Make the blueprint with the routes of the shelf."""
     pages = Blueprint("shelving", __name__)
     actions = {
         "new": _new, "copy": _copy, "rename": _rename, "archive": _archive, "unarchive": _unarchive, "upload": _upload,
@@ -152,7 +152,7 @@ def _store(repository: WorkbookRepository, name: str, data: bytes) -> str:
 
 
 def _numbered(path: Path) -> Path:
-    """The same name with a number, that no file has yet."""
+    """Return the same path with a number added to the name, so that no such file exists."""
     count = 2
     while (target := path.with_name(f"{path.stem} ({count}){path.suffix}")).exists():
         count += 1
@@ -190,7 +190,7 @@ _OTHER_ROBOT = (
 
 
 def take_in(folder: Path, name: str, data: bytes) -> tuple[str, str]:
-    """Put what is in a bundle into a folder of workbooks: all of it, or nothing.
+    """Unpack a bundle into a folder of workbooks; its files are stored together or not at all, its runs one by one.
 
     Args:
         folder: of the workbooks.
@@ -198,7 +198,7 @@ def take_in(folder: Path, name: str, data: bytes) -> tuple[str, str]:
         data: its bytes.
 
     Returns:
-        The workbook's name, and what is to be known of the bundle.
+        The workbook's name, and notes on the bundle.
 
     Raises:
         SheetsError: it is no bundle, or there are other files of these names already.
@@ -221,7 +221,7 @@ def take_in(folder: Path, name: str, data: bytes) -> tuple[str, str]:
 
 
 def _new_files(folder: Path, bundle: Bundle) -> list[Path]:
-    """The workbook, and the sounds and pictures beside it, that are not there yet."""
+    """Return the workbook, and the sounds and pictures beside it, that are not in the folder yet."""
     beside = [p for p in sorted(bundle.folder.iterdir()) if p.suffix.casefold() in (SOUND, *PICTURES) and p.is_file()]
     new = []
     for path in (bundle.workbook, *(p for p in beside if p != bundle.workbook and p.name[0] not in ".~")):
@@ -246,7 +246,7 @@ def _move(folder: Path, files: list[Path]) -> None:
 
 
 def _take_runs(folder: Path, bundle: Bundle, *, with_robot: bool) -> list[str]:
-    """Put its runs beside those that are there; what was not taken, in words."""
+    """Store the runs of a bundle beside the existing ones; return notes on those that were not stored."""
     notes = []
     for run in bundle.runs:
         target = folder / form.RUNS / run.name

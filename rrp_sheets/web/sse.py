@@ -1,4 +1,4 @@
-"""Pages that are told what happens, as server-sent events."""
+"""Server-sent events: the streams of pages, and the backlog for pages that reconnect."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _MOST_LIVE = 20  # those of a run's values: whoever lags behind more gets the ne
 
 @dataclass
 class EventStream:
-    """One browser page that is told what happens.
+    """Event stream of one browser page.
 
     Attributes:
-        person: the key of the session; empty for the one at this computer.
-        behind: it could not keep up with a run's values, and is told all of them anew.
+        person: the key of the login; empty for a browser on this computer.
+        behind: it could not keep up with a run's values, and gets all of them again.
     """
 
     client: str
@@ -38,7 +38,7 @@ class EventStream:
     welcome: str = ": welcome\n\n"
 
     def tell(self, text: str) -> None:
-        """Add a message; a browser that lags too far behind is sent away and comes back with a new page."""
+        """Queue a message; a browser that lags too far behind is made to reload instead."""
         with self.ready:
             if len(self.messages) >= _WAITING:
                 self.messages.clear()
@@ -47,7 +47,7 @@ class EventStream:
             self.ready.notify()
 
     def tell_live(self, text: str) -> None:
-        """Add a message about a run's values, which may be left out when newer ones follow."""
+        """Queue a message with a run's values, which may be dropped when newer ones follow."""
         with self.ready:
             if len(self.lives) >= _MOST_LIVE:
                 self.lives.clear()
@@ -57,13 +57,13 @@ class EventStream:
             self.ready.notify()
 
     def leave(self) -> None:
-        """The page was closed: its stream ends."""
+        """End the stream."""
         with self.ready:
             self.gone = True
             self.ready.notify()
 
     def take(self, anew: Callable[[], str]) -> str:
-        """Everything that waits, waiting for it; `anew` gives a run's state to a page that has lagged behind."""
+        """Wait for messages and return them; `anew` returns a run's state for a page that has lagged behind."""
         with self.ready:
             if not (self.messages or self.lives or self.behind or self.gone):
                 self.ready.wait(_KEEP_ALIVE)
@@ -77,13 +77,13 @@ class EventStream:
 
 
 def message(event: str, data: dict[str, Any], number: str = "") -> str:
-    """An event with its data, as it is sent; a browser that comes back says which `number` it had last."""
+    """Format an event; a browser that reconnects sends the last `number` it got."""
     begin = f"id: {number}\n" if number else ""
     return f"{begin}event: {event}\ndata: {json.dumps(data, ensure_ascii=False, separators=(',', ':'))}\n\n"
 
 
 class EventBacklog:
-    """What a room's pages were told and must not miss while they are in the background; their room locks it."""
+    """Numbered events that a page in the background must not miss; not thread-safe, its owner locks it."""
 
     def __init__(self) -> None:
         self._opened = secrets.token_hex(4)  # tells this room from one of an earlier start
@@ -92,11 +92,11 @@ class EventBacklog:
 
     @property
     def number(self) -> str:
-        """Of the newest."""
+        """Identifier of the newest event."""
         return f"{self._opened}.{self._count}"
 
     def add(self, event: str, data: dict[str, Any], but: str) -> str:
-        """An event as it is sent; kept if it is one that lasts."""
+        """Format an event; number and keep it if it is of a lasting kind."""
         if event not in _LASTING:
             return message(event, data)
         self._count += 1
@@ -105,7 +105,7 @@ class EventBacklog:
         return text
 
     def missed(self, client: str, had: str) -> list[str]:
-        """What came after the number that a page has had; it must load again when that is too long ago."""
+        """Return the events after the last one that a page got, or a reload if that is too long ago."""
         opened, _, number = had.partition(".")
         last = int(number) if number.isascii() and number.isdigit() and len(number) < 12 else -1
         oldest = self._kept[0][0] if self._kept else self._count + 1
@@ -117,7 +117,7 @@ class EventBacklog:
 
 
 def stream(listener: EventStream, anew: Callable[[], str], leave: Callable[[EventStream], object]) -> Iterator[str]:
-    """The messages for one page, as server-sent events, until it is closed; then `leave` is called."""
+    """Yield the messages for one page until it is closed; then call `leave`."""
     try:
         yield listener.welcome
         while not listener.gone:

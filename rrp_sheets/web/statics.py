@@ -1,4 +1,4 @@
-"""Scripts, styles and icons: under an address that names the version, so that a browser asks for each of them once."""
+"""Static files, under addresses with the version, so that a browser requests each once; and security headers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _A_YEAR = 365 * 86_400  # seconds
 
 
 def serve_statics(app: Flask, folder: Path) -> None:
-    """The routes `/static/…` and `/vendor/…`; `url_for("static", filename=…)` gives the address with the version."""
+    """Add the routes `/static/…` and `/vendor/…`; `url_for("static", filename=…)` adds the version."""
 
     @app.get("/static/<path:filename>")
     def static(filename: str) -> Response:
@@ -37,7 +37,7 @@ def serve_statics(app: Flask, folder: Path) -> None:
 
 
 def plain_name(filename: str) -> str:
-    """The name of a file without the version before it.
+    """Return the name of a file without the version before it.
 
     >>> plain_name(f"{build_id()}/grid/main.js"), plain_name("grid/main.js")
     ('grid/main.js', 'grid/main.js')
@@ -47,7 +47,7 @@ def plain_name(filename: str) -> str:
 
 @lru_cache(maxsize=1)
 def build_id() -> str:
-    """What tells this program's pages from those of another version."""
+    """Return a hash that differs between versions of the program and its templates."""
     total = hashlib.sha256(__version__.encode())
     static = bundled("templates", "web")
     for path in sorted(p for p in static.rglob("*") if p.suffix in (".js", ".css", ".html", ".svg")):

@@ -1,6 +1,6 @@
-"""Where a server and its processes keep what they need for a moment: tables, bundles and prints on their way out.
+"""Folder for the temporary files of a server and its processes: tables, bundles and prints to be sent.
 
-Such files hold what was recorded of participants. A server that was killed leaves them behind; the next one that is
+Such files hold data of participants. A server that was killed leaves them behind; the next one that is
 started on this computer removes them.
 """
 
@@ -23,7 +23,7 @@ _NEW_S = 5  # so long may a server take from making its folder to holding it
 
 @contextmanager
 def scratch() -> Iterator[Path]:
-    """Have the temporary files of this process, and of those that it starts, in a folder of their own meanwhile."""
+    """Put the temporary files of this process and its children into a folder of their own during the block."""
     system = tempfile.gettempdir()
     with tempfile.TemporaryDirectory(prefix=_PREFIX, ignore_cleanup_errors=True) as name, locked(Path(name)):
         if is_locked(Path(name)):  # else nobody can tell which of the others are in use
@@ -36,7 +36,7 @@ def scratch() -> Iterator[Path]:
 
 
 def _remove_abandoned(system: Path) -> None:
-    """Remove the folders of servers of this user that are no more."""
+    """Remove the folders that servers of this user left behind."""
     limit = time.time() - _NEW_S
     for folder in system.glob(f"{_PREFIX}*"):
         with suppress(OSError):

@@ -1,4 +1,4 @@
-"""Sentences for the pages: texts with formulas in backticks, cut into their pieces."""
+"""Behaviours in words for the pages: sentences split at the formulas in backticks."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ _CODE = re.compile(r"(`+)(.+?)\1(?!`)")
 
 
 def words_of(said: BehaviourText) -> BehaviourWords:
-    """A behaviour in words, as the pages show it."""
+    """Convert the description of a behaviour for the pages."""
     rows = tuple(RowSentence(r.number, pieces(r.text), r.active) for r in said.rows[:MOST_ROWS])
     return BehaviourWords(pieces(said.paragraph), said.sensors, said.actuators, rows)
 
 
 def pieces(text: str) -> tuple[TextPiece, ...]:
-    """A text with formulas in backticks, in its pieces.
+    """Split a text at its formulas in backticks.
 
     >>> [(p.text, p.code) for p in pieces("When `x > 1` holds")]
     [('When ', False), ('x > 1', True), (' holds', False)]

@@ -1,4 +1,4 @@
-"""The shelf: every workbook of the folder with what there is to know before opening it."""
+"""Shelf page: every workbook of the folder with its problems and its last run."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _UNSHOWABLE = "Its name has letters that cannot be shown here."
 
 @cache
 def templates() -> tuple[tuple[str, str], ...]:
-    """What a new workbook may begin with, with a line about each: what its Protocol says that it is for."""
+    """Return the templates for a new workbook, each with a line about it, such as its Protocol's purpose."""
     found = []
     for path in sorted(bundled("workbooks").glob("*.xlsx")):
         found.append((path.stem, api.read(path).workbook.protocol.text("Purpose").partition(". ")[0].rstrip(".")))
@@ -44,7 +44,7 @@ def templates() -> tuple[tuple[str, str], ...]:
 
 
 def archived(repository: WorkbookRepository) -> tuple[str, ...]:
-    """The names of the workbooks in the archive."""
+    """Return the names of the workbooks in the archive."""
     try:
         found = [p.name for p in (repository.folder / ARCHIVE).iterdir() if p.suffix.casefold() in SUFFIXES]
     except OSError:
@@ -55,7 +55,7 @@ def archived(repository: WorkbookRepository) -> tuple[str, ...]:
 def shelf_page(
     repository: WorkbookRepository, notice: str = "", *, failed: bool = False, sort: str = "", made: str = ""
 ) -> ShelfPage:
-    """What the shelf shows, with what has just been done; raises SheetsError when the folder cannot be read."""
+    """Build the shelf, with the result of the last action; raises SheetsError if the folder cannot be read."""
     names = repository.names()
     runs = _last_runs(repository, names)
     books: list[CheckedWorkbook] = []
@@ -88,7 +88,7 @@ def shelf_page(
 
 
 def _last_runs(repository: WorkbookRepository, names: Collection[str]) -> dict[str, RunMetadata]:
-    """The newest run of each workbook."""
+    """Return the newest run of each workbook."""
     runs = RunStore(repository.folder)
     found: dict[str, RunMetadata] = {}
     for facts in runs.facts(runs.names()[:_MOST_RUNS]):
@@ -98,12 +98,12 @@ def _last_runs(repository: WorkbookRepository, names: Collection[str]) -> dict[s
 
 
 def _ran(last: RunMetadata | None) -> float:
-    """When a workbook ran last, in seconds of the system's clock; 0 when it has not run."""
+    """Return the timestamp of a workbook's last run; 0 when it has not run."""
     return last.began.timestamp() if last is not None and last.began is not None else 0.0
 
 
 def counts(findings: Iterable[Diagnostic]) -> tuple[ProblemCount, ...]:
-    """The findings counted by severity, in words; those that are only information do not count."""
+    """Count the errors and the warnings among the findings, in words."""
     found = [d.severity.value for d in findings]
     total = {kind: found.count(kind) for kind in ("error", "warning")}
     return tuple(ProblemCount(kind, plural(n, kind)) for kind, n in total.items() if n) or (
@@ -112,7 +112,7 @@ def counts(findings: Iterable[Diagnostic]) -> tuple[ProblemCount, ...]:
 
 
 def plural(count: int, word: str) -> str:
-    """A count with its word.
+    """Format a count with its word.
 
     >>> plural(1, "row"), plural(1200, "row")
     ('1 row', '1,200 rows')
@@ -121,7 +121,7 @@ def plural(count: int, word: str) -> str:
 
 
 def changed(book: CheckedWorkbook) -> str:
-    """When the file was last written, for people."""
+    """Format the time at which the file was last written."""
     return when(book.changed)
 
 
@@ -144,7 +144,7 @@ def _card(book: CheckedWorkbook, last: RunMetadata | None) -> Card:
 
 
 def _words(book: CheckedWorkbook) -> list[str]:
-    """The streams' names and the notes."""
+    """Return the streams' names and the notes, for the search."""
     behaviours = book.look.workbook.behaviours
     streams = dict.fromkeys(s.name for s in book.look.graph.streams.values() if s.name)
     return [*streams, *(row.notes for b in behaviours for row in b.rows if row.notes)]

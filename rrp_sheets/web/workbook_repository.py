@@ -1,4 +1,4 @@
-"""The workbooks of one folder, checked again only when their file has changed."""
+"""Workbooks of one folder: listed, read and checked; one is checked again only when its file has changed."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Stamp = tuple[int, int, int]
 
 @dataclass(frozen=True)
 class CheckedWorkbook:
-    """A workbook that was read and checked.
+    """Workbook that was read and checked.
 
     Attributes:
         path: as the user's commands name it.
@@ -39,12 +39,12 @@ class CheckedWorkbook:
 
     @property
     def title(self) -> str:
-        """The Protocol's title, or the file's name without its ending."""
+        """Title from the Protocol, or the file's name without its ending."""
         return self.look.workbook.protocol.text("Title") or Path(self.name).stem
 
 
 class WorkbookRepository:
-    """The workbooks directly in a folder. Safe to use from several threads.
+    """Workbooks directly in a folder. Safe to use from several threads.
 
     Args:
         folder: as the user gave it.
@@ -59,7 +59,7 @@ class WorkbookRepository:
         self._prose: dict[str, tuple[Stamp, bool]] = {}
 
     def names(self) -> list[str]:
-        """The names of the files that may be workbooks, in alphabetical order.
+        """Return the names of the files that may be workbooks, in alphabetical order.
 
         Raises:
             SheetsError: the folder cannot be read.
@@ -74,11 +74,11 @@ class WorkbookRepository:
         return sorted(found, key=lambda name: (name.casefold(), name))
 
     def has(self, name: str) -> bool:
-        """Whether there is such a file. Only what is listed can be opened, so no name leads out of the folder."""
+        """Return whether the folder lists such a file; only these can be opened, so no name leads out of it."""
         return name in self.names()
 
     def workbooks(self) -> list[str]:
-        """The names without the Markdown files that are texts for people, such as a README; see `is_prose`.
+        """Return the names without the Markdown files that are prose, such as a README; see `is_prose`.
 
         Raises:
             SheetsError: the folder cannot be read.
@@ -86,7 +86,7 @@ class WorkbookRepository:
         return [name for name in self.names() if not self.is_text(name)]
 
     def is_text(self, name: str) -> bool:
-        """Return True for a readable Markdown file that is a text for people, such as a README, and not a workbook."""
+        """Return whether a file is readable Markdown prose, such as a README, and not a workbook."""
         path = self.folder / name
         stamp = None if path.suffix.casefold() == ".xlsx" else _stamp(path)
         if stamp is None or not path.resolve().is_relative_to(self.folder.resolve()):
@@ -97,7 +97,7 @@ class WorkbookRepository:
         return known[1]
 
     def path(self, name: str) -> Path:
-        """Where a file of the folder is; raises SheetsError when its name leads out of the folder."""
+        """Return the path of a file of the folder; raises SheetsError when its name leads out of the folder."""
         path = self.folder / name
         if not self.has(name) or not path.resolve().is_relative_to(self.folder.resolve()):
             message = f"{printable(name)} is not a file of this folder."
@@ -141,7 +141,7 @@ def _read(name: str, path: Path, worker: CheckWorker) -> CheckedWorkbook | Sheet
 
 
 def is_prose(reading: Reading) -> bool:
-    """Whether a Markdown file is a text such as a README: no sheet of ours in it, and nothing that was nearly one."""
+    """Return whether a Markdown file is prose such as a README: it has no known sheet, nor one that was nearly one."""
     workbook = reading.workbook
     near = any(d.code.startswith("SHEET") and d.code != "SHEET001" for d in reading.report)
     sheets = (workbook.behaviours, workbook.protocol.fields, workbook.scene, workbook.tests, workbook.devices,
@@ -150,7 +150,7 @@ def is_prose(reading: Reading) -> bool:
 
 
 def refuse_text(repository: WorkbookRepository, name: str) -> None:
-    """Raise SheetsError for a file that is a text for people: it has nothing to edit, run, compare or print."""
+    """Raise SheetsError for a file that is prose: it has nothing to edit, run, compare or print."""
     if repository.is_text(name):
         message = f"“{printable(name)}” is not a workbook but a text for people."
         raise SheetsError(
@@ -182,7 +182,7 @@ def _stamp(path: Path) -> Stamp | None:
 
 
 def printable(name: str) -> str:
-    r"""A file's name as it can be shown: bytes that are no letters become question marks.
+    r"""Return a file's name as it can be shown: undecodable bytes become question marks.
 
     >>> printable("caf\udce9.xlsx")
     'caf?.xlsx'
@@ -191,5 +191,5 @@ def printable(name: str) -> str:
 
 
 def addressable(name: str) -> bool:
-    """Whether a name can stand in an address, which names of undecodable bytes cannot."""
+    """Return whether a name can be used in a URL, which names with undecodable bytes cannot."""
     return printable(name) == name

@@ -1,4 +1,4 @@
-"""One workbook that is open in the browser: who is at it, what the check says, and what everyone is told."""
+"""Session of an open workbook: its edits, its check and tests, its cell locks, and the notices to its pages."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from rrp_sheets.web.testing.tester import Tester
 
 
 class WorkbookSession(Broadcaster):
-    """One open workbook: its document and its check, and the pages that show it."""
+    """Session of one open workbook: its document, its check and tests, and the pages that show it."""
 
     def __init__(self, document: Document, worker: CheckWorker, tester: Tester) -> None:
         super().__init__()
@@ -47,7 +47,7 @@ class WorkbookSession(Broadcaster):
     # ---- what the workbook is like now
 
     def analysis(self) -> Analysis:
-        """What the newest check says; nothing before the first has ended, which begins now."""
+        """Return the newest analysis; an empty one until the first check, which this starts, has ended."""
         with self._lock:
             seen = self._look
         if not seen.checked:
@@ -55,7 +55,7 @@ class WorkbookSession(Broadcaster):
         return seen
 
     def maker(self, sheet: str) -> RowRenderer:
-        """What makes the rows of a sheet."""
+        """Return the renderer of a sheet's rows, updated with the newest check, locks and test results."""
         with self._lock:
             grid = self.document.grids[sheet]
             maker = self._makers.get(sheet)
@@ -69,14 +69,14 @@ class WorkbookSession(Broadcaster):
     def change(
         self, client: str, author: str, tag: str, make: Callable[[Document], Changed | None], request: str = ""
     ) -> dict[str, Any]:
-        """Make an edit, tell everyone, and answer its author.
+        """Make an edit, notify the other pages, and return the answer to its author.
 
         Args:
-            client: the author's page, which gets the answer and is not told.
-            author: who it is.
-            tag: what is told with the rows.
+            client: the author's page, which gets the answer and no event.
+            author: the author's name.
+            tag: text from the page that is sent along with the rows.
             make: makes the edit.
-            request: its id: an edit that is asked for again is made once; empty for one that never is.
+            request: its id: an edit that is requested again is made only once; empty for one that never is.
         """
         return self._answers.once(request, lambda: self._change(client, author, tag, make, request))
 
@@ -107,7 +107,7 @@ class WorkbookSession(Broadcaster):
         return {"rows": rows, **sheets}
 
     def _sheets_changed(self, change: SheetChange, author: str, client: str) -> dict[str, Any]:
-        """A sheet came, went, or has another name: all pages show other tabs then."""
+        """Notify the pages that a sheet was added, removed, renamed or moved, so that they update their tabs."""
         if change.was:
             with self._lock:
                 self.locks.rename(change.was, change.name)
@@ -146,14 +146,14 @@ class WorkbookSession(Broadcaster):
         return entry
 
     def _now(self, sheet: str) -> dict[str, Any]:
-        """What rows of a sheet that are made now are told with; under the lock."""
+        """Return the sheet and a new serial number, for an event with rows rendered now; call under the lock."""
         self._made += 1
         return {"sheet": sheet, "made": self._made}
 
     # ---- the check, behind everybody's back
 
     def check_soon(self, *, only_first: bool = False) -> None:
-        """Check again; edits that come meanwhile are taken together. `only_first`: if none is under way."""
+        """Schedule a check, which covers all edits until then; with `only_first`, unless one is under way."""
         with self._lock:
             if only_first and self._checker is not None and self._checker.is_alive():
                 return
@@ -188,7 +188,7 @@ class WorkbookSession(Broadcaster):
         self.tests.soon()
 
     def _tell_rows(self, sheet: str) -> None:
-        """Tell everyone which rows of a sheet look otherwise now."""
+        """Notify all pages of the rows of a sheet that look different now."""
         with self._lock:
             replaced = self.maker(sheet).changed()
             about = self._now(sheet)
@@ -201,20 +201,20 @@ class WorkbookSession(Broadcaster):
         self.tell("tested", {"news": news})
 
     def _checked(self) -> dict[str, Any]:
-        """What a page must know of the check besides the rows: whether the workbook can run."""
+        """Return the result of the check apart from the rows: the version and the number of errors."""
         return {"version": self.document.version, "errors": self.analysis().errors}
 
     # ---- people
 
     def join(self, client: str, name: str, *, knows: bool = True, had: str = "", person: str = "") -> EventStream:
-        """Somebody opens the page, or comes back to it.
+        """Open the event stream of a page that was loaded or has reconnected.
 
         Args:
-            client: tells this page from all others.
-            name: of who sits there.
-            knows: the page was made after the first check.
-            had: the number of what it was told last; what it has missed since then follows.
-            person: the key of the session.
+            client: the unique name of the page.
+            name: of its user.
+            knows: the page was rendered after the first check.
+            had: the number of the last event that it got; those missed since then follow.
+            person: the key of the login.
         """
         with self._lock:
             left = self.locks.again(client)
@@ -237,14 +237,14 @@ class WorkbookSession(Broadcaster):
         return listener
 
     def leave(self, listener: EventStream) -> list[Place]:
-        """The page was closed; the others see that the cells which it had taken are free."""
+        """End a page's event stream, release its cells and notify the other pages."""
         places = super().leave(listener)
         for place in places:
             self._tell_row(place, but=listener.client)
         return places
 
     def take(self, client: str, name: str, place: tuple[str, str, int]) -> str:
-        """Take a cell for editing; who has it already, or an empty text."""
+        """Lock a cell for editing; return the name of the holder if another page has it, else an empty text."""
         with self._lock:
             holder = self.locks.take(client, name, place)
         if holder:
@@ -253,7 +253,7 @@ class WorkbookSession(Broadcaster):
         return ""
 
     def release(self, client: str, place: tuple[str, str, int]) -> None:
-        """Give a cell free."""
+        """Release a cell, and notify the other pages."""
         with self._lock:
             self.locks.release(client, place)
         self._tell_row(place, but=client)
@@ -265,7 +265,7 @@ class WorkbookSession(Broadcaster):
             self.tell("grid", self._rows(Changed(sheet, touched=(row,))), but=but)
 
     def poll(self) -> None:
-        """Look whether another program has changed the file, and whether somebody has left a cell open for long."""
+        """Check whether another program has changed the file, and release cells that were locked too long ago."""
         with self._lock:
             expired = self.locks.expire()
         for place in expired:
@@ -286,11 +286,11 @@ class WorkbookSession(Broadcaster):
         self._tell_changes(changes)
 
     def _tell_outside(self) -> None:
-        """Tell everyone what another program has changed, when an edit has found that before `poll` did."""
+        """Notify all pages of changes by another program that an edit has found before `poll` did."""
         self._tell_changes(self.document.outside())
 
     def _tell_changes(self, changes: Sequence[Changed]) -> None:
-        """Tell everyone what another program has changed: the rows; pages whose sheet must be shown anew load again."""
+        """Notify all pages of changes by another program: send the rows, or make pages of reshaped sheets reload."""
         anew = dict.fromkeys(one.sheet for one in changes if one.change and one.change.what == "reshaped")
         for sheet in (*anew, *self.document.own) if changes else ():
             self.tell("reload", {"why": "The file was changed by another program.", "sheet": sheet})

@@ -1,1 +1,1 @@
-"""The run panel: a run that everyone at the workbook sees, and what they can do to it."""
+"""Run panel: a run that everyone with the workbook open sees, and the actions that users have on it."""

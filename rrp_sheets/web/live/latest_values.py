@@ -1,4 +1,4 @@
-"""The newest value of every row and stream; they are put into words only when they are told."""
+"""Newest value of every row and stream; values are formatted only when they are sent to pages."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Told = dict[str, Any]
 
 @dataclass(slots=True)
 class LatestValue:
-    """What came last, and how often something came."""
+    """Newest value of a row or a stream, how many came, and its last error."""
 
     value: Value = None
     unit: str = ""
@@ -30,7 +30,7 @@ class LatestValue:
 
 
 class LatestValues:
-    """The newest values.
+    """Newest values of the rows and streams of a run, and which of them have changed.
 
     Args:
         rows: the rows' ids by their refs.
@@ -46,7 +46,7 @@ class LatestValues:
         self._new_streams: set[str] = set()
 
     def value(self, us: int, known: StreamInfo, row: str, value: Value) -> None:
-        """A value on a stream, by a row or from a device."""
+        """Record a value on a stream, from a row or a device."""
         unit = self._units.get(row, "")
         stream = self._streams.setdefault(known.name, LatestValue(kind=known.kind))
         _put(stream, us, value, unit)
@@ -57,7 +57,7 @@ class LatestValues:
             self._new_rows.add(ident)
 
     def failed(self, us: int, row: str, message: str) -> None:
-        """A row could not give a value."""
+        """Record that a row failed to give a value."""
         ident = self._ids.get(row)
         if ident is not None:
             entry = self._rows.setdefault(ident, LatestValue())
@@ -65,30 +65,30 @@ class LatestValues:
             self._new_rows.add(ident)
 
     def renewed(self, us: int, row: str) -> None:
-        """A row's formula is another one from now on."""
+        """Record that a row has a new formula from now on."""
         ident = self._ids.get(row)
         if ident is not None:
             self._rows.setdefault(ident, LatestValue()).renewed_us = us
             self._new_rows.add(ident)
 
     def told(self, row: str, value: Value) -> str:
-        """A value of a row in words."""
+        """Format a value of a row, with its unit."""
         return told(value, self._units.get(row, ""))
 
     def count(self, stream: str) -> int:
-        """How many values a stream has had."""
+        """Return the number of values that a stream has had."""
         found = self._streams.get(stream)
         return found.count if found else 0
 
     def news(self) -> tuple[dict[str, Told], dict[str, Told]]:
-        """The rows and the streams that have something new."""
+        """Return the rows and the streams that have changed since the last call."""
         rows = {i: _row(self._rows[i]) for i in self._new_rows}
         streams = {n: _stream(self._streams[n]) for n in self._new_streams}
         self._new_rows, self._new_streams = set(), set()
         return rows, streams
 
     def all(self) -> tuple[dict[str, Told], dict[str, Told]]:
-        """All rows and all streams."""
+        """Return the newest values of all rows and all streams."""
         return {i: _row(e) for i, e in self._rows.items()}, {n: _stream(e) for n, e in self._streams.items()}
 
 

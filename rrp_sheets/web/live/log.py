@@ -1,4 +1,4 @@
-"""The run panel's log: what the robot was told and said, what failed, and what people did."""
+"""Log of the run panel: the robot's commands and speech, failures, and actions of users."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Line = dict[str, Any]
 
 
 class RunLog:
-    """Lines with a serial number each; the newest are kept.
+    """Log lines with a serial number each; the newest are kept.
 
     Args:
         rows: the ids of the rows by their refs.
@@ -43,7 +43,7 @@ class RunLog:
     def add(
         self, us: int, kind: str, text: str, *, row: str = "", by: str = "", stream: str = "", sound: str = ""
     ) -> None:
-        """Add a line."""
+        """Append a line; one for a user's action or the end also ends a drag."""
         if by or kind == "end":  # somebody does something else
             self._settle()
             self._drag.over()
@@ -53,12 +53,12 @@ class RunLog:
         self._lines.append(line)
 
     def command(self, us: int, row: str, stream: str, value: Value, text: str) -> None:
-        """A command for an actuator, when it is not the same stream of commands going on."""
+        """Log a command for an actuator, unless it continues a series of similar commands."""
         if self._commands.tell(us, row, value, stream):
             self.add(us, "command", "stops" if value is None else text, row=row, stream=stream)
 
     def trouble(self, us: int, kind: str, text: str, row: str, stream: str = "") -> None:
-        """Something that may come again with every value; told again only after a while."""
+        """Log a problem that may recur with every value; the same one is logged again only after a while."""
         key = (kind, row, text if not row else "")
         if us - self._troubles.get(key, -_AGAIN_US) >= _AGAIN_US:
             self._troubles[key] = us
@@ -67,14 +67,14 @@ class RunLog:
             self._troubles = {k: at for k, at in self._troubles.items() if us - at < _AGAIN_US}
 
     def again(self, us: int, what: str, kind: str, text: str, by: str) -> None:
-        """Something that is done in many small steps; only the first of them is told, until there was a pause."""
+        """Log the first of many small steps of an action; the next one only after a pause."""
         last = self._last.get(what, -QUIET_US)
         self._last[what] = us
         if us - last >= QUIET_US:
             self.add(us, kind, text, by=by)
 
     def put(self, us: int, thing: str, text: str, by: str) -> None:
-        """A thing is put somewhere; one that is dragged has one line, with the last place when it stands there."""
+        """Log that a thing was put somewhere; a drag has one line, with the last place when it has ended."""
         line = self._dragged
         if self._drag.goes_on(us / 1e6, thing, by) and line is not None:
             line["text"], line["t"], self._moved = dragged(thing, text)[:_LONGEST], us / 1e6, self._now()
@@ -84,7 +84,7 @@ class RunLog:
         self._drag.goes_on(us / 1e6, thing, by)
 
     def _settle(self) -> None:
-        """Tell the last place, instead of the line that was told before."""
+        """Replace the line of a drag, if it was sent already, by one with the last place."""
         line, moved = self._dragged, self._moved
         self._moved = None
         if line is None or moved is None or line["i"] > self._told or line not in self._lines:
@@ -95,7 +95,7 @@ class RunLog:
         self._lines.append(self._dragged)
 
     def news(self) -> list[Line]:
-        """The lines since the last time."""
+        """Return the lines added since the last call."""
         if self._moved is not None and self._now() - self._moved > _SETTLED:
             self._settle()
         fresh = [line for line in self._lines if line["i"] > self._told][-_MOST_NEW:]
@@ -103,5 +103,5 @@ class RunLog:
         return fresh
 
     def all(self) -> list[Line]:
-        """The lines that are kept and were told."""
+        """Return the kept lines that were sent already."""
         return [line for line in self._lines if line["i"] <= self._told]

@@ -1,4 +1,4 @@
-"""What pages ask of a run: start and stop it, act on it, see and hear it."""
+"""Routes of the run panel: start and stop a run, act on it, and get its camera pictures and sounds."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _SOUND = re.compile(r"(say|sound|person)-\d{3,6}\.wav")
 
 
 def make_live(repository: WorkbookRepository, open_workbooks: OpenWorkbooks, run_manager: RunManager) -> Blueprint:
-    """The routes of the run panel."""
+    """Make the blueprint with the routes of the run panel."""
     pages = Blueprint("live", __name__)
 
     _add_stop(pages, repository, run_manager)
@@ -43,7 +43,7 @@ def make_live(repository: WorkbookRepository, open_workbooks: OpenWorkbooks, run
 def _add_stop(pages: Blueprint, repository: WorkbookRepository, run_manager: RunManager) -> None:
     @pages.post("/book/<name>/run/stop")
     def stop(name: str) -> tuple[Response, int]:
-        """Stop the run, whose workbook it is does not matter; the workbook is not asked for, as that may take long."""
+        """Stop the run, of whichever workbook it is; the workbook is not opened, as that may take long."""
         if not repository.has(name):
             abort(404)
         by, session = _by(json_body()), run_manager.session
@@ -118,7 +118,7 @@ def _add_views(pages: Blueprint, run_manager: RunManager) -> None:
 
     @pages.get("/robot/face/<int:number>.png")
     def face(number: int) -> Response:
-        """A drawn face, for the heads of people in the 3D view."""
+        """Return a drawn face, for the heads of people in the 3D view."""
         picture = face_picture(number)
         if not picture:
             abort(404)
@@ -126,7 +126,7 @@ def _add_views(pages: Blueprint, run_manager: RunManager) -> None:
 
 
 def _by(sent: Asked) -> str:
-    """Who it is: with a password the name given then, else the one on the page."""
+    """Return the user's name: with a password the one given at login, else the one on the page."""
     return visitor().name or clean_name(text_of(sent, "name")) or SOMEBODY
 
 

@@ -1,4 +1,4 @@
-"""One robot, so one run at a time for all workbooks of the server."""
+"""Manager of the server's single run: there is one robot, so one run at a time for all workbooks."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ NONE: dict[str, Any] = {"phase": "none", "book": ""}
 
 
 class RobotBusy(SheetsError):
-    """Somebody else's run goes on; `book` is its workbook."""
+    """Error for a start while another run is going; `book` is its workbook."""
 
     def __init__(self, message: str, remedy: str, book: str) -> None:
         super().__init__(message, remedy)
@@ -25,10 +25,10 @@ class RobotBusy(SheetsError):
 
 
 class RunManager:
-    """The run that goes on, or the last one until somebody clears it away.
+    """Owner of the current run, or of the last one until it is cleared.
 
     Args:
-        open_workbooks: whose pages are told.
+        open_workbooks: whose pages are notified.
     """
 
     def __init__(self, open_workbooks: OpenWorkbooks) -> None:
@@ -49,10 +49,10 @@ class RunManager:
             raise SheetsError(f"{session.wish.by} is running {session.book}.", "Stop the run first.")
 
     def start(self, room: WorkbookSession, book: str, wish: RunOptions) -> RunSession:
-        """Start a run.
+        """Start a run of a workbook, and notify all pages.
 
         Raises:
-            Taken: when a run goes on.
+            RobotBusy: when a run is going.
             MissingPart: when the simulator is not installed here.
             SheetsError: when the workbook has errors.
         """
@@ -73,26 +73,26 @@ class RunManager:
         return session
 
     def now(self) -> dict[str, Any]:
-        """What every page of the server shows of a run that goes on."""
+        """Return the summary of the current run that every page of the server shows."""
         session = self.session
         return session.short() if session is not None and session.is_going else NONE
 
     def going(self) -> set[str]:
-        """The names of the folders of runs that go on."""
+        """Return the folder names of the runs that are going."""
         session = self.session
         return {session.folder} if session is not None and session.is_going and session.folder else set()
 
     def joints(self, room: WorkbookSession) -> Mapping[str, float]:
-        """The joints (rad) of the robot that runs a workbook now; none when none does."""
+        """Return the joints (rad) of the robot that runs a workbook now; empty when none does."""
         session = self.session
         return session.run_state.joints if session is not None and session.room is room and session.is_going else {}
 
     def writing(self) -> set[str]:
-        """The names of the folders of runs that are over, and whose table and pictures are still being written."""
+        """Return the folder names of the runs that are over and whose table and pictures are still being written."""
         return {s.folder for s in list(self._unwritten) if s.folder and not s.is_going and not s.written}
 
     def clear(self, room: WorkbookSession) -> None:
-        """Forget the last run of a workbook: its values leave the grid."""
+        """Forget the last run of a workbook, so that its values disappear from the grid."""
         with self._lock:
             session = self.session
             if session is None or session.room is not room or session.is_going:
@@ -102,7 +102,7 @@ class RunManager:
             each.tell("run", NONE)
 
     def forget(self, folders: Collection[str]) -> None:
-        """Runs were deleted: no page shows any more what the last of them did, nor who took part."""
+        """Clear the last run, if it is among the deleted ones, so that no page shows its data any more."""
         session = self.session
         if session is not None and session.folder in folders:
             self.clear(session.room)
@@ -138,7 +138,7 @@ class RunManager:
             session.follow_edits()
 
     def _edited(self, room: WorkbookSession) -> None:
-        """The first edit after a run brings the examples back."""
+        """Clear a run that is over at the first edit after it, which brings the examples back."""
         session = self.session
         if session is not None and session.room is room and not session.is_going:
             self.clear(room)

@@ -1,7 +1,7 @@
-"""Listens to a run and knows its newest values; what is new is told to all pages at once, as often as they can show it.
+"""State of a run for its pages: newest values, log, plots, and which row drives which part of the robot.
 
-The run's messages come on one thread, which never waits for a page. Only what is newest is kept, so that a flood of
-events costs a display no more than a trickle.
+Notices of the run arrive on one thread, which never waits for a page. Only the newest values are kept, so that many
+events cost the pages no more than a few.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ _HEARD = {"say": "speech", "sound": "sound", "person": "person"}  # what can be 
 
 
 class RunState(RunView):
-    """A run as its pages are told it.
+    """Observer of a run that keeps the state its pages show.
 
     Args:
         rows: the rows' ids by their refs, as they were when the run began.
         units: of what rows give, by their refs.
-        changed: called when the phase or something about the run has changed, on the run's thread.
+        changed: called with the name of the notice when the phase or a setting has changed, on the run's thread.
     """
 
     def __init__(self, rows: Mapping[str, str], units: Mapping[str, str], changed: Callable[[str], None]) -> None:
@@ -67,7 +67,7 @@ class RunState(RunView):
     # ---- what the run tells
 
     def started(self, start: RunStart) -> None:
-        """The run begins."""
+        """Take over the streams and behaviours of a run that begins."""
         with self._lock:
             self.start = start
             self._streams = known_streams(start)
@@ -76,7 +76,7 @@ class RunState(RunView):
         self._changed("started")
 
     def event(self, us: int, stream: str, row: str, value: Value) -> None:
-        """A value on a stream."""
+        """Record a value on a stream."""
         known = self._streams.get(stream)
         if known is None:
             return
@@ -95,13 +95,13 @@ class RunState(RunView):
                 self._new_fields.add(known.name)
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
-        """A formula failed."""
+        """Record that a formula failed."""
         with self._lock:
             self._newest.failed(us, row, failure.message)
             self.log.trouble(us, "error", failure.message, row)
 
     def happening(self, us: int, happening: Notice) -> None:
-        """The robot speaks, clamps a command, notes something."""
+        """Log a notice, such as speech, a clamped command or an error."""
         known = self._streams.get(happening.stream)
         name = known.name if known else ""
         with self._lock:
@@ -114,27 +114,27 @@ class RunState(RunView):
             self.log.trouble(us, happening.kind, happening.text, happening.row, name)
 
     def frame(self, us: int) -> None:
-        """A frame is over."""
+        """Note the time at which a frame ended."""
         self.us = us
 
     def paused(self, us: int, is_paused: bool) -> None:
-        """The run was paused, or goes on."""
+        """Note that the run was paused or resumed."""
         self.is_paused = is_paused
         self._changed("paused")
 
     def state(self, us: int, state: State) -> None:
-        """What the robot is like."""
+        """Record the state of the robot."""
         with self._lock:
             self._robot, self._new_robot = state, True
             self._drives.take(us, state.driving)
 
     def picture(self, us: int, jpeg: bytes) -> None:
-        """What the robot sees."""
+        """Keep the newest picture of the robot's camera."""
         self.jpeg, self._pictured = jpeg, time.monotonic()
         self.picture_number += 1
 
     def acted(self, us: int, act: OperatorAction) -> None:
-        """Somebody did something."""
+        """Record and log an action of a user or of a row."""
         kind = {"press": "button", "pause": "note", "resume": "note", "step": "note", "speed": "note"}
         with self._lock:
             if act.kind == "switch":
@@ -152,7 +152,7 @@ class RunState(RunView):
             self._changed(act.kind)
 
     def _edited(self, us: int, act: OperatorAction) -> None:
-        """Edited rows are used from now on; told at each of them, if anything that runs is another one."""
+        """Mark the edited rows that the run uses from now on, and log them if the edit changes the run."""
         rows = [str(row) for row in act.detail.get("rows", ())]
         for row in rows:
             self._newest.renewed(us, row)
@@ -162,13 +162,13 @@ class RunState(RunView):
             self.log.add(us, "edit", text, row=rows[0] if rows else "", by=act.by)
 
     def unused(self, why: str) -> None:
-        """Edited rows cannot be used."""
+        """Note why the run does not use the edited rows."""
         if why != self.refusal:
             self.refusal = why
             self._changed("unused")
 
     def refused(self, kind: str, message: str, remedy: str) -> None:
-        """Something could not be done."""
+        """Log an action that was refused."""
         text = _COMMAND.sub(r"Help: \1", f"{message} {remedy}".strip())
         with self._lock:
             if kind == "apply":
@@ -182,23 +182,23 @@ class RunState(RunView):
         self._changed("refused")
 
     def finishing(self) -> None:
-        """The robot is brought to rest."""
+        """Note that the robot is brought to rest."""
         self._changed("finishing")
 
     def rested(self, summary: Summary, broken: RunBroken | None) -> None:
-        """The robot is at rest: another run may begin while this one's files are written."""
+        """Keep the summary of the run; another run may begin while this one's files are written."""
         self.rest = summary, broken
         self._changed("rested")
 
     def ended(self, words: str) -> None:
-        """It is over."""
+        """Log the end of the run."""
         with self._lock:
             self.log.add(self.us, "end", words)
 
     # ---- what the pages are told
 
     def news(self) -> tuple[Told | None, list[Line]]:
-        """What is new since the last time, or None; and the new lines of the log."""
+        """Return the changes since the last call, or None if there are none, and the new lines of the log."""
         with self._lock:
             lines = self.log.news()
             told = self._told(full=False)
@@ -208,7 +208,7 @@ class RunState(RunView):
         return told, lines
 
     def all(self) -> tuple[Told, list[Line]]:
-        """Everything that was told so far, for a page that joins."""
+        """Return everything that was sent so far, for a page that joins."""
         with self._lock:
             return {"full": True, **self._told(full=True)}, self.log.all()
 
@@ -242,12 +242,12 @@ class RunState(RunView):
 
     @property
     def joints(self) -> Mapping[str, float]:
-        """The robot's joints as they were told last, rad."""
+        """Joint angles of the robot in its newest state, rad."""
         with self._lock:
             return {} if self._robot is None else dict(self._robot.joints)
 
     def button_counts(self) -> dict[str, int]:
-        """How often each operator button was pressed, by its stream's name."""
+        """Return the number of presses of each operator button, by its stream's name."""
         with self._lock:
             names = (
                 [self._streams[s].name if s in self._streams else s for s, _ in self.start.buttons]
@@ -263,7 +263,7 @@ _GAP_US = 700_000  # a row that drives again so soon has never stopped, for a re
 
 @dataclass(slots=True, eq=False)
 class Interval:
-    """A row has a resource from one time to another, or still."""
+    """Time in which a row drives a resource of the robot; `ended` is None while it goes on."""
 
     resource: str
     row: str
@@ -271,12 +271,12 @@ class Interval:
     ended: int | None = None
 
     def plain(self) -> list[object]:
-        """As it is told, in seconds."""
+        """Return the interval as a list, with times in seconds."""
         return [self.resource, self.row, self.began / 1e6, None if self.ended is None else self.ended / 1e6]
 
 
 class Drives:
-    """Stretches of driving, the newest kept."""
+    """Intervals in which rows drive resources of the robot; the newest are kept."""
 
     def __init__(self) -> None:
         self._kept: deque[Interval] = deque(maxlen=_KEPT_INTERVALS)
@@ -284,7 +284,7 @@ class Drives:
         self._new: list[Interval] = []
 
     def take(self, us: int, driving: Mapping[str, str]) -> None:
-        """What drives at a moment."""
+        """Update the intervals by the rows that drive resources at a moment."""
         for resource, last in self._last.items():
             if last.ended is None and driving.get(resource) != last.row:
                 last.ended = us
@@ -305,13 +305,13 @@ class Drives:
             self._new.append(stretch)
 
     def news(self) -> list[list[object]]:
-        """The stretches that began or ended since the last time."""
+        """Return the intervals that began or ended since the last call."""
         told = [s.plain() for s in self._new]
         self._new = []
         return told
 
     def all(self) -> list[list[object]]:
-        """The stretches that are kept."""
+        """Return the intervals that are kept."""
         return [s.plain() for s in self._kept]
 
 
@@ -323,14 +323,14 @@ Point = tuple[int, float]
 
 
 class Plots:
-    """The numbers of streams, by the stream's name or `name.field`."""
+    """Numeric values of streams for plots, by the stream's name or `name.field`."""
 
     def __init__(self) -> None:
         self._kept: dict[str, deque[Point]] = {}
         self._new: dict[str, list[Point]] = {}
 
     def take(self, us: int, name: str, value: Value, *, fields: bool) -> None:
-        """A value; of a record its numbers when `fields`."""
+        """Add a value; of a record its numeric fields, if `fields` is true."""
         if isinstance(value, Record):
             if fields:
                 for field, part in value.as_dict().items():
@@ -348,7 +348,7 @@ class Plots:
         self._new.setdefault(key, []).append((us, float(value)))
 
     def news(self) -> list[list[object]]:
-        """The points since the last time, thinned."""
+        """Return the points added since the last call, thinned."""
         told = []
         for key, points in self._new.items():
             thin = _thinned(points)
@@ -358,7 +358,7 @@ class Plots:
         return told
 
     def all(self, us: int) -> list[list[object]]:
-        """The points that were told so far, those of the last minute."""
+        """Return the points of the last minute that were sent already."""
         kept = ((k, [p for p in points if p[0] >= us - KEPT_US]) for k, points in self._kept.items())
         return [_plain(k, points) for k, points in kept if points]
 
@@ -368,7 +368,7 @@ def _plain(key: str, points: list[Point]) -> list[object]:
 
 
 def _thinned(points: list[Point]) -> list[Point]:
-    """At most four of the points: the first, the smallest, the largest and the last.
+    """Return at most four of the points: the first, the smallest, the largest and the last.
 
     >>> _thinned([(1, 5.0), (2, 9.0), (3, 1.0), (4, 2.0), (5, 3.0)])
     [(1, 5.0), (2, 9.0), (3, 1.0), (5, 3.0)]

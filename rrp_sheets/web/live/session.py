@@ -1,4 +1,4 @@
-"""One run with the people around it: started by somebody, seen by all, stopped by anyone."""
+"""One run with its users: its process, its phases, the notices to pages, and the wording of its end."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ Told = dict[str, Any]
 
 @dataclass(frozen=True)
 class RunOptions:
-    """How somebody wants to run.
+    """Options with which a user starts a run.
 
     Attributes:
-        seconds: None: until the scene is over; FOREVER: until somebody stops it.
+        seconds: the time limit; None: until the scene is over; FOREVER: until a user stops it.
         speed: 1 is real time, 0 as fast as it can.
     """
 
@@ -46,13 +46,13 @@ class RunOptions:
 
 
 class RunSession:
-    """A run that goes on, or the last one.
+    """Run of a workbook that is going or has ended, with its process.
 
     Args:
-        room: the workbook's.
-        book: its name.
-        wish: how to run.
-        tell: tells all pages of the server about a phase.
+        room: the session of the workbook.
+        book: the workbook's name.
+        wish: the options of the run.
+        tell: notifies all pages of the server of a phase.
 
     Raises:
         MissingPart: when the simulator is not installed here.
@@ -88,7 +88,7 @@ class RunSession:
         ))  # fmt: skip
 
     def begin(self, over: Callable[[RunSession], None]) -> None:
-        """Listen until it has ended; then `over` is called."""
+        """Start the threads that follow the run and notify the pages; `over` is called when it has ended."""
         what = "Started" if self.wish.mode == "simulated" else "Pilot rehearsal started"
         self.run_state.log.add(0, "start", what, by=self.wish.by)
         threading.Thread(target=self._listen, args=(over,), daemon=True).start()
@@ -110,7 +110,7 @@ class RunSession:
             self._end(words)
 
     def _end(self, words: Told) -> None:
-        """It is over: told when the robot is at rest, and once more when a file could not be made then."""
+        """Set the outcome when the robot is at rest; announce it again if it changes while the files are written."""
         with self._lock:
             was, self.ended, self.phase = self.ended, words, "ended"
         if was is None:
@@ -121,7 +121,7 @@ class RunSession:
             self._tell(self)
 
     def _changed(self, what: str) -> None:
-        """The run process has told something that changes more than values."""
+        """Handle a notice of the run process that changes more than values."""
         if what == "rested" and self.run_state.rest is not None:
             self._end(at_rest(*self.run_state.rest, self.stopped_by))
             return
@@ -143,7 +143,7 @@ class RunSession:
     # ---- telling
 
     def _keep_telling(self) -> None:
-        """Tell the room what is new, at most ten times a second; last of all what came at the end."""
+        """Send new values and log lines to the workbook's pages, at most ten times a second, until the run is over."""
         over = False
         while not over:
             over = self._over.wait(self._rest if self.room.listeners else 0.5)
@@ -162,24 +162,24 @@ class RunSession:
                 self.process.look(wanted)
 
     def eye(self) -> bytes:
-        """The newest picture of the camera; asking for it makes the run take pictures, at once."""
+        """Return the newest camera picture; asking for it makes the run take pictures for a while."""
         self._looked = time.monotonic()
         if self.run_state.start is not None:
             self._look()
         return self.run_state.jpeg
 
     def about(self) -> str:
-        """Everything so far, as it is sent to a page that joins."""
+        """Return the run's state and values so far as messages for a page that joins."""
         self._looked = time.monotonic()  # it asks for pictures when there are any
         return message("run", self.state()) + self._values(*self.run_state.all())
 
     def _values(self, live: Told | None, lines: list[Line]) -> str:
-        """Values and lines of the log as they are sent, with the run that they are of: another may have begun."""
+        """Format values and log lines as messages that name their run, as another may have begun."""
         text = message("live", {"run": self.id, **live}) if live else ""
         return text + (message("log", {"run": self.id, "lines": lines}) if lines else "")
 
     def state(self) -> Told:
-        """The run besides its values."""
+        """Return the state of the run apart from its values."""
         run_state, start, wish = self.run_state, self.run_state.start, self.wish
         with self._lock:
             told: Told = {
@@ -205,7 +205,7 @@ class RunSession:
         return told
 
     def short(self) -> Told:
-        """What other pages are told."""
+        """Return the summary of the run for the pages of other workbooks."""
         told = self.state()
         return {n: told[n] for n in ("phase", "id", "book", "by", "mode", "participant", "t", "since")}
 
@@ -213,11 +213,11 @@ class RunSession:
 
     @property
     def is_going(self) -> bool:
-        """Whether it has not ended yet."""
+        """True until the run has ended."""
         return self.phase in GOING
 
     def stop(self, by: str) -> None:
-        """Stop it; the first who asks is told as the one who did."""
+        """Stop the run; it is reported as stopped by the first user who asks."""
         with self._lock:
             if self.phase not in ("starting", "running", "paused"):
                 return
@@ -226,16 +226,16 @@ class RunSession:
         self._tell(self)
 
     def restart(self, by: str) -> None:
-        """Stop it, and start it again with the same settings."""
+        """Stop the run, and start it again with the same settings."""
         self.again_by = by
         self.stop(by)
 
     def again(self) -> RunOptions:
-        """The settings of the run that follows."""
+        """Return the settings of the run that follows a restart."""
         return replace(self.wish, by=self.again_by, speed=self.run_state.speed)
 
     def follow_edits(self) -> None:
-        """The workbook was checked after an edit: use it in the run, or say why not."""
+        """Apply the edited workbook to the run after a check, or report why it is not used."""
         document = self.room.document
         if self.phase not in ("running", "paused") or document.version == self._version:
             return
@@ -250,18 +250,18 @@ EndNotice = dict[str, Any]
 
 
 def lost() -> EndNotice:
-    """Nobody knows why."""
+    """Return the end notice of a run that was lost by a fault of the program."""
     return {"how": "broken", "words": "The run was lost by a fault of this program.", "broken": True,
             "remedy": "The terminal where the server runs tells more."}  # fmt: skip
 
 
 def failed(error: SheetsError) -> EndNotice:
-    """It could not begin, or left no record."""
+    """Return the end notice of a run that could not begin, or left no record."""
     return {"how": "broken", "words": error.message, "broken": True, "remedy": in_browser(error.remedy)}
 
 
 def in_words(ended: RunOutcome, by: str) -> EndNotice:
-    """Of a run that has come to its end; `by`: who stopped it, or an empty text."""
+    """Return the end notice of a run that has ended; `by` is who stopped it, or empty."""
     if ended.findings:
         count = sum(d.severity.value == "error" for d in ended.findings)
         text = f"It did not start: the workbook has {count} error{'' if count == 1 else 's'}."
@@ -273,7 +273,7 @@ def in_words(ended: RunOutcome, by: str) -> EndNotice:
 
 
 def at_rest(summary: Summary, broken: RunBroken | None, by: str) -> EndNotice:
-    """Of a run whose robot is at rest, and whose files are still being written.
+    """Return the end notice of a run whose robot is at rest while its files are still being written.
 
     >>> at_rest(Summary(simulated=9.13, ended="stopped"), None, "Aya")["words"]
     'Stopped by Aya at 0:09.1.'

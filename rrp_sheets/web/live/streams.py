@@ -1,4 +1,4 @@
-"""The streams of a run as its pages name them."""
+"""Names and kinds of a run's streams, as its pages show them."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from rrp_sheets.runs.view import RunStart
 
 @dataclass(frozen=True, slots=True)
 class StreamInfo:
-    """A stream: its name on the pages, and what it is (sensor, stream, actuator, done or anonymous)."""
+    """Name of a stream on the pages, and its kind (sensor, stream, actuator, done or anonymous)."""
 
     name: str
     kind: str
 
 
 def known_streams(start: RunStart) -> dict[str, StreamInfo]:
-    """The streams of a run by their ids.
+    """Return the streams of a run by their ids.
 
-    A stream of a sheet has its plain name, with the sheet's only when two sheets have one of that name.
+    The sheet's name is part of a stream's name only when two sheets have a stream of that name.
     """
     plain = Counter(label.partition("!")[2] or label for label in start.streams.values())
     known = {}

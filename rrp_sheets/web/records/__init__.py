@@ -1,1 +1,1 @@
-"""The screens of what was recorded and kept: runs, versions, comparisons, and the page that is printed."""
+"""Pages of recorded runs, kept versions, comparisons, and the printed protocol."""

@@ -1,4 +1,4 @@
-"""The packer's process: `python -m rrp_sheets.web.records.bundling_child LINK`, started by `bundling` only."""
+"""Worker process that packs bundles: `python -m rrp_sheets.web.records.bundling_child LINK`."""
 
 from __future__ import annotations
 

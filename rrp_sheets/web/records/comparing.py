@@ -1,4 +1,4 @@
-"""What can be compared, and the page that says how two workbooks differ.
+"""Comparison of two workbooks: the choice of them, the page, and the drawn changes.
 
 A workbook is named by a reference: `book/NAME` as it is now, `version/ID/NAME`, or `run/RUN` for what ran.
 """
@@ -42,7 +42,7 @@ def compare_page(
     refs: tuple[str, str],
     asked_book: str,
 ) -> ComparePage:
-    """The page; the comparison itself is made when both workbooks are named."""
+    """Build the page; the comparison itself is made when both workbooks are named."""
     first, second = refs
     names = [n for n in repository.workbooks() if addressable(n)]
     books = [b for b in dict.fromkeys(filter(None, (asked_book, *map(_book_of, refs)))) if b in names]
@@ -64,7 +64,7 @@ def choices(
     books: Sequence[str],
     refs: Sequence[str] = (),
 ) -> list[tuple[str, tuple[Choice, ...]]]:
-    """What can be chosen, in groups: all workbooks, the kept versions of some, and what ran of these or is named."""
+    """Return the choices, in groups: all workbooks, the kept versions of `books`, and workbooks as they ran."""
     names = [n for n in repository.workbooks() if addressable(n)]
     groups: list[tuple[str, tuple[Choice, ...]]] = [
         ("Workbooks as they are now", tuple(Choice(f"book/{n}", n) for n in names))
@@ -116,7 +116,7 @@ def drawn_changes(
     drawer: QueryWorker,
     refs: tuple[str, str],
 ) -> Markup:
-    """The changes drawn, which comes after the text of the page; why not, when they cannot be."""
+    """Return the changes as diagrams, for a separate request, or a message why they cannot be drawn."""
     with tempfile.TemporaryDirectory() as folder:
         try:
             paths = [
@@ -130,7 +130,7 @@ def drawn_changes(
 def path_of(
     repository: WorkbookRepository, open_workbooks: OpenWorkbooks, runs: RunStore, ref: str, folder: Path
 ) -> Path:
-    """The file that a reference names; a version is put into a folder.
+    """Return the path of the file that a reference names; a kept version is written into `folder`.
 
     Raises:
         SheetsError: there is no such file.

@@ -1,4 +1,4 @@
-"""Deleting runs in the browser: what would go and what would stay is shown, and a word is typed before it is done."""
+"""Deletion of runs: shows what would be deleted and what stays, asks for a typed confirmation, and deletes."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _MEGA = 1e6
 
 @dataclass(frozen=True, slots=True)
 class BelowLine:
-    """The runs of the same code in a folder below; `folder` its name as seen from here.
+    """Runs of the same participant in a subfolder; `folder` is its name relative to this folder.
 
     Attributes:
-        words: how many there are, and when they were.
+        words: their number, workbooks and dates.
         wiped: the remembered faces that would go with them.
-        ticked: whether they are to go too.
+        ticked: whether they are to be deleted too.
     """
 
     folder: str
@@ -39,19 +39,19 @@ class BelowLine:
 
 @dataclass(frozen=True, slots=True)
 class DeletePage:
-    """What would be deleted, or what was.
+    """Page of runs that would be deleted, or were.
 
     Attributes:
         participant: whose runs; blank when they were chosen one by one.
         word: what has to be typed to confirm.
         lines: the runs.
-        shown: what tells all the runs apart that the page shows, for the answer.
-        what: files, pictures, sounds, in words.
+        shown: identifiers of the runs that the page shows, to be sent back with the confirmation.
+        what: the number of files, pictures and sounds, in words.
         wiped: faces that are wiped.
         stays: what stays, in sentences.
         below: the runs of that participant in folders below.
         done: it was deleted.
-        notice: what is wrong, or what was done.
+        notice: an error, or the result.
     """
 
     template: ClassVar[str] = "rundelete.html"
@@ -69,7 +69,7 @@ class DeletePage:
 
 
 def add_deleting(pages: Blueprint, repository: WorkbookRepository, runs: RunStore, exporter: QueryWorker) -> None:
-    """The routes."""
+    """Add the routes that ask for a confirmation and delete runs."""
 
     @pages.get("/runs/delete", endpoint="delete")
     def ask() -> str:
@@ -98,7 +98,7 @@ def _asked_page(
     names: list[str],
     notice: str = "",
 ) -> DeletePage:
-    """What would go and what would stay; raises SheetsError when there is nothing like that, or a run goes on."""
+    """Build the confirmation page; raises SheetsError when there are no such runs, or one is going."""
     told = exporter.ask("This folder", "plan", str(runs.folder), participant, names, _busy(runs))
     return _page(repository, participant, told, runs, notice, failed=bool(notice))
 
@@ -106,7 +106,7 @@ def _asked_page(
 def _deleted_page(
     runs: RunStore, repository: WorkbookRepository, exporter: QueryWorker, participant: str, names: list[str]
 ) -> DeletePage:
-    """Delete, when what has to be typed was typed, and nothing has changed since the page was shown."""
+    """Delete the runs, if the confirmation was typed and nothing has changed since the page was shown."""
     typed, expected = request.form.get("typed", "").strip(), request.form.getlist("shown")
     below = request.form.getlist("below")
     if typed != (participant or "delete"):

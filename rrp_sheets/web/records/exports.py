@@ -1,4 +1,4 @@
-"""What can be done with recorded runs in the browser: export them, compare two; `deleting` has the rest."""
+"""Exports of recorded runs (plots, marble diagrams, tables), and the comparison of two runs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _TABLES = {
 
 @dataclass(frozen=True, slots=True)
 class Beside:
-    """A fact of two runs; `same` when it is the same in both."""
+    """Property of two runs; `same` when it is the same in both."""
 
     name: str
     values: tuple[str, str]
@@ -41,7 +41,7 @@ class Beside:
 
 @dataclass(frozen=True, slots=True)
 class StreamPair:
-    """A stream in two runs: how many values, and when the first one came, in words; each with whether it differs."""
+    """Stream in two runs: the number of values and the time of the first in words, each with whether it differs."""
 
     name: str
     kind: str
@@ -50,12 +50,12 @@ class StreamPair:
 
 @dataclass(frozen=True, slots=True)
 class PairPage:
-    """Two runs side by side.
+    """Comparison of two runs side by side.
 
     Attributes:
         lines: the two, as lists show them.
-        same_book: whether the same workbook ran, to the last bit.
-        drawing: their numbers over one another, of our own making.
+        same_book: whether the same workbook ran, by its SHA-256.
+        drawing: the plots of both runs in one picture, as trusted SVG.
         trouble: why there is nothing to show.
     """
 
@@ -69,7 +69,7 @@ class PairPage:
 
 
 def add_keeping(pages: Blueprint, repository: WorkbookRepository, runs: RunStore, exporter: QueryWorker) -> None:
-    """The routes."""
+    """Add the routes for exports, for the comparison of two runs, and for deleting."""
     _add_exports(pages, runs, exporter)
 
     @pages.get("/runs/pair", endpoint="pair")
@@ -106,13 +106,13 @@ def _add_exports(pages: Blueprint, runs: RunStore, exporter: QueryWorker) -> Non
 
 
 def _made(exporter: QueryWorker, places: Sequence[Path], suffix: str, name: str, *, take: bool) -> Response:
-    """An export that is made for this answer."""
+    """Create an export, and send it."""
     asked = [str(place) for place in places]
     return _answered(suffix, name, take, lambda to: exporter.ask(places[0].name, "export", asked, str(to)))
 
 
 def _answered(suffix: str, name: str, take: bool, make: Callable[[Path], object]) -> Response:
-    """A file that is made for this answer, by a process that is told where."""
+    """Send a temporary file that `make` writes to the path it is given."""
     file = made(f"made{suffix}", make)
     kind = {**_PICTURES, **_TABLES}[suffix]
     return send_file(file, mimetype=kind, as_attachment=take, download_name=f"{name}{suffix}")
@@ -122,7 +122,7 @@ def _answered(suffix: str, name: str, take: bool, make: Callable[[Path], object]
 
 
 def pair_page(runs: RunStore, repository: WorkbookRepository, exporter: QueryWorker, chosen: Sequence[str]) -> PairPage:
-    """Two runs side by side.
+    """Compare two runs.
 
     Raises:
         SheetsError: they are not two, or there is no such run.

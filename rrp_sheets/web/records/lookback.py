@@ -1,4 +1,4 @@
-"""Looking back at a recorded run: its page, and the parts that the page asks for one after the other."""
+"""Looking back at a recorded run: its page, and the parts that the page requests one after the other."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from rrp_sheets.web.workbook_repository import WorkbookRepository
 
 @dataclass(frozen=True, slots=True)
 class Name:
-    """A stream as a row names it; `kind` is sensor, stream, actuator, done, or empty."""
+    """Stream as a row names it; `kind` is sensor, stream, actuator, done, or empty."""
 
     text: str
     kind: str
@@ -31,7 +31,7 @@ class Name:
 
 @dataclass(frozen=True, slots=True)
 class RanRow:
-    """A row of what ran; `ident` is its id on the page."""
+    """Row of the workbook that ran; `ident` is its id on the page."""
 
     ident: str
     number: int
@@ -46,7 +46,7 @@ class RanRow:
 
 @dataclass(frozen=True, slots=True)
 class RanSheet:
-    """A behaviour that ran; `number` is its place, `left_out` how many of its rows are not shown."""
+    """Behaviour that ran; `number` is its place, `left_out` how many of its rows are not shown."""
 
     number: int
     name: str
@@ -56,11 +56,11 @@ class RanSheet:
 
 @dataclass(frozen=True, slots=True)
 class LookbackPage:
-    """A run to be looked back at.
+    """Page for looking back at a run.
 
     Attributes:
         line: as in the list.
-        trouble: why there is nothing to be seen; `why` why the rows are missing.
+        trouble: why the run cannot be shown; `why` why the rows are missing.
         ids: the rows' ids by their refs, as JSON.
     """
 
@@ -75,7 +75,7 @@ class LookbackPage:
 
 @dataclass(frozen=True, slots=True)
 class DrawnSheet:
-    """The diagram of a behaviour, a piece of the page; `why` says why there is none."""
+    """Diagram of a behaviour, a fragment of the page; `why` says why there is none."""
 
     template: ClassVar[str] = "lookback_diagram.html"
     drawing: Markup
@@ -83,7 +83,7 @@ class DrawnSheet:
 
 
 def add_lookback(pages: Blueprint, repository: WorkbookRepository, runs: RunStore) -> None:
-    """The addresses. A query worker of its own answers: who moves the slider waits for nobody else's drawings."""
+    """Add the routes; they have a query worker of their own, so that the slider does not wait for other drawings."""
     queries = QueryWorker()
 
     def have(run: str) -> str:
@@ -129,7 +129,7 @@ def _json(queries: QueryWorker, runs: RunStore, run: str, what: str, number: int
 
 
 def lookback_page(runs: RunStore, repository: WorkbookRepository, queries: QueryWorker, run: str) -> LookbackPage:
-    """The page of a run; raises SheetsError when there is none of that name."""
+    """Build the page of a run; raises SheetsError when there is none of that name."""
     facts = runs.facts([run])[0]
     told: Mapping[str, Any] = {"sheets": [], "why": ""}
     trouble = "" if facts.readable else f"{facts.why} {facts.remedy}"

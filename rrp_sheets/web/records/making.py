@@ -1,4 +1,4 @@
-"""A file that is made for one answer, in the folder for temporary files."""
+"""Temporary files that are created for one response."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from rrp_sheets.errors import SheetsError
 
 
 def made(name: str, make: Callable[[Path], object]) -> BinaryIO:
-    """A file that is written where `make` is told, open; it is gone when it is closed.
+    """Have `make` write a file, and return it open; it is deleted when it is closed.
 
     Raises:
-        SheetsError: what `make` says; when nothing can be written there, where that is.
+        SheetsError: the error of `make`; if the temporary folder cannot be written, the message names it.
     """
     with tempfile.TemporaryDirectory(prefix="rrp-sheets-") as folder:
         target = Path(folder) / name

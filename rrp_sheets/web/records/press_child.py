@@ -1,6 +1,6 @@
-"""The printer's process: `python -m rrp_sheets.web.records.press_child LINK`, started by `protocol_printer` only.
+"""Worker process that prints: `python -m rrp_sheets.web.records.press_child LINK`, started by `protocol_printer`.
 
-It puts the printed protocol of a workbook together and sets it. The workbook's tests run here, with a memory limit.
+It assembles and typesets the protocol of a workbook. The workbook's tests run here, with a memory limit.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Choice = tuple[str, str, str, str]
 
 @lru_cache(maxsize=2)
 def _gathered(path: str, digest: str, against: str, language: str) -> Gathered:
-    """The page and its PDF are asked for one after the other; the digests make sure that it is the same."""
+    """Gather the protocol's content; cached by the digests, as the page and its PDF are requested in turn."""
     other = Path(against) if against else None
     try:
         return gather(Path(path), against=other, language=language)
@@ -30,7 +30,7 @@ def _gathered(path: str, digest: str, against: str, language: str) -> Gathered:
 
 
 def _data(path: str, digest: str, against: str, language: str, target: str) -> None:
-    """Write everything in the protocol, and its diagrams, as JSON."""
+    """Write the protocol, its diagrams and the legend as JSON."""
     found = _gathered(path, digest, against, language)
     legend, _, _ = draw_legend(found.pack.language)
     everything: dict[str, Any] = {"pack": asdict(found.pack), "pictures": found.pictures, "legend": legend}
@@ -38,7 +38,7 @@ def _data(path: str, digest: str, against: str, language: str, target: str) -> N
 
 
 def _pdf(path: str, digest: str, against: str, language: str, paper: str, target: str) -> list[str]:
-    """Write the PDF; what it lacks, in words."""
+    """Write the PDF; return notes on what it lacks."""
     found = _gathered(path, digest, against, language)
     data, notes = set_pack(found.pack, found.pictures, "letter" if paper == "letter" else "a4")
     Path(target).write_bytes(data)

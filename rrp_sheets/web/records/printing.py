@@ -1,4 +1,4 @@
-"""A workbook on paper: the protocol for an ethics board, as a page and as a PDF that say the same."""
+"""Printing of workbooks: the protocol for an ethics board, as a page and as a PDF with the same content."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _NOTHING = "none"  # chosen by hand, where an approved version would be proposed
 
 @dataclass(frozen=True)
 class Printer:
-    """What the pages of a folder's workbooks print with."""
+    """Builder of the printed pages for the workbooks of a folder."""
 
     repository: WorkbookRepository
     open_workbooks: OpenWorkbooks
@@ -41,7 +41,7 @@ class Printer:
     printer: ProtocolPrinter
 
     def page(self, name: str, asked: Mapping[str, str]) -> PrintPage:
-        """The page, which asks for the protocol itself when it is shown."""
+        """Build the page with the options; it requests the protocol itself when it is shown."""
         book = self.repository.open(name)
         kept = self.open_workbooks.room(self.repository.path(name)).document.versions()
         against = asked.get("against", "") or _approved(name, kept)
@@ -57,7 +57,7 @@ class Printer:
         )  # fmt: skip
 
     def part(self, name: str, asked: Mapping[str, str]) -> ProtocolPart:
-        """The protocol as a piece of the page, or why there is none."""
+        """Build the protocol as a fragment of the page, or with the reason why there is none."""
         try:
             proof = self.printer.proof(self._wanted(name, asked))
         except SheetsError as error:
@@ -68,7 +68,7 @@ class Printer:
         return ProtocolPart(proof.pack, mine, drawn, Markup(proof.legend), "", pieces)
 
     def pdf(self, name: str, asked: Mapping[str, str]) -> tuple[bytes, list[str]]:
-        """The PDF, and what it lacks.
+        """Return the PDF, and notes on what it lacks.
 
         Raises:
             SheetsError: it cannot be made.
@@ -85,7 +85,7 @@ class Printer:
         return Wanted(self.repository.path(name).absolute(), book.reading.digest, other, digest, language)
 
     def _other(self, ref: str) -> tuple[Path, str]:
-        """The file of what is compared with, and its SHA-256."""
+        """Return the file of the workbook to compare with, and its SHA-256."""
         with tempfile.TemporaryDirectory() as folder:
             path = path_of(self.repository, self.open_workbooks, self.runs, ref, Path(folder) / "version")
             content = b"" if path.is_dir() else path.read_bytes()
@@ -95,7 +95,7 @@ class Printer:
 
 
 def add_paper(pages: Blueprint, repository: WorkbookRepository, open_workbooks: OpenWorkbooks, runs: RunStore) -> None:
-    """The addresses of the printed page and its PDF."""
+    """Add the routes of the printed page and its PDF."""
     printer = Printer(repository, open_workbooks, runs, ProtocolPrinter())
 
     def have(name: str) -> str:
@@ -134,7 +134,7 @@ def add_paper(pages: Blueprint, repository: WorkbookRepository, open_workbooks: 
 
 
 def _approved(name: str, kept: Iterable[Version]) -> str:
-    """The newest kept version whose name says that it was approved, as a reference; empty when there is none."""
+    """Return the reference of the newest kept version whose name says that it was approved; empty if there is none."""
     return next((f"version/{v.id}/{name}" for v in kept if _APPROVED.search(v.name)), "")
 
 
@@ -143,13 +143,13 @@ def _one_of(text: str, known: Iterable[str]) -> str:
 
 
 def today() -> str:
-    """The date and time, for people."""
+    """Format the current date and time."""
     now = datetime.now()
     return f"{now.day} {now:%B %Y, %H:%M}"
 
 
 def paper_style(name: str, digest: str, when: str) -> str:
-    r"""What stands in the foot of every sheet of paper: a style of its own, since a page may hold none.
+    r"""Return the style sheet for the footer of printed pages; inline styles are forbidden.
 
     >>> print(paper_style("a.xlsx", "0123456789abcdef" * 4, "1 May 2026, 10:00").splitlines()[2].strip())
     @bottom-left { content: "a\2e xlsx   SHA-256 0123 4567 89ab cdef …   1 May 2026\2c  10\3a 00"; }
@@ -169,5 +169,5 @@ def _pieces(digits: str) -> Iterable[str]:
 
 
 def _css(text: str) -> str:
-    """A text inside a string of CSS: everything but letters and digits is escaped."""
+    """Escape a text for a string in CSS: everything but letters and digits."""
     return re.sub(r"[^\w ]", lambda m: f"\\{ord(m[0]):x} ", " ".join(text.split())[:120])

@@ -1,6 +1,6 @@
-"""Puts printed protocols together and sets them, in a process of its own; what it has made is kept.
+"""Client of the printing process, which assembles and typesets protocols; the results are cached.
 
-A workbook may come from a stranger, and its tests evaluate formulas: the server only reads what that process writes.
+A workbook may be untrusted, and its tests evaluate formulas: the server only reads what that process writes.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ _MOST_BYTES = 60_000_000
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is to be printed.
+    """Parameters of a protocol to be printed.
 
     Attributes:
         path: of the workbook; `digest` is its SHA-256, `against_digest` that of the one it is compared with.
         against: the other workbook; None for no comparison.
         language: its code; empty for the Protocol's.
-        day: that is printed.
+        day: the date that is printed.
     """
 
     path: Path
@@ -48,19 +48,19 @@ class Wanted:
 
     @property
     def name(self) -> tuple[str, ...]:
-        """By which it is kept."""
+        """Key of the protocol in the cache."""
         return (str(self.path), self.digest, self.against_digest, self.language, self.day)
 
     @property
     def request(self) -> tuple[str, ...]:
-        """As the process is asked for it."""
+        """Arguments of the request to the printing process."""
         other = str(self.against) if self.against else ""
         return (str(self.path), f"{self.digest} {self.against_digest} {self.day}", other, self.language)
 
 
 @dataclass(frozen=True)
 class ProtocolPreview:
-    """A protocol to be shown: everything in it, its diagrams by the names under which it asks for them, the legend."""
+    """Protocol to be shown as a page: its content, its diagrams by name, and the legend."""
 
     pack: Pack
     pictures: dict[str, str]
@@ -68,7 +68,7 @@ class ProtocolPreview:
 
 
 class ProtocolPrinter(QueryWorker):
-    """Makes printed protocols; from any thread, one at a time."""
+    """Query worker that prints protocols; usable from any thread, one request at a time."""
 
     def __init__(self) -> None:
         super().__init__(_WITHIN, "rrp_sheets.web.records.press_child")
@@ -77,7 +77,7 @@ class ProtocolPrinter(QueryWorker):
         self._made: OrderedDict[tuple[str, ...], Any] = OrderedDict()
 
     def held(self, content: bytes, name: str) -> Path:
-        """A file with this content for as long as the server runs: a kept version has none of its own."""
+        """Write a file with this content that lives as long as the server, for a kept version."""
         with self._keeping:
             if self._folder is None:
                 self._folder = tempfile.TemporaryDirectory(prefix="rrp-sheets-")
@@ -88,7 +88,7 @@ class ProtocolPrinter(QueryWorker):
             return path
 
     def proof(self, wanted: Wanted) -> ProtocolPreview:
-        """The protocol as data.
+        """Return the protocol as data.
 
         Raises:
             SheetsError: it cannot be made, or not in time.
@@ -96,7 +96,7 @@ class ProtocolPrinter(QueryWorker):
         return self._kept(("proof", *wanted.name), lambda: self._proof(wanted))
 
     def pdf(self, wanted: Wanted, paper: str) -> tuple[bytes, list[str]]:
-        """The PDF's bytes on that paper (`a4` or `letter`), and what it lacks, in words.
+        """Return the PDF for a paper size (`a4` or `letter`), and notes on what it lacks.
 
         Raises:
             SheetsError: it cannot be made, or not in time.
@@ -139,7 +139,7 @@ Rebuilt = TypeVar("Rebuilt")
 
 
 def rebuilt(kind: type[Rebuilt], data: Mapping[str, Any]) -> Rebuilt:
-    """An object of a dataclass whose fields are texts, numbers, tuples, dicts and such dataclasses.
+    """Rebuild a dataclass object from JSON; its fields are texts, numbers, tuples, dicts and such dataclasses.
 
     >>> from rrp_sheets.render.pack.model import Ref
     >>> rebuilt(Ref, {"behaviour": "Greet", "rows": [2, 3]})

@@ -1,4 +1,4 @@
-"""What the templates of the recorded and the kept get, field by field."""
+"""Data of the pages of runs, kept versions, comparisons and the printed protocol, for their templates."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from rrp_sheets.web.pages import TextPiece
 
 @dataclass(frozen=True, slots=True)
 class RunLine:
-    """A run in a list.
+    """Run in a list.
 
     Attributes:
         run: the name of its folder; `opens` whether it can be opened.
         who: participant and condition.
         mode: simulated, pilot, real; empty when unknown.
-        state: `good`, `stopped`, `broken`, `going`, `unreadable`: the sign that is shown.
+        state: `good`, `stopped`, `broken`, `going`, `unreadable`: the icon that is shown.
         ended: how it ended, in words.
         why: what is wrong, or why it broke off, and what can be done.
         book: the workbook's file, when it is in the folder.
@@ -44,14 +44,14 @@ class RunLine:
 
 @dataclass(frozen=True, slots=True)
 class RunsPage:
-    """The recorded runs of the folder.
+    """List of the recorded runs of the folder.
 
     Attributes:
         book: only those of this workbook.
         words: only those with these words.
         books: the workbooks that have runs.
-        total: how many runs there are; `older` the number to go on from, 0 when these are the last ones.
-        found: how many of them are like that; `lines_from` the number of the first that is shown.
+        total: how many runs there are; `older` the offset of the next page, 0 on the last one.
+        found: how many of them match; `lines_from` the number of the first that is shown.
         participant: only those of this one; `participants` all codes that there are.
     """
 
@@ -71,7 +71,7 @@ class RunsPage:
 
 @dataclass(frozen=True, slots=True)
 class RecordDetail:
-    """Something that the record says of its run."""
+    """Property of a run, from its record."""
 
     name: str
     value: str
@@ -80,7 +80,7 @@ class RecordDetail:
 
 @dataclass(frozen=True, slots=True)
 class Download:
-    """A file of the run's folder, or one that is made of it."""
+    """File of the run's folder that can be downloaded."""
 
     address: str
     name: str
@@ -90,7 +90,7 @@ class Download:
 
 @dataclass(frozen=True, slots=True)
 class LogLine:
-    """Something that happened; `at` is in seconds, `when` in words."""
+    """Entry of a run's log; `at` is in seconds, `when` in words."""
 
     at: float
     when: str
@@ -105,7 +105,7 @@ class LogLine:
 
 @dataclass(frozen=True, slots=True)
 class EditedRow:
-    """A row that was changed during the run: when last, and the number of its line in the log, 0 when that has none."""
+    """Row that was changed during the run: the time of the last change, and its line in the log or 0."""
 
     row: str
     when: str
@@ -114,20 +114,20 @@ class EditedRow:
 
 @dataclass(frozen=True, slots=True)
 class RecordPage:
-    """One run.
+    """Page of one recorded run.
 
     Attributes:
         line: as in the list.
         others: further runs of the same workbook.
-        same: the workbook of the folder is the one that ran: `same`, `changed`, `gone`, `unknown`.
-        pictures: the names of the pictures that there are.
+        same: whether the workbook in the folder is the one that ran: `same`, `changed`, `gone`, `unknown`.
+        pictures: the names of the existing pictures.
         edits: the first rows that were changed, `more_edits` the number of the others.
         trouble: why the events cannot be read.
         writing: its last files are still being written.
-        events: how many there are.
+        events: the number of events.
         window: the seconds that the marbles show at first.
         participant: the code.
-        reading: how large the record is, when it is still to be read; empty when what is in it is shown.
+        reading: the size of the record, when it is still to be read; empty when its content is shown.
     """
 
     template: ClassVar[str] = "record.html"
@@ -155,13 +155,13 @@ class RecordPage:
 
 @dataclass(frozen=True, slots=True)
 class MarblesPage:
-    """The marble diagrams of a run, a piece of its page.
+    """Marble diagrams of a run, a fragment of its page.
 
     Attributes:
-        rows: number, what it does, whether it is shown.
+        rows: number, connector and formula, whether it is shown.
         first, last: seconds, as they were asked for.
         spread: whether a busy time is drawn in several strips.
-        pictures: SVG of our own making.
+        pictures: the diagrams as trusted SVG.
     """
 
     template: ClassVar[str] = "marbles.html"
@@ -180,13 +180,13 @@ class MarblesPage:
 
     @property
     def ticked(self) -> list[int]:
-        """The rows that were asked for; none for all."""
+        """Numbers of the rows that were asked for; empty for all."""
         return [] if self.all_rows else [number for number, _, shown in self.rows if shown]
 
 
 @dataclass(frozen=True, slots=True)
 class VersionLine:
-    """A kept version; `now` when the workbook is the same now."""
+    """Kept version; `now` when the workbook is the same now."""
 
     id: int
     name: str
@@ -197,7 +197,7 @@ class VersionLine:
 
 @dataclass(frozen=True, slots=True)
 class VersionsPage:
-    """The kept versions of a workbook."""
+    """List of the kept versions of a workbook."""
 
     template: ClassVar[str] = "versions.html"
     name: str
@@ -209,7 +209,7 @@ class VersionsPage:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """Something that can be compared."""
+    """Workbook that can be compared, by its reference."""
 
     ref: str
     words: str
@@ -217,12 +217,12 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class ComparePage:
-    """Two workbooks side by side.
+    """Comparison of two workbooks side by side.
 
     Attributes:
-        groups: what can be chosen, under headings.
+        groups: the choices, under headings.
         book: the workbook that the page belongs to, or empty.
-        result: the comparison, of our own making.
+        result: the comparison, as trusted HTML.
         trouble: why there is none.
     """
 
@@ -237,7 +237,7 @@ class ComparePage:
 
 @dataclass(frozen=True, slots=True)
 class PrintPage:
-    """A workbook on paper: what can be chosen; the protocol itself follows.
+    """Page for printing a workbook: the options; the protocol itself is requested separately.
 
     Attributes:
         own: the language that the Protocol sheet says.
@@ -261,12 +261,12 @@ class PrintPage:
 
 @dataclass(frozen=True, slots=True)
 class ProtocolPart:
-    """The protocol on the page; `trouble` says why there is none.
+    """Protocol on the page; `trouble` says why there is none.
 
     Attributes:
-        t: the words of its language.
+        t: the texts in its language.
         pictures: the diagrams, by the names under which the pack has them.
-        pieces: cuts a sentence at its formulas.
+        pieces: splits a sentence at its formulas.
     """
 
     template: ClassVar[str] = "protocol.html"

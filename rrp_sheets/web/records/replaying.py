@@ -1,4 +1,4 @@
-"""A recorded run done again: the page that says whether it comes out the same, and what another workbook would do."""
+"""Replay of a recorded run with its own or another workbook: the page, the result, and the replay jobs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _LONGEST_REF = 400
 
 @dataclass(frozen=True, slots=True)
 class ReplayedRow:
-    """A row that is different; `address` is that of the row in the grid, empty when it is not there."""
+    """Row that behaves differently; `address` is its link in the grid, empty when it is not there."""
 
     whose: str
     text: str
@@ -41,7 +41,7 @@ class ReplayedRow:
 
 @dataclass(frozen=True, slots=True)
 class TimeLine:
-    """Something that is different at a time; `address` looks back at that moment."""
+    """Difference at a point in time; `address` looks back at that moment."""
 
     when: str
     text: str
@@ -50,7 +50,7 @@ class TimeLine:
 
 @dataclass(frozen=True, slots=True)
 class ReplayPage:
-    """A run to be replayed.
+    """Page for replaying a run.
 
     Attributes:
         line: as in the list.
@@ -68,11 +68,11 @@ class ReplayPage:
 
 @dataclass(frozen=True, slots=True)
 class ReplayResult:
-    """What came of a replay, a piece of its page.
+    """Result of a replay, a fragment of its page.
 
     Attributes:
-        going: it is not over; the piece asks for itself again.
-        part: how far it is, in percent.
+        going: it is not over; the fragment requests itself again.
+        part: the progress, in percent.
         state: `same`, `different`, or empty when there is `trouble`.
     """
 
@@ -96,7 +96,7 @@ class ReplayResult:
 
 
 def add_replay(pages: Blueprint, repository: WorkbookRepository, open_workbooks: OpenWorkbooks, runs: RunStore) -> None:
-    """The addresses."""
+    """Add the routes of the page and of the result."""
     replays = Replays()
 
     def asked(run: str) -> str:
@@ -118,7 +118,7 @@ def add_replay(pages: Blueprint, repository: WorkbookRepository, open_workbooks:
 def replay_page(
     repository: WorkbookRepository, open_workbooks: OpenWorkbooks, runs: RunStore, run: str, ref: str
 ) -> ReplayPage:
-    """The page; the replay itself is asked for by it."""
+    """Build the page, which requests the replay itself."""
     facts = runs.facts([run])[0]
     names = [n for n in repository.workbooks() if addressable(n)]
     line = line_of(facts, names)
@@ -144,7 +144,7 @@ def replay_page(
 def replay_result(
     repository: WorkbookRepository, open_workbooks: OpenWorkbooks, runs: RunStore, replays: Replays, run: str, ref: str
 ) -> ReplayResult:
-    """What came of it, or how far it is."""
+    """Return the result of a replay, or its progress; the first request starts it."""
     place = runs.place(run)
     named: dict[str, Any] = {"with": ref} if ref else {}
     address = url_for("records.replayed", run=run, **named)
@@ -168,10 +168,10 @@ def replay_result(
 
 
 def _stamp(place: Path, repository: WorkbookRepository, ref: str) -> tuple[float, ...]:
-    """What changes when the record or the workbook does.
+    """Return times and sizes of the record's and the workbook's files, which change when these do.
 
     Raises:
-        SheetsError: when something of it is not there.
+        SheetsError: when a file is a link, or the workbook is not in the folder.
     """
     kind, _, name = ref.partition("/")
     paths = [place / TRACE, place / WORKBOOK]
@@ -213,7 +213,7 @@ def _told(
 
 
 class _Grids:
-    """Where rows stand in the grid, when their workbook is in the folder as it was replayed."""
+    """Grids of the replayed workbook, if it is in the folder unchanged, to link rows to."""
 
     def __init__(
         self, repository: WorkbookRepository, open_workbooks: OpenWorkbooks, runs: RunStore, run: str, ref: str
@@ -228,7 +228,7 @@ class _Grids:
         self._grids = open_workbooks.room(repository.path(self._book)).document.grids if self._book else {}
 
     def address(self, row: str) -> str:
-        """The address of a row (`Tracking!5`); empty when there is none."""
+        """Return the link to a row (`Tracking!5`) in the grid; empty when it is not there."""
         sheet, _, number = row.rpartition("!")
         grid = self._grids.get(sheet)
         place = int(number) - grid.first if grid is not None and number.isdecimal() else -1
@@ -245,13 +245,13 @@ _Other = Callable[[ExitStack], "Path | None"]
 
 @dataclass
 class ReplayJob:
-    """A replay that goes on, or is over.
+    """Replay that is going on, or is over.
 
     Attributes:
-        part: how far it is, from 0 to 1.
-        account: what was found, when it is over.
+        part: the progress, from 0 to 1.
+        account: the result, when it is over.
         trouble: why there is no account, in words.
-        asked: when a page has last asked for it.
+        asked: the time of the last request of a page.
         done: set when it is over.
     """
 
@@ -263,12 +263,12 @@ class ReplayJob:
 
     @property
     def over(self) -> bool:
-        """Whether there is nothing more to wait for."""
+        """True when the replay has ended, with a result or not."""
         return self.done.is_set()
 
 
 class Replays:
-    """Replays by what is replayed with what."""
+    """Replay jobs by record and workbook; they run one at a time."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -276,12 +276,12 @@ class Replays:
         self._jobs: OrderedDict[Hashable, ReplayJob] = OrderedDict()
 
     def job(self, name: Hashable, place: Path, other: _Other) -> ReplayJob:
-        """The replay of that name; it begins when it is asked for the first time.
+        """Return the replay of that name; the first request starts it.
 
         Args:
             name: the same for the same record and the same workbook.
             place: the run's folder.
-            other: gives the workbook's file; None for the one that ran. What it opens is closed at the end.
+            other: returns the workbook's file, or None for the one that ran; the stack is closed at the end.
 
         Raises:
             SheetsError: when too many go on already.
@@ -322,4 +322,4 @@ class Replays:
 
 
 class _GivenUp(str):
-    """Why a replay was given up: it begins anew when somebody asks again."""
+    """Message of a replay that no page waited for any more; the next request starts it anew."""

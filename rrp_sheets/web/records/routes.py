@@ -1,4 +1,4 @@
-"""The addresses of runs, versions, comparisons and the printed page."""
+"""Routes of runs and their files, versions, comparisons, bundles and the printed page."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _MOST_ROWS = 200  # that marbles are asked for
 
 
 def make_records(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Blueprint:
-    """The routes."""
+    """Make the blueprint with the routes of all recorded things."""
     pages = Blueprint("records", __name__)
     queries, exporter = QueryWorker(), QueryWorker(WITHIN, PROGRAM)
     runs = RunStore(repository.folder, lambda: _names("going"), lambda: _names("writing"), _forget)
@@ -53,7 +53,7 @@ def make_records(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) 
 
 
 def _made(answer: Response) -> Response:
-    """A page that has asked for a file hears by a cookie that it has come."""
+    """Set a cookie that tells the page that the file it requested has arrived."""
     word = request.args.get("made", "")
     if _WORD.fullmatch(word):
         answer.set_cookie(f"made-{word}", "1", max_age=60, samesite="Strict", path="/")
@@ -155,13 +155,13 @@ def _add_versions(pages: Blueprint, room_of: RoomOf) -> None:
 
 
 def _forget(folders: Collection[str]) -> None:
-    """The server, when it runs workbooks too, shows no longer what these runs did."""
+    """Clear the run panel if it shows one of these deleted runs, in a server that also runs workbooks."""
     if forget := current_app.extensions.get("forget"):
         forget(folders)
 
 
 def _names(which: str) -> Collection[str]:
-    """The folders of the runs that this server has started and that go on now, or are still being written."""
+    """Return the folder names of this server's runs that are `going` or `writing`."""
     found = current_app.extensions.get(which)
     return cast(Collection[str], found()) if found else ()
 
@@ -171,13 +171,13 @@ _MOST_RUNS = 20
 
 
 class Packer(QueryWorker):
-    """Packs bundles; from any thread, one at a time."""
+    """Query worker that packs bundles; usable from any thread, one request at a time."""
 
     def __init__(self) -> None:
         super().__init__(_WITHIN, "rrp_sheets.web.records.bundling_child")
 
     def pack(self, path: Path, runs: list[Path], target: Path) -> None:
-        """Make a bundle of a workbook and the runs in those folders.
+        """Create a bundle of a workbook and the runs in those folders.
 
         Raises:
             SheetsError: it cannot be made, or not in time.
@@ -186,7 +186,7 @@ class Packer(QueryWorker):
 
 
 def add_bundles(pages: Blueprint, repository: WorkbookRepository, runs: RunStore) -> None:
-    """The address of a workbook's bundle; `run` names a run that goes along."""
+    """Add the route of a workbook's bundle; `run` names a run to include."""
     packer = Packer()
 
     @pages.get("/book/<name>/bundle.zip")
@@ -206,7 +206,7 @@ _MOST_ZIP = 2_000_000_000  # bytes
 
 
 def run_file(runs: RunStore, run: str, name: str, *, take: bool) -> Response:
-    """One file; a diagram can be shown in a page as a picture, but is never opened as a page of its own."""
+    """Send one file of a run; all but PNG, GIF and WAV are attachments, so an SVG cannot be opened as a page."""
     found = runs.files(run).get(name)
     if found is None:
         abort(404)
@@ -216,7 +216,7 @@ def run_file(runs: RunStore, run: str, name: str, *, take: bool) -> Response:
 
 
 def trace_csv(runs: RunStore, exporter: QueryWorker, run: str) -> Response:
-    """The events as CSV."""
+    """Send the events of a run as CSV."""
     place = runs.place(run)
     file = made("trace.csv", lambda target: _csv(exporter, place, target))
     return send_file(file, mimetype="text/csv", as_attachment=True, download_name=f"{run}.csv")
@@ -227,7 +227,7 @@ def _csv(exporter: QueryWorker, place: Path, target: Path) -> None:
 
 
 def everything(runs: RunStore, exporter: QueryWorker, run: str) -> Response:
-    """All files of a run, and its events as CSV, in a zip."""
+    """Send all files of a run, and its events as CSV, in a zip."""
     files = runs.files(run)
     if sum(path.stat().st_size for path, _ in files.values()) > _MOST_ZIP:
         raise SheetsError("This run is too large for a zip.", f"Copy the folder runs/{run} itself.")

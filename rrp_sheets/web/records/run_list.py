@@ -1,4 +1,4 @@
-"""The list of recorded runs, and the page of one of them."""
+"""Pages of the list of recorded runs, of one run, and of its marble diagrams."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _KINDS = {
 def runs_page(
     runs: RunStore, repository: WorkbookRepository, book: str, words: str, first: int, participant: str = ""
 ) -> RunsPage:
-    """The list, from the newest to the oldest; `first`: how many are skipped."""
+    """Build the list, from the newest to the oldest; `first` is how many are skipped."""
     books = set(repository.names())
     every = newest_first(runs.facts(runs.names()))
     found = [
@@ -77,10 +77,10 @@ def _has(facts: RunMetadata, words: str) -> bool:
 def record_page(
     runs: RunStore, repository: WorkbookRepository, queries: QueryWorker, run: str, *, wait: bool = False
 ) -> RecordPage:
-    """Everything about one run; raises SheetsError when there is none of that name.
+    """Build the page of one run; raises SheetsError when there is none of that name.
 
-    A record that takes long to be read is not waited for unless `wait` is true: the page comes without what is in it,
-    says so, and asks again.
+    A record that takes long to be read is read only if `wait` is true; otherwise the page comes without its content,
+    says so, and requests it again.
     """
     place = runs.place(run)
     facts = runs.facts([run])[0]
@@ -140,7 +140,7 @@ def _facts(facts: RunMetadata) -> list[RecordDetail]:
 
 
 def _same(facts: RunMetadata, repository: WorkbookRepository) -> str:
-    """Whether the workbook in the folder is still the one that ran."""
+    """Return whether the workbook in the folder is still the one that ran: same, changed, gone or unknown."""
     if not facts.digest:
         return "unknown"
     if facts.workbook not in repository.names():
@@ -159,7 +159,7 @@ def _downloads(run: str, files: Mapping[str, tuple[Path, str]]) -> tuple[Downloa
 
 
 def _size(path: Path) -> str:
-    """How large a file is, in words."""
+    """Format the size of a file."""
     size = path.stat().st_size
     if size < 1_000_000:
         return f"{max(1, round(size / 1000)):,} kB"
@@ -179,7 +179,7 @@ def _log_line(entry: Mapping[str, Any]) -> LogLine:
 
 
 def _edits(entries: Sequence[Mapping[str, Any]]) -> tuple[EditedRow, ...]:
-    """The rows that were changed while it ran: their diagram is of the rows before."""
+    """Return the rows that were changed during the run; the diagram shows them as they were before."""
     found: dict[str, EditedRow] = {}
     for number, entry in enumerate(entries, 1):
         sheet, _, row = str(entry["row"]).rpartition("!")
@@ -192,7 +192,7 @@ def _edits(entries: Sequence[Mapping[str, Any]]) -> tuple[EditedRow, ...]:
 def marbles_page(
     runs: RunStore, queries: QueryWorker, run: str, asked: Mapping[str, Any], rows: list[int]
 ) -> MarblesPage:
-    """The marble diagrams that were asked for; raises SheetsError when there is no such run."""
+    """Build the marble diagrams that were asked for; raises SheetsError when there is no such run."""
     place = runs.place(run)
     behaviour, first, last = (str(asked.get(name, ""))[:200] for name in ("behaviour", "from", "to"))
     spread = "spread" in asked
@@ -216,7 +216,7 @@ def marbles_page(
 
 
 def seconds_of(text: str) -> float | None:
-    """A time that was typed; None for none."""
+    """Parse a time in seconds; None for a blank text."""
     if not text.strip():
         return None
     try:

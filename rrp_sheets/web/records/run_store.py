@@ -1,4 +1,4 @@
-"""The runs beside the workbooks of a folder: found by name, and only these; no name leads out of it."""
+"""Access to the runs recorded beside the workbooks of a folder, by name; no name leads out of it."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ _OTHERS = {
 
 @dataclass(frozen=True)
 class RunStore:
-    """The runs of a folder.
+    """Recorded runs of a folder of workbooks.
 
     Args:
         folder: of the workbooks.
         going: the names of the folders of runs that go on now.
         writing: those of runs that are over, and whose last files are not there yet.
-        forget: is told the names of the folders of runs that were deleted.
+        forget: called with the folder names of runs that were deleted.
     """
 
     folder: Path
@@ -37,17 +37,17 @@ class RunStore:
     forget: Callable[[Collection[str]], object] = len
 
     def names(self) -> list[str]:
-        """All of them, the newest first."""
+        """Return the names of all runs, the newest first."""
         inside = (self.folder / RUNS).resolve().is_relative_to(self.folder.resolve())
         return run_names(self.folder) if inside else []
 
     def facts(self, names: list[str]) -> list[RunMetadata]:
-        """What there is to know of some of them."""
+        """Return the metadata of some runs."""
         going = self.going()
         return [facts_of(self.folder / RUNS / name, going) for name in names]
 
     def place(self, name: str) -> Path:
-        """The folder of a run.
+        """Return the folder of a run.
 
         Raises:
             SheetsError: there is no such run.
@@ -57,7 +57,7 @@ class RunStore:
         return (self.folder / RUNS / name).absolute()
 
     def files(self, name: str) -> dict[str, tuple[Path, str]]:
-        """The files of a run that can be looked at or taken along, with their types; links are left out."""
+        """Return the files of a run that can be viewed or downloaded, with their types; symbolic links are left out."""
         place = self.place(name)
         found: dict[str, tuple[Path, str]] = {}
         for path in sorted(place.iterdir(), key=lambda p: p.name):
@@ -68,7 +68,7 @@ class RunStore:
 
 
 def kind_of(name: str) -> str:
-    """The type of a file of a run; empty for one that is none of ours.
+    """Return the media type of a file of a run; empty for one that is not served.
 
     >>> kind_of("say-001.wav"), kind_of("film.gif"), kind_of("evil.html"), kind_of("run.xlsx") == _SHEET
     ('audio/wav', 'image/gif', '', True)

@@ -1,4 +1,4 @@
-"""Times, lengths and ends of runs in words."""
+"""Formatting of runs for lists, and of times for people."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _STATES = {"time": "good", "end run": "good", "stopped": "stopped", "going": "go
 
 
 def when(moment: datetime | None, today: date | None = None) -> str:
-    """A time for people.
+    """Format a time relative to today.
 
     >>> when(datetime(2026, 11, 21, 9, 5), date(2026, 11, 21)), when(datetime(2026, 11, 2, 9, 5), date(2026, 11, 21))
     ('today 09:05', '2 November, 09:05')
@@ -32,7 +32,7 @@ def when(moment: datetime | None, today: date | None = None) -> str:
 
 
 def line_of(facts: RunMetadata, books: Collection[str]) -> RunLine:
-    """A run as the lists show it; `books`: the workbooks of the folder."""
+    """Format a run for a list; `books` are the workbooks of the folder."""
     why = " ".join(filter(None, (facts.why, facts.remedy)))
     if facts.ended == "cut":
         why = "The program or the computer ended in the middle. What was recorded until then can be looked at."

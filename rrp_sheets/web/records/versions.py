@@ -1,4 +1,4 @@
-"""The kept versions of a workbook: keeping one, looking at them, bringing one back."""
+"""Kept versions of a workbook: the list, keeping one, and restoring one."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _UNSAFE = re.compile(r'[\x00-\x1f/\\:*?"<>|]+')
 
 
 def moment(version: Version) -> str:
-    """When a version was kept, for people."""
+    """Format the time at which a version was kept."""
     try:
         return when(datetime.fromisoformat(version.at).astimezone())
     except ValueError:
@@ -30,7 +30,7 @@ def moment(version: Version) -> str:
 
 
 def versions_page(room: WorkbookSession, name: str, notice: str = "", *, failed: bool = False) -> VersionsPage:
-    """The list, with what has just been done, or why not."""
+    """Build the list, with the result of the last action or the reason why it failed."""
     kept = room.document.versions()
     now = "" if room.document.read_only else room.document.reading.digest
     lines = tuple(VersionLine(v.id, v.name, moment(v), v.author, v.digest == now) for v in kept)
@@ -51,7 +51,7 @@ def keep(room: WorkbookSession, name: str) -> VersionsPage:
 
 
 def restore(room: WorkbookSession, name: str) -> VersionsPage:
-    """Bring a version back; refused while somebody edits a cell, whose text would be lost."""
+    """Restore a version; refused while a cell is being edited, whose text would be lost."""
     number = request.form.get("version", "")
     found = next((v for v in room.document.versions() if str(v.id) == number), None)
     try:
@@ -73,12 +73,12 @@ def restore(room: WorkbookSession, name: str) -> VersionsPage:
 
 
 def busy(room: WorkbookSession) -> list[str]:
-    """Who is editing a cell just now."""
+    """Return the names of those who are editing a cell now."""
     return sorted(set(room.locks.taken().values()))
 
 
 def file_name(book: str, version: Version) -> str:
-    """What a version is called when it is taken along.
+    """Return the file name under which a version is downloaded.
 
     >>> file_name("a.xlsx", Version(1, "before: the/pilot", "", "", ""))
     'a (before the pilot).xlsx'
@@ -88,5 +88,5 @@ def file_name(book: str, version: Version) -> str:
 
 
 def _author() -> str:
-    """Who asks: the name somebody has logged in with, else the one that the page sends."""
+    """Return the name of the user: the one of the login, else the one that the page sends."""
     return visitor().name or clean_name(request.form.get("author", "")) or "Somebody"

@@ -1,1 +1,1 @@
-"""Tests in the grid: run in a process of their own after each edit, and shown beside the sheet and in its rows."""
+"""Tests in the grid: run in a worker process after each edit, and shown beside the sheet and in its rows."""

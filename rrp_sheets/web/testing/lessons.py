@@ -1,6 +1,6 @@
 """Lessons: tests named “Lesson 1 …” that are done one after the other; a comment `# LESSON 1: …` says what to do.
 
-A lesson that was not begun is no failure: it is told as “not yet”, and the first of them as the one to do now.
+A lesson that was not begun is no failure: it is shown as “not yet”, and the first of them as the one to do now.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ WORDS = frozenset(("stream", "event", "field", "formula", "connector", "actuator
 
 @dataclass(frozen=True, slots=True)
 class Lesson:
-    """Where a lesson is told, and what it speaks of.
+    """Place of a lesson in a workbook, and the terms that it introduces.
 
     Attributes:
-        sheet: the behaviour that has it.
+        sheet: the behaviour whose comments describe it.
         row: the id of the row that begins it.
-        terms: words that it uses first and that there is help on.
+        terms: words with a help topic that no earlier lesson uses.
     """
 
     sheet: str
@@ -36,7 +36,7 @@ class Lesson:
 
 
 def number_of(test: str) -> int | None:
-    """The number of the lesson that a test belongs to.
+    """Return the number of the lesson that a test belongs to; None for other tests.
 
     >>> number_of("Lesson 3 Name it"), number_of("Lessons"), number_of("Speaks")
     (3, None, None)
@@ -46,7 +46,7 @@ def number_of(test: str) -> int | None:
 
 
 def lessons_of(grids: Mapping[str, Grid]) -> dict[int, Lesson]:
-    """The lessons that the behaviours of a workbook tell, by their numbers."""
+    """Return the lessons in the behaviours of a workbook, by their numbers."""
     told: dict[int, Lesson] = {}
     met: set[str] = set()
     for grid in grids.values():
@@ -60,7 +60,7 @@ def lessons_of(grids: Mapping[str, Grid]) -> dict[int, Lesson]:
 
 
 def _told(grid: Grid) -> Iterator[tuple[int, str, str]]:
-    """Number, first row and all words of the comments of each lesson; the first has what stands before it, too."""
+    """Yield the number, first row and comments of each lesson; the first includes the comments before it."""
     number, first, words = 0, "", ""
     for row in grid.rows:
         texts = grid.texts.get(row, {})
@@ -78,7 +78,7 @@ def _told(grid: Grid) -> Iterator[tuple[int, str, str]]:
 
 
 def _terms(words: str) -> Iterator[str]:
-    """The connectors and the words of the glossary in a text, in their order."""
+    """Yield the connectors and the words of the glossary in a text, in their order."""
     names = {c.name for c in connectors()}
     for word in _WORD.findall(words):
         single = word.lower().removesuffix("s")

@@ -1,4 +1,4 @@
-"""The tests beside the sheet: which of them hold, and what the first that does not is missing."""
+"""Panel of the tests beside a sheet: which of them hold, and what the first failing one lacks."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ _DONE = {HOLDS: "done", FAILS: "does not hold any more"}
 
 @dataclass(frozen=True, slots=True)
 class TestLine:
-    """A test in the list: its state, the sign and the words for that; `here` when its sheet is shown.
+    """Test in the list: its state, the icon and the words for that; `here` when its sheet is shown.
 
-    A lesson has the sheet (`told_in`) and the row where it is told; both are empty for other tests.
+    A lesson has the sheet (`told_in`) and the row where it is described; both are empty for other tests.
     """
 
     __test__ = False  # no test of pytest's
@@ -42,7 +42,7 @@ class TestLine:
 
 @dataclass(frozen=True, slots=True)
 class MissedLine:
-    """A row that does not hold; `at` is its time, in words as `got` tells times, `hints` explain it."""
+    """Row that does not hold; `at` is its time, in words as `got` tells times, `hints` explain it."""
 
     row: int
     at: str
@@ -55,19 +55,19 @@ class MissedLine:
 
 @dataclass(frozen=True, slots=True)
 class TestsPanel:
-    """The tests of a workbook beside the sheet.
+    """Panel with the tests of a workbook beside the sheet.
 
     Attributes:
         count: how many hold, in words.
         done: whether all hold.
         lines: a line for each test.
-        first: the name of the test whose rows are told; empty for none.
+        first: the name of the test whose failing rows are listed; empty for none.
         state: of that test, as of a line.
         broken: whether it has held before.
-        terms: words that the lesson to do now uses first, to be asked for.
-        missed: those of its rows that do not hold; `left_out` are more than are told.
+        terms: new words of the current lesson, linked to their help.
+        missed: those of its rows that do not hold; `left_out` is how many more there are.
         unsent: what could not be sent, in words.
-        notes: what is to be known besides, in words.
+        notes: further remarks.
         running: they are being run.
     """
 
@@ -88,7 +88,7 @@ class TestsPanel:
 
 
 def panel_of(tests: RoomTests, document: Document, sheet: str) -> TestsPanel | None:
-    """What is shown of a workbook's tests beside a sheet; None of a workbook without tests."""
+    """Build the panel of a workbook's tests beside a sheet; None for a workbook without tests."""
     names = tests.sheets
     if not names:
         return None
@@ -112,7 +112,7 @@ def panel_of(tests: RoomTests, document: Document, sheet: str) -> TestsPanel | N
 
 
 def _undone(test: Tested, results: Results) -> bool:
-    """Whether a test has not held yet, as far as is known."""
+    """Return whether a test has not held since the workbook was opened."""
     return test.state != HOLDS and test.sheet not in results.held
 
 
@@ -130,7 +130,7 @@ def _line(test: Tested, sheet: str, now: str, results: Results, told: Mapping[in
 
 
 def _first(results: Results, sheet: str, now: str) -> Tested | None:
-    """The test whose rows are told: that of the sheet, or the first that does not hold (any more)."""
+    """Return the test whose rows are listed: that of the sheet, or else the first that fails, new lessons last."""
     here = results.of(sheet)
     if here is not None:
         return here if here.state == FAILS else None

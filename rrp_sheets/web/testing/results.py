@@ -1,4 +1,4 @@
-"""What the tests of an open workbook came to: run again after every check, while somebody looks and that is quick."""
+"""Results of an open workbook's tests, and the thread that runs them after every check if they are quick."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ HOLDS, FAILS, IDLE, WAITS, LATE = "holds", "fails", "idle", "waits", "late"
 
 @dataclass(frozen=True)
 class Missed:
-    """A row of a test that does not hold: what was expected, what came, and what explains it, in words."""
+    """Row of a test that does not hold: the expected and the actual value, and hints, in words."""
 
     number: int
     ms: float
@@ -36,10 +36,10 @@ class Missed:
 
 @dataclass(frozen=True)
 class Tested:
-    """What became of one test.
+    """Result of one test.
 
     Attributes:
-        marks: by the row's id, an empty text where the row holds, else what came instead.
+        marks: by the row's id, an empty text where the row holds, else the actual value.
         count: how many rows expect something.
         unsent: rows that could not send what they should, in words.
     """
@@ -57,7 +57,7 @@ class Tested:
 
 @dataclass(frozen=True)
 class Results:
-    """What became of all tests.
+    """Results of all tests of a workbook.
 
     Attributes:
         running: they are being run.
@@ -78,22 +78,22 @@ class Results:
 
     @property
     def holding(self) -> int:
-        """How many tests hold."""
+        """Number of tests that hold."""
         return sum(t.state == HOLDS for t in self.tests)
 
     def of(self, sheet: str) -> Tested | None:
-        """The test of a sheet."""
+        """Return the result of the test on a sheet, if there is one."""
         return next((t for t in self.tests if t.sheet == sheet), None)
 
 
 class RoomTests:
-    """The tests of an open workbook.
+    """Tests of an open workbook, run in a thread.
 
     Args:
         document: the workbook.
         tester: runs them.
-        tell: called when something is new, with what is to be said of it; empty for nothing.
-        watched: whether somebody looks.
+        tell: called when the results change, with an announcement; empty for none.
+        watched: returns whether a page shows the workbook.
     """
 
     def __init__(
@@ -113,16 +113,16 @@ class RoomTests:
 
     @property
     def sheets(self) -> list[str]:
-        """The names of the test sheets."""
+        """Names of the test sheets."""
         return [name for name, grid in self._document.grids.items() if grid.kind == "test"]
 
     def marks(self, sheet: str) -> Mapping[str, str]:
-        """What stands in the rows of a test sheet; see `Tested.marks`."""
+        """Return the marks for the rows of a test sheet (see `Tested.marks`); none if the results are stale."""
         found = self.results.of(sheet)
         return found.marks if found is not None and not self.results.stale else {}
 
     def soon(self, *, asked: bool = False) -> None:
-        """Run them, if they are quick or somebody asks for it; what is asked for meanwhile is done together."""
+        """Schedule a run of the tests, unless they are slow and nobody asked; requests meanwhile are merged."""
         with self._lock:
             self._again, self._asked = True, self._asked or asked
             if self._thread is None:
@@ -130,7 +130,7 @@ class RoomTests:
                 self._thread.start()
 
     def join(self) -> None:
-        """Somebody opens the page: they are run when they have not been since the newest change."""
+        """Schedule a run of the tests for a page that opens, if they have not run since the newest change."""
         if self._version != self._document.version and self.sheets:
             self.soon()
 
@@ -194,7 +194,7 @@ class RoomTests:
         return Tested(name, state, case["expects"], missed, len(case["more"]), unsent, marks)
 
     def _news(self, results: Results) -> str:
-        """What is different from what was said last, in words."""
+        """Describe what has changed since the last results; empty for nothing."""
         before, self._said = self._said, {t.sheet: t.state for t in results.tests}
         if not before or before == self._said:
             return ""
@@ -213,7 +213,7 @@ class RoomTests:
 
 
 def counted(results: Results) -> str:
-    """`3 of 10 tests hold`; of lessons, `3 of 10 lessons done`.
+    """Describe how many tests hold: `3 of 10 tests hold`; of lessons, `3 of 10 lessons done`.
 
     >>> counted(Results((Tested("A", HOLDS),))), counted(Results((Tested("A", HOLDS), Tested("B", FAILS))))
     ('The test holds', '1 of 2 tests holds')

@@ -1,4 +1,4 @@
-"""The tester: runs the tests of workbooks in a process of its own, since they evaluate formulas of strangers."""
+"""Client of the test process; tests evaluate untrusted formulas, so they do not run in the server."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ START = 20.0
 
 
 class Tester:
-    """Runs tests; from any thread, one workbook at a time. The process starts when it is needed."""
+    """Runner of tests in a worker process; from any thread, one workbook at a time. It starts when needed."""
 
     __test__ = False  # no test of pytest's
 
@@ -23,7 +23,7 @@ class Tester:
 
     @property
     def pid(self) -> int | None:
-        """The process's number; None while there is none."""
+        """Process id of the worker; None while there is none."""
         return self._worker.pid
 
     def run(self, path: Path, within: float) -> dict[str, Any]:
@@ -31,10 +31,10 @@ class Tester:
 
         Args:
             path: of the workbook.
-            within: seconds of the processor's time for all tests.
+            within: seconds of CPU time for all tests.
 
         Raises:
-            NoAnswer: when the tests had to be ended, or their process ended.
+            WorkerError: when the tests had to be ended, or their process ended.
             SheetsError: when the file cannot be read.
         """
         try:

@@ -1,4 +1,4 @@
-"""The tester's process: `python -m rrp_sheets.web.testing.tester_child LINK`, started by `tester` only.
+"""Worker process that runs tests: `python -m rrp_sheets.web.testing.tester_child LINK`, started by `tester` only.
 
 It has a memory limit, and ends when the connection does.
 """
@@ -23,11 +23,11 @@ _LONGEST = 300  # letters of one line
 
 
 def run(path: str, within: float) -> dict[str, Any]:
-    """Run the tests of a workbook, as far as they can be run.
+    """Run the tests of a workbook, as far as its errors allow.
 
     Args:
         path: of the workbook.
-        within: seconds of the processor's time, after which the test under way is left and no further one is begun.
+        within: seconds of CPU time, after which the current test is aborted and no further one is started.
     """
     from rrp_sheets.testing.partly import in_order
     from rrp_sheets.testing.run import run_tests
@@ -69,7 +69,7 @@ def _short(text: str) -> str:
 
 
 def _listen(link: socket.socket, asked: SimpleQueue[list[Any]]) -> None:
-    """Take requests until the connection closes; then nobody waits for the tests that may go on."""
+    """Read requests until the connection closes; then exit at once, even during tests."""
     for message in Lines(link):
         asked.put(message)
     os._exit(0)
