@@ -1,1 +1,1 @@
-"""What connects a robot's devices to the streams of a run."""
+"""Drivers that connect a robot's devices to the streams of a run."""

@@ -1,4 +1,4 @@
-"""The simulated robot as the engine's world."""
+"""Driver of the simulated robot: the engine's world, backed by a simulator process."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ class SimulatedWorld(World):
         sensors: the sensors in use; their values arrive in this order.
         actuators: the actuators in use.
         scene: what happens in the world.
-        dones: streams that tell the end of commands, each with its actuator stream.
-        seed: of what is random: the noise of the room.
+        dones: done streams, which report the end of commands, each with its actuator stream.
+        seed: of the room's random noise.
         frame_rate: frames a second of the engine; divides 240.
         out: the folder of the run, for `say-001.wav`, …, `film.gif` and `strip.png`; None writes nothing.
         film: whether to record the film and the strip of moments.
-        record: whether to write down poses and what the camera sees, to be looked back at.
+        record: whether to record poses and camera pictures, for looking back at the run.
         camera: whether pictures of the robot's camera may be kept.
         title: shown on the strip.
         beside: the folder of the workbook, for its sounds.
         faces: the file that keeps remembered faces beyond the run; None keeps none.
         requests: the connection to a simulator that a supervisor has started; None starts one here.
-        ending: of that simulator: waits for what the supervisor says of its end.
+        ending: waits until the supervisor has reported how that simulator ended, and returns it.
 
     Raises:
         MissingPart: when the simulator is not installed.
@@ -91,20 +91,20 @@ class SimulatedWorld(World):
 
     @property
     def pid(self) -> int | None:
-        """The number of the simulator's process that was started here, while it runs."""
+        """Process id of a simulator that was started here, while it runs."""
         return self._process.pid
 
     def start(self) -> Arrivals:
-        """Start the simulator; the arrivals of time 0. Raises RunBroken when it does not start."""
+        """Start the simulator and return the arrivals of time 0. Raises RunBroken when it does not start."""
         self._process.open()
         return self._arrivals(self._process.start())
 
     def advance(self, now_us: int, commands: Sequence[Command]) -> Arrivals:
-        """Carry out commands, go on until `now_us`. Raises RunBroken when the simulator has died."""
+        """Carry out commands and go on until `now_us`. Raises RunBroken when the simulator has died."""
         return self._arrivals(self._process.advance(now_us, commands))
 
     def stop(self) -> Arrivals:
-        """The robot rests, the film is written, the process ends."""
+        """Bring the robot to rest, write the film and end the process."""
         return self._arrivals(self._process.stop())
 
     def kill(self) -> None:
@@ -112,23 +112,23 @@ class SimulatedWorld(World):
         self._process.kill()
 
     def state(self) -> State:
-        """The world as it is: joints, torso, eyes, speech, things."""
+        """Return the present state of the world: joints, torso, eyes, speech, things."""
         return self._process.state()
 
     def act(self, actions: Sequence[SceneAction]) -> None:
-        """Let something happen in the world now, by hand."""
+        """Apply scene actions that are triggered by hand, now."""
         self._process.act(actions)
 
     def show(self, picture: bool) -> WorldSnapshot:
-        """The world for a display, with what the robot sees when that is wanted."""
+        """Return the world for a display, with the robot's camera picture if wanted."""
         return self._process.show(picture)
 
     def look(self) -> Image:
-        """What the robot sees now: (240, 320, 3), 0 to 255."""
+        """Return the present picture of the head camera: (240, 320, 3), 0 to 255."""
         return self._process.look()
 
     def watch(self) -> Image:
-        """The robot from outside now: (320, 560, 3), 0 to 255."""
+        """Return a present picture of the robot from outside: (320, 560, 3), 0 to 255."""
         return self._process.watch()
 
     def _arrivals(self, outcome: Outcome) -> Arrivals:
@@ -142,7 +142,7 @@ class SimulatedWorld(World):
 
 
 def _specs(uses: Sequence[DeviceUse], robot: Robot) -> tuple[DeviceUse, ...]:
-    """What the simulator is told of the devices in use: every setting is there, by the catalogue when not given."""
+    """Return the devices in use with all settings; those not given come from the catalogue."""
     return tuple(
         DeviceUse(u.stream, u.name, u.device, robot.devices[key(u.device)].with_defaults(u.settings)) for u in uses
     )

@@ -1,9 +1,10 @@
-"""The simulated world: the only part that imports pybullet and cv2. It runs in a process of its own.
+"""The simulated world, which runs in a process of its own and is the only part that imports pybullet and cv2.
 
-`process` starts it and talks to it, `child` is that process, `world` holds everything together: `body` and `stance`
-are the robot, `stage` with `figures`, `people`, `heads` and `paths` the scene (`face_people` and `face_drawing` make
-the faces, `portraits` pictures of them), `camera` and `vision` what the robot sees, `faces` with `face_models` and
-`face_memory` whom it finds and knows, `signals` what people press, touch and say, `sensors` and `actuators` the
-devices, `arbitration` who may move what and when a command is over, `tracker`, `voice` and `espeak` what they need,
-`film` and `strip` the record of the run in pictures.
+`process` starts and controls that process, `child` is its program, `messages` are exchanged with it, and `world` holds
+everything together. `body`, `stance`, `gait` and `falling` are the robot; `keyframes`, `motion` and `pointing` move it.
+`stage` with `figures`, `people`, `heads`, `paths`, `solids` and `looks` is the scene; `portraits`, `face_people` and
+`face_traits` are its faces. `camera` and `vision` are the robot's sight, `faces` with `face_models` and `face_memory`
+its recognition of persons, `talk` and `hearing` speech of people and its recognition, `signals` presses and touches.
+`sensors` and `actuators` are the devices, `arbitration` decides between commands, and `tracker`, `voice`, `espeak`,
+`sounds` and `colours` serve the actuators. `film` with `film_file` and `recording` are the record of the run.
 """

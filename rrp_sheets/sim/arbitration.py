@@ -1,9 +1,9 @@
-"""Who may move what: commands that want the same part of the robot, and the end of every command.
+"""Arbitration between commands that need the same part of the robot, and the end of every command.
 
-The one place for the rules of the design (4-streams, Actuator conflict): a larger priority interrupts, a smaller one is
-refused and told on its row; at equal priority the voice queues one (a newer one takes its place), elsewhere the newer
-replaces. Repeating a running command that has no end of its own (a tracker fed at camera rate) updates it; when such a
-command is outranked it waits, and resumes. Blank ends what its stream does or has waiting.
+A larger priority interrupts; a smaller one is refused, which is reported on its row. At equal priority the voice queues
+one command (a newer one takes its place); elsewhere the newer replaces the older. Repeating a running command that has
+no end of its own (a tracker fed at camera rate) updates it; when such a command is outranked it waits, and resumes. A
+blank ends the running and waiting commands of its stream.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ class Job:
         uses: the resources that it needs.
         begin: carry it out, or go on with it; also called when it is repeated.
         cease: stop it at once.
-        over: None while it goes on, else whether it was completed; asked at every step.
+        over: called at every step; returns None while it goes on, else whether it was completed.
         joints: those that it moves, when not all of its resources.
         endless: it goes on until something stops it.
-        refused: what to tell when a larger priority is in its way.
+        refused: the message when a larger priority is in its way.
     """
 
     order: Command
@@ -44,7 +44,7 @@ class Job:
     began_us: int = -1
 
     def meets(self, other: Job) -> bool:
-        """Whether two cannot be carried out at the same time."""
+        """Return whether two jobs cannot be carried out at the same time."""
         if self.order.stream == other.order.stream:
             return True
         if self.joints and other.joints:
@@ -53,11 +53,11 @@ class Job:
 
 
 class Arbiter:
-    """Lets commands begin, wait, and end; exactly one done event for each.
+    """Starts, queues and ends commands, with exactly one done event for each job.
 
     Args:
-        dones: the actuator streams whose ends somebody wants to know, with the stream that tells them.
-        tell: takes what is to be told.
+        dones: the actuator streams whose commands report their end, with the stream that gets the reports.
+        tell: receives the notices.
     """
 
     def __init__(self, dones: Mapping[str, str], tell: Tell) -> None:
@@ -72,7 +72,7 @@ class Arbiter:
         self._moved: dict[str, tuple[frozenset[str], frozenset[str]]] = {}
 
     def take(self, job: Job, us: int) -> None:
-        """A new command."""
+        """Start, queue or refuse a new command."""
         barred, why = self._barred
         if job.uses & barred:
             if (job.order.stream, job.order.row) not in self._told:
@@ -94,27 +94,27 @@ class Arbiter:
             self._start(job, us)
 
     def at_once(self, order: Command, completed: bool = True) -> None:
-        """A command that was over as soon as it came, or that could not be used."""
+        """Report the end of a command that takes no time, or that could not be used."""
         self._done(order, completed, 0.0)
 
     def stop(self, stream: str | None, us: int) -> None:
-        """End what an actuator stream does or has waiting (None: all streams); what was outranked resumes."""
+        """End the commands of one actuator stream, after which outranked ones resume, or of all streams (None)."""
         those = [j for j in (*self._waiting, *self._outranked, *self._running) if stream in (None, j.order.stream)]
         self._drop(those, us)
         if stream is not None:
             self._resume(us)
 
     def bar(self, resources: frozenset[str], why: str, us: int) -> None:
-        """From now on nothing uses these resources: what does ends, and what comes is refused, told once for a row."""
+        """Block resources from now on: commands that use them end, and new ones are refused, reported once a row."""
         self._barred = resources, why
         self._drop([j for j in (*self._waiting, *self._outranked, *self._running) if j.uses & resources], us)
 
     def give_way(self, streams: list[str], priority: float, us: int) -> None:
-        """End what these streams do, unless its priority is larger."""
+        """End the running commands of these streams, except those of a larger priority."""
         self._drop([j for j in self._running if j.order.stream in streams and j.order.priority <= priority], us)
 
     def go_on(self, us: int) -> None:
-        """Let time pass until `us`: what is over ends, and what waits begins."""
+        """Advance to the time `us`: end commands that are over, and begin waiting ones."""
         for job in list(self._running):
             completed = job.over(us) if job in self._running else None
             if completed is not None:
@@ -123,27 +123,27 @@ class Arbiter:
                 self._resume(us)
 
     def ended(self) -> list[tuple[str, Value]]:
-        """The done events since the last call, in order."""
+        """Return the done events since the last call, in order."""
         ended, self._ended = self._ended, []
         return ended
 
     def driving(self) -> dict[str, str]:
-        """The row that has each resource now; with several on one, such as two joints of an arm, the newest."""
+        """Return the row that uses each resource now; of several, as for two joints of an arm, the newest."""
         return {resource: job.order.row for job in self._running for resource in sorted(job.uses)}
 
     def moved(self, stream: str) -> tuple[frozenset[str], frozenset[str]]:
-        """What a stream's commands have used, and the joints that they have named; forgotten with this question."""
+        """Return the resources that a stream's commands have used and the joints they named, and forget them."""
         return self._moved.pop(stream, (frozenset(), frozenset()))
 
     def in_use(self) -> list[tuple[frozenset[str], frozenset[str]]]:
-        """What is in use now: of each command its resources, and the joints when it names them."""
+        """Return the resources of each running command, and its joints when it names them."""
         return [(job.uses, job.joints) for job in self._running]
 
     def _of(self, stream: str) -> Job | None:
         return next((j for j in (*self._running, *self._outranked) if j.order.stream == stream and j.endless), None)
 
     def _again(self, mine: Job, job: Job, us: int) -> None:
-        """A command that goes on already is repeated."""
+        """Update an endless command that is repeated."""
         if mine in self._running:
             if job.order.priority < mine.order.priority:
                 self._say_refused(job)
@@ -195,7 +195,7 @@ class Arbiter:
             self._done(job.order, False, _seconds(job, us))
 
     def _resume(self, us: int) -> None:
-        """Begin what waited for what has just ended; of several, the one with the largest priority, then the newest."""
+        """Begin commands whose resources are free: outranked ones by priority, then the newest; then waiting ones."""
         order = {id(job): place for place, job in enumerate(self._outranked)}
         for job in sorted(self._outranked, key=lambda j: (-j.order.priority, -order[id(j)])):
             if not any(rival.meets(job) for rival in self._running):

@@ -1,4 +1,4 @@
-"""The robot's body in the physics: joints, head camera, eyes."""
+"""Body of the robot in the physics engine: joints, links, head camera, eyes."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Body:
     """The robot, standing in its start posture at the world's origin, looking along x.
 
     Attributes:
-        limp: whether its motors rest: nothing moves its joints then but gravity.
+        limp: whether its motors are off, so that only gravity moves its joints.
         fallen: whether it has fallen.
     """
 
@@ -85,14 +85,14 @@ class Body:
             self._drive(name)
 
     def meet_floor(self, *, feet: bool, limbs: bool = False) -> None:
-        """What of the robot the floor stops; nothing, while a guide puts it where it belongs."""
+        """Set whether the feet and the other links collide with the floor, and their friction."""
         for name, link in {**self.links, "torso": -1}.items():
             foot = name in ("l_ankle", "r_ankle")
             self._b.setCollisionFilterPair(self.id, FLOOR, link, -1, int(feet if foot else limbs))
             self._b.changeDynamics(self.id, link, frictionAnchor=int(foot), lateralFriction=1.0 if foot else 0.6)
 
     def _drive(self, name: str, speed: float = 0.0) -> None:
-        """Send a motor to its set point; with the speed of that, the joint does not lag behind it."""
+        """Send a motor to its set point; given the set point's speed, the joint does not lag behind it."""
         if self.limp:
             return
         position = self._glides[name].position
@@ -131,7 +131,7 @@ class Body:
         self._moving[joint] = glide
 
     def _brake(self, joint: str) -> float:
-        """The acceleration (rad/s²) that keeps a joint in motion within its limits."""
+        """Return the deceleration (rad/s²) that keeps a moving joint within its limits."""
         glide = self._glides[joint]
         if not glide.speed:
             return 0.0
@@ -159,7 +159,7 @@ class Body:
             glide.halt()
 
     def rest(self) -> None:
-        """Let go of all motors; only their gears resist."""
+        """Switch off all motors; only their gears resist."""
         self.limp = True
         self._moving.clear()
         for joint, force in self._force.items():
@@ -169,36 +169,36 @@ class Body:
                 )
 
     def aimed(self, joint: str) -> float:
-        """Where the joint is being sent, rad."""
+        """Return the angle that the joint is being sent to, rad."""
         return self._glides[joint].target
 
     def set_point(self, joint: str) -> float:
-        """Where the joint is told to be now, rad."""
+        """Return the angle that the motor is set to at present, rad."""
         return self._glides[joint].position
 
     def position(self, joint: str) -> float:
-        """Where the joint is, rad."""
+        """Return the actual angle of the joint, rad."""
         return float(self._b.getJointState(self.id, self.index[joint])[0])
 
     def positions(self) -> dict[str, float]:
-        """Where all joints are, rad."""
+        """Return the actual angles of all joints, rad."""
         states = self._b.getJointStates(self.id, [self.index[name] for name in self.start])
         return {name: float(state[0]) for name, state in zip(self.start, states, strict=True)}
 
     def on_its_way(self, joint: str) -> bool:
-        """Whether a joint's motion is not over yet."""
+        """Return whether a joint's set point is still moving to its target."""
         return joint in self._moving
 
     def stirs(self, joint: str) -> bool:
-        """Whether a joint is on its way, or was put somewhere just now."""
+        """Return whether a joint is on its way, or was set by `put` in this step or the one before."""
         return joint in self._moving or joint in self._put or joint in self._put_before
 
     def moving(self) -> bool:
-        """Whether any joint is on its way."""
+        """Return whether any joint is on its way."""
         return bool(self._moving)
 
     def limits(self, joint: str, yaw: float = 0.0) -> tuple[float, float]:
-        """A joint's limits in rad; those of the head's pitch depend on its yaw, so that the head misses the shoulders.
+        """Return a joint's limits in rad; those of the head's pitch depend on its yaw, to clear the shoulders.
 
         Between the catalogue's yaws the limits are interpolated.
         """

@@ -1,7 +1,7 @@
-"""Pictures: of the robot's head camera, and of a camera that films the robot.
+"""Cameras: the robot's head camera, the camera that films the robot, and the pictures that they take.
 
-The drawing program paints what has a shape; floor and room are painted here, behind it. That is several times faster
-than letting it fill half of the picture with a floor, and looks better.
+The renderer of the physics engine draws the bodies; floor and room are painted here, behind them. That is several times
+faster than letting the renderer fill half of the picture with a floor, and looks better.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Lens:
 
 
 def photograph(bullet: Any, pose: Pose, lens: Lens, light: Sequence[float]) -> tuple[Image, Image]:
-    """What has a shape, seen from `pose`: the picture (height, width, 3), and 1 where there is nothing."""
+    """Render the bodies as seen from `pose`: the picture (height, width, 3), and 1 where there is nothing."""
     ahead = pose.position + pose.rotation[:, 0]
     view = bullet.computeViewMatrix(pose.position.tolist(), ahead.tolist(), pose.rotation[:, 2].tolist())
     aspect = math.tan(lens.hfov / 2) / math.tan(lens.vfov / 2)
@@ -77,7 +77,7 @@ def photograph(bullet: Any, pose: Pose, lens: Lens, light: Sequence[float]) -> t
 
 
 def _colours(read: Any) -> Image:
-    """The colour values: PyBullet gives an array, or a tuple when it was built without NumPy.
+    """Return the colour values, which PyBullet gives as an array, or as a tuple when built without NumPy.
 
     The fastest way from a tuple of ints below 256 to an array: an eighth of the time of `np.asarray`.
     """
@@ -85,7 +85,7 @@ def _colours(read: Any) -> Image:
 
 
 def _bodies(read: Any) -> NDArray[np.int32]:
-    """The number of the body in each pixel, -1 for none.
+    """Return the number of the body in each pixel, -1 for none.
 
     The depths would tell the same, but a tuple of floats takes five times as long to read.
     """
@@ -95,7 +95,7 @@ def _bodies(read: Any) -> NDArray[np.int32]:
 
 
 def floor_points(pose: Pose, rays: Floats) -> tuple[Floats, Floats, Floats]:
-    """Where each ray meets the floor: x and y in m, and the distance (infinite above the horizon)."""
+    """Return where each ray meets the floor: x and y in m, and the distance (infinite above the horizon)."""
     world = rays @ pose.rotation.T.astype(np.float32)
     down = -world[:, :, 2]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -150,7 +150,7 @@ def dimmed(picture: Image, light: float) -> Image:
 
 
 def jpeg(picture: Image) -> bytes:
-    """A picture as a file for a display."""
+    """Return a picture as a JPEG file, for a display."""
     _, data = cv2.imencode(".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
     return bytes(data)
 
@@ -200,7 +200,7 @@ class FilmCamera:
         corners = np.array(points, dtype=np.float64)
 
         def best(ways: Sequence[float]) -> tuple[int, float, Pose]:
-            """Nothing should hide the robot; then the nearest shows it largest."""
+            """Return the view in which the least hides the robot; of several the nearest, where it is largest."""
             views = [_viewpoint(corners, azimuth, self.lens) for azimuth in ways]
             return min(((_hidden(hiding, pose), far, pose) for far, pose in views), key=lambda view: view[:2])
 
@@ -227,7 +227,7 @@ class FilmCamera:
 
 
 def _hidden(hiding: Sequence[tuple[float, float, float]], pose: Pose) -> int:
-    """How many of those who stand there (x, y, radius) hide the robot, or what it has before it."""
+    """Count what (x, y, radius) stands in the line of sight to the origin and to the place 0.5 m ahead of it."""
     count = 0
     for ahead in (0.0, 0.5):
         way = pose.position[:2] - (ahead, 0.0)
@@ -238,9 +238,9 @@ def _hidden(hiding: Sequence[tuple[float, float, float]], pose: Pose) -> int:
 
 
 def _viewpoint(points: Vector, azimuth: float, lens: Lens) -> tuple[float, Pose]:
-    """Where to stand so that all points are in the picture, as large as can be.
+    """Return from where all points are in the picture, as large as can be.
 
-    It looks from `azimuth` (rad, 0 is ahead of the robot). Returns the distance (infinite when they do
+    The camera looks from `azimuth` (rad, 0 is ahead of the robot). Returns the distance (infinite when they do
     not fit) and the pose.
     """
     elevation = math.radians(12.0)

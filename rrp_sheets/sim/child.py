@@ -1,9 +1,9 @@
 """The simulator's process: `python -m rrp_sheets.sim.child CONTROL REQUESTS HEARTBEAT`, started by `sim.process` only.
 
-It answers the engine's requests on one connection, one by one, and listens to its supervisor on the other, also between
+It answers the engine's requests on one connection, one by one, and reads its supervisor's on the other, also between
 two steps of the physics. It brings the robot to its safe stop (silence, a moment's hold, the rest posture; film and
-speech are finished) when the engine or the supervisor says so, and by itself when either has gone without a word. It
-ends when the engine's connection does.
+speech are finished) when the engine or the supervisor requests it, and by itself when the connection to either closes.
+It ends when the engine's connection does.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class _Server:
         self._outcome: Outcome | None = None  # of the rest
 
     def serve(self) -> None:
-        """Answer until the engine has gone."""
+        """Answer requests until the engine's connection closes."""
         try:
             while True:
                 if self.pulse():
@@ -76,7 +76,7 @@ class _Server:
         return going
 
     def pulse(self) -> bool:
-        """Give a sign of life before a step of the physics; return whether the robot is to be brought to rest."""
+        """Count up the heartbeat before a step of the physics; return whether the robot is to be brought to rest."""
         self._numbers[BEATS] += 1
         if self._listens:
             try:
@@ -90,7 +90,7 @@ class _Server:
         return self._halted
 
     def _rest(self) -> Outcome | None:
-        """Bring the robot to rest, once; what came of it, None when there is no robot yet."""
+        """Bring the robot to rest, once; return the outcome, or None when there is no robot yet."""
         begins = self._world is not None and self._outcome is None
         if self._world is not None and begins:
             self._numbers[STATE] = BUSY
@@ -110,7 +110,7 @@ class _Server:
                 self._listens = False
 
     def _open(self, spec: Spec) -> None:
-        """Make the world, and the requests that it answers."""
+        """Make the world, and the table of the requests that it answers."""
         import cv2
 
         from rrp_sheets.sim.world import SimWorld
@@ -124,7 +124,7 @@ class _Server:
 
 
 def main() -> None:
-    """Serve until the engine has gone."""
+    """Serve the engine until its connection closes."""
     only_for_this_user()
     control, requests, heartbeat = map(int, sys.argv[1:4])
     link = socket.socket(fileno=control)
@@ -139,7 +139,7 @@ def main() -> None:
 
 
 def _take_all_memory() -> None:
-    """Lift a memory limit that whoever started this process may have: pictures and sound need more."""
+    """Raise this process's memory limit to the highest allowed: pictures and sound need more than its starter."""
     try:
         import resource
     except ImportError:  # Windows knows no such limit

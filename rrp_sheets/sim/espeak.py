@@ -26,7 +26,7 @@ _UNSPEAKABLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff]")  # the libra
 
 
 class NoSpeech(Exception):
-    """The speech library is not there."""
+    """Raised when the speech library cannot be loaded."""
 
 
 @cache
@@ -85,7 +85,7 @@ class Espeak:
             words_a_minute: the speed.
             volume: in percent.
             pitch: 0 to 100.
-            halted: asked after each 0.2 s of audio; when it says yes, the rest is left out.
+            halted: called after each 0.2 s of audio; when it returns True, the rest is left out.
         """
         self._halted = halted
         self._lib.espeak_SetParameter(RATE, round(words_a_minute), 0)
@@ -98,7 +98,7 @@ class Espeak:
         return np.concatenate(self._parts) if self._parts else np.zeros(0, np.int16)
 
     def phonemes(self, text: str) -> str:
-        """How the chosen voice pronounces a text, in letters of the phonetic alphabet."""
+        """Return the chosen voice's pronunciation of a text, in letters of the phonetic alphabet."""
         found = []
         rest = ctypes.c_char_p(_UNSPEAKABLE.sub(" ", text[:LONGEST]).encode())
         while rest.value:  # clause by clause

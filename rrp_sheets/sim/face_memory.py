@@ -1,4 +1,4 @@
-"""Whom the robot remembers: people's faces in numbers, under their names; and the file that keeps them beyond a run."""
+"""Memory for people's faces, in numbers under their names, and the file that keeps it beyond a run."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ GUEST = "Guest"
 
 @dataclass(eq=False)
 class RememberedPerson:
-    """Somebody who is remembered.
+    """A person whom the robot remembers.
 
     Attributes:
         id: what the face sensor gives for this person.
@@ -49,7 +49,7 @@ class FaceMemory:
     persons: list[RememberedPerson] = field(default_factory=list)
 
     def likest(self, face: Features) -> tuple[RememberedPerson | None, float]:
-        """The person who looks most like that face, and how much (1 is the same picture)."""
+        """Return the person who looks most like a face, and how similar they are (1 is the same picture)."""
         found: tuple[RememberedPerson | None, float] = (None, -1.0)
         for person in self.persons:
             alike = max((float(face @ view) for view in person.views), default=-1.0)
@@ -58,13 +58,13 @@ class FaceMemory:
         return found
 
     def add(self, number: int, name: str, views: Sequence[Features]) -> RememberedPerson:
-        """Remember somebody; without a name as the next guest."""
+        """Add a person whom the robot is to remember; without a name as the next guest."""
         person = RememberedPerson(number, name or self._guest(), list(views)[:MOST_VIEWS])
         self.persons.append(person)
         return person
 
     def know(self, number: int, name: str, views: Sequence[Features]) -> None:
-        """Know somebody from the beginning; who is kept already is known by more views."""
+        """Add a person known from the scene; a person of that name who is there already gets more views."""
         same = next((p for p in self.persons if key(p.name) == key(name)), None)
         if same is not None:
             same.views = [*views, *same.views][: 2 * MOST_VIEWS]
@@ -73,7 +73,7 @@ class FaceMemory:
         self.persons.append(RememberedPerson(free, name, list(views), given=True))
 
     def free(self, number: int) -> bool:
-        """Whether nobody has that id."""
+        """Return whether no person has that id."""
         return all(p.id != number for p in self.persons)
 
     def _guest(self) -> str:
@@ -82,7 +82,7 @@ class FaceMemory:
 
 
 def read_memory(path: Path) -> FaceMemory:
-    """What a run has kept; empty when there is no such file.
+    """Read the faces that earlier runs have kept; empty when there is no such file.
 
     Raises:
         SheetsError: it is not what a run has written.
@@ -102,7 +102,7 @@ def read_memory(path: Path) -> FaceMemory:
 
 
 def write_memory(path: Path, memory: FaceMemory) -> None:
-    """Keep it beyond the run; nothing is left of a file when nobody is remembered.
+    """Write the memory to its file, or remove the file when there is nobody to keep.
 
     Raises:
         SheetsError: it cannot be written.

@@ -57,7 +57,7 @@ class DetectedFace:
 
     @property
     def turned(self) -> float:
-        """How far the face is turned aside: how far the nose is from between the eyes, as part of their distance."""
+        """Sideways turn of the face: the nose's offset from the middle of the eyes, as part of their distance."""
         right, left, nose = self.points[:3]
         across = left - right
         apart = float(np.hypot(*across))
@@ -67,7 +67,7 @@ class DetectedFace:
 
 
 class FaceModels:
-    """Finds faces in pictures, and tells what they look like in numbers.
+    """Finds faces in pictures, and describes them in numbers.
 
     Raises:
         MissingPart: the networks, or what runs them, are not installed.
@@ -98,7 +98,7 @@ class FaceModels:
         return sorted(found, key=lambda f: (-f.score, f.x))
 
     def features(self, picture: Image, face: DetectedFace) -> Features:
-        """What a face looks like, as 128 numbers of length 1."""
+        """Return the features of a face: 128 numbers of length 1."""
         upright = self._knows.alignCrop(np.ascontiguousarray(picture[:, :, ::-1]), face.row)
         numbers = self._knows.feature(upright).ravel()
         length = float(np.linalg.norm(numbers))
@@ -106,7 +106,7 @@ class FaceModels:
 
 
 def models_folder() -> Path:
-    """Where the two files are; raises MissingPart when they are not there, or are others."""
+    """Return the folder of the two model files; raises MissingPart when one is missing or a different one."""
     found = importlib.util.find_spec(PACKAGE)
     if found is None or not found.submodule_search_locations:
         raise MissingPart(f"The face sensor needs the package {PACKAGE}, which is not installed here.", REMEDY)

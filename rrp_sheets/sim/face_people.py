@@ -1,4 +1,4 @@
-"""The people who are drawn: three children and five adults who do not exist.
+"""Traits of the people who are drawn: three children and five adults who do not exist.
 
 Their numbers were searched so that the recogniser tells them apart nearly as clearly as photographs of people.
 """

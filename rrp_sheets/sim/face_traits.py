@@ -1,4 +1,4 @@
-"""What a drawn face is like, in numbers, and the shape of a head. Light to import: the browser's view has it too."""
+"""Traits of a drawn face, in numbers, and the shape of a head. Light to import: the browser's view uses it too."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _CHEEKS, _MOUTH = 0.1, -0.55  # heights at which a head is widest, and at which 
 
 @dataclass(frozen=True)
 class Traits:
-    """What a face looks like.
+    """Measures and colours of a drawn face.
 
     Lengths are parts of half the head's height; the origin is the middle of the face, x to the right of who looks at
     it, y up. Colours are 0 to 1.
@@ -67,7 +67,7 @@ class Traits:
 
 
 def outline(traits: Traits, height: float) -> float:
-    """Half the width of the head at a height (-1 to 1).
+    """Return half the width of the head at a height (-1 to 1).
 
     >>> face = Traits((1, 1, 1), (0, 0, 0), (0, 0, 0), (1, 0, 0))
     >>> outline(face, 1.0), outline(face, 0.1) > outline(face, -0.6) > outline(face, -0.95)

@@ -1,4 +1,4 @@
-"""Faces: found in the head camera's pictures, followed from picture to picture, recognised by what they look like.
+"""Faces in the head camera's pictures: finding them, following them between pictures, and recognising them.
 
 Nothing here knows the scene. A face that comes into view is a new track; its numbers (see `face_models`) are compared
 with those of everybody whom the robot remembers, until it is clear that it is one of them or none.
@@ -49,7 +49,7 @@ class _Track:
         numbers: what it looks like, as last looked at; None before.
         crop: the best picture of it, with `pixels` of width.
         clear: in how many clear pictures it was seen.
-        id: of the track, once it was told.
+        id: of the track, once a sensor has given it; 0 before.
     """
 
     since_us: int
@@ -73,7 +73,7 @@ class _Track:
 
 @dataclass
 class Faces:
-    """What the robot knows of faces.
+    """Faces that are in view, and the memory of those that the robot knows.
 
     Attributes:
         look: takes a picture for faces.
@@ -102,11 +102,11 @@ class Faces:
 
     @cached_property
     def models(self) -> FaceModels:
-        """The networks."""
+        """Networks that find and recognise faces, made when they are first needed."""
         return self.make_models()
 
     def see(self) -> list[dict[str, Value]]:
-        """The faces in the picture of now, by their ids."""
+        """Return the faces in the present picture, sorted by id."""
         us = self.clock()
         if us != self._looked_us:
             self._looked_us = us
@@ -143,10 +143,10 @@ class Faces:
         return track.person.name, ""
 
     def keep(self) -> None:
-        """Write who is remembered to the file that keeps it; raises SheetsError when that cannot be done.
+        """Write the remembered persons to the file that keeps them; raises SheetsError when that cannot be done.
 
-        Who was in that file and is gone from it has been wiped meanwhile, and stays wiped; whom another run has put
-        there meanwhile stays there.
+        Persons who were in that file and are gone from it have been wiped meanwhile, and stay wiped; persons whom
+        another run has added meanwhile stay.
         """
         if self.kept is None:
             return
@@ -165,7 +165,7 @@ class Faces:
         self._filed = {p for p in staying if not p.given}
 
     def know_from(self, path: Path) -> None:
-        """Begin with those whom an earlier run has kept in a file, which keeps those of this run too.
+        """Load the persons whom earlier runs have kept in a file, which keeps those of this run too.
 
         Raises:
             SheetsError: the file cannot be read.
@@ -203,7 +203,7 @@ class Faces:
             self._study(track, picture, us)
 
     def _suspicious(self, track: _Track, face: DetectedFace, way: Vector, us: int) -> bool:
-        """Whether the face near where a track was may be another one."""
+        """Return whether the face near a track's last place may be another one."""
         if track.numbers is None:
             return False
         wide = 2 * math.atan(face.width / 2 / self.lens.focal[0])
@@ -211,7 +211,7 @@ class Faces:
         return late or _angle(way, track.way) > MOVED * wide
 
     def _study(self, track: _Track, picture: Image, us: int) -> None:
-        """Look closer at a face until it is clear who it is, and keep the best picture of somebody new."""
+        """Compare a face with the memory until it is decided whose it is, and keep the best picture of a new one."""
         face, clear = track.found, _clear(track.found)
         track.clear += clear
         if not track.decided:
@@ -242,7 +242,7 @@ class Faces:
         }  # fmt: skip
 
     def _views(self, crop: Image) -> list[Features]:
-        """The face in numbers, as it is and as from farther away."""
+        """Return the features of the face, as it is and as from farther away."""
         numbers = []
         for size in (1.0, SHRUNK):
             picture = crop

@@ -1,4 +1,4 @@
-"""Pushes and falls. The robot never falls by itself; when something makes it fall, its motors rest, and it says so."""
+"""Pushes and falls. The robot never falls by itself; after a fall its motors are off, which is reported."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ LIES = "The robot lies on the floor: its motors rest, so this is not carried out
 
 
 class Falling:
-    """Watches whether the robot falls.
+    """Applies pushes to the robot, and detects falls.
 
     Args:
         bullet: the physics.
         body, stance: the robot.
-        arbiter: refuses what moves, once it lies.
-        tell: takes what the operator should know.
+        arbiter: refuses commands that move the robot, once it lies.
+        tell: receives the notices.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class Falling:
         self._before = 0.0  # rad: how far the torso was from upright before the push
 
     def push(self, newtons: Sequence[float], seconds: float = 0.2) -> None:
-        """Something pushes the chest with a force (x, y, z in the world, N) for a time."""
+        """Push the chest with a force (x, y, z in the world, N) for some seconds."""
         if self._stance.guided and math.hypot(*newtons) < HELD:
             return
         self._force, self._left = np.array(newtons, dtype=np.float64), seconds
@@ -56,7 +56,7 @@ class Falling:
             self._stance.let_go()
 
     def step(self, us: int, dt: float) -> None:
-        """One step of the physics, before it is made."""
+        """Prepare one step of the physics: apply the push, and check whether the robot falls."""
         if self._left > 0:
             self._left -= dt
             torso = self._body.torso()
@@ -81,7 +81,7 @@ class Falling:
         self._tell(Notice("error", FALLEN))
 
     def _catch(self, tilt: float, us: int) -> None:
-        """Let the guide take the robot again, when it stands still."""
+        """Let the guide hold the robot again if it stands still, else try again later."""
         turning = float(np.abs(self._b.getBaseVelocity(self._body.id)[1]).max())
         if abs(tilt) < UPSET and turning < CALM_RATE:
             self._stance.catch()

@@ -1,4 +1,4 @@
-"""What balls and persons look like. They have no mass: they are only seen."""
+"""Visible shapes of balls and persons. They have no mass: they are only seen."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class CompoundShape:
         self._parts: list[tuple[int, Vector, Sequence[float]]] = []
 
     def add(self, shape: int, offset: Sequence[float], tilt: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> int:
-        """Add a part; `offset` (m) and `tilt` (a quaternion) in the figure's frame. Its number in the physics."""
+        """Add a part, at `offset` (m) and `tilt` (a quaternion) in the figure's frame; return its number."""
         body: int = self._b.createMultiBody(0, -1, shape, [0, 0, -5])
         self._parts.append((body, np.array(offset, dtype=np.float64), tilt))
         return body
@@ -85,7 +85,7 @@ def turned(
 
 
 def mesh(bullet: Any, points: list[list[float]], faces: list[int], normals: list[list[float]], colour: RGB) -> int:
-    """A dull shape of triangles; its number."""
+    """Create a dull shape of triangles and return its number."""
     shape: int = bullet.createVisualShape(
         bullet.GEOM_MESH, vertices=points, indices=faces, normals=normals, rgbaColor=[*colour, 1],
         specularColor=[0, 0, 0],

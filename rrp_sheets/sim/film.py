@@ -58,13 +58,13 @@ class Film:
         self.over = False  # the run is over and the robot is brought to rest: less worth showing
 
     def tell(self, notice: Notice) -> None:
-        """Something happened: the next shot is worth showing."""
+        """Let the next shot weigh more, because of a notice."""
         self._hurry({"say": SPEAKS, "person": SHINES, "sound": SHINES, "note": NOTED}.get(notice.kind, TOLD))
 
     def ordered(self, us: int, order: Command) -> None:
-        """A command came; it is news when it is the first for a while, or says something else than the one before.
+        """Take note of a command, which is news when it is the first for a while or differs from the one before.
 
-        Measured numbers and records always differ; texts, colours and blanks tell.
+        Only texts, colours and blanks are compared, as measured numbers and records always differ.
         """
         before_us, before = self._ordered.get(order.stream, (-PAUSED_US, None))
         value = None if isinstance(order.value, (int, float, dict, Record)) else order.value
@@ -73,13 +73,13 @@ class Film:
             self._hurry(BEGINS)
 
     def _hurry(self, news: float) -> None:
-        """Let the next shot show it, also in a long run whose shots are far apart."""
+        """Let the next shot weigh more, and take it soon also in a long run whose shots are far apart."""
         self._news += news
         if news >= SHINES:
             self._next = min(self._next, self._step + EVERY)
 
     def saw(self, us: int, stream: str, value: Value) -> None:
-        """A sensor gave a value, or blank: its newest picture has nothing."""
+        """Take note of a sensor's value; None when its newest picture has nothing."""
         if value is None:
             self._seen.pop(stream, None)
         elif isinstance(value, dict):
@@ -122,14 +122,14 @@ class Film:
             self._writer.add(self.shots, thinned=False)
 
     def _posed(self) -> float:
-        """How much of a gesture is to be seen: 0 when it stands as at the start, 1 when it is in the midst of one."""
+        """Return how far arms and head are from the start posture: 0 as there, 1 in the midst of a gesture."""
         body = self._world.body
         chains = body.robot.data["chains"]
         upper = [j.name for j in body.robot.joints.values() if chains[j.chain] != "legs" and j.unit]
         return min(max((abs(body.position(j) - body.start[j]) for j in upper), default=0.0) / FAR, 1.0) ** 2
 
     def shoot(self) -> Image:
-        """The robot from outside, now."""
+        """Take a picture of the robot from outside."""
         self._world.stage.place()
         x, y, _ = (float(c) for c in self._world.body.torso().position)
         if math.dist((x, y), self._place) > AWAY:  # it has walked
@@ -171,7 +171,7 @@ def _writer(out: Path, title: str) -> FilmWriter:
 
 
 def _view(scene: Sequence[SceneAction], robot: tuple[float, float]) -> tuple[list[Point], Sequence[float]]:
-    """What should be in the picture, and from which sides (rad) it may be seen.
+    """Return the points that should be in the picture, and the sides (rad) from which it may be taken.
 
     The robot, where it is now, and the places where things near its start will be; from its right front, or more from
     the side when persons sit in front of it.
@@ -200,14 +200,14 @@ def _view(scene: Sequence[SceneAction], robot: tuple[float, float]) -> tuple[lis
 
 
 def _hiding(scene: Sequence[SceneAction]) -> list[tuple[float, float, float]]:
-    """Where persons and walls will stand, that could hide the robot: (x, y, radius) in m."""
+    """Return the places of persons and walls that could hide the robot: (x, y, radius) in m."""
     radius = {"person": 0.35, "wall": 0.6}
     places = ((a.what, a.values.get("at") or a.values.get("to")) for a in scene)
     return [(float(place[0]), float(place[1]), radius[what]) for what, place in places if place and what in radius]
 
 
 def _near(place: Sequence[float], offset: Point = (0.0, 0.0, 0.0)) -> Point:
-    """The place, or one on the way to it when it is far from the robot."""
+    """Return the place, or one on the way to it when it is far from the origin."""
     x, y, z = place[0] + offset[0], place[1] + offset[1], (place[2] if len(place) > 2 else 0.4) + offset[2]
     far = math.hypot(x, y)
     shrink = min(1.0, INTERESTING / far) if far else 1.0

@@ -1,6 +1,7 @@
-"""Writes film and strip while the run goes on: a simulator that is killed loses the last moment only.
+"""Writes `film.gif` and `strip.png` during a run: their pictures, encoding, and choice of moments.
 
-All of it happens on a thread, so that the robot need not wait for pictures to be packed.
+All of it happens on a thread, so that the robot need not wait for pictures to be packed. A simulator that is killed
+loses the last moment only.
 """
 
 from __future__ import annotations
@@ -94,19 +95,19 @@ class FilmFile:
         return frame.quantize(palette=self._palette, dither=Image.Dither.NONE)
 
     def _header(self) -> bytes:
-        """No palette of its own, and it begins again at its end."""
+        """Return the file's header: no global palette, and an endless loop."""
         width, height = (side.to_bytes(2, "little") for side in self._size)
         return b"GIF89a" + width + height + b"\x70\0\0!\xff\x0bNETSCAPE2.0\x03\x01\0\0\0"
 
 
 def _is_off(frame: Image.Image, packed: Image.Image) -> bool:
-    """Whether a picture has colours that its palette does not have."""
+    """Return whether a picture has colours that its palette does not have."""
     wrong = cv2.absdiff(np.asarray(frame), np.asarray(packed.convert("RGB"))) > OFF
     return bool((wrong[..., 0] | wrong[..., 1] | wrong[..., 2]).mean() > MOST_OFF)
 
 
 def _encoded(picture: _Picture, before: _Picture | None) -> bytes:
-    """A picture as a block of a GIF; what stays as it was is left out."""
+    """Return a picture as a block of a GIF; pixels that stay as they were are left out."""
     pixels, (left, top) = picture.pixels, (0, 0)
     if before is not None and before.palette == picture.palette:
         changed = pixels != before.pixels
@@ -160,7 +161,7 @@ class FilmWriter:
             self._work.put(partial(self._write_strip, now))
 
     def finish(self, shots: Sequence[Shot]) -> None:
-        """Write what is left, and wait for it. Raises OSError: then no half film stays."""
+        """Write the rest and wait for it. Raises OSError after removing the incomplete files."""
         self._work.put(partial(self._write_strip, list(shots)))
         self._work.put(None)
         self._thread.join()
@@ -207,13 +208,13 @@ Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
 
 @cache
 def font_of(size: int, bold: bool = False) -> Font:
-    """The font that comes along, which has Japanese, Greek and Cyrillic letters; else one with Latin letters only."""
+    """Return the bundled font, which has Japanese, Greek and Cyrillic letters; else one with Latin letters only."""
     path = vendored("fonts", f"NotoSansJP-{'Bold' if bold else 'Regular'}.ttf")
     return ImageFont.truetype(path, size) if path.is_file() else ImageFont.load_default(size)
 
 
 def palette_of(pictures: Sequence[NDArray[np.uint8]]) -> Image.Image:
-    """One palette for all pictures: the background then stays the same to the pixel and costs nothing.
+    """Return one palette for all pictures: the background then stays the same to the pixel and costs nothing.
 
     What is small but coloured (a ball, the eyes) counts more than its pixels, else the floor would take all colours.
     """
@@ -229,7 +230,7 @@ def palette_of(pictures: Sequence[NDArray[np.uint8]]) -> Image.Image:
 
 
 def film_frame(shot: Shot) -> Image.Image:
-    """A picture of the film: the robot, what it sees, the clock, and what it says."""
+    """Draw a picture of the film: the robot, what it sees, the clock, and what it says."""
     font, small = font_of(15), font_of(12)
     outside = Image.fromarray(shot.outside)
     frame = Image.new("RGB", (outside.width, outside.height + BAR), PAPER)
@@ -251,7 +252,7 @@ def film_frame(shot: Shot) -> Image.Image:
 
 
 def write_strip(path: Path, shots: Sequence[Shot], title: str = "") -> None:
-    """Six moments side by side: the robot from outside, what it saw, and what it said."""
+    """Write six moments side by side: the robot from outside, what it saw, and what it said."""
     chosen = choose(shots)
     big, font, small = font_of(26, bold=True), font_of(20), font_of(16)
     head = MARGIN + (44 if title else 0)
@@ -289,9 +290,10 @@ def _tile(strip: Image.Image, shot: Shot, place: tuple[int, int], font: Font, sm
 
 
 def choose(shots: Sequence[Shot], count: int = MOMENTS) -> list[Shot]:
-    """Moments where something changes, spread over the run, no two nearly the same where that can be helped.
+    """Choose moments where something changes, spread over the run, no two nearly the same if that is possible.
 
-    One by one the moment that adds most: what happens in it, how far it is from the chosen ones, how unlike them.
+    One by one, the moment is taken that adds most by what happens in it, its distance in time from the chosen ones, and
+    its difference from them.
     """
     chosen = list[Shot]()
     part = max((shots[-1].us - shots[0].us) / count, 1.0) if shots else 1.0
@@ -305,14 +307,14 @@ def choose(shots: Sequence[Shot], count: int = MOMENTS) -> list[Shot]:
 
 
 def _gain(shot: Shot, unlike: float, chosen: Sequence[Shot], part: float) -> float:
-    """What a moment adds to those chosen; `part` is a sixth of the run, in microseconds."""
+    """Return how much a moment adds to those chosen; `part` is a sixth of the run, in microseconds."""
     apart = min((abs(shot.us - other.us) for other in chosen), default=part) / part
     crowded = 10.0 if apart < NEAREST else 0.0
     return shot.weight + SPREAD * min(apart, 1.0) + NOVEL * unlike - crowded
 
 
 def _unlike(shot: Shot, other: Shot) -> float:
-    """How different two moments look and sound: 0 the same, 1 clearly different."""
+    """Return the difference of two moments in look and speech: 0 the same, 1 clearly different."""
     if (shot.saying, shot.eyes) != (other.saying, other.eyes):
         return 1.0
     pairs = [(shot.outside, other.outside)]

@@ -1,4 +1,4 @@
-"""Steps: where the feet are put, and the torso between them, for a body that walks and turns.
+"""Walking and turning: where the feet are put, the torso between them, and the joints of the legs.
 
 Pure geometry on the floor. Each step swings one foot while the other stands; the torso goes to the middle between both.
 With the torso in the middle, one joint turns both feet by the same angle outwards: NAO has only one motor for that. So
@@ -43,29 +43,29 @@ class FootPlace:
     yaw: float
 
     def plus(self, forward: float, left: float, turn: float = 0.0) -> FootPlace:
-        """The spot that is somewhere as seen from here."""
+        """Return the place at an offset from this one, in its frame."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         return FootPlace(self.x + c * forward - s * left, self.y + s * forward + c * left, self.yaw + turn)
 
     def seen(self, other: FootPlace) -> tuple[float, float, float]:
-        """Where another spot is as seen from here: ahead, to the left, turned."""
+        """Return another place as seen from this one: ahead, to the left, turned."""
         c, s, x, y = math.cos(self.yaw), math.sin(self.yaw), other.x - self.x, other.y - self.y
         return c * x + s * y, c * y - s * x, other.yaw - self.yaw
 
     def to(self, other: FootPlace, part: float, turned: float | None = None) -> FootPlace:
-        """A spot on the way to another one; `part` from 0 to 1, of the turn `turned`."""
+        """Return a place on the way to another: `part` of the way (0 to 1), and `turned` of the turn if given."""
         x, y = self.x + part * (other.x - self.x), self.y + part * (other.y - self.y)
         return FootPlace(x, y, self.yaw + (part if turned is None else turned) * (other.yaw - self.yaw))
 
 
 @dataclass(frozen=True)
 class Standing:
-    """How the robot stands before and after it walks.
+    """Posture of the robot before and after it walks.
 
     Attributes:
         torso: its place (m) as seen from the middle between the feet, which stand beside each other.
         lean: of the torso, rad, positive forward.
-        ankles: the ankles' places as seen from there.
+        ankles: the ankles' places (m) as seen from that middle.
     """
 
     torso: Vector
@@ -99,17 +99,17 @@ class Gait:
 
     @property
     def beside(self) -> bool:
-        """Whether both feet are on the floor, beside each other, with nothing to do."""
+        """True when both feet are on the floor, beside each other, with nothing to do."""
         return not self.swings and self.at(self._goal)
 
     @property
     def here(self) -> FootPlace:
-        """Where it would stand if it went no further: where a foot was put last, or is being put."""
+        """Place where the robot would stand if it went no further: where a foot was put last, or is being put."""
         return self._feet[self.swings or ("R" if self._next == "L" else "L")]
 
     @property
     def at_rest(self) -> bool:
-        """Whether nothing moves any more: it has arrived, or it was halted."""
+        """True when nothing moves any more: the goal is reached, or the gait was halted."""
         return self.beside or (self._halts and self._pace == self._height == 0.0)
 
     def go(self, goal: FootPlace, spread: tuple[float, float, float] = SPREAD) -> None:
@@ -123,7 +123,7 @@ class Gait:
             self._goal, self._spread = goal, spread
 
     def turn(self, rate: float) -> None:
-        """Turn at a rate (rad/s) until told otherwise, where it would stand; 0 ends it."""
+        """Turn on the spot at a rate (rad/s) until another goal is given; 0 ends it."""
         about = min(TURN, 2 * STEP_TIME * abs(rate))
         self.go(self.here.plus(0.0, 0.0, math.copysign(AHEAD, rate) if rate else 0.0), (STRIDE, ASIDE, about))
 
@@ -155,13 +155,13 @@ class Gait:
 
     @property
     def bound(self) -> float | None:
-        """Which way it walks, rad; None when it stands or turns on the spot."""
+        """Direction in which the robot walks, rad; None when it stands or turns on the spot."""
         to = self._goal
         ahead, left = to.x - self.middle.x, to.y - self.middle.y
         return None if self.beside or max(abs(ahead), abs(left)) < ARRIVED else math.atan2(left, ahead)
 
     def at(self, goal: FootPlace) -> bool:
-        """Whether both feet are where a goal wants them."""
+        """Return whether both feet are where a goal wants them."""
         return all(_near(foot, goal) for foot in self._feet.values())
 
     def _plan(self) -> None:
@@ -184,7 +184,7 @@ class Gait:
         self._speed_then = (x / STEP_TIME, y / STEP_TIME) if goes_on else (0.0, 0.0)
 
     def _offset(self, ahead: float, left: float, turn: float) -> tuple[float, float, float]:
-        """How far beside its place beside the standing foot the other one is put, on its way to a goal."""
+        """Return the swinging foot's next offset from beside the standing foot, on the way to a goal."""
         far, aside, about = self._spread
         sign = 1.0 if self.swings == "L" else -1.0
         if max(abs(ahead), abs(left)) > ARRIVED:
@@ -246,7 +246,7 @@ def _near(one: FootPlace, other: FootPlace) -> bool:
 
 
 def _between(start: float, end: float, speed: float, speed_then: float, part: float) -> float:
-    """A smooth way between two places with given speeds at both (per the whole way's time)."""
+    """Interpolate smoothly between two places, with given speeds at both (per the whole way's time)."""
     t, t2, t3 = part, part**2, part**3
     way = (2 * t3 - 3 * t2 + 1) * start + (t3 - 2 * t2 + t) * speed + (3 * t2 - 2 * t3) * end + (t3 - t2) * speed_then
     return way
@@ -260,7 +260,7 @@ ROUNDS = 8
 
 
 class Legs:
-    """The geometry of the legs.
+    """Geometry of the legs, and the joints for given places of the feet.
 
     Args:
         data: `[legs]` of the robot's catalogue, in m: `thigh`, `tibia`, `hip` (x, y, z of the left one in the torso).
@@ -271,7 +271,7 @@ class Legs:
         self._hip = tuple(float(c) for c in data["hip"])
 
     def hip(self, side: str) -> Vector:
-        """Where a leg begins, in the torso's frame."""
+        """Return the place of a leg's upper end, in the torso's frame."""
         x, y, z = self._hip
         return np.array([x, y if side == "L" else -y, z])
 
@@ -307,7 +307,7 @@ class Legs:
             side: of the foot.
             ankle: in the torso's frame, m.
             tilt: the level in the torso's frame: a matrix.
-            yaw: where the foot's direction (rad, against the torso's) is looked for first.
+            yaw: first guess of the foot's direction (rad, relative to the torso's).
             yaw_pitch: of the other leg, rad.
 
         Returns:

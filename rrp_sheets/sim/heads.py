@@ -19,7 +19,7 @@ from rrp_sheets.sim.portraits import Portrait, drawn, from_file
 
 
 class Heads:
-    """Makes heads in one world; pictures are given to it only once.
+    """Makes heads in one world; each picture is loaded only once.
 
     Args:
         bullet: the physics.
@@ -84,7 +84,7 @@ class Heads:
 def _shape(
     outline: Callable[[float], float],
 ) -> tuple[list[list[float]], list[list[float]], list[list[float]], list[int]]:
-    """Points (m), where each is in the picture (0 to 1), normals, and triangles.
+    """Return points (m), the place of each in the picture (0 to 1), normals, and triangles.
 
     The picture lies on the front as if it were projected from before it; the back has its edge's colours.
     """

@@ -1,4 +1,4 @@
-"""What the robot understands of what it hears: pocketsphinx, with the words of a sensor and decoys beside them.
+"""Speech recognition with pocketsphinx: each sensor's words among decoys, and the pronunciation of words.
 
 A recogniser that knows only the words it waits for takes everything for one of them; with other words to choose from
 it leaves most of what it does not know alone. Its own probabilities say little about how sure a word is; the confidence
@@ -50,7 +50,7 @@ MOST_WORDS = 1_000
 
 @dataclass(frozen=True)
 class Word:
-    """A word of a sensor as the recogniser knows it: tokens, which no cell can write into its grammar."""
+    """A word of a sensor as tokens of the recogniser, so that no text of a cell gets into its grammar."""
 
     text: str
     tokens: tuple[str, ...]
@@ -64,7 +64,7 @@ class Listener:
         self.words = words
 
     def among(self, tokens: Sequence[str]) -> list[tuple[Word, int]]:
-        """The words in what was recognised, with the place of each; where one begins another, the longer one."""
+        """Return the words in recognised tokens, with their places; where one word begins another, the longer one."""
         found, place = [], 0
         while place < len(tokens):
             fits = [w for w in self.words if tuple(tokens[place : place + len(w.tokens)]) == w.tokens]
@@ -76,7 +76,7 @@ class Listener:
 
 
 class Ear:
-    """The recogniser, loaded once; its dictionary has only words that somebody listens for, and decoys.
+    """The recogniser, loaded once; its dictionary has only the words of the sensors, and decoys.
 
     Raises:
         ImportError: it is not installed.
@@ -92,7 +92,7 @@ class Ear:
         self._tokens: dict[str, str] = {}
 
     def listener(self, name: str, words: Sequence[str]) -> tuple[Listener, list[str], list[tuple[str, str]]]:
-        """Listen for words; those that cannot be heard, and pairs that sound the same."""
+        """Return a listener for words, the words that cannot be recognised, and pairs that sound the same."""
         known: dict[tuple[str, ...], Word] = {}
         deaf, same = list[str](), list[tuple[str, str]]()
         for text in words[:MOST_WORDS]:
@@ -114,7 +114,7 @@ class Ear:
         return found, deaf, same
 
     def recognise(self, listener: Listener, sound: Signal) -> list[tuple[str, float]]:
-        """The words in what came to the microphone, in order, each with a confidence from 0 to 1."""
+        """Return the words in a sound from the microphone, in order, each with a confidence from 0 to 1."""
         if not listener.words:
             return []
         return [found for piece in split(sound) for found in self._piece(listener, piece)]
@@ -132,7 +132,7 @@ class Ear:
         return [(text, sure(fit)) for text, fit in fits if fit >= LEAST]
 
     def _decode(self, name: str, sound: Signal) -> list[tuple[str, int, int, float]]:
-        """What was recognised: (token, first frame, frames, logarithm of how well it fits)."""
+        """Return the recognised segments: (token, first frame, frames, logarithm of how well it fits)."""
         decoder: Any = self._decoder
         decoder.activate_search(name)
         decoder.start_utt()
@@ -155,7 +155,7 @@ class Ear:
         return token
 
     def _decoys(self, words: Sequence[Word]) -> list[str]:
-        """Tokens of words that sound unlike those that are listened for."""
+        """Return tokens of words that sound unlike those of the sensor."""
         known = {token: piece for piece, token in self._tokens.items()}
         mine = [self._sounds.of(known[t])[0].split() for t in {t for w in words for t in w.tokens}]
         unlike = [
@@ -170,7 +170,7 @@ def _ratio(one: list[str], other: list[str]) -> float:
 
 
 def sure(fit: float) -> float:
-    """A confidence from 0 to 1 for how well a word fits (its mean over 10 ms, as a logarithm).
+    """Return a confidence from 0 to 1 for how well a word fits (its mean over 10 ms, as a logarithm).
 
     >>> sure(-1.0) > sure(-3.0) > sure(-6.0)
     True
@@ -179,7 +179,7 @@ def sure(fit: float) -> float:
 
 
 def split(sound: Signal) -> list[Signal]:
-    """The pieces of speech between pauses."""
+    """Return the pieces of speech between pauses."""
     frame = round(_FRAME * RATE)
     count = len(sound) // frame
     loud = np.sqrt((sound[: count * frame].reshape(count, frame) ** 2).mean(axis=1)) if count else np.zeros(0)
@@ -196,12 +196,12 @@ def split(sound: Signal) -> list[Signal]:
 
 
 class Hearing:
-    """The robot's hearing: what people say goes to the sensors that listen for words.
+    """Recognises what people say for the sensors that listen for words.
 
     Args:
-        talk: the people.
+        talk: the people who speak, and the microphone.
         speech: the speech library, which knows how words sound.
-        tell: takes what is to be told.
+        tell: receives the notices.
         sensors: the sensors in use.
     """
 
@@ -232,7 +232,7 @@ class Hearing:
         return listener
 
     def words(self, listener: Listener) -> list[tuple[str, float]]:
-        """What a sensor recognises in what is over at this step."""
+        """Return the words that a sensor recognises in the utterances that end at this step."""
         found = []
         for utterance in self._talk.over:
             assert self._ear is not None
@@ -243,7 +243,7 @@ class Hearing:
         return found
 
     def notes(self) -> list[Notice]:
-        """What people said of which nothing came, as notes; to be asked for after the sensors were."""
+        """Return notes on speech in which no sensor recognised a word; call it after the sensors were read."""
         self._heard.clear()
         return [
             Notice("note", f"{said.action.thing} says “{said.text}”: {self._why(said, utterance)}",
@@ -271,7 +271,7 @@ class Hearing:
 
 
 def words_in(text: str, words: tuple[str, ...]) -> list[str]:
-    """Those of some words (or phrases) that a text has, in the text's order.
+    """Return those of the words (or phrases) that occur in a text, in the text's order.
 
     >>> words_in("Yes, okay! Yesterday…", ("no", "okay", "yes"))
     ['yes', 'okay']
@@ -308,7 +308,7 @@ _ANY = re.compile("|".join(sorted(map(re.escape, _SOUNDS), key=len, reverse=True
 
 
 def pieces(text: str) -> list[str]:
-    """The single words of a phrase, as a dictionary has them.
+    """Return the single words of a phrase, as a dictionary has them.
 
     >>> pieces("Blood test!"), pieces("X-ray"), pieces("Don’t"), pieces("?")
     (['blood', 'test'], ['x', 'ray'], ["don't"], [])
@@ -317,7 +317,7 @@ def pieces(text: str) -> list[str]:
 
 
 def sounds_of(ipa: str) -> str:
-    """Sounds of the recogniser for letters of the phonetic alphabet; stress and what is unknown are left out.
+    """Return the recogniser's sounds for phonetic letters; stress and unknown letters are left out.
 
     >>> sounds_of("jˈɛstɚdˌeɪ"), sounds_of("ˈɛksɹˈeɪ"), sounds_of("()")
     ('Y EH S T ER D EY', 'EH K S R EY', '')
@@ -326,11 +326,11 @@ def sounds_of(ipa: str) -> str:
 
 
 class Pronunciations:
-    """Looks words up.
+    """Looks up the sounds of words, or derives them with the speech library.
 
     Args:
         dictionary: the recogniser's.
-        words: those that will be asked for: the others of the dictionary are not kept.
+        words: those that will be looked up; the others of the dictionary are not kept.
         speech: for words that are not in it; None when there is none.
     """
 
@@ -346,7 +346,7 @@ class Pronunciations:
                     self._known.setdefault(word, []).append(sounds.strip())
 
     def of(self, word: str) -> list[str]:
-        """The ways to say a word, as sounds with spaces between them; empty when nobody knows."""
+        """Return the ways to say a word, as sounds with spaces between them; empty when they are unknown."""
         if word not in self._known:
             sounds = sounds_of(self._spoken(word))
             self._known[word] = [sounds] if sounds and sounds.count(" ") < LONGEST else []

@@ -1,4 +1,4 @@
-"""Motions through keyframes: what postures, gestures and talking hands do."""
+"""Motions of joints through keyframes, for postures, gestures and talking hands."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from rrp_sheets.sim.body import EASY, STEP, Body
 class Motion:
     """Joints on their way through keyframes.
 
-    What they are doing when it begins is brought to rest first. It can be stopped at any time: the joints then go on
-    from where they are, with the speed that they have.
+    Motions of these joints that are under way are brought to rest first. It can be stopped at any time: the joints then
+    go on from where they are, with the speed that they have.
 
     Args:
         body: whose joints.
@@ -51,14 +51,14 @@ class Motion:
         self.clamped: list[Clamped] = []
 
     def begin(self) -> None:
-        """Begin: from now on `step` moves the joints."""
+        """Begin the motion: from now on `step` moves the joints."""
         self.going = True
         for joint in self.joints:
             self.home[joint] = self._body.aimed(joint)
             self._body.halt(joint)
 
     def step(self) -> None:
-        """One step of the physics."""
+        """Advance by one step of the physics."""
         plan = self._plan or self._planned()
         if plan is None:
             return
@@ -73,12 +73,12 @@ class Motion:
 
     @property
     def passed(self) -> int:
-        """How many keyframes it has passed."""
+        """Number of keyframes that the motion has passed."""
         return sum(self._time >= time for time in self._plan.times) if self._plan is not None else 0
 
     @property
     def returning(self) -> bool:
-        """Whether all keyframes are over and the joints only go back to where they were."""
+        """True when all keyframes are over and the joints only go back to where they were."""
         return self._returns and self._plan is not None and self.passed == len(self._plan.times)
 
     def halt(self, *, home: bool = False) -> None:
@@ -93,7 +93,7 @@ class Motion:
                 self._body.go(joint, self.home[joint], EASY)
 
     def _planned(self) -> JointPlan | None:
-        """The plan, once the joints are at rest."""
+        """Make the plan once the joints are at rest; None before."""
         if any(self._body.on_its_way(joint) for joint in self.joints):
             return None
         start = {joint: self._body.aimed(joint) for joint in (*self.joints, "HeadYaw")}
@@ -111,18 +111,18 @@ class Motion:
 
 
 class Motions:
-    """The motions that go on."""
+    """Motions that are under way."""
 
     def __init__(self) -> None:
         self._going: list[Motion] = []
 
     def begin(self, motion: Motion) -> None:
-        """Let a motion begin."""
+        """Begin a motion, which `step` then advances."""
         motion.begin()
         self._going.append(motion)
 
     def step(self) -> None:
-        """One step of the physics."""
+        """Advance all motions by one step of the physics."""
         self._going = [motion for motion in self._going if motion.going]
         for motion in self._going:
             motion.step()

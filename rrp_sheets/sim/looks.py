@@ -1,6 +1,6 @@
-"""Which number and which drawn face each person of a scene has; the same for the world, its film and its 3D view.
+"""Numbers and drawn faces of a scene's persons; the same for the world, its film and its 3D view.
 
-This is the scene's knowledge: what draws people uses it, what perceives does not.
+This is knowledge of the scene: code that draws people uses it, perception does not.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Looks:
                     self.known.append(KnownPerson(number, name, self._faces[number], picture))
 
     def number(self, action: SceneAction) -> int:
-        """The number of the person who comes in: the `id` that the row gives, else that of before, else the next."""
+        """Return the number of a person who comes in: the row's `id`, else the earlier number, else the next one."""
         name, given = key(action.thing), action.values.get("id")
         if given is None:
             given = self._numbers.get(name) or next(n for n in range(1, len(self._numbers) + 2) if n not in self._faces)
@@ -63,11 +63,11 @@ class Looks:
         return number
 
     def face(self, number: int) -> int:
-        """The drawn face of the person with that number."""
+        """Return the drawn face of the person with that number."""
         return self._faces.get(number, number - 1) % FACES
 
     def faces(self) -> dict[str, int]:
-        """The drawn face of each person, by the key of the thing."""
+        """Return the drawn face of each person, by the key of the thing."""
         return {name: self.face(number) for name, number in self._numbers.items()}
 
     def _choose(self, thing: str, number: int) -> int:
@@ -84,7 +84,7 @@ class Looks:
 
 
 def is_entry(action: SceneAction) -> bool:
-    """Whether a person comes in by it.
+    """Return whether a person comes in by this action.
 
     >>> is_entry(SceneAction(0, "Mia", "appear", {"at": (1, 0, 0.6)})), is_entry(SceneAction(0, "Mia", "disappear"))
     (True, False)

@@ -1,4 +1,4 @@
-"""What passes between the simulator's process and the program: plain data only."""
+"""Messages between the simulator's process and the program: plain data only."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ class Spec:
     Attributes:
         robot: the catalogue, with the folder of the robot's model.
         scene: in the order of their times.
-        seed: of what is random: the noise of the room.
+        seed: of the room's random noise.
         frame_rate: frames a second; divides 240.
         out: the folder for sound and film, or empty for none.
         film: whether to record the film and the strip of moments.
-        record: whether to write down poses and what the camera sees, to be looked back at.
+        record: whether to record poses and camera pictures, for looking back at the run.
         camera: whether pictures of the robot's camera may be kept.
         title: shown on the strip.
         beside: the folder of the workbook, for its sounds; empty for none.
         faces: the file that keeps remembered faces beyond the run, or empty.
-        dones: the actuator streams whose ends somebody wants to know, each with the stream that tells them.
+        dones: the actuator streams whose commands report their end, each with the stream that gets the reports.
     """
 
     robot: Robot
@@ -56,7 +56,7 @@ class Spec:
 
 @dataclass(frozen=True, slots=True)
 class OpenFailure:
-    """Why a world cannot be made; `missing` when a part of the program is not installed."""
+    """Reason why a world cannot be made; `missing` when a part of the program is not installed."""
 
     message: str
     remedy: str
@@ -65,7 +65,7 @@ class OpenFailure:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of one advance: sensor values (records as mappings of their fields) and notices, in order."""
+    """Result of one advance: sensor values (records as mappings of their fields) and notices, in order."""
 
     events: tuple[tuple[str, Value], ...] = ()
     notices: tuple[Notice, ...] = ()

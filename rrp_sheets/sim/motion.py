@@ -10,7 +10,7 @@ ARRIVED = 1e-5  # rad; nearer than this the set point is put on its target
 
 @dataclass(slots=True)
 class Glide:
-    """A set point on its way.
+    """A set point that moves to its target.
 
     >>> g = Glide(0.0); g.go(1.0, velocity=1.0, acceleration=4.0)
     >>> steps = 0
@@ -38,7 +38,7 @@ class Glide:
 
     @property
     def moving(self) -> bool:
-        """Whether the target is not reached yet."""
+        """True while the target is not reached."""
         return self.position != self.target or self.speed != 0.0
 
     def go(self, target: float, velocity: float, acceleration: float) -> None:

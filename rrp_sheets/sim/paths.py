@@ -1,4 +1,4 @@
-"""Where a thing is at a time: standing, moving along a line, circling."""
+"""Paths of things, which give the place at a time: standing, moving along a line, circling."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ Point = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Still:
-    """At one place."""
+    """Path of a thing that stays at one place."""
 
     place: Point
 
     def at(self, us: int) -> Point:
-        """The place at a time of the run."""
+        """Return the place at a time of the run."""
         return self.place
 
 
 @dataclass(frozen=True, slots=True)
 class LinePath:
-    """From one place to another at constant speed.
+    """Path from one place to another at constant speed.
 
     >>> LinePath((0, 0, 0), (1, 0, 2), 0, 1_000_000).at(500_000)
     (0.5, 0.0, 1.0)
@@ -33,7 +33,7 @@ class LinePath:
     for_us: int
 
     def at(self, us: int) -> Point:
-        """The place at a time of the run."""
+        """Return the place at a time of the run."""
         part = 1.0 if self.for_us <= 0 else min(max((us - self.from_us) / self.for_us, 0.0), 1.0)
         x, y, z = (a + part * (b - a) for a, b in zip(self.start, self.end, strict=True))
         return x, y, z
@@ -41,7 +41,7 @@ class LinePath:
 
 @dataclass(frozen=True, slots=True)
 class Circle:
-    """Around a middle, upright (facing the robot) or flat, leaving from `start` without a jump."""
+    """Path around a middle, upright (facing the robot) or flat, leaving from `start` without a jump."""
 
     start: Point
     middle: Point
@@ -51,7 +51,7 @@ class Circle:
     flat: bool = False
 
     def at(self, us: int) -> Point:
-        """The place at a time of the run: in the first quarter of a round it swings onto the circle.
+        """Return the place at a time of the run: in the first quarter of a round it swings onto the circle.
 
         >>> c = Circle((1.0, 0.0, 0.4), (0.0, 0.0, 0.4), 0.5, 4_000_000, 0, flat=True)
         >>> c.at(0), [round(x, 3) for x in c.at(1_000_000)]

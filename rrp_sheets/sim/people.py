@@ -1,4 +1,4 @@
-"""Bodies of persons, seated on the floor or standing; the head is put on them by others.
+"""Bodies of persons, seated on the floor or standing; `heads` adds the head.
 
 A body looks along the figure's x. Its measures follow from the height of the face alone.
 """
@@ -24,7 +24,7 @@ Colours = tuple[RGB, RGB, RGB]
 
 
 def is_seated(face: float, posture: str) -> bool:
-    """Whether somebody sits; without a posture the height of the face tells.
+    """Return whether a person sits; without a posture the height of the face decides.
 
     >>> is_seated(0.62, ""), is_seated(1.5, ""), is_seated(0.62, "standing")
     (True, False, False)
@@ -51,7 +51,7 @@ def body(bullet: Any, figure: CompoundShape, clothes: RGB, skin: RGB, face: floa
 
 
 def _sit(bullet: Any, figure: CompoundShape, colours: Colours, neck: float) -> None:
-    """Cross-legged, the hands on the knees."""
+    """Add a body that sits cross-legged, the hands on the knees."""
     trousers = colours[1]
     wide = 0.27 * neck + 0.02
     _torso(bullet, figure, colours, 0.02, neck, wide)
@@ -68,7 +68,7 @@ def _sit(bullet: Any, figure: CompoundShape, colours: Colours, neck: float) -> N
 
 
 def _stand(bullet: Any, figure: CompoundShape, colours: Colours, neck: float) -> None:
-    """Upright, the arms hanging."""
+    """Add a body that stands upright, the arms hanging."""
     trousers = colours[1]
     wide, hips = 0.115 * neck + 0.045, 0.55 * neck
     _torso(bullet, figure, colours, hips - 0.04 * neck, neck, wide)
@@ -84,7 +84,7 @@ def _stand(bullet: Any, figure: CompoundShape, colours: Colours, neck: float) ->
 
 
 def _torso(bullet: Any, figure: CompoundShape, colours: Colours, low: float, neck: float, wide: float) -> None:
-    """From the hips to the neck, flatter than wide."""
+    """Add a torso from the hips to the neck, flatter than wide."""
     tall = neck - low
     outline = [
         (0.0, 0.0), (wide * 0.80, 0.01), (wide * 0.90, tall * 0.06), (wide * 0.84, tall * 0.25),
@@ -105,7 +105,7 @@ def _arm(
 
 
 def limb(bullet: Any, figure: CompoundShape, start: Spot, end: Spot, thick: float, thin: float, colour: RGB) -> None:
-    """Part of an arm or a leg: round, from one place to another, `thick` (radius, m) here and `thin` there."""
+    """Add a round part of an arm or a leg between two places, `thick` (radius, m) here and `thin` there."""
     long = math.dist(start, end)
     outline = [(0.0, -thick * 0.9), (thick * 0.70, -thick * 0.6), (thick, 0.0), (thin, long),
                (thin * 0.70, long + thin * 0.6), (0.0, long + thin * 0.9)]  # fmt: skip
@@ -114,7 +114,7 @@ def limb(bullet: Any, figure: CompoundShape, start: Spot, end: Spot, thick: floa
 
 
 def _upright_to(way: Sequence[float]) -> Spot | tuple[float, float, float, float]:
-    """The rotation (a quaternion) that turns z into a direction."""
+    """Return the rotation (a quaternion) that turns z into a direction."""
     x, y, z = way
     if z < -0.999999:  # upside down: any axis across
         return 1.0, 0.0, 0.0, 0.0

@@ -1,4 +1,4 @@
-"""How an arm points: the joints for which the line from the shoulder through the hand goes to a target."""
+"""Pointing with an arm: the line from the shoulder through the hand goes to a target, whose motion is predicted."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ OPEN, STRAIGHT = 1.0, {"ElbowYaw": 0.0, "ElbowRoll": 0.0, "WristYaw": 0.0}
 
 
 class Pointing:
-    """The geometry of the arms.
+    """Chooses the arm that points at a place, and computes its joints.
 
     Args:
         body: the robot; `[arm]` of its catalogue has the place of the left `hand` from the shoulder, stretched (m).
@@ -28,7 +28,7 @@ class Pointing:
         self._hand = np.array(data["hand"], dtype=np.float64)
 
     def joints(self, side: str, target: Vector) -> dict[str, float]:
-        """The joints of an arm (`L` or `R`) that point at a place in the world, as near as their limits allow."""
+        """Return the joints of an arm (`L` or `R`) that point at a place in the world, as far as their limits allow."""
         torso = self._body.torso()
         towards = torso.rotation.T @ (target - self._body.link(f"{side}Shoulder").position)
         ahead, left, up = (float(c) for c in towards / np.linalg.norm(towards))
@@ -51,7 +51,7 @@ class Pointing:
         return joints
 
     def nearer(self, target: Vector, now: str) -> str:
-        """Which arm is to point at a place: the one on its side, or the one that does until it is well beyond."""
+        """Return the arm that is to point at a place: the one on its side, or the present one until far beyond."""
         torso = self._body.torso()
         left = float((torso.rotation.T @ (target - torso.position))[1])
         if now == "L":
@@ -62,7 +62,7 @@ class Pointing:
 
 
 class MotionPredictor:
-    """Where something that is seen now and then will be a moment later, if it goes on as it did.
+    """Predicts where a thing that is seen now and then will be a moment later, if it goes on as it did.
 
     >>> predictor = MotionPredictor()
     >>> for us in (0, 100_000, 200_000, 300_000): ahead = predictor.seen(us, np.array([us / 1e6, 0.0]))
@@ -80,7 +80,7 @@ class MotionPredictor:
         self._speed: Vector | None = None
 
     def seen(self, us: int, where: Vector) -> Vector:
-        """Take a sighting (µs, any coordinates); where it will be."""
+        """Take a sighting (µs, any coordinates); return where the thing will be."""
         passed = us - self._us
         if self._last is None or not 0 < passed <= self.LONGEST_US:
             self._speed = None

@@ -1,4 +1,4 @@
-"""What the heads of persons look like: drawn faces by number, or a picture file that the scene names."""
+"""Portraits of persons for their heads: drawn from traits, or cut from a picture file that the scene names."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _ANYBODY = Traits((1, 1, 1), (0, 0, 0), (0, 0, 0), (1, 0, 0), width=0.80, jaw=0.
 
 @dataclass(frozen=True)
 class Portrait:
-    """What a head is made of.
+    """Picture, outline and colours that a head is made of.
 
     Attributes:
         name: of the drawing or the file.
@@ -56,7 +56,7 @@ class Portrait:
     style: str
 
     def cut_out(self, size: int) -> Image:
-        """The head as seen from the front before a pale wall, its height `size` pixels."""
+        """Return the head as seen from the front before a pale wall, its height `size` pixels."""
         heights = np.linspace(1, -1, SIDE + 2)[1:-1]
         half = np.array([self.outline(float(h)) for h in heights])
         across = np.abs(np.linspace(-1, 1, SIDE))
@@ -70,7 +70,7 @@ class Portrait:
 
 
 def drawn(face: int) -> Portrait:
-    """One of the drawn faces, by its place among `face_people.PEOPLE`; beyond their number they come again."""
+    """Return one of the drawn faces, by its place among `face_people.PEOPLE`; beyond their number they repeat."""
     place = face % len(PEOPLE)
     traits = PEOPLE[place]
     return Portrait(
@@ -80,13 +80,13 @@ def drawn(face: int) -> Portrait:
 
 
 def png(picture: Image) -> bytes:
-    """A picture as a PNG file."""
+    """Return a picture as a PNG file."""
     _, data = cv2.imencode(".png", np.ascontiguousarray(picture[:, :, ::-1]))
     return bytes(data)
 
 
 def from_file(path: Path, models: FaceModels) -> Portrait:
-    """The largest face of a picture file, turned upright and cut to a portrait.
+    """Cut the largest face of a picture file, turned upright, to a portrait.
 
     Raises:
         SheetsError: it cannot be read, is no picture, or shows no face.
@@ -110,7 +110,7 @@ def from_file(path: Path, models: FaceModels) -> Portrait:
 
 
 def read_picture(path: Path) -> Image:
-    """A PNG or JPEG file as (height, width, 3), red first, turned as its camera says.
+    """Read a PNG or JPEG file as (height, width, 3), red first, turned as its camera says.
 
     Raises:
         SheetsError: it is missing, too large, too small, no such file, or broken.
@@ -147,7 +147,7 @@ def _upright_as_taken(opened: Any) -> Image:
 
 
 def _upright(picture: Image, face: DetectedFace) -> Image:
-    """The face turned, moved and scaled so that eyes and mouth are where a portrait has them."""
+    """Turn, move and scale the face so that eyes and mouth are where a portrait has them."""
     middle, half = (SIDE - 1) / 2, SIDE / 2
     to = np.array([(middle + half * x, middle - half * y) for x, y in _PLACES])
     come = face.points.astype(np.float64)
@@ -168,7 +168,7 @@ def _upright(picture: Image, face: DetectedFace) -> Image:
 
 
 def _faded(picture: Image, skin: RGB, hair: RGB) -> Image:
-    """What was behind the person goes over into skin and hair towards the outline: it lies on the head's sides."""
+    """Blend the picture's background into skin and hair towards the outline, as it lies on the head's sides."""
     along = (np.arange(SIDE) + 0.5) / SIDE * 2 - 1
     half = np.array([max(outline(_ANYBODY, -float(y)), 1e-3) for y in along])
     across = np.abs(along)[None, :] / half[:, None]
@@ -184,7 +184,7 @@ def _colour_of(patch: Image) -> RGB:
 
 
 def studied(portrait: Portrait, models: FaceModels) -> list[Features]:
-    """What a portrait looks like in numbers, from near and from farther away: as if the robot had been shown it."""
+    """Return a portrait's features from near and from farther away, as if the robot had been shown it."""
     numbers = []
     for size in (NEAR, FAR):
         picture = portrait.cut_out(size)
@@ -201,7 +201,7 @@ EDGE = 0.012  # softness of edges, as a part of half the picture
 
 
 class _Canvas:
-    """A picture under the brush, with the coordinates of its pixels."""
+    """A picture that is being painted, with the coordinates of its pixels."""
 
     def __init__(self, seed: int) -> None:
         n = SIDE * FINER
@@ -237,7 +237,7 @@ class _Canvas:
 
 
 def soft(distance: Floats, edge: float = EDGE) -> Floats:
-    """1 where the distance is clearly above 0, 0 where it is clearly below."""
+    """Return 1 where the distance is clearly above 0, 0 where it is clearly below, and a soft edge between."""
     t = np.clip(distance / (2 * edge) + 0.5, 0, 1).astype(np.float32)
     smooth: Floats = t * t * (3 - 2 * t)
     return smooth
@@ -248,7 +248,7 @@ def _blurred(mask: Floats, pixels: float) -> Floats:
 
 
 def draw_face(traits: Traits, seed: int = 1) -> NDArray[np.uint8]:
-    """A face as it is seen from the front, (192, 192, 3), 0 to 255; hair reaches to the picture's edge."""
+    """Draw a face as seen from the front, (192, 192, 3), 0 to 255; hair reaches to the picture's edge."""
     canvas = _Canvas(seed)
     _skin(canvas, traits)
     for side in (-1, 1):

@@ -1,7 +1,7 @@
-"""The simulator's process, from the side of the program that starts it and from the engine's.
+"""Control of the simulator's process, for the supervisor that starts it and for the engine.
 
-The program that starts it has a connection of its own to it, over which the robot is brought to its rest whatever the
-engine does; the engine has another one, for its requests.
+The supervisor has a connection of its own, over which it can bring the robot to rest whatever the engine does; the
+engine has another one, for its requests. Also here: whether the packages that the simulator needs are installed.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ NEEDED = {"pybullet": "pybullet", "cv2": "opencv-python-headless", "numpy": "num
 
 
 def missing() -> list[str]:
-    """The packages that the simulator needs and this Python does not have."""
+    """Return the packages that the simulator needs and this Python does not have."""
     return [package for module, package in NEEDED.items() if importlib.util.find_spec(module) is None]
 
 
@@ -52,7 +52,7 @@ def require() -> None:
 
 
 def about() -> str:
-    """Whether the simulator can run here, in a line: with which package, or what is missing."""
+    """Return in a line whether the simulator can run here: with which package, or what is missing."""
     lacking = missing()
     if lacking:
         return f"no, {', '.join(lacking)} missing"
@@ -61,7 +61,7 @@ def about() -> str:
 
 
 class Simulator:
-    """A started simulator's process, for its supervisor: brings the robot to rest, and tells whether it still works.
+    """A simulator process as its supervisor sees it: can be brought to rest, and is watched for failures.
 
     Raises:
         MissingPart: when the simulator is not installed here.
@@ -69,7 +69,7 @@ class Simulator:
     Attributes:
         requests: the engine's end of its connection; close it when the engine has it.
         resting: whether the robot has begun its rest after `rest`: it is silent, and its joints are halted.
-        rested: what was still to be told when the robot had come to rest without its engine; None before.
+        rested: the last notices, once the robot has come to rest without its engine; None before.
         gone: whether the process has ended, or is about to.
     """
 
@@ -89,26 +89,26 @@ class Simulator:
 
     @property
     def pid(self) -> int:
-        """The process's number."""
+        """Process id of the simulator."""
         return self._child.pid
 
     def fileno(self) -> int:
-        """The number of the connection, to wait for what it says."""
+        """Return the file descriptor of the connection, to wait for messages."""
         return self._child.link.fileno()
 
     @property
     def working(self) -> bool:
-        """Whether it is carrying something out, so that the engine waits for it and not the other way round."""
+        """True while the simulator is busy, so that the engine waits for it and not the other way round."""
         return self._heartbeat.numbers[STATE] != 0
 
     def rest(self) -> None:
-        """Bring the robot to its rest now, whatever the engine wants: from any thread, without waiting."""
+        """Bring the robot to rest now, whatever the engine does: from any thread, without waiting."""
         if self._asked is None:
             self._asked = self._cpu()
             self._child.say("rest")
 
     def hear(self) -> None:
-        """Take what it has said."""
+        """Process the messages that have arrived from the simulator."""
         while not self.gone:
             messages = self._lines.receive(socket.MSG_DONTWAIT)
             if messages is None:
@@ -122,7 +122,7 @@ class Simulator:
                     self.rested = tuple(Notice(*one) for one in words[0])
 
     def failure(self) -> str:
-        """Why it must be ended, as a sentence; empty while it works. Ask some ten times a second."""
+        """Return why the process must be ended, as a sentence; empty while it works. Call it ten times a second."""
         numbers = self._heartbeat.numbers
         state, opened = numbers[STATE], numbers[STATE] != OPENING
         waits_for_rest = self._asked is not None and not self.resting and opened
@@ -146,16 +146,16 @@ class Simulator:
         return ""
 
     def exit_words(self) -> str:
-        """How it ended, in brackets."""
+        """Return how the process ended, in brackets."""
         return self._child.exit_summary()
 
     def kill(self) -> None:
-        """End it at once."""
+        """End the process at once."""
         self._child.kill()
         self.gone = True
 
     def close(self, within: float = 1.0) -> None:
-        """Let it end within some seconds, which it does when its connections close; else end it."""
+        """Close the connections and let the process end within some seconds; else end it."""
         self.requests.close()
         self._child.close(within)
         self._heartbeat.close()
@@ -168,7 +168,7 @@ class SimProcess:
     Args:
         spec: the world.
         requests: the connection to a simulator that a supervisor has started; None starts one here.
-        ending: of that simulator: waits for what the supervisor says of its end, as a sentence.
+        ending: waits until the supervisor has reported how that simulator ended, and returns it as a sentence.
     """
 
     def __init__(
@@ -185,7 +185,7 @@ class SimProcess:
 
     @property
     def pid(self) -> int | None:
-        """The number of the process that was started here, while it runs."""
+        """Process id of a simulator that was started here, while it runs."""
         return self._simulator.pid if self._simulator is not None else None
 
     def open(self) -> None:
@@ -203,7 +203,7 @@ class SimProcess:
             unless_open.pop_all()
 
     def start(self) -> Outcome:
-        """The outcome of time 0."""
+        """Return the outcome of time 0."""
         return self._outcome(self._ask("start"))
 
     def advance(self, now_us: int, orders: Sequence[Command]) -> Outcome:
@@ -211,35 +211,35 @@ class SimProcess:
         return self._outcome(self._ask("advance", now_us, tuple(orders)))
 
     def state(self) -> State:
-        """The world as it is."""
+        """Return the present state of the world."""
         state = self._ask("state")
         assert isinstance(state, State)
         return state
 
     def act(self, actions: Sequence[SceneAction]) -> None:
-        """Let something happen in the world now, by hand."""
+        """Apply scene actions that are triggered by hand, now."""
         self._ask("act", tuple(actions))
 
     def show(self, picture: bool) -> WorldSnapshot:
-        """The world for a display, with what the robot sees when that is wanted."""
+        """Return the world for a display, with the robot's camera picture if wanted."""
         shown = self._ask("show", picture)
         assert isinstance(shown, WorldSnapshot)
         return shown
 
     def look(self) -> Image:
-        """What the robot sees now, (240, 320, 3)."""
+        """Return the present picture of the head camera, (240, 320, 3)."""
         picture: Image = self._ask("look")
         return picture
 
     def watch(self) -> Image:
-        """The robot from outside now, (320, 560, 3)."""
+        """Return a present picture of the robot from outside, (320, 560, 3)."""
         picture: Image = self._ask("watch")
         return picture
 
     def stop(self) -> Outcome:
         """Bring the robot to rest, write the film, and end the process; it is ended in any case.
 
-        After a break that was told already there is nothing to bring to rest, and nothing more to tell.
+        After a failure that was raised already, there is nothing to bring to rest and nothing more to report.
         """
         if self._link is None:
             return Outcome()
@@ -249,7 +249,7 @@ class SimProcess:
             self.kill()
 
     def kill(self) -> None:
-        """End the process at once, or let the supervisor's end when it has done what it does."""
+        """Close the connection, and end a process that was started here; a supervisor's simulator ends by itself."""
         link, simulator = self._link, self._simulator
         self._link = self._simulator = None
         if link is not None:

@@ -1,7 +1,7 @@
-"""Writes down what a run looked like, so that it can be looked back at: poses of robot and things, and camera pictures.
+"""Recording of a run for looking back at it: poses of robot and things, and camera pictures.
 
-Beside the trace, never instead of it: nothing of the run depends on these files; what cannot be written is left out,
-and that is told.
+It complements the trace and never replaces it: nothing of the run depends on these files. What cannot be written is
+left out, which is reported.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Recording:
     Args:
         world: the world.
         out: the run's folder.
-        pictures: whether what the camera sees is kept as well.
+        pictures: whether camera pictures are kept as well.
     """
 
     def __init__(self, world: SimWorld, out: Path, pictures: bool) -> None:
@@ -48,7 +48,7 @@ class Recording:
         self._next_pose = self._next_picture = 0
 
     def go_on(self, step: int) -> None:
-        """Write down what is due at a step of the physics."""
+        """Record what is due at a step of the physics."""
         if step >= self._next_pose:
             self._next_pose = step + POSE_EVERY
             self._poses.add(self._world)
@@ -58,7 +58,7 @@ class Recording:
             self._pictures.add(world.stage.us, jpeg(world.sight.recent(STALE_US)))
 
     def close(self) -> None:
-        """The run is over: write what waits."""
+        """Write the rest at the end of the run."""
         self._poses.close()
         if self._pictures is not None:
             self._pictures.write()
@@ -67,7 +67,7 @@ class Recording:
 class Poses:
     """The poses' file: JSON Lines, each with what has changed since the one before.
 
-    Of a line `t` is in seconds; `joints` (rad) by name; `base` x, y, z (m) and roll, pitch, yaw (rad) of the torso;
+    In a line, `t` is in seconds; `joints` (rad) by name; `base` x, y, z (m) and roll, pitch, yaw (rad) of the torso;
     `eyes` 0 to 1; `saying`; `things` (m) by name, null for what has gone; `looks` by name; `light`, `noise` 0 to 1.
     """
 
@@ -80,7 +80,7 @@ class Poses:
         self._broken = False
 
     def add(self, world: SimWorld) -> None:
-        """Take the pose of now."""
+        """Add the world's present pose, as far as it has changed."""
         if self._broken:
             return
         full = self._count % FULL_EVERY == 0
@@ -105,7 +105,7 @@ class Poses:
             self._write()
 
     def _changed(self, entry: dict[str, Any], part: str, now: Mapping[str, Any]) -> None:
-        """What moved of a part with names; null for a name that has gone."""
+        """Enter the named values of a part that have moved; null for a name that has gone."""
         told = self._told.setdefault(part, {})
         moved = {name: _rounded(v) for name, v in now.items() if name not in told or _apart(told[name], v)}
         gone = dict.fromkeys(name for name in told if name not in now)
@@ -123,7 +123,7 @@ class Poses:
             entry["looks"] = new
 
     def _whole(self, entry: dict[str, Any], part: str, now: tuple[float, ...]) -> None:
-        """A part that is told as a whole when any of it has changed."""
+        """Enter a part as a whole when any of it has changed."""
         told = self._told.get(part)
         if told is None or _apart(told, now):
             self._told[part] = _rounded(now)
@@ -150,7 +150,7 @@ class Poses:
 
 
 class Pictures:
-    """The camera's pictures as JPEG in a zip that is whole after every writing; named by their seconds.
+    """Camera pictures as JPEG in a zip that is complete after every write; named by their seconds.
 
     Attributes:
         thinning: of so many pictures one is kept.
@@ -203,7 +203,7 @@ class Pictures:
             self._give_up(error)
 
     def _give_up(self, error: Exception) -> None:
-        """A full disk: no half zip stays, and nothing more is written."""
+        """Remove the incomplete zip and write no more, for example when the disk is full."""
         self._broken = True
         self._waiting.clear()
         self._path.unlink(missing_ok=True)
@@ -211,7 +211,7 @@ class Pictures:
 
 
 def _apart(told: Any, now: Any) -> bool:
-    """Whether something has moved since it was told: a number, or the numbers of a place."""
+    """Return whether a number, or the numbers of a place, have moved since they were last written."""
     if isinstance(now, (int, float)):
         return bool(abs(told - now) >= STIRRED)
     return any(abs(a - b) >= MOVED for a, b in zip(told, now, strict=True))

@@ -1,4 +1,4 @@
-"""The sensors: what each gives, and when."""
+"""Sensors of the simulated robot: sonar, camera, faces, joints, torso, buttons, touch, words; and their rates."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Beam:
     """One side of the sonar.
 
     Args:
-        body: it is fixed to.
+        body: the body that it is fixed to.
         beam: its place, as the catalogue has it.
     """
 
@@ -54,13 +54,13 @@ class Beam:
         self._rays = cone(math.radians(float(beam["cone"])))
 
     def pose(self) -> Pose:
-        """Where it is and where it looks (its x)."""
+        """Return the beam's place and orientation; it measures along its x."""
         torso = self._body.torso()
         turned = _rotation(*(float(a) for a in self._beam["rpy"]))
         return Pose(torso.position + torso.rotation @ np.array(self._beam["xyz"]), torso.rotation @ turned)
 
     def measure(self, stage: Stage) -> float:
-        """The distance of the nearest thing in the cone, m; `FARTHEST` when nothing is there."""
+        """Return the distance of the nearest thing in the cone, m; `FARTHEST` when nothing is there."""
         pose = self.pose()
         solids = [s for s in stage.solids() if s.distance(pose.position) < FARTHEST]
         rays = self._rays @ pose.rotation.T
@@ -80,7 +80,7 @@ class Sonar:
         self._stage = senses.stage
 
     def read(self) -> list[Any]:
-        """What it measures now."""
+        """Measure the distance."""
         return [{"distance": min(beam.measure(self._stage) for beam in self._beams)}]
 
 
@@ -99,7 +99,7 @@ STILL = 2.5e-4  # rad: a joint that moves less has not moved (the physics trembl
 
 
 class Sight:
-    """What the head camera sees now. One picture serves all sensors of the same instant."""
+    """Present view of the head camera. One picture serves all sensors of the same instant."""
 
     def __init__(self, eye: Eye, fine: Eye, body: Body, stage: Stage) -> None:
         self._eye, self._fine, self._body, self._stage = eye, fine, body, stage
@@ -110,13 +110,13 @@ class Sight:
         self._latest: tuple[int, Image] | None = None
 
     def pose(self) -> Pose:
-        """Where the camera is."""
+        """Return the present pose of the camera."""
         self._refresh()
         assert self._pose is not None
         return self._pose
 
     def look(self) -> Image:
-        """The picture."""
+        """Return the picture of this instant."""
         self._refresh()
         if self.picture is None:
             self._stage.place()
@@ -125,22 +125,22 @@ class Sight:
         return self.picture
 
     def look_closely(self) -> Image:
-        """A finer picture, for faces."""
+        """Take a finer picture, for faces."""
         self._stage.place()
         return self._fine.look(self.pose(), self._stage.light)
 
     def recent(self, stale_us: int) -> Image:
-        """The newest picture if it is not older than `stale_us`, else a new one: for who only watches."""
+        """Return the newest picture if it is not older than `stale_us`, else a new one: for displays and records."""
         if self._latest is not None and self._stage.us - self._latest[0] <= stale_us:
             return self._latest[1]
         return self.look()
 
     def forget(self) -> None:
-        """Something was moved while the world stood still: take a new picture when one is wanted."""
+        """Discard the picture, as something was moved while the world stood still."""
         self.us, self._latest = -1, None
 
     def detector(self) -> Detector:
-        """Looks for things in the picture."""
+        """Return the detector for the picture of this instant."""
         picture = self.look()
         if self._detector is None:
             self._detector = Detector(picture, self._eye.lens)
@@ -154,7 +154,7 @@ class Sight:
 
 @dataclass(frozen=True)
 class Senses:
-    """What sensors work with."""
+    """Parts of the simulated world that sensors use."""
 
     body: Body
     sight: Sight
@@ -174,7 +174,7 @@ class SimSensor(Protocol):
     locates: bool
 
     def read(self) -> list[Value]:
-        """The values of now; records as mappings of their fields."""
+        """Return the present values; records as mappings of their fields."""
         ...
 
 
@@ -253,7 +253,7 @@ class JointPosition(_Base):
 
 
 class Orientation(_Base):
-    """How the torso is turned, when that has changed."""
+    """Roll, pitch and yaw of the torso, when they have changed."""
 
     _last: tuple[float, float, float, bool] | None = None
 
@@ -270,7 +270,7 @@ class Orientation(_Base):
 
 
 class Button(_Base):
-    """An operator's button: the scene presses it."""
+    """An operator's button, which the scene presses."""
 
     _count = 0
 
@@ -316,7 +316,7 @@ class WordSensor(_Base):
         self._listener = senses.hearing.listen(spec.stream, tuple(spec.settings.get("words") or ()))
 
     def read(self) -> list[Value]:
-        """The words of what is over now."""
+        """Return the words in the utterances that have just ended."""
         if self._listener is None:
             return []
         return [{"word": word, "confidence": sure} for word, sure in self.senses.hearing.words(self._listener)]
@@ -331,14 +331,14 @@ SENSORS: Mapping[str, Callable[[DeviceUse, Senses], SimSensor]] = {
 
 
 class SamplingClock:
-    """When a sensor is read: every 1/rate s, at the physics' step then or next after; without a Rate at every step."""
+    """Times at which a sensor is read: every 1/rate s, at the physics' step then or next after; else every step."""
 
     def __init__(self, spec: DeviceUse) -> None:
         self._rate = float(spec.settings.get("rate") or STEPS_A_SECOND)
         self._next = 0
 
     def due(self, step: int) -> bool:
-        """Whether to read at this step; to be asked at every step."""
+        """Return whether to read at this step; must be called at every step."""
         if step * self._rate < self._next * STEPS_A_SECOND - 1e-6:
             return False
         self._next += 1
@@ -346,7 +346,7 @@ class SamplingClock:
 
 
 def tidy(value: Value) -> Value:
-    """Measured numbers in whole millionths, so that traces of two runs are the same to the byte."""
+    """Round measured numbers to millionths, so that traces of two runs are the same to the byte."""
     if isinstance(value, float):
         return round(float(value), 6) + 0.0  # no minus zero, no numpy number
     if isinstance(value, dict):

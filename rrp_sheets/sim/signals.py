@@ -1,6 +1,7 @@
-"""What people do to the robot and to the run panel, as the scene tells it: presses and touches.
+"""Presses and touches by people, on the robot and the run panel, as the scene gives them.
 
-Knowledge, not perception: the catalogue marks the sensors that are fed from here. A touch lasts half a second.
+They are known, not perceived: the catalogue marks the sensors that are fed from here. A touch lasts half a second,
+unless the scene gives another time.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ _DOES = {"press": "presses", "touch": "touches"}
 
 
 class Signals:
-    """What is pressed and touched at the present step.
+    """Presses and touches at the present step.
 
     Attributes:
         presses: the buttons' labels.
@@ -31,7 +32,7 @@ class Signals:
         self.touches: list[tuple[str, bool]] = []
 
     def begin(self, us: int) -> None:
-        """A new step: what was is over, and touches end."""
+        """Begin a new step: clear presses and touches, and end touches whose time is over."""
         self.presses, self.touches = [], []
         for zone, until in list(self._until.items()):
             if until <= us:
@@ -40,14 +41,14 @@ class Signals:
                     self.touches.append((zone, False))
 
     def contact(self, zones: frozenset[str]) -> None:
-        """Things rest against these zones now, and against no others."""
+        """Set the zones that things rest against now, in place of earlier ones."""
         for zone in sorted(zones ^ self._resting):
             if zone not in self._until:  # somebody touches it already, or still
                 self.touches.append((zone, zone in zones))
         self._resting = zones
 
     def act(self, action: SceneAction) -> None:
-        """Somebody does something."""
+        """Take a press or a touch from the scene."""
         verb, what = action.verb, str(next(iter(action.values.values()), ""))
         if verb == "press":
             self.presses.append(what)
@@ -61,11 +62,11 @@ class Signals:
         self._open.append((action, verb, what))
 
     def noticed(self, verb: str, what: str) -> None:
-        """A sensor has noticed something."""
+        """Mark a press or a touch as noticed by a sensor."""
         self._open = [(a, v, w) for a, v, w in self._open if (v, w) != (verb, what)]
 
     def unnoticed(self) -> list[Notice]:
-        """What no sensor has noticed, as notes."""
+        """Return notes on presses and touches that no sensor has noticed, once."""
         notes = []
         for action, verb, what in self._open:
             why = "no sensor of this workbook notices it."

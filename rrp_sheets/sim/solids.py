@@ -1,6 +1,6 @@
-"""The shapes of things as rays and hands meet them: how far a point is from one, and where a ray hits one.
+"""Solid shapes of things, with the distance of a point from one and the places where rays hit one.
 
-Plain geometry beside the physics: things never push the robot, and moving one costs nothing until somebody asks.
+Plain geometry beside the physics: things never push the robot, and moving one costs nothing until a distance is needed.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ class Solid(ABC):
 
     @abstractmethod
     def distance(self, point: Point) -> float:
-        """How far a point is from it; 0 inside."""
+        """Return how far a point is from the shape; 0 inside."""
 
     @abstractmethod
     def hits(self, origin: Point, rays: Vector) -> Vector:
-        """How far each ray (rows of unit vectors) goes from `origin` until it meets it; infinite where it does not."""
+        """Return how far each ray (rows of unit vectors) goes from `origin` to the shape; infinite where it misses."""
 
 
 @dataclass(frozen=True)
 class Sphere(Solid):
-    """A ball, a head.
+    """A round shape: a ball, a head.
 
     >>> Sphere("Ball", (1, 0, 0), 0.1).distance((0, 0, 0))
     0.9
@@ -49,11 +49,11 @@ class Sphere(Solid):
     radius: float
 
     def distance(self, point: Point) -> float:
-        """How far a point is from it."""
+        """Return how far a point is from the sphere; 0 inside."""
         return max(math.dist(self.middle, point) - self.radius, 0.0)
 
     def hits(self, origin: Point, rays: Vector) -> Vector:
-        """Where rays meet it."""
+        """Return how far each ray goes until it hits the sphere."""
         off = np.subtract(self.middle, origin)
         along = rays @ off
         inside = self.radius**2 - (float(off @ off) - along**2)
@@ -74,12 +74,12 @@ class Cylinder(Solid):
     height: float
 
     def distance(self, point: Point) -> float:
-        """How far a point is from it."""
+        """Return how far a point is from the cylinder; 0 inside."""
         x, y, z = (p - m for p, m in zip(point, self.middle, strict=True))
         return math.hypot(max(math.hypot(x, y) - self.radius, 0.0), max(abs(z) - self.height / 2, 0.0))
 
     def hits(self, origin: Point, rays: Vector) -> Vector:
-        """Where rays meet it."""
+        """Return how far each ray goes until it hits the cylinder."""
         x, y, z = (float(o - m) for o, m in zip(origin, self.middle, strict=True))
         a = rays[:, 0] ** 2 + rays[:, 1] ** 2
         b = rays[:, 0] * x + rays[:, 1] * y
@@ -109,26 +109,26 @@ class SolidBox(Solid):
     turned: float = 0.0
 
     def distance(self, point: Point) -> float:
-        """How far a point is from it."""
+        """Return how far a point is from the box; 0 inside."""
         own = self._own(np.subtract(point, self.middle)[None, :])[0]
         return math.hypot(*(max(abs(float(o)) - s / 2, 0.0) for o, s in zip(own, self.size, strict=True)))
 
     def hits(self, origin: Point, rays: Vector) -> Vector:
-        """Where rays meet it."""
+        """Return how far each ray goes until it hits the box."""
         start = self._own(np.subtract(origin, self.middle)[None, :])[0]
         turned = self._own(rays)
         slabs = [_slab(float(start[i]), turned[:, i], self.size[i]) for i in range(3)]
         return _first(np.stack([s[0] for s in slabs]), np.stack([s[1] for s in slabs]))
 
     def _own(self, vectors: Vector) -> Vector:
-        """Vectors in the box's own frame."""
+        """Return vectors in the box's own frame."""
         c, s = math.cos(self.turned), math.sin(self.turned)
         own: Vector = vectors @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
         return own
 
 
 def _slab(start: float, way: Vector, size: float) -> tuple[Vector, Vector]:
-    """Where rays enter and leave the space between two parallel planes around 0."""
+    """Return how far rays go until they enter and leave the space between two parallel planes around 0."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         one, two = (-size / 2 - start) / way, (size / 2 - start) / way
     inside = abs(start) <= size / 2
@@ -139,6 +139,6 @@ def _slab(start: float, way: Vector, size: float) -> tuple[Vector, Vector]:
 
 
 def _first(enters: Vector, leaves: Vector) -> Vector:
-    """Where rays are within all of several spaces first."""
+    """Return how far rays go until they are within all of several spaces."""
     enter, leave = enters.max(axis=0), leaves.min(axis=0)
     return np.where((enter <= leave) & (leave >= 0), np.maximum(enter, 0.0), np.inf)

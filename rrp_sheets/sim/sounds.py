@@ -1,4 +1,4 @@
-"""The robot's own sounds, made here from tones and noise, and .wav files; the same numbers at every run."""
+"""Sounds of the robot, made from tones and noise with the same samples in every run, and .wav files."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _NAMES = {"C": 0, "D": 2, "E": 4, "F": 5, "G": 7, "A": 9, "B": 11}
 
 
 def own_sound(name: str) -> Audio:
-    """One of the robot's own sounds, by the catalogue's name, at `RATE`. Raises KeyError for any other."""
+    """Make one of the robot's own sounds, by the catalogue's name, at `RATE`. Raises KeyError for any other."""
     signal = SOUNDS[name]()
     fade = np.minimum(1.0, np.arange(len(signal))[::-1] / (FADE * RATE))
     signal = signal * fade * (PEAK / max(float(np.abs(signal).max()), 1e-9))
@@ -66,13 +66,13 @@ def _time(seconds: float) -> Signal:
 
 
 def _hertz(note: str) -> float:
-    """`A4` is 440 Hz."""
+    """Return the frequency of a note: `A4` is 440 Hz."""
     half_tones = _NAMES[note[0]] + (note.count("#")) + 12 * int(note[-1]) - 57
     return float(440.0 * 2 ** (half_tones / 12))
 
 
 def _struck(hertz: float, seconds: float, partials: Sequence[tuple[float, float, float]]) -> Signal:
-    """Something that rings: (times the tone, strength, seconds until it has faded to a third)."""
+    """Make a ringing tone of partials: (times the tone, strength, seconds until it has faded to a third)."""
     t = _time(seconds)
     parts = [a * np.exp(-t / fades) * np.sin(2 * math.pi * hertz * times * t) for times, a, fades in partials]
     return np.asarray(sum(parts), dtype=np.float64) * np.minimum(1.0, t / 0.002)
@@ -91,7 +91,7 @@ def _pluck(note: str, seconds: float) -> Signal:
 
 
 def _mixed(seconds: float, parts: Sequence[tuple[float, float, Signal]]) -> Signal:
-    """Sounds at their times (s), each with its strength."""
+    """Mix sounds at their times (s), each with its strength."""
     whole = np.zeros(round(seconds * RATE))
     for at, strength, part in parts:
         start = round(at * RATE)

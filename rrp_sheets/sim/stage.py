@@ -1,4 +1,4 @@
-"""The things of the scene: balls, persons, furniture, light and noise, and what the Scene sheet makes them do."""
+"""Things of the scene: balls, persons, furniture, light and noise, their shapes, and the Scene sheet's actions."""
 
 from __future__ import annotations
 
@@ -52,12 +52,12 @@ class Stage:
         self.plan(actions)
 
     def plan(self, actions: Sequence[SceneAction]) -> None:
-        """Let further actions happen at their times; those of one time in their order, those that wait never."""
+        """Schedule further actions at their times, in order at equal times; those that wait for a cue are left out."""
         new = [action for action in actions if not action.cue]
         self._waiting = sorted([*self._waiting, *new], key=lambda a: a.time_us)
 
     def by_hand(self, actions: Sequence[SceneAction]) -> None:
-        """Let something happen now: things at once, also while the world stands still; the rest in the next step."""
+        """Apply actions on things now, also while the world stands still; the rest happens in the next step."""
         for action in actions:
             if action.verb in self._acts and action.time_us <= self.us + LATER_US:
                 self._do(action)
@@ -65,7 +65,7 @@ class Stage:
                 self.plan((action,))
 
     def go_on(self, us: int) -> None:
-        """Let everything act that is due until `us`."""
+        """Carry out all actions that are due until `us`."""
         while self._waiting and self._waiting[0].time_us <= us:
             self._do(self._waiting.pop(0))
         for name, person in list(self.persons.items()):
@@ -91,42 +91,42 @@ class Stage:
     # ---- what else there is to know of the room
     @property
     def light(self) -> float:
-        """How bright the room is now, 0 to 1."""
+        """Present brightness of the room, 0 to 1."""
         return self._levels["light"].at(self.us)[0]
 
     @property
     def noise(self) -> float:
-        """How loud the room is now, 0 to 1."""
+        """Present loudness of the room, 0 to 1."""
         return self._levels["noise"].at(self.us)[0]
 
     @property
     def has_solids(self) -> bool:
-        """Whether anything is there that a ray or a hand could meet."""
+        """True if anything is there that a ray or a hand could meet."""
         return bool(self.balls or self.persons or self.props)
 
     def things(self) -> Iterator[Ball | ScenePerson | Prop]:
-        """Everything that is there."""
+        """Yield everything that is there."""
         yield from self.balls.values()
         yield from self.persons.values()
         yield from self.props.values()
 
     def solids(self) -> tuple[Solid, ...]:
-        """The shapes of everything, where it is now."""
+        """Return the shapes of everything, where it is now."""
         if self._solids is None or self._solids[0] != self.us:
             self._solids = self.us, tuple(solid for thing in self.things() for solid in thing.solids(self.us))
         return self._solids[1]
 
     def nearest(self, points: Iterable[Sequence[float]]) -> tuple[float, str]:
-        """How near the nearest thing is to any of some points (m), and its name; infinite and empty without one."""
+        """Return the least distance of a thing from the points (m), and its name; infinite and empty without one."""
         solids = self.solids()
         return min(((s.distance(point), s.name) for point in points for s in solids), default=(math.inf, ""))
 
     def places(self) -> dict[str, tuple[float, ...]]:
-        """Where everything is, by its name: a ball's middle, a person's face, else the middle of the underside."""
+        """Return the places by name: a ball's middle, a person's face, else the middle of the underside."""
         return {thing.name: thing.path.at(self.us) for thing in self.things()}
 
     def looks(self) -> dict[str, Mapping[str, Value]]:
-        """What everything looks like, by its name, for displays."""
+        """Return the appearance of everything, by its name, for displays."""
         found: dict[str, Mapping[str, Value]] = {
             b.name: {"kind": "ball", "size": [2 * b.radius] * 3, "colour": b.colour} for b in self.balls.values()
         }
@@ -220,7 +220,7 @@ class Stage:
             person.looks = action.verb == "look"
 
     def _set(self, action: SceneAction) -> None:
-        """Light and noise become so strong, at once or slowly."""
+        """Change light or noise to a level, at once or slowly."""
         now = self._levels[action.what].at(action.time_us)
         end = (float(action.values["share"]), 0.0, 0.0)
         lasts = round(float(action.values.get("seconds") or 0.0) * 1e6)
@@ -236,7 +236,7 @@ def _level(share: float) -> LinePath:
 
 
 def _point(value: Value, height: float = 0.0) -> Point:
-    """A position; one of two numbers keeps the height."""
+    """Return a position; one of two numbers gets the given height."""
     x, y, *z = (float(v) for v in value)
     return x, y, z[0] if z else height
 
@@ -257,7 +257,7 @@ class Ball:
     colour: str = ""
 
     def solids(self, us: int) -> list[Solid]:
-        """Its shape where it is at a time."""
+        """Return its shape, where it is at a time."""
         return [Sphere(self.name, self.path.at(us), self.radius)]
 
 
@@ -290,21 +290,21 @@ class ScenePerson:
     voice: str = ""
 
     def face(self, us: int) -> Point:
-        """Where the face is at a time."""
+        """Return the place of the face at a time."""
         return self.path.at(us)
 
     def heading(self, us: int) -> float:
-        """Which way the face looks, rad: towards the robot's place, or away."""
+        """Return the direction of the face, rad: towards the origin, where the robot begins, or away from it."""
         x, y, _ = self.path.at(us)
         return math.atan2(-y, -x) + (0.0 if self.looks else AWAY)
 
     @property
     def seated(self) -> bool:
-        """Whether they sit."""
+        """True if the person sits."""
         return is_seated(self.height, self.posture)
 
     def solids(self, us: int) -> list[Solid]:
-        """The body, and the head on it."""
+        """Return the shapes of the body and of the head on it."""
         x, y, z = self.path.at(us)
         body = z - HEAD
         radius = min((SEATED_WIDE if self.seated else WIDE) * self.height + 0.03, 0.25)
@@ -343,7 +343,7 @@ class Prop:
     colour: str = ""
 
     def solids(self, us: int) -> list[Solid]:
-        """Its shapes where they are at a time."""
+        """Return its shapes, where they are at a time."""
         x, y, z = self.path.at(us)
         deep, wide, high = self.size
         if self.kind == "cup":
@@ -360,12 +360,12 @@ class Prop:
         return parts
 
     def top(self, us: int) -> float:
-        """How high its upper side is, m."""
+        """Return the height of its upper side, m."""
         return self.path.at(us)[2] + self.size[2]
 
 
 def make_prop(bullet: Any, name: str, kind: str, values: Any, at: Point) -> Prop:
-    """A thing as its row says."""
+    """Create a cup, box, table or wall as its row of the Scene sheet says."""
     colour = str(values.get("colour") or "")
     size = _size(kind, values.get("size"))
     figure = figures.CompoundShape(bullet)
@@ -389,7 +389,7 @@ def _corners(deep: float, wide: float) -> list[tuple[float, float]]:
 
 
 def _cup(bullet: Any, figure: figures.CompoundShape, size: Size, colour: str) -> None:
-    """Open at the top, wider there than below, with a handle's worth of nothing: a beaker."""
+    """Add a beaker: open at the top, wider there than below, without a handle."""
     radius, high = size[1] / 2, size[2]
     outline = [
         (0.0, 0.0), (radius * 0.72, 0.0), (radius * 0.76, high * 0.04), (radius, high), (radius * 0.93, high),
@@ -418,7 +418,7 @@ _DRAWN = {"cup": _cup, "box": _box, "table": _table, "wall": _wall}
 
 
 def block(bullet: Any, size: Sequence[float], colour: RGB) -> int:
-    """A block around its middle, each side with light of its own."""
+    """Create a block around its middle, lit separately on each side, and return its number."""
     points: list[list[float]] = []
     normals: list[list[float]] = []
     faces: list[int] = []

@@ -1,7 +1,7 @@
-"""How the robot stands, sits and walks: on its own feet, or held by a guide.
+"""Standing, sitting and walking of the robot: on its own feet, or held by a guide.
 
-Standing and looking around are physics. Moving arms and legs, turning and walking are *guided*: an invisible hand holds
-the torso where the legs carry it, so that the robot never falls. It is not dynamic walking, and does not claim to be.
+Standing and looking around are physics. Moving arms and legs, turning and walking are *guided*: a constraint holds the
+torso where the legs carry it, so that the robot never falls. It is not dynamic walking, and does not claim to be.
 """
 
 from __future__ import annotations
@@ -48,17 +48,17 @@ class Stance:
 
     @property
     def turning(self) -> float:
-        """How fast the body turns now, rad/s, positive to the left."""
+        """Speed at which the body turns now, rad/s, positive to the left."""
         return self._rate
 
     @property
     def walking(self) -> bool:
-        """Whether it walks, or is about to."""
+        """True while the robot walks, or is about to."""
         return self._way is not None or (self._gait is not None and not self._gait.at_rest)
 
     @property
     def stepping(self) -> bool:
-        """Whether it makes steps, be it the last."""
+        """True while the robot makes steps, including the last one."""
         return self._gait is not None
 
     @property
@@ -68,12 +68,12 @@ class Stance:
 
     @property
     def guided(self) -> bool:
-        """Whether the guide holds it."""
+        """True while the guide holds the torso."""
         return self._guide.holds
 
     @property
     def upright(self) -> bool:
-        """Whether the legs are as in the start posture, so that it can walk and turn."""
+        """True when the legs are as in the start posture, so that the robot can walk and turn."""
         body = self._body
         return all(
             abs(body.aimed(j) - body.start[j]) < NEAR and abs(body.position(j) - body.start[j]) < NEAR
@@ -82,13 +82,13 @@ class Stance:
 
     @property
     def on_feet(self) -> bool:
-        """Whether it stands or crouches, upright; else it sits, lies, or is falling."""
+        """True while the robot stands or crouches, upright; else it sits, lies, or is falling."""
         torso = self._body.torso()
         return not self.loose and float(torso.rotation[2, 2]) > UPRIGHT and float(torso.position[2]) > LOW
 
     @property
     def settled(self) -> bool:
-        """Whether the torso has come to rest after the legs have moved."""
+        """True when the torso has come to rest after the legs have moved."""
         return self._resting is None or self._resting.settled
 
     @property
@@ -102,23 +102,23 @@ class Stance:
 
     @property
     def bound(self) -> float | None:
-        """Which way it walks, rad in the world; None when it does not go anywhere."""
+        """Direction in which the robot walks, rad in the world; None when it does not go anywhere."""
         return self._gait.bound if self._gait is not None else None
 
     @property
     def arrived(self) -> bool:
-        """Whether the last walk has led to its end."""
+        """True when the last walk has led to its end."""
         return self._arrived
 
     def turn(self, rate: float) -> None:
-        """Turn the whole body at a rate (rad/s) until told otherwise; 0 stops."""
+        """Turn the whole body at a rate (rad/s) until the next call; 0 stops."""
         if rate and self._stand():
             self._step_out().turn(max(-FASTEST_TURN, min(FASTEST_TURN, rate)))
         elif not rate and self._gait is not None:
             self._gait.close()
 
     def walk(self, forward: float, left: float, turn: float) -> None:
-        """Walk some way (m, m), then turn (rad), then stand; upright first, when it is not."""
+        """Walk some way (m, m), then turn (rad), then stand; take the start posture first if necessary."""
         if self._gait is None and not (self.upright and self.on_feet):
             self.follow_legs(0.0)
             for joint in self._joints:
@@ -134,13 +134,13 @@ class Stance:
             self._gait.close()
 
     def steady(self) -> None:
-        """From now on hold the torso: swinging arms would make the robot fall, as it has no balance of its own."""
+        """Hold the torso from now on: swinging arms would make the robot fall, as it does not balance by itself."""
         self._steady = True
         if not self.loose:
             self._guide.hold()
 
     def follow_legs(self, lean: float | None = None) -> None:
-        """From now on the torso follows the legs' joints, whatever their posture: the robot rests on the floor.
+        """Let the torso follow the legs' joints from now on, in any posture: the robot rests on the floor.
 
         Args:
             lean: around which the torso settles, rad: 0 standing or sitting, −1.5 on its back, 1.5 on its belly; None
@@ -166,7 +166,7 @@ class Stance:
             self._resting.halt()
 
     def let_go(self) -> None:
-        """Leave the robot to physics: something pushes it."""
+        """Leave the robot to physics, as something pushes it."""
         self.loose, self._stepped, self._rested = True, self._gait is not None, self._resting is not None
         self._guide.release()
         self._gait = self._resting = self._way = None
@@ -186,7 +186,7 @@ class Stance:
             self._guide.hold()
 
     def step(self) -> None:
-        """One step of the physics."""
+        """Advance by one step of the physics."""
         if self._way is not None and self._stand():
             way, self._way = self._way, None
             gait = self._step_out()
@@ -199,7 +199,7 @@ class Stance:
             self._guide.move(self._resting.place, self._resting.lean, self._resting.yaw)
 
     def _stand(self) -> bool:
-        """Whether it can walk now: it does, or it stands upright."""
+        """Return whether the robot can walk now: it does already, or it stands upright."""
         if self._gait is not None:
             return True
         return self.on_feet and self.settled and not self._legs_move() and self.upright
@@ -232,7 +232,7 @@ class Stance:
                 self._guide.release()
 
     def _stands_now(self) -> Standing:
-        """How it stands in its start posture, which it has now."""
+        """Measure how the robot stands in its start posture, which it has when this is called."""
         middle, torso = self.middle, self._body.torso().position
         _, lean, _ = self._body.tilt()
         ahead, left, _ = middle.seen(FootPlace(float(torso[0]), float(torso[1]), 0.0))
@@ -268,7 +268,7 @@ class Guide:
 
     @property
     def holds(self) -> bool:
-        """Whether it acts."""
+        """True while the constraint acts."""
         return self._constraint is not None
 
     def hold(self) -> None:
@@ -295,7 +295,7 @@ class Guide:
         )
 
     def release(self) -> None:
-        """Let go."""
+        """Remove the constraint."""
         if self._constraint is not None:
             self._b.removeConstraint(self._constraint)
             self._constraint = None
@@ -326,7 +326,7 @@ BALLS = {  # link, place on it and radius (m) of what may touch the floor beside
 
 
 class Resting:
-    """Finds where the torso goes while the joints move.
+    """Computes where the torso rests on the floor while the joints move.
 
     Args:
         bullet: the physics.
@@ -359,12 +359,12 @@ class Resting:
 
     @property
     def lean(self) -> float:
-        """Of the torso, rad, positive forward."""
+        """Forward lean of the torso, rad."""
         return self._lean.position
 
     @property
     def settled(self) -> bool:
-        """Whether the torso has come to rest."""
+        """True when the torso has come to rest."""
         return self._still >= 24  # steps of the physics: a tenth of a second
 
     def settle(self, towards: float) -> None:
@@ -373,13 +373,13 @@ class Resting:
         self._halted, self._still = False, 0
 
     def halt(self) -> None:
-        """Come to rest at once, as it is, until told to settle."""
+        """Come to rest at once, as it is, until `settle` is called."""
         self._halted = True
         self._lean.acceleration = max(ROLL_ACCELERATION, abs(self._lean.speed) / HALT_TIME)
         self._lean.halt()
 
     def step(self) -> None:
-        """One step of the physics: where the torso goes next."""
+        """Advance by one step of the physics: compute where the torso goes next."""
         points, weight, wider = self._shape()
         if not self._halted and self._count % SEARCH_EVERY == 0:
             goal = self._rest(wider, weight)
@@ -405,7 +405,7 @@ class Resting:
         self._still = self._still + 1 if calm else 0
 
     def _shape(self) -> tuple[Vector, Vector, Vector]:
-        """In the torso's frame: what may touch the floor, the centre of the weight, and the soles' ends with margin."""
+        """Return in the torso's frame: what may touch the floor, the centre of mass, the soles' ends with margin."""
         b, body = self._b, self._body
         torso = body.torso()
         count = len(body.links)
@@ -424,7 +424,7 @@ class Resting:
         return points, weight, wider
 
     def _rest(self, wider: Vector, weight: Vector) -> float:
-        """The lean at which the weight is lowest: of several such leans the nearest."""
+        """Return the lean at which the weight is lowest: of several such leans the nearest."""
 
         def height(leans: Vector) -> Vector:
             c, s = np.cos(leans), np.sin(leans)

@@ -1,4 +1,4 @@
-"""People who speak: each with a voice; what they say is real audio, kept as .wav, and comes to the robot's microphone.
+"""Speech of people: a voice for each, audio that is kept as .wav, and its way to the robot's microphone.
 
 The microphone hears everybody at once, quieter from farther away, with the noise of the room, and nothing while the
 robot itself speaks and a moment longer; a sound that it plays is noise. Where an utterance begins and ends is taken
@@ -44,7 +44,7 @@ _VOICES = {  # espeak-ng's variants, each with a pitch (0 to 100); those with br
 
 
 def voice_of(name: str, kind: str = "") -> tuple[str, int]:
-    """The voice of somebody: of the kind that the scene says, else as the name suggests; always the same.
+    """Return a person's voice: of the kind that the scene gives, else as the name suggests; always the same.
 
     >>> voice_of("Child 2") in _VOICES["child"], voice_of("Mia", "male") in _VOICES["male"]
     (True, True)
@@ -58,7 +58,7 @@ def voice_of(name: str, kind: str = "") -> tuple[str, int]:
 
 @dataclass
 class PendingSpeech:
-    """What somebody says: to be told when nothing comes of it.
+    """Speech of one person, reported when no sensor recognises a word in it.
 
     Attributes:
         cut: whether the robot could not hear all of it, since it spoke itself.
@@ -73,7 +73,7 @@ class PendingSpeech:
 
 @dataclass
 class Utterance:
-    """What comes to the microphone until nobody speaks any more.
+    """Sound at the microphone until nobody speaks any more.
 
     Attributes:
         sound: without noise.
@@ -91,11 +91,11 @@ class Utterance:
 
     @property
     def end_us(self) -> int:
-        """When its audio ends."""
+        """Time at which the audio ends, in microseconds."""
         return self.start_us + len(self.sound) * 1_000_000 // RATE
 
     def mix(self, sound: Signal, us: int) -> None:
-        """Somebody else speaks as well, from a time on."""
+        """Add another person's speech, from a time on."""
         first = (us - self.start_us) * RATE // 1_000_000
         whole = np.zeros(max(len(self.sound), first + len(sound)), np.float32)
         whole[: len(self.sound)] = self.sound
@@ -104,13 +104,13 @@ class Utterance:
 
 
 class Talk:
-    """Lets people speak, and gives what the robot's microphone took.
+    """Lets people speak, and gives the sound at the robot's microphone.
 
     Args:
         stage: who is where, and the noise.
         speech: the speech library.
         out: the folder of the run; None keeps no files.
-        tell: takes what is to be told.
+        tell: receives the notices.
         seed: of the run, for the noise.
     """
 
@@ -127,12 +127,12 @@ class Talk:
         self.over: list[Utterance] = []  # at the present step
 
     def say(self, action: SceneAction) -> None:
-        """Somebody says something, now or after what they are saying."""
+        """Schedule what a person says, now or after what they are saying."""
         begins = max(self._busy.get(key(action.thing), 0), action.time_us)
         self._waiting.append((begins, action))
 
     def go_on(self, us: int, speaking: bool, playing: bool) -> None:
-        """Let time pass until `us`, while the robot speaks, plays a sound, or is silent."""
+        """Advance to the time `us`, while the robot speaks, plays a sound, or is silent."""
         self.over = []
         if speaking:
             self._deaf_until = us + AFTER_US
@@ -196,7 +196,7 @@ class Talk:
         return np.asarray(resampled(np.asarray(audio / 32768, np.float32), rate) / far, np.float32)
 
     def _end(self, now: Utterance, us: int) -> None:
-        """What was said until now goes to the recogniser; the rest of a long speech comes later."""
+        """Pass on what was said until now for recognition; the rest of a long speech comes later."""
         self._open = None
         taken = (us - now.start_us) * RATE // 1_000_000
         rest = now.sound[taken:]
@@ -213,13 +213,13 @@ class Talk:
         self.over.append(now)
 
     def microphone(self, heard: Utterance) -> Signal:
-        """An utterance with the noise of the room and of the microphone, as the recogniser gets it."""
+        """Return an utterance with the noise of the room and of the microphone, as the recogniser gets it."""
         sound = np.concatenate([np.zeros(PAD, np.float32), heard.sound, np.zeros(PAD, np.float32)])
         return np.asarray(sound + noise(len(sound), heard.noise, (self._seed, heard.start_us)), np.float32)
 
 
 def resampled(sound: Signal, rate: int) -> Signal:
-    """A sound at the microphone's rate. Without soxr, without which nothing is recognised, only its length is right."""
+    """Return a sound at the microphone's rate; silence of its length without soxr, which recognition needs too."""
     try:
         import soxr
     except ImportError:
@@ -228,7 +228,7 @@ def resampled(sound: Signal, rate: int) -> Signal:
 
 
 def noise(count: int, level: float, seed: tuple[int, int]) -> Signal:
-    """Noise of a room, deeper tones stronger, as many samples as wanted; the same for the same seed.
+    """Return noise of a room, deeper tones stronger; the same for the same seed.
 
     Args:
         count: of samples.

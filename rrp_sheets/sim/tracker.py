@@ -33,7 +33,7 @@ ARMS = {"leftarm": "L", "rightarm": "R", "botharms": "LR", "nearestarm": "", "no
 
 @dataclass(frozen=True)
 class Detection:
-    """Something seen, with where the robot looked from at that moment.
+    """Something that was seen, with the robot's head and camera pose at that moment.
 
     Attributes:
         us: when.
@@ -52,7 +52,7 @@ class Detection:
     camera: Pose
 
     def point(self) -> Vector:
-        """Where it is."""
+        """Return the detected place in the world."""
         ray = np.array([1.0, math.tan(self.x), -math.tan(self.y)])
         far = self.distance if self.distance is not None else FAR_AWAY
         ray *= far / float(np.linalg.norm(ray))
@@ -82,7 +82,7 @@ class Tracker:
 
 @dataclass
 class Trackers:
-    """All trackers of a run; who may move what is the arbiter's."""
+    """All trackers of a run; the arbiter decides which of them may move what."""
 
     body: Body
     stance: Stance
@@ -94,7 +94,7 @@ class Trackers:
         self.arms = Pointing(self.body)
 
     def add(self, stream: str, settings: Mapping[str, Value], parts: frozenset[str]) -> None:
-        """Make a tracker stream known, with the parts that it moves."""
+        """Register a tracker stream, with the parts that it moves."""
         arms = ARMS.get(key(str(settings["effector"])))
         self._all[stream] = Tracker(stream, key(str(settings["mode"])), arms, parts)
 
@@ -109,11 +109,11 @@ class Trackers:
             self._towards(tracker, newest)
 
     def pointing(self, stream: str) -> str:
-        """The arms with which a tracker points now: `L`, `R`, `LR`, or none."""
+        """Return the arms with which a tracker points now: `L`, `R`, `LR`, or none."""
         return self._all[stream].pointing
 
     def idle(self, stream: str, us: int) -> list[str]:
-        """The streams of the other trackers that get no more events: one of another mode that gets one ends them.
+        """Return the streams of other active trackers that have had no event lately; an event of this one ends them.
 
         An event switches to its tracker's mode, as in the original software.
         """
@@ -121,7 +121,7 @@ class Trackers:
         return [t.stream for t in others if us - t.ordered_us > YIELDS_AFTER * 1e6]
 
     def stop(self, stream: str) -> None:
-        """Let go: the head stays where it looks, arms are lowered, turning ends."""
+        """Stop a tracker: the head stays where it looks, arms are lowered, turning ends."""
         tracker = self._all.get(stream)
         if tracker is None or not tracker.active:
             return
@@ -136,7 +136,7 @@ class Trackers:
         tracker.pointing = tracker.leaving = ""
 
     def detected(self, detections: Mapping[str, Detection]) -> None:
-        """New detections, by sensor stream."""
+        """Take new detections, by sensor stream, and let active trackers follow them."""
         self.seen.update(detections)
         for tracker in self._all.values():
             mine = next((detections[s] for s in tracker.sensors if s in detections), None)
@@ -144,7 +144,7 @@ class Trackers:
                 self._towards(tracker, mine)
 
     def step(self, us: int) -> None:
-        """One step of the physics: turn the body after the head; lower arms whose time has come."""
+        """Advance by one step of the physics: turn the body after the head, and lower arms that are replaced."""
         for each in self._all.values():
             if each.leaving and us >= each.leaves_us:
                 self._lower(each.leaving)
@@ -195,7 +195,7 @@ class Trackers:
 
 
 def _side(value: Value) -> str:
-    """The arm that a value chooses: `left`, `right`, or an angle, positive to the left. Else none.
+    """Return the arm that a value chooses: `left`, `right`, or an angle, positive to the left; else none.
 
     >>> _side("Left arm"), _side(-0.3), _side(True)
     ('L', 'R', '')

@@ -88,7 +88,7 @@ class Detector:
         return mask
 
     def _as_ball(self, contour: Any, mask: Any) -> Spot | None:
-        """The contour as a ball, or None when it is not round. What the picture's edge cuts may be less round."""
+        """Return the contour as a ball, or None when it is not round; at the picture's edge it may be less round."""
         lens = self._lens
         left, top, width, height = cv2.boundingRect(contour)
         area = cv2.contourArea(contour) + 0.5 * len(contour) + 1  # the pixels inside, about

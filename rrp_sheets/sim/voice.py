@@ -21,7 +21,7 @@ class Speech:
     """The speech library that the robot and the persons share, loaded when somebody first speaks.
 
     Args:
-        tell: takes what is to be told.
+        tell: receives the notices.
         halted: whether the robot is to rest, so that no speech is wanted any more.
     """
 
@@ -32,7 +32,7 @@ class Speech:
         self._missing = False
 
     def library(self, stream: str = "", row: str = "") -> Espeak | None:
-        """The library; None when it is not installed, which is told once, for a row."""
+        """Return the library; None when it is not installed, which is reported once, on a row."""
         if self._library is None and not self._missing:
             try:
                 self._library = espeak()
@@ -44,7 +44,7 @@ class Speech:
 
 @dataclass
 class Sounding:
-    """What is spoken or played, for an order.
+    """Sentence or sound that is played for a command.
 
     Attributes:
         text: the sentence; the name of a sound.
@@ -62,11 +62,11 @@ class Sounding:
 
 
 class Voice:
-    """Speaks sentences and plays sounds; how long that takes comes from the audio.
+    """Speaks sentences and plays sounds; their duration comes from the audio.
 
     Args:
         out: the folder of the run; None keeps no files.
-        tell: takes what is to be told.
+        tell: receives the notices.
         speech: the speech library.
     """
 
@@ -84,7 +84,7 @@ class Voice:
 
     @property
     def is_playing(self) -> bool:
-        """Whether it plays a sound."""
+        """True while a sound is played."""
         return self._now is not None and not self._now.spoken
 
     def say(self, text: str, order: Command, settings: Mapping[str, Value], us: int) -> None:
@@ -113,14 +113,14 @@ class Voice:
         self._begin(self._now, us)
 
     def over(self, us: int) -> bool | None:
-        """TRUE when the sentence or sound has come to its end, else None."""
+        """Return True when the sentence or sound has come to its end, else None."""
         if self._now is not None and us < self._now.end_us:
             return None
         self._now = None
         return True
 
     def stop(self, us: int) -> None:
-        """Break it off."""
+        """Break off the sentence or sound."""
         if self._now is not None:
             self._cut(self._now, us)
             self._now = None
@@ -139,14 +139,14 @@ class Voice:
         self._tell(Notice(kind, sounding.text, order.stream, order.row, file))
 
     def _cut(self, sounding: Sounding, us: int) -> None:
-        """What was not heard any more is not in the file either."""
+        """Shorten the file to what was played until now."""
         if sounding.file is not None and sounding.audio is not None:
             heard = (us - sounding.start_us) * sounding.rate // 1_000_000
             keep(sounding.file, sounding.audio[: max(0, heard)], sounding.rate, self._tell)
 
 
 def keep(path: Path, audio: Audio, rate: int, tell: Tell) -> None:
-    """Write audio into the run's folder; when that cannot be done, it is told, and the run goes on."""
+    """Write audio into the run's folder; when that cannot be done, report it and let the run go on."""
     try:
         write_wave(path, audio, rate)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""The simulated world: robot, scene, sensors and actuators, stepped in lockstep with the engine's clock."""
+"""The simulated world, in lockstep with the engine's clock: robot, scene, devices, contacts, pushes, faces."""
 
 from __future__ import annotations
 
@@ -51,11 +51,11 @@ REPEAT_US = 5_000_000  # the same complaint of the same stream is told again onl
 
 
 class SimWorld:
-    """A world that goes on only when it is told to.
+    """A world that advances only on request.
 
     Args:
         spec: what is in it.
-        halted: asked before each step of the physics; when it says yes, an advance ends early.
+        halted: called before each step of the physics; when it returns True, an advance ends early.
     """
 
     def __init__(self, spec: Spec, halted: Callable[[], bool] = lambda: False) -> None:
@@ -119,11 +119,11 @@ class SimWorld:
         self._recording = Recording(self, out, self.keeps_pictures) if spec.record and out else None
 
     def start(self) -> Outcome:
-        """The outcome of time 0."""
+        """Return the outcome of time 0."""
         return self._collect(self._instant())
 
     def advance(self, now_us: int, orders: Sequence[Command]) -> Outcome:
-        """Carry out orders, go on until `now_us`, and tell what came of it."""
+        """Carry out commands, go on until `now_us`, and return the outcome."""
         for order in orders:
             actuator = self._actuators.get(order.stream)
             if actuator is not None:
@@ -144,13 +144,13 @@ class SimWorld:
         return self._collect(events)
 
     def halt(self) -> None:
-        """Be silent and halt every joint: how a rest begins."""
+        """Silence the robot and halt every joint, as a rest begins."""
         self.arbiter.stop(None, self._us)
         self.body.freeze()
         self.stance.halt()
 
     def stop(self) -> Outcome:
-        """Silence, a moment's hold, then the rest posture; the film is written. What came of it."""
+        """Silence the robot, hold still, take the rest posture, and write the film; return the outcome."""
         self.halt()
         ended = self.arbiter.ended()
         if self._film is not None:
@@ -175,16 +175,16 @@ class SimWorld:
         self._b.disconnect()
 
     def act(self, actions: Sequence[SceneAction]) -> None:
-        """Somebody does something to the world, now."""
+        """Apply scene actions that are triggered by hand, now."""
         self.stage.by_hand(actions)
         self.sight.forget()
 
     def show(self, picture: bool) -> WorldSnapshot:
-        """The world for a display, with what the robot sees when that is wanted; nothing of the run depends on it."""
+        """Return the world for a display, with the camera picture if wanted; the run does not depend on it."""
         return WorldSnapshot(self.state(), jpeg(self.sight.recent(STALE_US)) if picture else b"")
 
     def state(self) -> State:
-        """The world as it is."""
+        """Return the present state of the world."""
         place = self.body.torso().position
         return State(
             joints=self.body.positions(),
@@ -194,18 +194,18 @@ class SimWorld:
         )  # fmt: skip
 
     def watch(self) -> Image:
-        """The robot from outside."""
+        """Return a picture of the robot from outside."""
         if self._film is None:
             self._film = Film(self._b, self, self._spec, None)
         return self._film.shoot()
 
     def unwritten(self, what: str, error: Exception) -> None:
-        """A file of the run's record cannot be written: whoever watches is told, and the run goes on without it."""
+        """Report that a file of the run's record cannot be written; the run goes on without it."""
         why = error.strerror if isinstance(error, OSError) else ""
         self._tell(Notice("note", f"{what} cannot be kept ({why or error}): make room before the next run."))
 
     def _by_people(self, action: SceneAction) -> None:
-        """Somebody does something without moving: presses, touches, speaks, pushes."""
+        """Carry out what people do without moving: they press, touch, speak, push."""
         if action.verb == "push":
             self.falling.push(force(action.values, self.body.tilt()[2]))
         elif action.verb == "say":
@@ -224,7 +224,7 @@ class SimWorld:
         self._b.stepSimulation()
 
     def _instant(self) -> list[tuple[str, Value]]:
-        """What happens at the present step: scene, voice, sensors, film."""
+        """Process the present step (scene, voice, sensors, film) and return its events."""
         self.signals.begin(self._us)
         self.stage.go_on(self._us)
         self.talk.go_on(self._us, bool(self.voice.saying), self.voice.is_playing)
@@ -250,7 +250,7 @@ class SimWorld:
         return events + self.arbiter.ended()
 
     def _pass(self, us: int, until: Callable[[], bool] = lambda: False) -> None:
-        """Let some time pass after the end, or less when something is reached."""
+        """Advance for some time after the end of the run, or until a condition is met."""
         end = self._us + us
         while self._us < end and not until():
             self._halted()  # a sign of life
@@ -295,7 +295,7 @@ _FROM = {"front": math.pi, "behind": 0.0, "left": -math.pi / 2, "right": math.pi
 
 
 def force(values: Mapping[str, Value], yaw: float) -> tuple[float, float, float]:
-    """The force of a push (N, in the world), from a side of a robot that is turned by `yaw` (rad).
+    """Return the force of a push (N, in the world), from a side of a robot that is turned by `yaw` (rad).
 
     >>> [round(f) for f in force({"from": "behind", "how": "hard"}, 0.0)]
     [40, 0, 0]
@@ -307,7 +307,7 @@ def force(values: Mapping[str, Value], yaw: float) -> tuple[float, float, float]
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Within it, what C code writes to the standard output is dropped (Python's own must not be used there)."""
+    """Drop what C code writes to the standard output within the block (Python's own must not be used there)."""
     flush = ctypes.CDLL(None).fflush  # the library's lines are buffered, and would come out at the program's end
     sys.stdout.flush()
     flush(None)
@@ -327,18 +327,18 @@ REACH = 1.0  # m from the torso: farther away nothing touches
 
 
 class Contacts:
-    """Looks which zones something rests against."""
+    """Finds the touch zones that something rests against."""
 
     def __init__(self, body: Body, stage: Stage) -> None:
         self._body, self._stage = body, stage
         self._pads: list[dict[str, Any]] = body.robot.data["touch"].get("pads", [])
 
     def due(self, step: int) -> bool:
-        """Whether to look at this step; nothing in the room, nothing to look for."""
+        """Return whether to look at this step; without things in the room, there is nothing to find."""
         return step % EVERY == 0 and self._stage.has_solids
 
     def zones(self) -> frozenset[str]:
-        """The zones in contact now."""
+        """Return the touch zones that are in contact now."""
         torso = self._body.torso().position
         near = [s for s in self._stage.solids() if s.distance(torso) < REACH]
         found = set()
@@ -360,7 +360,7 @@ FACE_PICTURE = (640, 480)  # pixels, for faces: with half of that they are found
 def make_faces(
     spec: Spec, sight: Sight, stage: Stage, heads: Heads, lens: Lens, models: Callable[[], FaceModels]
 ) -> Faces:
-    """What the robot knows of faces, at the beginning.
+    """Make the robot's knowledge of faces, as it is at the beginning of a run.
 
     Raises:
         SheetsError: a picture that the scene names, or the file of remembered faces, cannot be used.
@@ -386,7 +386,7 @@ LEGS = frozenset({"LLeg", "RLeg"})
 
 
 class Relaxing:
-    """Brings limbs to rest.
+    """Brings limbs back to the start posture.
 
     Args:
         body, stance: the robot.
@@ -397,7 +397,7 @@ class Relaxing:
         self._body, self._stance, self._arbiter = body, stance, arbiter
 
     def relax(self, stream: str) -> None:
-        """Let go of what an actuator stream has moved."""
+        """Relax the joints that an actuator stream has moved and no running command uses."""
         if self._body.fallen:
             return
         joints = self._joints(*self._arbiter.moved(stream))
@@ -412,7 +412,7 @@ class Relaxing:
             self._body.go(joint, self._body.start[joint], RELAXED * EASY)
 
     def _joints(self, uses: frozenset[str], names: frozenset[str]) -> set[str]:
-        """The joints of a command that names some, or of all that it uses."""
+        """Return the joints that a command names, else all joints of the resources that it uses."""
         chains = self._body.robot.data["chains"]
         return set(names) or {j for j in self._body.start if chains[self._chain(j)] in uses}
 

@@ -1,4 +1,4 @@
-"""The actuators: what each does with a value. Wrong values are told on their row, never an exception."""
+"""Actuators of the simulated robot, by device; a wrong value is reported on its row and raises no exception."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ ACTUATORS: Mapping[str, Callable[[DeviceUse, Parts], SimActuator]] = {
 
 
 def make_actuator(spec: DeviceUse, parts: Parts) -> SimActuator | None:
-    """What carries out the orders of an actuator stream; None when the engine does."""
+    """Return the object that carries out the commands of an actuator stream; None when the engine does that."""
     if parts.body.robot.devices[key(spec.device)].engine:
         return None
     return ACTUATORS.get(spec.device, Later)(spec, parts)

@@ -1,4 +1,4 @@
-"""What all actuators share: what they work with, and how a value that is wrong for them is told."""
+"""Base of all actuators: the parts of the world that they use, and reports on values that they cannot use."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Tell = Callable[[Notice], None]
 
 @dataclass(frozen=True)
 class Parts:
-    """What actuators work with."""
+    """Parts of the simulated world that actuators use."""
 
     body: Body
     stance: Stance
@@ -43,14 +43,14 @@ class Parts:
 
 
 class SimActuator(Protocol):
-    """Carries out the orders of one actuator stream."""
+    """Interface of an actuator, which carries out the commands of one actuator stream."""
 
     def take(self, order: Command, us: int) -> None:
-        """Carry out an order, which is not blank."""
+        """Carry out a command, which is not blank."""
         ...
 
     def blank(self, order: Command, us: int) -> None:
-        """End what the stream does and has waiting."""
+        """End the running and waiting commands of the stream."""
         ...
 
 
@@ -64,25 +64,25 @@ class Base:
         self.uses = parts.body.robot.devices[key(spec.device)].resources_for(spec.settings)
 
     def blank(self, order: Command, us: int) -> None:
-        """End what the stream does and has waiting."""
+        """End the running and waiting commands of the stream."""
         self.parts.arbiter.stop(order.stream, us)
 
     def wrong(self, order: Command, needs: str) -> None:
-        """Tell that a value cannot be used here."""
+        """Report that a value cannot be used here."""
         self.fail(order, f"{self.spec.name} cannot use {show(order.value)}: it needs {needs}.")
 
     def fail(self, order: Command, text: str, kind: str = "error") -> None:
-        """Tell why an order is not carried out; it is over."""
+        """Report why a command is not carried out, and end it."""
         self.parts.tell(Notice(kind, text, order.stream, order.row))
         self.parts.arbiter.at_once(order, completed=False)
 
     @property
     def refused(self) -> str:
-        """What is told when something of a larger priority is going on."""
+        """Message for a command that a running one of a larger priority prevents."""
         return f"{self.spec.name} does nothing now: what moves the robot has a higher priority."
 
     def clamp(self, order: Command, what: str, value: float, limits: tuple[float, float], unit: str = "") -> float:
-        """The value within its limits, telling when that changes it."""
+        """Return the value limited to its range, and report it when that changes the value."""
         limited = min(max(value, limits[0]), limits[1])
         if limited != value:
             text = f"{what}: {value:.4g} → {limited:.4g}{unit}, its limit."
@@ -91,7 +91,7 @@ class Base:
 
 
 def as_number(value: Value) -> float | None:
-    """The value as a number, or None when it is none (TRUE and FALSE are none).
+    """Return the value as a number, or None when it is not one (TRUE and FALSE are not).
 
     >>> as_number(2), as_number(True), as_number("2")
     (2.0, None, None)

@@ -1,4 +1,4 @@
-"""The eyes: their colour and brightness."""
+"""Actuators of the eyes' colour and brightness."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from rrp_sheets.sim.colours import EXAMPLE, parse_colour
 
 
 class EyeLedColor(Base):
-    """Eyes in the colour that arrives."""
+    """Sets the eyes to the colour that arrives."""
 
     def take(self, order: Command, us: int) -> None:
-        """Paint the eyes."""
+        """Set the eyes' colour."""
         colour = parse_colour(order.value)
         if colour is None:
             self.wrong(order, f"a colour, for example {EXAMPLE}")
@@ -22,10 +22,10 @@ class EyeLedColor(Base):
 
 
 class EyeColor(Base):
-    """Eyes in the colour of the setting."""
+    """Sets the eyes to the colour of its setting."""
 
     def take(self, order: Command, us: int) -> None:
-        """Paint the eyes."""
+        """Set the eyes' colour."""
         colour = parse_colour(self.settings.get("colour"))
         if colour is None:
             self.fail(order, f"{self.spec.name}: its setting Colour needs a colour, for example {EXAMPLE}.")
@@ -36,7 +36,7 @@ class EyeColor(Base):
 
 
 class EyeBrightness(Base):
-    """How bright the eyes shine."""
+    """Sets the eyes' brightness to the number that arrives."""
 
     def take(self, order: Command, us: int) -> None:
         """Dim or brighten the eyes."""

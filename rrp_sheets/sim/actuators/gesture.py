@@ -1,4 +1,4 @@
-"""Gestures: arms, head and knees go through keyframes, and back to where they were."""
+"""Gesture actuator: moves arms, head and knees through keyframes and back, or points at something."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class GestureActuator(Keyframed):
     """Makes the gesture of its setting, the one that a value names, or points at what was detected."""
 
     def take(self, order: Command, us: int) -> None:
-        """Make it."""
+        """Make the gesture, or point."""
         named, motions = self.settings.get("name") or order.value, self.parts.body.robot.motions
         if isinstance(named, Record) and {"x", "y"} <= set(named.values):
             self._point(order, us, named)
@@ -50,7 +50,7 @@ class GestureActuator(Keyframed):
         self.move(order, us, f"point {side}", Motion(body, frames), home=True)
 
     def _place(self, order: Command, seen: Record) -> Vector:
-        """Where it is: seen from where the head looked when it was seen, as far as that is known, else from here."""
+        """Return where the seen thing is, from the camera's pose of its detection if that is known, else from now."""
         x, y = (as_number(seen.values[axis]) or 0.0 for axis in "xy")
         known = [self.parts.trackers.seen[s] for s in order.sensors if s in self.parts.trackers.seen]
         like = next((d for d in sorted(known, key=lambda d: -d.us) if (d.x, d.y) == (x, y)), None)

@@ -1,4 +1,4 @@
-"""What postures and gestures share: a command that moves joints through keyframes, once, to its end."""
+"""Base of postures and gestures: a command that moves joints through keyframes, once, to its end."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from rrp_sheets.sim.keyframes import Motion
 class Keyframed(Base):
     """An actuator that makes one motion after the other.
 
-    A command for what it is doing already lets that go on, so that a stream that repeats itself does not keep it at its
-    beginning; the earlier command has then ended, not completed. Once the joints only go back to where they were, a
+    A command that repeats the present motion lets it go on, so that a stream that repeats itself does not keep it at
+    its beginning; the earlier command has then ended, not completed. Once the joints only go back to where they were, a
     command begins a motion of its own.
     """
 
@@ -42,10 +42,10 @@ class Keyframed(Base):
         Args:
             order: the command.
             us: now.
-            what: the same for commands that want the same.
+            what: name of the motion, by which a repeated command is recognised.
             motion: made for this command.
             home: whether the joints go back to where they were when it is broken off.
-            arrived: asked after the motion's end, until it says whether it was completed.
+            arrived: called after the motion's end, until it returns whether the command was completed.
             during: called at every step of the motion.
         """
 
@@ -82,7 +82,7 @@ class Keyframed(Base):
         return motion is not None and motion.going and not motion.returning and self._doing == what
 
     def _hold(self, motion: Motion) -> None:
-        """The robot has no balance of its own: its torso is held while arms or legs move."""
+        """Have the torso held while arms or legs move, as the robot does not balance by itself."""
         chains = {self.parts.body.robot.joints[key(j)].chain for j in motion.joints}
         if chains & {"LLeg", "RLeg"}:
             self.parts.stance.follow_legs()
@@ -96,12 +96,12 @@ class Keyframed(Base):
             self.parts.tell(Notice("clamp", text, order.stream, order.row))
 
     def unknown(self, order: Command, what: str, name: str, names: Sequence[str]) -> None:
-        """Tell that there is no posture or gesture of a name, with those that may be meant."""
+        """Report that no posture or gesture has a name, with the names that may be meant."""
         self.fail(order, f"{self.spec.name}: there is no {what} {show(name[:60])}. {proposal(name, names)}")
 
 
 def proposal(name: str, names: Sequence[str]) -> str:
-    """Which names may be meant by one that is none.
+    """Return a sentence that proposes the name nearest to an unknown one, or lists all names.
 
     >>> proposal("Wve", ["Nod", "Wave"]), proposal("Zzz", ["Nod", "Wave"])
     ('Did you mean Wave?', 'There are: Nod, Wave.')

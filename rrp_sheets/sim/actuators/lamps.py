@@ -1,4 +1,4 @@
-"""The lamps of the robot."""
+"""LEDs of the robot's eyes."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ class Eyes:
 
     @property
     def shining(self) -> RGB:
-        """The colour as it is seen."""
+        """Colour of the eyes as it is seen: dimmed by the brightness."""
         red, green, blue = (round(c * self.brightness, 4) for c in self.colour)
         return red, green, blue
 
     def show(self) -> None:
-        """Paint the eyes."""
+        """Apply colour and brightness to the robot's model."""
         self._body.shine(*self.shining)

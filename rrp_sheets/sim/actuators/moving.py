@@ -1,4 +1,4 @@
-"""Moving: following what is seen, and sending joints to angles."""
+"""Actuators that follow what sensors detect, and that move joints to angles."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Track(Base):
         parts.trackers.add(spec.stream, spec.settings, self.uses)
 
     def take(self, order: Command, us: int) -> None:
-        """Follow until something else happens."""
+        """Follow the target until another command ends it."""
         if not self.parts.seeing.intersection(order.sensors):
             self.fail(
                 order,
@@ -83,7 +83,7 @@ class SetJointPosition(Base):
         self.parts.arbiter.take(job, us)
 
     def _tell_coupled(self, order: Command, goals: dict[str, float]) -> None:
-        """One motor moves two joints: the angle that is named last goes for both."""
+        """Give two joints that share one motor the angle that is named last, and report the change."""
         for other in [name for name in goals if name in COUPLED][1:]:
             name = COUPLED[other]
             asked, goals[name] = goals[name], goals[other]

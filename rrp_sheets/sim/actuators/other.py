@@ -1,4 +1,4 @@
-"""Actuators that move nothing."""
+"""Actuators that move nothing: printing, remembering faces, and devices that are not simulated yet."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ class PrintActuator(Base):
     """Shows the value in the log."""
 
     def take(self, order: Command, us: int) -> None:
-        """Show it."""
+        """Report the value as a note."""
         value = order.value
         text = value if isinstance(value, str) else show(value)
         self.parts.tell(Notice("note", text, order.stream, order.row))
         self.parts.arbiter.at_once(order)
 
     def blank(self, order: Command, us: int) -> None:
-        """A blank is shown like any other value."""
+        """Report a blank like any other value."""
         self.parts.tell(Notice("note", show(None), order.stream, order.row))
 
 
 class Later(Base):
-    """What the simulated robot does not carry out yet: every command is over at once, not completed."""
+    """Stand-in for a device that is not simulated yet: every command is over at once, not completed."""
 
     def __init__(self, spec: DeviceUse, parts: Parts) -> None:
         super().__init__(spec, parts)
         self._told = False
 
     def take(self, order: Command, us: int) -> None:
-        """Say so, once."""
+        """Report once that the device is not simulated, and end the command."""
         if self._told:
             self.parts.arbiter.at_once(order, completed=False)
             return

@@ -1,4 +1,4 @@
-"""Postures: the whole body goes to where the catalogue says, by the postures between."""
+"""Posture actuator: moves the whole body into a posture of the catalogue, by way of those between."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Posture(Keyframed):
     """Takes the posture of its setting, or the one that a value names."""
 
     def take(self, order: Command, us: int) -> None:
-        """Take it."""
+        """Move into the posture."""
         robot = self.parts.body.robot
         named = self.settings.get("name") or order.value
         if not isinstance(named, str):
@@ -60,11 +60,11 @@ class Posture(Keyframed):
         return {joint: float(angle) for joint, angle in self.parts.body.robot.data["postures"][posture].items()}
 
     def _route(self, name: str) -> list[str]:
-        """The postures on the way, the last one included: as one sits down by crouching, and gets up the same way."""
+        """Return the postures to pass through, with the last one: as sitting down leads through crouching."""
         return route(self._now(), name, self.parts.body.robot.data.get("posture_ways", {}))
 
     def _now(self) -> str:
-        """The posture that the legs are nearest to."""
+        """Return the posture that the legs are nearest to."""
         body = self.parts.body
         legs = [j.name for j in body.robot.joints.values() if j.chain in ("LLeg", "RLeg")]
         return min(
@@ -74,7 +74,7 @@ class Posture(Keyframed):
 
 
 def route(now: str, goal: str, ways: Mapping[str, str]) -> list[str]:
-    """The postures from one to another: up to the one by which both are reached, and down from there.
+    """Return the postures from one to another, by way of the first one that leads to both.
 
     >>> ways = {"Crouch": "StandInit", "Sit": "Crouch", "Lie": "Sit", "Kneel": "Crouch"}
     >>> route("Stand", "Sit", ways), route("Lie", "Stand", ways), route("Sit", "Kneel", ways), route("Sit", "Sit", ways)
@@ -89,7 +89,7 @@ def route(now: str, goal: str, ways: Mapping[str, str]) -> list[str]:
 
 
 def _below(name: str, ways: Mapping[str, str]) -> list[str]:
-    """A posture and those by which one gets up from it, up to where it stands."""
+    """Return a posture and those that lead up from it, without the one that is standing."""
     found = []
     while name in ways:
         found.append(name)

@@ -18,7 +18,7 @@ class PlaySound(Base):
     """Plays the sound of its settings, at once or after what is being said or played."""
 
     def take(self, order: Command, us: int) -> None:
-        """Play it."""
+        """Play the sound."""
         file = str(self.settings.get("file") or "").strip()
         name = file or str(self.settings.get("sound") or "Bell")
         try:

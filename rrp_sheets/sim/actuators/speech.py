@@ -1,4 +1,4 @@
-"""Speaking."""
+"""Actuators that say texts, and the small gestures of free arms during a sentence."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class SayParameter(_Say):
     """Says the text of its setting."""
 
     def take(self, order: Command, us: int) -> None:
-        """Say it."""
+        """Say the text of the setting."""
         self.say(str(self.settings.get("text") or ""), order, us)
 
 
@@ -61,14 +61,14 @@ OFFSET_US = 300_000  # the right arm begins later: two arms that always move ali
 
 
 class Talking:
-    """Lets the free arms talk with a sentence."""
+    """Moves the free arms in small gestures while a sentence is spoken."""
 
     def __init__(self, parts: Parts) -> None:
         self._parts = parts
         self._count = 0  # of small gestures so far
 
     def begin(self, order: Command, us: int) -> None:
-        """A sentence begins, by this order: from now on, until nothing is said any more."""
+        """Begin the gestures for the sentence of this command; they end when nothing is said any more."""
         busy = self._parts.arbiter.driving()
         for side, arm in ARMS.items():
             if arm not in busy and self._parts.body.robot.talking:

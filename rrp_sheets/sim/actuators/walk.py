@@ -1,4 +1,4 @@
-"""Walking: some way, then a turn."""
+"""Walk actuator: walks some way, then turns."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Walk(Base):
     _goes_on = False
 
     def take(self, order: Command, us: int) -> None:
-        """Walk. The same way again, while it is walking it, goes on; another one begins from where it is."""
+        """Walk; a repeated command lets the walk continue, a different one begins from where the robot is."""
         asked = self._asked(order)
         if asked is None:
             self.wrong(order, "a way: (forward, left, turn) in m, m and rad, for example (0.3, 0, 0)")
@@ -45,7 +45,7 @@ class Walk(Base):
         self._goes_on = False
 
     def _asked(self, order: Command) -> Way | None:
-        """The way of the settings, or of the value when they are blank; None when that is none."""
+        """Return the way of the settings, or of the value when they are blank; None when that is not a way."""
         given = [as_number(self.settings.get(m.lower())) or 0.0 for m in MEASURES]
         value = order.value
         if not any(given) and isinstance(value, (list, tuple)) and len(value) in (2, 3):
@@ -90,7 +90,7 @@ class Walk(Base):
         return Job(order, self.uses, begin, cease, over, refused=self.refused)
 
     def _in_the_way(self) -> str:
-        """What the robot would walk into, or nothing."""
+        """Return the name of the thing that the robot would walk into, or an empty text."""
         heading = self.parts.stance.bound
         if heading is None:
             return ""
