@@ -1,4 +1,4 @@
-"""The facade: what the command line, the web and notebooks call.
+"""Facade of the program for the command line, the web and notebooks.
 
 >>> from rrp_sheets import api
 >>> from rrp_sheets.resources import bundled
@@ -57,7 +57,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """`api.RunSettings`, without loading the engine for those who only check."""
+    """Load `RunSettings` on first use, so that callers who only check need not load the engine."""
     if name == "RunSettings":
         from rrp_sheets.runs import RunSettings
 

@@ -1,4 +1,4 @@
-"""Drawing, explaining and printing workbooks and what came on their streams."""
+"""Drawing, explaining and printing workbooks, and marble diagrams of their streams."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def draw(path: Path | str, target: Path | str, behaviour: str = "", language: st
 
 
 def explain(path: Path | str, behaviour: str = "", language: str = "") -> tuple[str, Checked]:
-    """What a workbook does, in plain words: `language` is en or ja, by default what its Protocol says."""
+    """Explain in plain words what a workbook does: `language` is en or ja, by default that of its Protocol."""
     from rrp_sheets.runs.drawings import explain as explain_checked
 
     checked = check(path)
@@ -75,7 +75,7 @@ def marbles(
     window: tuple[int | None, int | None] = (None, None),
     streams: Sequence[str] = (),
 ) -> tuple[Checked | None, list[MarbleDiagram] | None]:
-    """What came on the streams of a recorded run, or of a workbook's tests, to be drawn.
+    """Return marble diagrams of the streams of a recorded run, or of a workbook's tests.
 
     Args:
         path: a run's folder, a trace, or a workbook with tests.
@@ -109,14 +109,14 @@ def marbles(
 
 
 def draw_marbles(scores: Sequence[MarbleDiagram], target: Path | str) -> list[str]:
-    """Draw marble diagrams into an .svg, .pdf, .png or .txt file; what the picture lacks, in words."""
+    """Draw marble diagrams into an .svg, .pdf, .png or .txt file; return what the picture lacks, in words."""
     from rrp_sheets.render.output import write_marbles
 
     return write_marbles(scores, target)
 
 
 def draw_tests(report: TestReport, target: Path | str) -> list[str]:
-    """Draw what came on the streams in a workbook's tests."""
+    """Draw marble diagrams of a workbook's tests into a file; return what the picture lacks, in words."""
     from rrp_sheets.testing.case_marbles import scores
 
     return draw_marbles([s for case in report.cases for s in scores(report.checked, case)], target)

@@ -1,4 +1,4 @@
-"""Running workbooks and their tests, and what is done with recorded runs."""
+"""Running workbooks and their tests; exporting, replaying and packing recorded runs."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ def run(
 
 
 def run_apart(path: Path | str, settings: RunSettings | None = None, view: RunView | None = None) -> RunOutcome:
-    """Check a workbook and run it, in a process of its own that is watched; what the command line does.
+    """Check a workbook and run it in a supervised process of its own, as the command line does.
 
-    :func:`run` keeps everything in this process, where a notebook can look at it; a row that never ends is then
-    the notebook's to interrupt. Here it is ended by a watchdog, and memory is limited.
+    :func:`run` keeps everything in this process, where a notebook can look at it, but has to interrupt a row that never
+    ends. Here a watchdog ends such a run, and memory is limited.
 
     Raises:
         UnreadableFile: when it cannot be read.
@@ -58,7 +58,7 @@ def test(path: Path | str, stopped: Callable[[], bool] = lambda: False) -> tuple
 
     Args:
         path: of the workbook.
-        stopped: asked again and again; the tests stop when it says so.
+        stopped: polled; the tests stop when it returns True.
 
     Raises:
         UnreadableFile: when it cannot be read.
@@ -95,7 +95,7 @@ def export(runs: Sequence[Path | str], target: Path | str, *, streams: Sequence[
 
 
 def replay(trace: Path | str, other: Path | str | None = None) -> Replayed:
-    """Do a recorded run again from what its sensors gave, without a robot, and compare it event by event.
+    """Replay a recorded run from its sensor values, without a robot, and compare it event by event.
 
     Args:
         trace: a run's folder, or its trace.jsonl.

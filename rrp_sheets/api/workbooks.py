@@ -146,14 +146,14 @@ def diff(first: Path | str, second: Path | str) -> Comparison:
 
 
 def diff_in_detail(first: Path | str, second: Path | str) -> Compared:
-    """As `diff`; with the rows of the behaviours that changed, and pictures of them (`svg`, `html`)."""
+    """Compare as `diff` does, and add the rows of the changed behaviours and pictures of them (`svg`, `html`)."""
     from rrp_sheets.runs.changes_drawn import compared
 
     return compared(Path(first), Path(second))
 
 
 def formula(text: str, inputs: Mapping[str, Any] | None = None) -> Answer:
-    """Try a formula with inputs as JSON knows them; an object is a payload record.
+    """Evaluate a formula with inputs given as JSON values; an object is a payload record.
 
     >>> formula("IF(x > 3; 1; 0)", {"x": 5}).value
     1

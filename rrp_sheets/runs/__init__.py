@@ -1,4 +1,4 @@
-"""One run from the workbook to the folder that it leaves; here (`run`), or in a process of its own (`run_process`)."""
+"""Running workbooks, in this process (`run`) or in one of its own (`run_process`); recorded runs and bundles."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["RunResult", "RunSettings", "RunStart", "RunView", "Summary", "run"]
 
 
 def __getattr__(name: str) -> Any:
-    """`run`, without loading the engine for those who only watch."""
+    """Load `run` on first use, so that callers who only watch need not load the engine."""
     if name == "run":
         from rrp_sheets.runs.running import run
 

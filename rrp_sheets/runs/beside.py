@@ -1,4 +1,4 @@
-"""The files beside a workbook that it cannot do without: sounds, pictures of persons, a catalogue of its own."""
+"""Files that a workbook needs beside it: sounds, pictures of persons, a robot catalogue of its own."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rrp_sheets.resources import bundled
 
 
 def sounds(checked: Checked) -> list[str]:
-    """The names of sound files that stand in the settings of devices."""
+    """Return the names of the sound files that the settings of devices name."""
     names: dict[str, None] = {}
     for device in checked.workbook.devices:
         found = checked.robot.find(device.device.text)
@@ -25,7 +25,7 @@ def sounds(checked: Checked) -> list[str]:
 
 
 def material(checked: Checked) -> tuple[dict[str, Path], list[str]]:
-    """The sounds and pictures by name, and what cannot be found of them, in words."""
+    """Return the sounds and pictures by name, and in words what cannot be found of them."""
     files: dict[str, Path] = {}
     lacks = []
     folder = folder_of(checked.workbook)
@@ -42,7 +42,7 @@ def material(checked: Checked) -> tuple[dict[str, Path], list[str]]:
 
 
 def own_catalogue(checked: Checked) -> Iterator[tuple[str, Path]]:
-    """The files of a catalogue that came with the workbook, with their names beside it; none of the program's own."""
+    """Yield the files of a catalogue that came with the workbook, with their names beside it; none of a bundled one."""
     robot = checked.robot
     if robot.folder != bundled("robots") / robot.name:
         for path in files_of(robot):

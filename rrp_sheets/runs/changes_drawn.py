@@ -1,4 +1,4 @@
-"""What changed between two workbooks, drawn."""
+"""Pictures and tables of the changes between two workbooks."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Compared:
     behaviours: tuple[ChangedBehaviour, ...]
 
     def drawn(self) -> list[Drawn]:
-        """The pictures; of a behaviour that cannot be drawn why."""
+        """Draw the changed behaviours; of one that cannot be drawn, return the reason."""
         out: list[Drawn] = []
         for number, behaviour in enumerate(self.behaviours[:_MOST_BEHAVIOURS], 1):
             try:
@@ -40,7 +40,7 @@ class Compared:
         return out
 
     def svg(self) -> str:
-        """All pictures below each other, with the legend on top.
+        """Return all pictures below each other, with the legend on top.
 
         Raises:
             SheetsError: when it cannot be drawn.
@@ -53,7 +53,7 @@ class Compared:
         return stack(pages)[0]
 
     def html(self) -> str:
-        """Pictures and tables of rows as a part of a page: no script, nothing loaded, everything escaped."""
+        """Return pictures and tables of rows as a part of a page: no script, nothing loaded, everything escaped."""
         if not self.behaviours:
             return ""
         drawn = self.drawn()

@@ -1,4 +1,4 @@
-"""Which commands for actuators are told to people: not each of a stream of commands that goes on."""
+"""Filter for the actuator commands that a display shows: a continuing stream of commands is thinned out."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Commands:
         self._given: dict[str, Value] = {}  # what each actuator stream was sent last
 
     def tell(self, us: int, row: str, value: Value, stream: str = "") -> bool:
-        """Whether a command is worth telling: no mere repetition, and no blank for a stream that does nothing.
+        """Return whether a command is worth showing: no mere repetition, and no blank for a stream that does nothing.
 
         >>> commands = Commands()
         >>> sent = ((0.0, 1.0), (0.1, 5.0), (1.1, 5.0), (1.2, 1.0), (4.0, 1.0))
@@ -38,7 +38,7 @@ class Commands:
 
 
 def differs(value: Value, shown: Value) -> bool:
-    """Whether a value is clearly another one than was shown: a number by a quarter, anything else at all.
+    """Return whether a value clearly differs from the one shown: a number by a quarter, anything else at all.
 
     >>> differs(1.0, 1.1), differs(1, 2), differs("red", "blue")
     (False, True, True)

@@ -1,4 +1,4 @@
-"""Making .xlsx files: a new workbook, and one from CSV or Markdown. Here the robot's names meet the maker."""
+"""New workbooks and conversions between formats, with the names of a robot in the drop-downs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MADE = ("guided", "empty")
 
 
 def offers(robot: Robot) -> Offers:
-    """The names that a workbook for this robot offers in its drop-downs."""
+    """Return the names that a workbook for this robot offers in its drop-downs."""
     from rrp_sheets.workbook.offers import Offers
 
     everyday = [c for c in connectors() if not c.advanced] + [c for c in connectors() if c.advanced]
@@ -43,7 +43,7 @@ def offers(robot: Robot) -> Offers:
 
 
 def make_new(path: Path, robot: Robot, template: str = "guided") -> Path:
-    """A new workbook from a template; raises SheetsError when the file exists or there is no such template."""
+    """Make a workbook from a template; raise SheetsError when the file exists or there is no such template."""
     from rrp_sheets.workbook.atomic import write_atomically
     from rrp_sheets.workbook.template import new_workbook, refuse_name
 
@@ -61,7 +61,7 @@ def make_new(path: Path, robot: Robot, template: str = "guided") -> Path:
 
 
 def as_xlsx(reading: Reading, robot: Robot, target: Path, *, replace: bool = True) -> Path:
-    """A workbook of any format as a styled .xlsx."""
+    """Write a workbook of any format as a styled .xlsx."""
     from rrp_sheets.workbook import to_sheets
     from rrp_sheets.workbook.maker import make_workbook
 

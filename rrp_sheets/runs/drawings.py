@@ -15,7 +15,7 @@ MOST_ROWS = 2_000  # a hundred pages; Graphviz takes half a minute for them
 
 
 def draw(checked: Checked, target: Path, behaviour: str = "", language: str = "") -> list[str]:
-    """Draw the behaviours (or one) into a file; what the picture lacks (a font, say), in words.
+    """Draw the behaviours (or one) into a file; return what the picture lacks (a font, say), in words.
 
     The language is the Protocol's unless another one is given.
 
@@ -47,7 +47,7 @@ def draw(checked: Checked, target: Path, behaviour: str = "", language: str = ""
 
 
 def explain(checked: Checked, behaviour: str = "", language: str = "") -> str:
-    """The behaviours (or one) in plain words, in the Protocol's language or the one that is given."""
+    """Explain the behaviours (or one) in plain words, in the Protocol's language or the one that is given."""
     from rrp_sheets.render.sentences import explain_text
 
     behaviours = chosen(checked, behaviour)
@@ -57,7 +57,7 @@ def explain(checked: Checked, behaviour: str = "", language: str = "") -> str:
 
 
 def chosen(checked: Checked, name: str) -> list[BehaviourGraph]:
-    """All behaviours, or the one of that name; raises SheetsError when there is none."""
+    """Return all behaviours, or the one of that name; raise SheetsError when there is none."""
     behaviours = checked.graph.behaviours
     found = [b for b in behaviours if not name or b.key == key(name)]
     if name and not found:

@@ -1,4 +1,4 @@
-"""One change of a workbook's file and what became of it; and a copy in which the findings stand in the cells."""
+"""Changes of a workbook's file: setting a cell, a copy marked with the findings, and a copy with fixes applied."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def write_marked(path: Path, target: Path, report: Report, language: str = "en")
         path: of the workbook, which stays as it is; CSV and Markdown are converted.
         target: of the copy; an earlier such copy is replaced, no other file is.
         report: the findings.
-        language: that they are told in.
+        language: of their texts.
 
     Raises:
         SheetsError: the copy cannot be written, or its name is taken.

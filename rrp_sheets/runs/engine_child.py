@@ -1,7 +1,7 @@
-"""The process in which formulas are evaluated: `python -m rrp_sheets.runs.engine_child LINK CELL [SIMULATOR]`.
+"""Worker process that evaluates formulas: `python -m rrp_sheets.runs.engine_child LINK CELL [SIMULATOR]`.
 
-It has a memory limit, and the program that started it watches where it is. Requests and answers are lines of JSON; it
-ends when the connection does. A run goes on a simulator that the same program has started: SIMULATOR is the connection.
+It has a memory limit, and the program that started it watches its heartbeat. Requests and answers are lines of JSON; it
+ends when the connection closes. A run uses a simulator that the same program has started: SIMULATOR is the connection.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ ORPHANED = "the end of the program that had started it"
 
 class _RunReporter(RunEventSender):
     def finishing(self) -> None:
-        """The robot is brought to rest: formulas are over, and drawing may take what memory it needs."""
+        """Lift the memory limit: no more formulas are evaluated, and drawing may take what memory it needs."""
         lift_limit()
         super().finishing()
 
     def rested(self, summary: Summary, broken: RunBroken | None) -> None:
-        """What is left to do are files: whoever runs something now comes first."""
+        """Lower the priority of this process: only files are left to write, and other runs come first."""
         super().rested(summary, broken)
         if hasattr(os, "nice"):
             os.nice(10)
@@ -65,7 +65,7 @@ class _Process:
         self._requests: SimpleQueue[list[Any]] = SimpleQueue()
 
     def serve(self) -> None:
-        """Carry requests out, one by one."""
+        """Carry out requests, one by one."""
         threading.Thread(target=self._listen, daemon=True).start()
         do: dict[str, Callable[..., None]] = {"check": self._check, "run": self._run, "finish": self._finish}
         while True:
@@ -81,7 +81,7 @@ class _Process:
                 os._exit(0)
 
     def _listen(self) -> None:
-        """Read what the program says, on a thread: it costs the engine nothing."""
+        """Read messages from the program on a thread of its own, at no cost for the engine."""
         for message in self._lines:
             if message[0] == "stop":
                 self._control.stop(*message[1:])
@@ -118,7 +118,7 @@ class _Process:
         self.box.post(["result", pack_result(result)])
 
     def _told_ending(self) -> str:
-        """What the program says of the simulator's end, which only it can know."""
+        """Return the reason for the simulator's end, which only the program can know; empty if it sends none."""
         with suppress(Empty):
             return self._ending.get(timeout=ENDING_TOLD_WITHIN)
         return ""
@@ -142,7 +142,7 @@ def _checked(path: Path) -> tuple[Reading, Checked]:
 
 
 def _examples(checked: Checked) -> dict[str, str]:
-    """An example of what each row gives, as shown, by the row's ref; in brackets what a filter before it would stop."""
+    """Return an example of each row's value as shown, by the row's ref; in brackets if a filter would stop it."""
     from rrp_sheets.checks.shown import row_examples
 
     found = {}

@@ -1,4 +1,4 @@
-"""The faces that the robot remembers beyond a run: who they are, and wiping them."""
+"""Faces that the robot remembers beyond a run: listing and deleting them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rrp_sheets.sim.face_memory import FaceMemory, read_memory, write_memory
 
 
 def kept(folder: Path) -> list[str]:
-    """The names of those who are remembered for the workbooks of a folder.
+    """Return the names of the persons who are remembered for the workbooks of a folder.
 
     Raises:
         SheetsError: the file that keeps them is broken.
@@ -20,7 +20,7 @@ def kept(folder: Path) -> list[str]:
 
 
 def forget(folder: Path, name: str) -> str:
-    """Wipe one person; the name as it was kept.
+    """Delete one remembered person; return the name as it was stored.
 
     Raises:
         SheetsError: nobody has that name, or the file cannot be read or written.
@@ -38,7 +38,7 @@ def forget(folder: Path, name: str) -> str:
 
 
 def forget_all(folder: Path) -> str:
-    """Wipe everybody, also when the file is broken; how many in words."""
+    """Delete all remembered faces, also when the file is broken; return in words how many."""
     try:
         count = len(kept(folder))
         words = "1 face is" if count == 1 else f"{count} faces are"

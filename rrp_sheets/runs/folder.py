@@ -1,4 +1,4 @@
-"""The folder of a run: what is in it, and making it."""
+"""Folder of a run: making and finishing it, and the descriptions of its files."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _RECORDED = re.compile(rf"({'|'.join(_HEARD)})-\d+\.wav")
 
 
 def faces_file(workbook: Path) -> Path:
-    """The file that keeps remembered faces, beside the records of a folder's workbooks."""
+    """Return the file that keeps remembered faces, beside the records of a folder's workbooks."""
     return workbook.absolute().parent / "runs" / "faces.json"
 
 
@@ -62,7 +62,7 @@ class RunFolder:
             raise SheetsError(f"There is a run in “{self.path}” already.", "Name another folder with --out.")
 
     def make(self) -> None:
-        """Make the folder; raises SheetsError when that cannot be done."""
+        """Make the folder; raise SheetsError when that cannot be done."""
         try:
             private_folder(self.path)
             self._held = lock_folder(self.path)
@@ -81,7 +81,7 @@ class RunFolder:
         return folder
 
     def drop(self) -> None:
-        """Take the folder away again, if it is new: the run has not begun. What is in it goes only when it is ours."""
+        """Remove the folder if it is new, as the run has not begun; its content only if this object has made it."""
         if not self._was_there:
             if self._held is not None:
                 shutil.rmtree(self.path, ignore_errors=True)
@@ -111,20 +111,20 @@ class RunFolder:
             raise SheetsError(message, "Make room, or name another folder with --out.") from None
 
     def finish(self, checked: Checked) -> tuple[dict[str, str], tuple[str, ...]]:
-        """Write the table and the diagram; see :func:`finish_folder`. Then the folder is whole."""
+        """Write the table and the diagram (see :func:`finish_folder`), and release the folder."""
         try:
             return finish_folder(self.path, checked)
         finally:
             self.let_go()
 
     def let_go(self) -> None:
-        """Nothing more will be written."""
+        """Release the file lock: nothing more will be written."""
         unlock(self._held)
         self._held = None
 
 
 def finish_folder(path: Path, checked: Checked) -> tuple[dict[str, str], tuple[str, ...]]:
-    """Write a run's table and diagram; the files of the folder with what each is, and what could not be made.
+    """Write a run's table and diagram; return the folder's files with descriptions, and what could not be made.
 
     A diagram that cannot be drawn must not take the rest of the run with it.
     """
@@ -146,7 +146,7 @@ def finish_folder(path: Path, checked: Checked) -> tuple[dict[str, str], tuple[s
 
 
 def files_in(path: Path) -> dict[str, str]:
-    """The files of a run's folder, with what each is."""
+    """Return the files of a run's folder, each with its description."""
     files = {name: what for name, what in _WHAT.items() if (path / name).is_file()}
     for wav in sorted(path.glob("*.wav")):
         files[wav.name] = describe(wav.name)
@@ -154,7 +154,7 @@ def files_in(path: Path) -> dict[str, str]:
 
 
 def describe(name: str) -> str:
-    """What a file of a run's folder is.
+    """Return the description of a file of a run's folder; empty for an unknown one.
 
     >>> describe("film.gif"), describe("say-002.wav")
     ('the robot, filmed', 'what the robot said')
@@ -197,7 +197,7 @@ _PICTURES: Mapping[str, Callable[[bytes, Mapping[str, str]], bytes]] = {
 
 
 def stamp_pictures(place: Path) -> None:
-    """Write into the pictures of a run that was just made what its record says of it.
+    """Write the metadata of a run that was just made into its pictures.
 
     Raises:
         OSError: one cannot be written; it is then as it was.

@@ -1,4 +1,4 @@
-"""Values and times as displays of a run show them: short, and never as they were computed to the last digit."""
+"""Short texts of values and times for the displays of a run."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _UNIT = re.compile(r"^\(?-?[\d.,]+(?:e-?\d+)? ([^\s\d()]{1,8})\)?$")
 
 
 def told(value: Value, unit: str = "") -> str:
-    """A value in short; of a record its one or two telling fields.
+    """Return a short text of a value; of a record one or two telling fields.
 
     >>> told(0.4567, "m"), told("left"), told(None), told(DONE.make(value=1, completed=True, seconds=2.21))
     ('0.457 m', '“left”', 'blank', 'completed after 2.2 s')
@@ -38,7 +38,7 @@ def _record(value: Record) -> str:
 
 
 def unit_of(example: str) -> str:
-    """The unit of an example value as the check shows it.
+    """Return the unit of an example value as the check shows it.
 
     >>> unit_of("0.48 m"), unit_of("(12 °)"), unit_of("“left”"), unit_of("0.5")
     ('m', '°', '', '')
@@ -48,7 +48,7 @@ def unit_of(example: str) -> str:
 
 
 def clock(us: int) -> str:
-    """A time on the run's clock.
+    """Format a time on the run's clock.
 
     >>> clock(42_340_000), clock(3_723_000_000)
     ('0:42.3', '1:02:03.0')

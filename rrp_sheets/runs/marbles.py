@@ -30,12 +30,12 @@ TRACE, WORKBOOK = "trace.jsonl", "protocol.xlsx"
 
 
 def is_trace(path: Path) -> bool:
-    """Whether a path is a run's folder or a trace, and no workbook."""
+    """Return whether a path is a run's folder or a trace, and no workbook."""
     return path.suffix.casefold() == ".jsonl" or (path.is_dir() and (path / TRACE).is_file())
 
 
 def trace_scores(path: Path) -> list[MarbleDiagram]:
-    """The marble diagrams of a recorded run, one for each behaviour; without the workbook beside it, one for all.
+    """Return the marble diagrams of a recorded run, one for each behaviour; one in all without the workbook beside it.
 
     Raises:
         UnreadableFile: when it is no trace.
@@ -59,19 +59,19 @@ def trace_scores(path: Path) -> list[MarbleDiagram]:
 
 
 def stamped_scores(path: Path) -> list[MarbleDiagram]:
-    """The same, and each says of which run it is, at its foot and for the file's metadata."""
+    """Return the diagrams of `trace_scores`, with the run's stamp if the trace has its usual name."""
     file = path / TRACE if path.is_dir() else path
     found = trace_scores(path)
     return stamped(found, stamp_of(file.parent)) if file.name == TRACE else found
 
 
 def stamped(scores: Iterable[MarbleDiagram], stamp: Stamp) -> list[MarbleDiagram]:
-    """Diagrams that say where they come from."""
+    """Return the diagrams with a stamp of their origin at the foot and in the metadata."""
     return [replace(score, foot=stamp.line(), about=tuple(stamp.pairs()), language=stamp.language) for score in scores]
 
 
 def _graph(workbook: Path) -> Graph | None:
-    """The graph of the copy that lies beside a trace, when there is one that can be read; evaluates no formula."""
+    """Return the graph of the workbook's copy beside a trace, None if it cannot be read; evaluate no formula."""
     from rrp_sheets.workbook import read
 
     try:
@@ -96,7 +96,7 @@ def _with_rows(graph: Graph, lines: list[dict[str, Any]], people: tuple[Group, .
 
 
 def _people(lines: list[dict[str, Any]], language: str) -> tuple[Group, ...]:
-    """A line of what people did meanwhile, when they did something."""
+    """Return a lane of what operators did meanwhile; none when they did nothing."""
     marbles: list[Marble] = []
     dragged: dict[str, int] = {}  # a thing that is dragged is put to many places: where it comes to lie is shown
     for entry in lines:
@@ -122,13 +122,13 @@ def _is_error(entry: Mapping[str, Any]) -> bool:
 
 
 def _dragged(entry: Mapping[str, Any]) -> str:
-    """The thing that was put somewhere by hand; empty when it was something else that was done."""
+    """Return the thing that was put somewhere by hand; empty for any other entry."""
     detail = entry.get("detail")
     return str(detail["thing"]) if isinstance(detail, dict) and "put" in detail else ""
 
 
 def _alone(header: Mapping[str, Any], lines: list[dict[str, Any]], people: tuple[Group, ...]) -> list[MarbleDiagram]:
-    """Streams by what the trace's header says of them."""
+    """Return one diagram of all streams of a trace, made without the workbook."""
     known = KINDS.values()
     kinds = {
         str(s.get("stream")): s["kind"] if s.get("kind") in known else "stream"
@@ -156,7 +156,7 @@ def _us(entry: Mapping[str, Any]) -> int:
 
 
 def value_from_json(name: str, value: Any) -> Value:
-    """A value as it was on the stream: JSON's objects are records."""
+    """Convert JSON to the value that was on the stream; objects become records."""
     if isinstance(value, dict):
         kind, keys = _kind(name, tuple(value))
         return Record(kind, {k: value_from_json(n, value[n]) for n, k in keys})
@@ -167,5 +167,5 @@ def value_from_json(name: str, value: Any) -> Value:
 
 @lru_cache(maxsize=256)
 def _kind(name: str, names: tuple[str, ...]) -> tuple[RecordType, tuple[tuple[str, str], ...]]:
-    """The type of such records, and their fields' names with their keys: the same for all values of a stream."""
+    """Return the type of such records, and their fields' names with their keys: the same for all values of a stream."""
     return RecordType(name, tuple(Field(n) for n in names)), tuple((n, key(n)) for n in names)

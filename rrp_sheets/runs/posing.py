@@ -1,4 +1,4 @@
-"""A keyframe of a gesture from the simulated robot: it takes a pose, and what its joints then are becomes a row."""
+"""Keyframes from the simulated robot: it takes a pose, and its joint angles become a row of the Gestures sheet."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def _seconds(row: GestureRow) -> float | None:
 
 
 def _angles_so_far(rows: Sequence[GestureRow], robot: Robot, at: float | None) -> dict[str, float]:
-    """The pose of a gesture at its end, or at a time: each joint as the last keyframe that names it has it."""
+    """Return a gesture's pose at its end or at a time: each joint's angle in the last keyframe that names it."""
     angles: dict[str, float] = {}
     for row in rows:
         time = _seconds(row)
@@ -136,7 +136,7 @@ def _angles_so_far(rows: Sequence[GestureRow], robot: Robot, at: float | None) -
 
 
 def _written(robot: Robot, posture: str, before: Mapping[str, float], asked: Mapping[str, float]) -> list[str]:
-    """The joints that the row tells: those of the gesture so far, those asked for, and those of a posture."""
+    """Return the joints that the row contains: those of the gesture so far, those asked for, those of a posture."""
     start = robot.data["postures"][robot.data["robot"]["start_posture"]]
     named: Mapping[str, float] = next((a for p, a in robot.data["postures"].items() if key(p) == key(posture)), {})
     legs = any(robot.data["chains"][robot.joints[key(j)].chain] == "legs" and abs(a - start[j]) > 0.01
@@ -147,7 +147,7 @@ def _written(robot: Robot, posture: str, before: Mapping[str, float], asked: Map
 
 
 def _rounded(angle: float, joint: Joint) -> float:
-    """An angle with two digits, within the joint's limits."""
+    """Round an angle to two digits, within the joint's limits."""
     step = 10**-DIGITS
     low, high = math.ceil(joint.lower / step - 1e-6), math.floor(joint.upper / step + 1e-6)
     return float(min(max(round(angle / step), low), high) / round(1 / step))
@@ -156,7 +156,7 @@ def _rounded(angle: float, joint: Joint) -> float:
 def _take(
     robot: Robot, posture: str, angles: Mapping[str, float], picture: Path | None
 ) -> tuple[Mapping[str, float], tuple[str, ...]]:
-    """Let the simulated robot take a pose; its joints when it is there, and what it could not do."""
+    """Move the simulated robot into a pose; return its joint angles then, and notes on what it could not do."""
     from rrp_sheets.drivers.simulated import SimulatedWorld
 
     uses = [DeviceUse(f"joint {j}", j, "SetJointPosition", {"joint": j, "speed": 0.3}) for j in angles]
@@ -196,7 +196,7 @@ def _take(
 def _edits(
     reading: Reading, robot: Robot, name: str, at: float, joints: Mapping[str, float]
 ) -> tuple[list[Edit], Address, tuple[str, ...]]:
-    """What to do to the file, where the row then stands, and which columns are new."""
+    """Return the edits of the file, the address of the keyframe's row, and the names of the added columns."""
     found = next(((s, r) for s in reading.sheets if (r := recognise(s)).kind and r.kind.name == "gestures"), None)
     cells: dict[str, Value] = {"name": name, "time(s)": at, **{key(j): a for j, a in joints.items()}}
     if found is None:
@@ -222,7 +222,7 @@ def _edits(
 
 
 def _place(rows: Sequence[GestureRow], sheet: str, name: str, at: float, header: int) -> tuple[int, bool]:
-    """The number of the keyframe's row, and whether one must be inserted before it."""
+    """Return the number of the keyframe's row, and whether a row must be inserted there."""
     numbers = [row.name.address.row for row in rows if row.name.address.sheet == sheet]
     mine = [row for row in rows if key(row.name.text) == key(name) and row.name.address.sheet == sheet]
     for row in mine:
@@ -236,7 +236,7 @@ def _place(rows: Sequence[GestureRow], sheet: str, name: str, at: float, header:
 
 
 def shown(joints: Mapping[str, float]) -> Iterator[str]:
-    """Angles for people: rad, and degrees."""
+    """Yield each joint with its angle as text, in rad and degrees."""
     for joint, angle in joints.items():
         hand = joint.endswith("Hand")
         yield f"{joint} {angle:g}" + ("" if hand else f" ({math.degrees(angle):.0f}°)")

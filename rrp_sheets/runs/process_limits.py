@@ -1,4 +1,4 @@
-"""How much memory a process that evaluates formulas may have."""
+"""Memory limit of processes that evaluate formulas."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ MOST_MEMORY = 3 << 29
 
 
 def limit_memory(most: int = MOST_MEMORY) -> None:
-    """Let this process, and those that it starts, have no more memory than this; asking for more is a MemoryError.
+    """Limit the memory of this process and of those that it starts; exceeding it raises a MemoryError.
 
-    On a Mac the system takes note and does not hold to it.
+    macOS accepts the limit but does not enforce it.
     """
     if resource is not None:
         hard = resource.getrlimit(resource.RLIMIT_AS)[1]
@@ -22,7 +22,7 @@ def limit_memory(most: int = MOST_MEMORY) -> None:
 
 
 def lift_limit() -> None:
-    """Let this process have all memory again: no formula is evaluated any more."""
+    """Remove the memory limit of this process, when it evaluates no more formulas."""
     if resource is not None:
         hard = resource.getrlimit(resource.RLIMIT_AS)[1]
         resource.setrlimit(resource.RLIMIT_AS, (hard, hard))

@@ -1,4 +1,4 @@
-"""What a run's process tells the program that watches it: everything that a view is told, packed and unpacked."""
+"""Messages from a run's process to the program that watches it: packing, sending and unpacking."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ _LISTS = ("behaviours", "sensors", "buttons", "things")  # of a RunStart
 
 
 def pack_settings(settings: RunSettings) -> dict[str, Any]:
-    """The settings of a run."""
+    """Pack the settings of a run as JSON."""
     return {**vars(settings), **{n: str(p.absolute()) if (p := getattr(settings, n)) else None for n in _PATHS}}
 
 
 def unpack_settings(packed: dict[str, Any]) -> RunSettings:
-    """The settings that were packed."""
+    """Unpack the settings of a run."""
     return RunSettings(**{**packed, **{name: Path(packed[name]) if packed[name] else None for name in _PATHS}})
 
 
 def pack_result(result: RunResult) -> dict[str, Any]:
-    """What a run left."""
+    """Pack the result of a run as JSON."""
     broken = pack_error(result.broken) if result.broken else None
     return {"folder": str(result.folder), "files": result.files, "summary": vars(result.summary), "broken": broken,
             "problems": result.problems}  # fmt: skip
 
 
 def unpack_result(packed: dict[str, Any]) -> RunResult:
-    """The result that was packed."""
+    """Unpack the result of a run."""
     broken = _broken(packed["broken"])
     return RunResult(
         Path(packed["folder"]), packed["files"], Summary(**packed["summary"]), broken, tuple(packed["problems"])
@@ -50,80 +50,80 @@ def _broken(packed: Any) -> RunBroken | None:
 
 
 class RunEventSender(RunView):
-    """The view in the run's process: tells everything to whoever watches from another."""
+    """View in the run's process that sends everything to the program that watches it."""
 
     def __init__(self, box: NonBlockingWriter) -> None:
         self._box = box
 
     def started(self, start: RunStart) -> None:
-        """The run begins."""
+        """Send the description of the run that begins."""
         packed = {**vars(start), "folder": str(start.folder), "findings": [pack_finding(d) for d in start.findings],
                   "rows": list(start.rows.items())}  # fmt: skip
         self._box.post(["started", packed])
         self._box.flush()
 
     def event(self, us: int, stream: str, row: str, value: Value) -> None:
-        """A value on a stream."""
+        """Send a value on a stream."""
         self._box.post_event(["event", us, stream, row, pack(value)])
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
-        """A formula failed."""
+        """Send the failure of a formula."""
         failed = [failure.code, failure.message, failure.column]
         self._box.post_event(["error", us, row, failed, [pack(v) for v in values]])
 
     def happening(self, us: int, happening: Notice) -> None:
-        """Something to tell."""
+        """Send a notice."""
         self._box.post_event(["happening", us, *(getattr(happening, f.name) for f in fields(happening))])
 
     def frame(self, us: int) -> None:
-        """A frame is over."""
+        """Send that a frame is over, and flush what waits."""
         self._box.post_event(["frame", us])
         self._box.flush()
 
     def acted(self, us: int, act: OperatorAction) -> None:
-        """Somebody did something."""
+        """Send what an operator did."""
         self._box.post(["acted", us, act.kind, act.text, act.by, dict(act.detail)])
         self._box.flush()
 
     def refused(self, kind: str, message: str, remedy: str) -> None:
-        """What cannot be done."""
+        """Send that a command of the operator cannot be carried out."""
         self._box.post(["refused", kind, message, remedy])
         self._box.flush()
 
     def paused(self, us: int, is_paused: bool) -> None:
-        """The run stands still, or goes on."""
+        """Send that the run is paused, or goes on."""
         self._box.post(["paused", us, is_paused])
 
     def standing(self, us: int) -> None:
-        """A sign of life."""
+        """Send a sign of life while the run is paused or very slow."""
         self._box.post_event(["standing", us])
         self._box.flush()
 
     def state(self, us: int, state: State) -> None:
-        """The world."""
+        """Send the state of the world, unless much is waiting."""
         if self._box.light:
             self._box.post(["state", us, *(getattr(state, f.name) for f in fields(state))])
             self._box.flush()
 
     def picture(self, us: int, jpeg: bytes) -> None:
-        """What the robot sees."""
+        """Send a picture of the robot's camera, unless much is waiting."""
         if self._box.light:
             self._box.post(["picture", us, b64encode(jpeg).decode()])
             self._box.flush()
 
     def finishing(self) -> None:
-        """The robot is brought to rest."""
+        """Send that the robot is brought to rest."""
         self._box.post(["finishing"])
         self._box.flush()
 
     def rested(self, summary: Summary, broken: RunBroken | None) -> None:
-        """The robot is at rest."""
+        """Send that the robot is at rest, with the summary."""
         self._box.post(["rested", vars(summary), pack_error(broken) if broken else None])
         self._box.flush()
 
 
 def dispatch(message: list[Any], view: RunView) -> None:
-    """Tell a view what a message tells."""
+    """Call the method of a view that a message is for."""
     kind, *rest = message
     if kind == "event":
         us, stream, row, value = rest
@@ -165,7 +165,7 @@ def _tuples(packed: Any) -> Any:
 
 
 def unpack_start(packed: dict[str, Any]) -> RunStart:
-    """What was told when the run began."""
+    """Unpack the description of a run that was sent at its beginning."""
     return RunStart(**{
         **packed, "folder": Path(packed["folder"]), "findings": tuple(map(unpack_finding, packed["findings"])),
         "rows": dict(packed["rows"]), **{name: _tuples(packed[name]) for name in _LISTS},

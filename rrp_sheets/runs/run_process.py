@@ -1,8 +1,8 @@
-"""A run in processes of its own, supervised: what the command line uses, and a server.
+"""Runs in supervised processes of their own: control, watchdog, and the end of a run whose engine is gone.
 
-Formulas come from files that strangers exchange. So the engine evaluates them in a process with a memory limit, and is
-ended here when a row does not come to an end. The robot does not depend on it: this module starts the simulator's
-process too, and has a connection of its own to it, over which Stop goes whatever rows and engine do.
+Formulas come from untrusted files. So the engine evaluates them in a process with a memory limit, and is ended here
+when a row does not come to an end. The robot does not depend on it: this module starts the simulator's process too, and
+has a connection of its own to it, over which Stop is sent whatever rows and engine do.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ REMEDY_SLOW = "Let these rows work with shorter texts and lists, or less often."
 
 @dataclass(frozen=True)
 class RunOutcome:
-    """How it ended.
+    """Outcome of a run in a process of its own.
 
     Attributes:
         findings: about the workbook, when it has errors; then it did not run.
@@ -54,7 +54,7 @@ class RunOutcome:
 
 
 class RunProcess:
-    """A run in a process of its own, which starts at once. Listen to it until it ends; stop it from any thread.
+    """A run in a process of its own, which starts at once; `listen` reports it, any thread may stop it.
 
     Args:
         path: of the workbook, which that process reads and checks.
@@ -85,19 +85,19 @@ class RunProcess:
 
     @property
     def pid(self) -> int:
-        """The number of the engine's process."""
+        """Process ID of the engine."""
         return self._worker.pid
 
     @property
     def simulator_pid(self) -> int:
-        """The number of the simulator's process."""
+        """Process ID of the simulator."""
         return self._simulator.pid
 
     # ---- what people do: from any thread, waiting at most SEND_WITHIN; the view is told what came of it
     def stop(self, by: str = "") -> None:
         """Bring the robot to its rest and end the run, whatever its rows are doing.
 
-        The simulator is told directly, then the engine; an engine whose rows do not end is ended.
+        The command goes directly to the simulator, then to the engine; an engine whose rows do not end is killed.
         """
         if self._asked is None:
             self._asked, self._stopped_by = time.monotonic(), by
@@ -109,31 +109,31 @@ class RunProcess:
                     self._sending.release()
 
     def pause(self, by: str = "") -> None:
-        """Let everything stand still: streams, timers, motion."""
+        """Pause everything: streams, timers, motion."""
         self._wish("pause", by)
 
     def resume(self, by: str = "") -> None:
-        """Let it go on from where it stands."""
+        """Let a paused run go on."""
         self._wish("resume", by)
 
     def step(self, by: str = "") -> None:
-        """Let it go on for one frame (of an event loop: some 33 ms), and stand still."""
+        """Run one frame (of an event loop: some 33 ms), and pause again."""
         self._wish("step", by)
 
     def speed(self, factor: float, by: str = "") -> None:
-        """Be faster or slower: 1 is real time, 0 as fast as it can."""
+        """Set the speed: 1 is real time, 0 as fast as possible."""
         self._wish("speed", by, factor=factor)
 
     def mark(self, note: str, by: str = "") -> None:
-        """Record a note with the time of now."""
+        """Record a note with the current time."""
         self._wish("mark", by, note=note)
 
     def switch(self, behaviour: str, on: bool, by: str = "") -> None:
-        """Switch a behaviour by its name."""
+        """Switch a behaviour on or off by its name."""
         self._wish("switch", by, behaviour=behaviour, on=on)
 
     def send(self, stream: str, text: str, by: str = "") -> None:
-        """Let a value enter a sensor stream (or one of ended commands) in the next frame.
+        """Send a value into a sensor stream (or one of ended commands) in the next frame.
 
         Args:
             stream: its name.
@@ -147,19 +147,19 @@ class RunProcess:
         self._wish("press", by, label=label)
 
     def scene(self, thing: str, verb: str, value: str, by: str = "") -> None:
-        """Let something happen in the world at once, in the words of a Scene sheet's row."""
+        """Carry out an action in the world at once, in the words of a Scene sheet's row."""
         self._wish("scene", by, thing=thing, verb=verb, value=value)
 
     def put(self, thing: str, at: tuple[float, float, float], by: str = "") -> None:
-        """Move a thing of the scene (m) at once, as one drags it: of many places in a frame the last one counts."""
+        """Move a thing of the scene to a place (m) at once, as when dragging: the last place in a frame counts."""
         self._wish("put", by, thing=thing, at=at)
 
     def apply(self, path: Path, by: str = "") -> None:
-        """Let the run go on with the rows of the edited workbook, when their graph has the same shape."""
+        """Continue the run with the rows of the edited workbook, if their graph has the same shape."""
         self._wish("apply", by, path=str(path.absolute()))
 
     def look(self, wanted: bool) -> None:
-        """Say whether somebody wants to see what the robot sees."""
+        """Switch the pictures of the robot's camera on or off."""
         self._wish("look", wanted=wanted)
 
     def _wish(self, kind: str, by: str = "", **what: Any) -> None:
@@ -170,7 +170,7 @@ class RunProcess:
             self._deaf = self._deaf or not self._worker.send(*message, within=SEND_WITHIN)
 
     def listen(self, view: RunView) -> RunOutcome:
-        """Tell a view everything until the run has ended.
+        """Report everything to a view until the run has ended.
 
         Raises:
             UnreadableFile: when the workbook cannot be read.
@@ -219,7 +219,7 @@ class RunProcess:
                 return self._alone(view, failure)
 
     def _look_at_simulator(self) -> None:
-        """Hear what the simulator says; end it when it does not work any more, and tell the engine why."""
+        """Read the simulator's messages; kill it when it no longer works, and send the reason to the engine."""
         simulator = self._simulator
         if simulator.gone:
             return
@@ -234,7 +234,7 @@ class RunProcess:
             self._resting = time.monotonic()
 
     def _is_late(self) -> bool:
-        """Whether Stop was said and the rows are not over in time; an engine that waits for the simulator may wait."""
+        """Return whether the rows are not over in time after Stop; an engine that waits for the simulator may wait."""
         if self._asked is None or self._started is None or self._finishing:
             return False
         if self._resting is None and self._simulator.working:
@@ -242,7 +242,7 @@ class RunProcess:
         return time.monotonic() - max(self._asked, self._resting or 0.0) > ROWS_END_WITHIN
 
     def _failure(self, *, heard: bool) -> RunBroken | None:
-        """Why the engine must be ended; None when it goes on."""
+        """Return the reason to end the engine; None while it goes on."""
         patience = PREPARED_AFTER if self._started is None else FINISHED_AFTER if self._finishing else SILENT_AFTER
         rows = self._started.rows if self._started else {}
         failure = self._watchdog.failure(
@@ -255,7 +255,7 @@ class RunProcess:
         return RunBroken(f"{failure}.", REMEDY_SLOW if "costliest" in failure else REMEDY_STUCK)
 
     def _row(self) -> str:
-        """The row that is being worked out; empty when it is none."""
+        """Return the name of the row that is being evaluated; empty when there is none."""
         return self._started.rows.get(self._worker.cell[RANK], "") if self._started else ""
 
     def _where(self) -> str:
@@ -263,7 +263,7 @@ class RunProcess:
         return f" while the row {row} was being worked out" if row else ""
 
     def _tell_finishing(self, view: RunView) -> None:
-        """Tell that the robot is brought to rest, once: when the simulator says so, not when the engine wants it."""
+        """Tell the view once that the robot is brought to rest: as the simulator reports it, not as the engine asks."""
         if self._simulator.resting and self._started is not None and not self._told_finishing:
             self._told_finishing = True
             view.finishing()
@@ -292,10 +292,10 @@ class RunProcess:
 
     # ---- a run whose engine has gone, or is ended
     def _alone(self, view: RunView, error: RunBroken | None) -> RunOutcome:
-        """Let the robot come to its rest without the engine, close the trace, write what can be written.
+        """Bring the robot to rest without the engine, close the trace, write the files that can be written.
 
         Args:
-            view: is told.
+            view: receives the notices and the end.
             error: why the run breaks off; None when it was stopped and its rows did not end in time.
         """
         start, row, where = self._started, self._row(), self._where()
@@ -322,7 +322,7 @@ class RunProcess:
         return RunOutcome(result=RunResult(start.folder, files, summary, error, problems))
 
     def _await_rest(self, view: RunView) -> tuple[tuple[Notice, ...], RunBroken | None]:
-        """Wait until the robot has come to its rest; what the simulator tells, and why the robot could not rest."""
+        """Wait until the robot is at rest; return the simulator's notices, and the error if it could not rest."""
         simulator = self._simulator
         while not simulator.gone and simulator.rested is None:
             readable(simulator.fileno(), LOOK_EVERY)
@@ -333,7 +333,7 @@ class RunProcess:
         return simulator.rested, None
 
     def _finish(self, folder: Path) -> tuple[dict[str, str], tuple[str, ...]]:
-        """Let a fresh process write table and diagram; it checks the workbook again, and may be ended as well."""
+        """Write table and diagram in a fresh process, which checks the workbook again and may be ended as well."""
         from rrp_sheets.runs.folder import files_in  # loads what reads a trace: only when something broke
 
         assert self._finisher is not None
@@ -353,13 +353,13 @@ def run_apart(path: Path, settings: RunSettings | None = None, view: RunView | N
 def close_trace(
     start: RunStart, row: str, error: RunBroken | None, notices: Sequence[Notice] = (), by: str = ""
 ) -> Summary:
-    """Make a trace readable to its end.
+    """Complete a trace: cut off an unfinished line, add a summary if there is none, and return the summary.
 
     Args:
         start: of the run.
         row: that was being worked out.
         error: why the run broke off; None when it was stopped.
-        notices: what is still to be told.
+        notices: to be added before the summary.
         by: who stopped it, if somebody did and it is known.
     """
     path = start.folder / "trace.jsonl"
@@ -399,7 +399,7 @@ def close_trace(
 
 
 def _told(entry: dict[str, Any], last: float) -> Summary:
-    """The summary that the run's process had written before it ended."""
+    """Return the summary that the run's process had written before it ended."""
     told = {name: entry.get(name, "") for name in ("stopped_by", "why", "remedy")}
     return Summary(
         entry["events"], entry["errors"], entry["actuator_commands"], last, 0.0, entry["ended"], entry.get("by", ""),
@@ -424,12 +424,12 @@ _MOST_NAMED = 3  # rows
 
 
 class Watchdog:
-    """Looks at an engine's cell from time to time.
+    """Watchdog over an engine: decides from its heartbeat and processor time whether it hangs.
 
     A paced wait is no stall: only an engine that is settling, at the same instant as before, is slow or stuck.
 
     Args:
-        cell: where the engine is.
+        cell: the engine's heartbeat: instant, row, and whether rows are being evaluated.
         cpu: its processor time in seconds.
         now: the wall clock in seconds.
     """
@@ -446,11 +446,11 @@ class Watchdog:
     def failure(
         self, *, heard: bool, silent_after: float = SILENT_AFTER, waits: bool = False, rows: Mapping[int, str]
     ) -> str:
-        """Why the process must be ended, as the beginning of a sentence; empty when it goes on.
+        """Return the reason to end the process, as the beginning of a sentence; empty when it goes on.
 
         Args:
-            heard: whether it has said something since the last look.
-            silent_after: how many seconds it may say nothing, doing what it is doing now.
+            heard: whether a message has come since the last look.
+            silent_after: seconds without a message that it may take for what it is doing now.
             waits: whether it waits for the simulator, which is at work.
             rows: the rows' names by rank.
         """

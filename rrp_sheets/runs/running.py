@@ -1,4 +1,4 @@
-"""Running a workbook on a robot: check, start, loop, stop, and leave everything in a folder."""
+"""Running a checked workbook on a robot: start, loop, stop, its folder, and the observer that records it."""
 
 from __future__ import annotations
 
@@ -67,12 +67,12 @@ def run(
         reading: the workbook as it was read, for the copy that is kept.
         checked: it must have no errors.
         settings: how to run.
-        view: told of everything as it happens; may stop the run.
+        view: gets everything as it happens; may stop the run.
         world: makes the robot's world; the simulated NAO when None.
-        cell: where the engine is, for a watchdog in another process.
-        control: what people want while it goes on.
+        cell: the engine's heartbeat, for a watchdog in another process.
+        control: the operators' commands while it goes on.
         simulator: the connection to a simulator that somebody has started and supervises; None starts one here.
-        ending: of that simulator: waits for what its supervisor says of its end.
+        ending: waits for the reason that its supervisor gives for the end of that simulator.
 
     Raises:
         SheetsError: when the workbook has errors or the folder cannot be used; then nothing is left.
@@ -114,7 +114,7 @@ def run(
 
 
 def _plan(checked: Checked, settings: RunSettings) -> Plan:
-    """What runs; raises SheetsError when nothing can, or not in this way."""
+    """Return the plan of the rows that run; raise SheetsError when nothing can, or not in this way."""
     if checked.report.errors:
         raise SheetsError("This workbook has errors and cannot run.", "See `rrp-sheets check`.")
     if settings.fast and checked.run.engine != "frame":
@@ -129,7 +129,7 @@ def _plan(checked: Checked, settings: RunSettings) -> Plan:
 
 
 def _header(reading: Reading, checked: Checked, settings: RunSettings, seed: int) -> dict[str, Any]:
-    """The first line of the trace."""
+    """Return the first line of the trace."""
     return {
         "program": __version__, "workbook": reading.digest, "name": Path(reading.workbook.source).name,
         "robot": checked.robot.name, "engine": checked.run.engine, "frame_rate": checked.run.frame_rate,
@@ -153,7 +153,7 @@ def _begin(
 
 
 def _go(runner: Runner, until: int, trace: TraceWriter, recorder: Recorder) -> tuple[Summary, RunBroken | None]:
-    """The loop between starting and stopping; whatever happens, the world is stopped and the trace is closed."""
+    """Run the loop between start and stop; whatever happens, the world is stopped and the trace is closed."""
     began = time.monotonic()
     broken: RunBroken | None = None
     ended, row, out_of_memory = "broken", "", False
@@ -205,7 +205,7 @@ def _summary(engine: Engine, recorder: Recorder, wall: float, ended: str, row: s
 
 
 def _until(checked: Checked, settings: RunSettings) -> int:
-    """When the run ends, in microseconds."""
+    """Return the time at which the run ends, in microseconds."""
     if settings.seconds is not None:
         wanted = round(settings.seconds * 1e6)
     elif checked.scene:
@@ -217,7 +217,7 @@ def _until(checked: Checked, settings: RunSettings) -> int:
 
 
 def _faces(settings: RunSettings, checked: Checked) -> Path | None:
-    """The file that keeps faces beyond a run; None when none are kept."""
+    """Return the file that keeps faces beyond a run; None when none are kept."""
     beside = settings.home / "any" if settings.home else Path(checked.workbook.source)
     return faces_file(beside) if checked.run.keeps_faces else None
 
@@ -246,7 +246,7 @@ Thing = tuple[str, str, tuple[float, float, float] | None]
 
 
 def start_of(plan: Plan, scene: Sequence[SceneAction], until_us: int, folder: Path) -> RunStart:
-    """What runs.
+    """Return the description of a run that its view gets at the beginning.
 
     Args:
         plan: the rows and devices.
@@ -279,7 +279,7 @@ def start_of(plan: Plan, scene: Sequence[SceneAction], until_us: int, folder: Pa
 
 
 def example_text(value: Value) -> str:
-    """A value as one would write it to send it.
+    """Format a value as one would write it to send it.
 
     >>> from rrp_sheets.model.values import record_from_mapping
     >>> example_text(record_from_mapping("Touch", {"pressed": True, "zone": "Head", "force": None})), example_text(0.5)
@@ -297,7 +297,7 @@ def _camera(robot: Robot) -> tuple[float, float]:
 
 
 def _things(scene: Sequence[SceneAction]) -> tuple[Thing, ...]:
-    """The things that will be in the scene, each with where it is at the beginning if it is there by then."""
+    """Return the things that will be in the scene, each with its place if it is there at the beginning."""
     found: dict[str, Thing] = {}
     for action in scene:
         if action.verb in _STANDS and key(action.thing) not in found:
@@ -316,7 +316,7 @@ _ROBOT = "the robot itself"  # where an error is counted that is no row's: it ha
 
 
 class Recorder(RunObserver):
-    """The observer of an engine and of its loop: tells the trace and the view. The trace comes when the run begins."""
+    """Observer of an engine and its loop that passes everything to the trace and the view; `begin` sets the trace."""
 
     def __init__(self, view: RunView, control: CommandQueue) -> None:
         self.view = view
@@ -328,7 +328,7 @@ class Recorder(RunObserver):
         self._on: set[str] = set()  # the behaviours that the view knows to be on
 
     def begin(self, trace: TraceWriter, engine: Engine) -> None:
-        """The run's clock starts."""
+        """Start the wall clock and the recording into a trace."""
         self.trace, self.engine, self._began = trace, engine, time.monotonic()
         self._on = set(engine.on)
 
@@ -338,20 +338,20 @@ class Recorder(RunObserver):
         return time.monotonic() - self._began
 
     def event(self, us: int, stream: str, row: str, value: Value) -> None:
-        """A value on a stream (its id)."""
+        """Record a value on a stream (its id)."""
         if self.trace is not None:
             by = self.engine.sent_by if self.engine is not None and not row else None
             self.trace.event(us, stream, row, value, by)
         self.view.event(us, stream, row, value)
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
-        """A formula failed."""
+        """Record that a formula failed."""
         if self.trace is not None:
             self.trace.error(us, row, failure, values)
         self.view.error(us, row, failure, values)
 
     def happening(self, us: int, happening: Notice) -> None:
-        """Something besides the events."""
+        """Record a notice; one of kind `error` is counted for its row."""
         if self.trace is not None:
             self.trace.happening(us, happening)
         if happening.kind == "error":  # an actuator cannot use its value: an error of that row like any other
@@ -360,7 +360,7 @@ class Recorder(RunObserver):
         self.view.happening(us, happening)
 
     def frame(self, us: int) -> None:
-        """A frame is over."""
+        """Flush the trace after a frame, and tell the view which behaviours were switched."""
         if self.trace is not None:
             self.trace.flush()
         if self.engine is not None and self.engine.on != self._on:
@@ -368,7 +368,7 @@ class Recorder(RunObserver):
         self.view.frame(us)
 
     def _tell_switched(self, us: int, engine: Engine) -> None:
-        """A row has switched behaviours; in the trace that is a note of the row's."""
+        """Tell the view which behaviours a row has switched; the trace has that as a note of the row."""
         for behaviour in engine.plan.checked.graph.behaviours:
             on = behaviour.key in engine.on
             if on != (behaviour.key in self._on):
@@ -376,7 +376,7 @@ class Recorder(RunObserver):
         self._on = set(engine.on)
 
     def acted(self, us: int, act: OperatorAction) -> None:
-        """Somebody did something."""
+        """Record what an operator did."""
         if self.trace is not None:
             self.trace.act(us, act, self.wall)
             self.trace.flush()
@@ -385,21 +385,21 @@ class Recorder(RunObserver):
         self.view.acted(us, act)
 
     def refused(self, kind: str, message: str, remedy: str) -> None:
-        """What somebody wanted cannot be done."""
+        """Tell the view that a command of the operator cannot be carried out."""
         self.view.refused(kind, message, remedy)
 
     def paused(self, us: int, is_paused: bool) -> None:
-        """The run stands still, or goes on."""
+        """Tell the view that the run is paused, or goes on."""
         self.view.paused(us, is_paused)
 
     def standing(self, us: int) -> None:
-        """Nothing goes on."""
+        """Give the view a sign of life while the run is paused or very slow."""
         self.view.standing(us)
 
     def shown(self, us: int, shown: WorldSnapshot) -> None:
-        """The world, for a display."""
+        """Pass a snapshot of the world to the view."""
         self.view.shown(us, shown)
 
     def stopped(self) -> bool:
-        """Whether the run should stop now."""
+        """Return whether the run should stop now."""
         return self.view.stopped()

@@ -1,4 +1,4 @@
-"""What goes into a run and what comes out of it: plain data, light to import and easy to send to another process."""
+"""Settings, events and results of a run: plain data, light to import and easy to send to another process."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rrp_sheets.model.values import Failure, Value
 
 @dataclass(frozen=True)
 class RunSettings:
-    """How to run.
+    """Options for running a workbook.
 
     Attributes:
         seconds: of the run's clock; None: the last scene time plus 5 s, 30 s without a Scene sheet.
@@ -47,7 +47,7 @@ class RunSettings:
 
 @dataclass(frozen=True)
 class RunStart:
-    """What runs, told when it begins.
+    """Description of a run, given to its view at the beginning.
 
     Attributes:
         title: of the workbook.
@@ -82,39 +82,39 @@ class RunStart:
 
 
 class RunView(RunObserver):
-    """What somebody who watches a run is told; subclass it. Nothing here may take long."""
+    """Observer for whoever watches a run; subclass it. No method may take long."""
 
     def started(self, start: RunStart) -> None:
-        """The run begins."""
+        """Handle the beginning of the run."""
 
     def event(self, us: int, stream: str, row: str, value: Value) -> None:
-        """A value on a stream (its id)."""
+        """Handle a value on a stream (its id)."""
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
-        """A formula failed."""
+        """Handle the failure of a formula."""
 
     def shown(self, us: int, shown: WorldSnapshot) -> None:
-        """The world, about 12 times a second of wall time."""
+        """Handle a snapshot of the world, about 12 times a second of wall time."""
         self.state(us, shown.state)
         if shown.picture:
             self.picture(us, shown.picture)
 
     def state(self, us: int, state: State) -> None:
-        """Where everything is."""
+        """Handle the state of the robot and the things around it."""
 
     def picture(self, us: int, jpeg: bytes) -> None:
-        """What the robot sees, about 8 times a second, when that is wanted."""
+        """Handle a picture of the robot's camera, about 8 times a second, when that is wanted."""
 
     def finishing(self) -> None:
-        """The robot is brought to rest."""
+        """Handle that the robot is being brought to rest."""
 
     def rested(self, summary: Summary, broken: RunBroken | None) -> None:
-        """The robot is at rest and all that happened is recorded; what takes time now are table and diagram."""
+        """Handle that the robot is at rest and all is recorded; table and diagram are still to be written."""
 
 
 @dataclass
 class Summary:
-    """What a run amounted to.
+    """Counts, times and end of a run.
 
     Attributes:
         events: how many values each stream had, by its name in the trace.
@@ -140,7 +140,7 @@ class Summary:
     remedy: str = ""
 
     def as_dict(self, *, wall: bool) -> dict[str, Any]:
-        """As JSON; without the wall clock for the trace, whose bytes must not depend on it."""
+        """Return the summary as JSON; for the trace without the wall clock, on which its bytes must not depend."""
         told = {"by": self.ended_by, "stopped_by": self.stopped_by, "why": self.why, "remedy": self.remedy}
         entry: dict[str, Any] = {
             "ended": self.ended, **{k: v for k, v in told.items() if v},
@@ -152,7 +152,7 @@ class Summary:
 
 @dataclass(frozen=True)
 class RunResult:
-    """What a run left.
+    """Folder, files and summary that a run left.
 
     Attributes:
         folder: of the run.

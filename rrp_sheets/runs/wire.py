@@ -1,8 +1,8 @@
-"""Encode what a process and the program that started it tell each other as lines of JSON, which can do no harm.
+"""Messages between a worker process and the program that started it, encoded as lines of JSON, which can do no harm.
 
-The engine and the simulator are both ours and exchange pickled messages (`sim/messages.py`).
+The engine and the simulator, both parts of this program, exchange pickled messages instead (`sim/messages.py`).
 
-A value keeps what it is: a record its kind and its fields, a list its places.
+A value keeps its type: a record its kind and its fields, a list its items.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _ERRORS = {e.__name__: e for e in (SheetsError, MissingPart, RunBroken)}
 
 
 class NonBlockingWriter:
-    """Sends without ever waiting: a watcher that is slow, or gone, does not slow the run."""
+    """Writer that never waits before `finish`: a watcher that is slow, or gone, does not slow the run."""
 
     def __init__(self, link: socket.socket) -> None:
         self._link = link
@@ -36,12 +36,12 @@ class NonBlockingWriter:
         self.gone = False
 
     def post(self, message: list[Any]) -> None:
-        """Put a message into the box."""
+        """Append a message to the buffer."""
         if not self.gone:
             self._waiting += line(message)
 
     def post_event(self, message: list[Any]) -> None:
-        """Put an event into the box, unless too much waits already."""
+        """Append an event to the buffer, unless too much waits already."""
         if len(self._waiting) > MOST_WAITING:
             self.missed += 1
         else:
@@ -49,7 +49,7 @@ class NonBlockingWriter:
 
     @property
     def light(self) -> bool:
-        """Whether little waits: pictures for somebody who is behind would be old ones."""
+        """True while little waits: a watcher that is behind would get outdated pictures."""
         return len(self._waiting) < LIGHT
 
     def flush(self) -> None:
@@ -80,7 +80,7 @@ class NonBlockingWriter:
 
 # ---- values
 def pack(value: Value) -> Any:
-    """A value as JSON that keeps what it is.
+    """Encode a value as JSON that keeps its type.
 
     >>> unpack(pack(["a", record_from_mapping("Red ball", {"x": 1})]))
     ['a', Red ball(x=1)]
@@ -93,7 +93,7 @@ def pack(value: Value) -> Any:
 
 
 def unpack(packed: Any) -> Value:
-    """The value that was packed."""
+    """Decode a value that was packed."""
     if isinstance(packed, dict):
         return record_from_mapping(packed["record"], {n: unpack(v) for n, v in packed["fields"].items()})
     if isinstance(packed, list):
@@ -102,13 +102,13 @@ def unpack(packed: Any) -> Value:
 
 
 def pack_finding(d: Diagnostic) -> list[Any]:
-    """A finding, with its fixes."""
+    """Encode a finding, with its fixes."""
     said = [_pack_said(d.message), _pack_said(d.remedy)]
     return [d.code, d.severity.value, _place(d.address), *said, d.span, [_pack_fix(f) for f in d.fixes]]
 
 
 def unpack_finding(packed: list[Any]) -> Diagnostic:
-    """The finding that was packed."""
+    """Decode a finding that was packed."""
     code, severity, where, message, remedy, span, fixes = packed
     address = Address(*where) if where else None
     span = tuple(span) if span else None
@@ -117,7 +117,7 @@ def unpack_finding(packed: list[Any]) -> Diagnostic:
 
 
 def _pack_said(text: object) -> Any:
-    """A text of a finding; a phrase keeps how it was made, so that it can still be said in another language."""
+    """Encode a text of a finding; a phrase keeps its template, so that it can still be put into another language."""
     if isinstance(text, Phrase):
         return {"said": text.template, "places": {name: _pack_said(value) for name, value in text.places.items()}}
     return text if isinstance(text, str | int | float | None) else str(text)
@@ -154,13 +154,13 @@ def _unpack_part(part: Any) -> Any:
 
 
 def pack_error(error: SheetsError) -> list[Any]:
-    """An error that a user may see."""
+    """Encode an error that a user may see."""
     code = error.code if isinstance(error, UnreadableFile) else ""
     return [type(error).__name__, error.message, error.remedy, code]
 
 
 def unpack_error(packed: list[Any]) -> SheetsError:
-    """The error that was packed."""
+    """Decode an error that was packed."""
     kind, message, remedy, code = packed
     if kind == "UnreadableFile":
         return UnreadableFile(code, message, remedy)

@@ -1,6 +1,6 @@
-"""A process of ours that answers, from its own side: it has a memory limit, and what goes wrong is an answer too.
+"""Request loop of a worker process, which has a memory limit and answers errors too.
 
-It ends when its connection does. The other side is `worker`.
+It ends when its connection closes. The other side is `worker_process`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from rrp_sheets.runs.wire import pack_error
 
 
 def begin(grace: float = 0.0, still: float | None = None) -> socket.socket:
-    """The connection of a process that has just been started; its first argument is its number.
+    """Set up a process that has just been started; return its connection, whose number is its first argument.
 
     Args:
         grace: seconds of processor time that the process may still use when the program that started it has gone.
@@ -32,7 +32,7 @@ def begin(grace: float = 0.0, still: float | None = None) -> socket.socket:
 
 
 def answer(make: Callable[[], Any]) -> list[Any]:
-    """What is made, as an answer.
+    """Call `make`, and return its result or its error as an answer.
 
     >>> answer(lambda: 3)
     ['done', 3]
@@ -48,7 +48,7 @@ def answer(make: Callable[[], Any]) -> list[Any]:
 
 
 def serve(do: Mapping[str, Callable[..., Any]]) -> None:
-    """Answer until the connection closes; `do` is what can be asked for, by name."""
+    """Answer requests until the connection closes; `do` has the functions by the names of the requests."""
     link = begin()
     for name, *arguments in Lines(link):
         link.sendall(line(answer(lambda: do[name](*arguments))))  # noqa: B023  # made at once

@@ -1,4 +1,4 @@
-"""A process of ours, from the side of the program that starts it: what it says, in which time, and how it ended."""
+"""Worker processes from the side of the program that starts them: requests, time limits, restarts, checks."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from rrp_sheets.runs.wire import unpack_error, unpack_finding
 
 
 class WorkerError(SheetsError):
-    """A process gave no answer.
+    """Error of a process that gave no answer.
 
     Attributes:
         why: what became of it, in words that follow “it” or “they”.
@@ -37,12 +37,12 @@ class WorkerError(SheetsError):
 
 
 class WorkerProcess:
-    """A started process of ours.
+    """A worker process that was started, with the connection to it.
 
     Args:
         module: what it runs.
         shared: further open files that it inherits.
-        scratch: whether it has a folder of its own for what it keeps for a moment; that goes with it.
+        scratch: whether it has a temporary folder of its own, which is removed with it.
     """
 
     def __init__(self, module: str, *shared: int, scratch: bool = False) -> None:
@@ -53,16 +53,16 @@ class WorkerProcess:
 
     @property
     def pid(self) -> int:
-        """The process's number."""
+        """Process ID of the worker."""
         return self._child.pid
 
     @property
     def ended(self) -> bool:
-        """Whether it has ended."""
+        """True when the process has ended."""
         return self._child.ended
 
     def fileno(self) -> int:
-        """The number of the connection, to wait for what it says."""
+        """Return the number of the connection, to wait for messages."""
         return self._child.link.fileno()
 
     def say(self, *message: Any) -> bool:
@@ -70,7 +70,7 @@ class WorkerProcess:
         return self._child.say(*message)
 
     def send(self, *message: Any, within: float | None = None) -> bool:
-        """Send a message; one that has ended hears nothing, and is found out when it is listened to.
+        """Send a message; that the process has ended is noticed only when messages are received.
 
         Args:
             message: what is sent.
@@ -95,19 +95,19 @@ class WorkerProcess:
         return True
 
     def receive(self, within: float) -> list[list[Any]] | None:
-        """What it has said, waiting some seconds for it; None when it has ended."""
+        """Return the messages that have arrived, waiting some seconds for them; None when the process has ended."""
         return self._lines.receive() if readable(self._child.link.fileno(), within) else []
 
     def answers(self, request: Sequence[Any], within: float, every: float = math.inf) -> Iterator[list[Any] | None]:
-        """What it says to a request, message by message.
+        """Send a request, and yield the answers to it, message by message.
 
         Args:
             request: the message that is sent.
             within: seconds for all of it; then the process is ended.
-            every: seconds after which there is a None when it has said nothing meanwhile.
+            every: seconds without a message after which a None is yielded.
 
         Raises:
-            NoAnswer: when it has ended, or was ended.
+            WorkerError: when it has ended, or was ended.
         """
         deadline = time.monotonic() + within
         self.send(*request, within=max(within, 0.001))  # a process that hangs does not take what is sent
@@ -122,17 +122,17 @@ class WorkerProcess:
         raise WorkerError(f"did not come to an end within {within:g} s")
 
     def kill(self) -> None:
-        """End it at once."""
+        """End the process at once."""
         self._child.kill()
 
     def close(self, within: float = 2.0) -> None:
-        """Let it end within some seconds, which it does when the connection closes, and let everything go."""
+        """Close the connection, so that the process ends within some seconds, and release everything."""
         self._child.close(within)
         if self._scratch is not None:
             self._scratch.cleanup()
 
     def last_words(self) -> str:
-        """How it ended: its exit code and the last line it wrote."""
+        """Describe the end of the process: its exit code and the last line it wrote."""
         return self._child.exit_summary()
 
 
@@ -143,7 +143,7 @@ class RunWorkerProcess(WorkerProcess):
         simulator: the number of the connection to the simulator that it runs them on; it inherits it.
 
     Attributes:
-        cell: tells where it is.
+        cell: its heartbeat.
         cpu: its processor time in seconds.
     """
 
@@ -156,15 +156,15 @@ class RunWorkerProcess(WorkerProcess):
         self.cpu = cpu_clock(self.pid)
 
     def close(self, within: float = 2.0) -> None:
-        """Let it end, and let everything go."""
+        """End the process, and release everything."""
         super().close(within)
         self._shared.close()
 
 
 class RestartingWorker:
-    """A process that answers, kept and used again; from any thread, one request at a time. Close it at the end.
+    """Worker process that is kept and used again; from any thread, one request at a time. Close it at the end.
 
-    It starts when it is asked first, and again when it has ended, or needed too much memory or time.
+    It starts at the first request, and again when it has ended, or needed too much memory or time.
 
     Args:
         start: starts the process.
@@ -178,12 +178,12 @@ class RestartingWorker:
 
     @property
     def pid(self) -> int | None:
-        """The process's number; None while there is none."""
+        """Process ID of the worker; None while there is none."""
         worker = self._worker
         return worker.pid if worker is not None else None
 
     def ask(self, request: Sequence[Any], within: float, start: float = 0.0) -> list[Any]:
-        """Its answer, without the word that says that it is one.
+        """Return the answer to a request, without the word that marks it as one.
 
         Args:
             request: the message that is sent.
@@ -191,8 +191,8 @@ class RestartingWorker:
             start: seconds more when the process has to be started first.
 
         Raises:
-            NoAnswer: when it has ended, or was ended.
-            SheetsError: what it says instead, or when this was closed.
+            WorkerError: when it has ended, or was ended.
+            SheetsError: the error that it answers, or when this was closed.
         """
         with self._lock:
             if self._worker is not None and self._worker.ended:  # meanwhile: this request is not to blame
@@ -240,7 +240,7 @@ def _writable(fd: int, within: float | None) -> bool:
 
 
 def readable(fd: int, within: float) -> bool:
-    """Whether something can be read, waiting some seconds for it; `select` alone cannot do a busy server's numbers."""
+    """Return whether something can be read, waiting some seconds; `select` fails for a busy server's file numbers."""
     with selectors.DefaultSelector() as selector:
         selector.register(fd, selectors.EVENT_READ)
         return bool(selector.select(within))
@@ -252,7 +252,7 @@ CHECK_WITHIN = 20.0
 
 @dataclass(frozen=True)
 class Findings:
-    """What a check has found.
+    """Findings of a check, with examples of the rows' values.
 
     Attributes:
         diagnostics: in the order of the sheets and cells.
@@ -264,7 +264,7 @@ class Findings:
 
 
 class CheckWorker:
-    """Checks workbooks in a kept process; from any thread, one at a time. Close it at the end.
+    """Checker of workbooks in a kept process; from any thread, one at a time. Close it at the end.
 
     Args:
         within: seconds for one check.

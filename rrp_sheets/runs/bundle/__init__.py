@@ -1,1 +1,1 @@
-"""A bundle: a zip with a workbook and all that another machine, or next year, needs to run it again."""
+"""Bundles: zip files with a workbook and all that is needed to run it again elsewhere or later."""

@@ -1,4 +1,4 @@
-"""The robot's catalogue in a bundle, held against the one of the program here."""
+"""Comparison of the robot's catalogue in a bundle with the one of the program here, and its copies for replays."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rrp_sheets.runs.bundle import form
 
 
 def catalogue_note(home: Path) -> list[str]:
-    """What is different, in words; nothing when both have the same bytes."""
+    """Return the differences of the catalogues in words; nothing when both have the same bytes."""
     notes = []
     for place in sorted(p for p in (home / form.ROBOTS).glob("*") if p.is_dir()):
         if place.name not in robot_names():
@@ -28,7 +28,7 @@ def catalogue_note(home: Path) -> list[str]:
 
 
 def dress(runs: Iterable[Path], home: Path) -> None:
-    """Put the catalogue beside the workbook of every run, as it was when that ran: it is replayed with its own."""
+    """Copy the catalogue, as it was when a run was made, beside the workbook of every run, for its replay."""
     for run in runs:
         for place in (p for p in (home / form.ROBOTS).glob("*") if p.is_dir()):
             target = run / form.ROBOTS / place.name

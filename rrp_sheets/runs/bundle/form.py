@@ -1,4 +1,4 @@
-"""What stands where in a bundle.
+"""Layout of a bundle: the names of its parts, its limits, and the check of file names.
 
 Unpacked by hand it is a folder to work in: sounds, robot and runs beside the workbook.
 """
@@ -29,7 +29,7 @@ _TAKEN = frozenset((
 
 
 def is_safe(name: str) -> bool:
-    r"""Whether a name stays in the folder where it is unpacked, and can be written on every system.
+    r"""Return whether a name stays in the folder where it is unpacked, and can be written on every system.
 
     >>> [is_safe(n) for n in ("a.xlsx", "runs/1/trace.jsonl", "赤い ボール.xlsx")]
     [True, True, True]
@@ -43,7 +43,7 @@ def is_safe(name: str) -> bool:
 
 
 def is_device(name: str) -> bool:
-    """Whether Windows takes a file's name for one of its devices.
+    """Return whether Windows takes a file's name for one of its devices.
 
     >>> is_device("nul.xlsx"), is_device("null.xlsx")
     (True, False)

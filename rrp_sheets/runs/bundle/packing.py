@@ -1,4 +1,4 @@
-"""Packing a workbook as a bundle."""
+"""Packing a workbook with its files, its runs and a readme as a bundle."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), print
 
     Raises:
         UnreadableFile: when the workbook cannot be read.
-        SheetsError: when there is no such run, a file's name is none for every system, or nothing can be written.
+        SheetsError: when there is no such run, a file's name is not valid on every system, or nothing can be written.
     """
     _refuse_bundle(path)
     reading = read(path)
@@ -93,7 +93,7 @@ def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), print
 
 
 def _refuse_bundle(path: Path) -> None:
-    """A bundle is not packed again: it can be passed on as it is."""
+    """Raise SheetsError when the file is a bundle already, which can be passed on as it is."""
     if path.suffix.casefold() != form.SUFFIX or not path.is_file():
         return
     with suppress(*BROKEN_ZIP), zipfile.ZipFile(path) as packed:
@@ -115,7 +115,7 @@ def _refuse_target(target: Path, path: Path) -> None:
 
 
 def _workbook(path: Path, reading: Reading) -> dict[str, Content]:
-    """The workbook as it is, byte for byte: what was read must be what is packed."""
+    """Return the files of the workbook byte for byte; refuse an .xlsx that has changed since it was read."""
     if path.is_file():
         data = path.read_bytes()
         if reading.format == "xlsx" and hashlib.sha256(data).hexdigest() != reading.digest:
@@ -126,7 +126,7 @@ def _workbook(path: Path, reading: Reading) -> dict[str, Content]:
 
 
 def _beside(checked: Checked, home: str, notes: list[str]) -> dict[str, Content]:
-    """The robot's catalogue, and the sounds and pictures that the workbook names."""
+    """Return the robot's catalogue, and the sounds and pictures that the workbook names."""
     robot = checked.robot
     content: dict[str, Content] = {f"{home}{form.ROBOTS}/{robot.name}/{p.name}": p for p in files_of(robot)}
     found, lacks = material(checked)
@@ -143,7 +143,7 @@ def _run_folders(path: Path, runs: Sequence[str]) -> list[Path]:
 
 
 def _refuse_names(content: Mapping[str, Content]) -> None:
-    """A bundle that could not be unpacked on another system is not made."""
+    """Raise SheetsError when the bundle could not be unpacked on another system."""
     for name in content:
         if not is_safe(name):
             raise SheetsError(
@@ -182,7 +182,7 @@ def _run(folder: Path, notes: list[str]) -> dict[str, Content]:
 
 
 def _write(target: Path, content: Mapping[str, Content], told: Mapping[str, object]) -> dict[str, int]:
-    """The zip: whole or not at all, with its files in the order of their names."""
+    """Write the zip, whole or not at all, with its files in the order of their names; return their sizes."""
     files: dict[str, dict[str, object]] = {}
     try:
         handle, made = tempfile.mkstemp(dir=target.absolute().parent, prefix=f".{target.stem[:40]}-", suffix=".tmp")
@@ -222,7 +222,7 @@ def _unwritable(target: Path, error: OSError) -> SheetsError:
 
 
 def _add(archive: zipfile.ZipFile, name: str, content: Content) -> dict[str, object]:
-    """Put a file in; its hash and size are those of the bytes that went in."""
+    """Add a file to the zip; return hash and size of the bytes that were written."""
     info = zipfile.ZipInfo(name, _FIXED)
     info.compress_type, info.external_attr, info.create_system = zipfile.ZIP_DEFLATED, _MODE, 3
     total, size = hashlib.sha256(), 0
@@ -235,7 +235,7 @@ def _add(archive: zipfile.ZipFile, name: str, content: Content) -> dict[str, obj
 
 
 def _pieces(content: Content) -> Iterator[bytes]:
-    """The bytes of a file, piece by piece."""
+    """Yield the bytes of a file, piece by piece."""
     if isinstance(content, bytes):
         yield content
         return
@@ -273,11 +273,11 @@ the simulator, and compare every event:
 
 
 def readme(workbook: str, told: Mapping[str, Any], has_paper: bool) -> str:
-    """The text.
+    """Return the text of the file that explains the bundle.
 
     Args:
         workbook: its name in the bundle.
-        told: what the list says.
+        told: the content of the list of versions.
         has_paper: whether the printed protocol is in it.
     """
     entries = [(workbook, "the workbook: what the robot does, and when")]

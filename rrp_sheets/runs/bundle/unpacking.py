@@ -1,4 +1,4 @@
-"""Unpacking a bundle. It may be a stranger's: nothing is written before names, counts and sizes were judged."""
+"""Unpacking bundles, which are untrusted: nothing is written before names, counts and sizes are checked."""
 
 from __future__ import annotations
 
@@ -47,11 +47,11 @@ class Bundle:
 
 
 class _Refused(Exception):
-    """Why it is no bundle; the text goes on after its name."""
+    """Refusal of a file that is no bundle; the text follows the file's name."""
 
 
 def is_zip(path: Path) -> bool:
-    """Whether a file is to be taken as a bundle: by its ending.
+    """Return whether a file is to be taken as a bundle, by its suffix.
 
     >>> is_zip(Path("study.ZIP")), is_zip(Path("study.xlsx"))
     (True, False)
@@ -61,7 +61,7 @@ def is_zip(path: Path) -> bool:
 
 @contextmanager
 def unpacked(path: Path) -> Iterator[Bundle]:
-    """A bundle in a private folder, which is removed at the end; see :func:`unpack`."""
+    """Unpack a bundle into a private folder, which is removed at the end; see :func:`unpack`."""
     with tempfile.TemporaryDirectory(prefix="rrp-bundle-") as folder:
         yield unpack(path, Path(folder))
 
@@ -71,8 +71,8 @@ def unpack(path: Path, folder: Path, most_bytes: int = form.MOST_BYTES) -> Bundl
 
     Args:
         path: of the zip.
-        folder: where its files come.
-        most_bytes: that they may have together.
+        folder: the target of its files.
+        most_bytes: the limit of their total size.
 
     Raises:
         UnreadableFile: when it is none, or is refused.
@@ -118,7 +118,7 @@ def _unpack(path: Path, folder: Path, most_bytes: int) -> Bundle:
 
 
 def _judged(archive: zipfile.ZipFile, most_bytes: int) -> list[zipfile.ZipInfo]:
-    """The files of a zip of harmless names, number and size."""
+    """Return the files of a zip; raise _Refused when names, number or sizes may do harm."""
     entries = archive.infolist()
     names = {e.filename.casefold() for e in entries}
     if "[content_types].xml" in names:
@@ -168,7 +168,7 @@ def _list(archive: zipfile.ZipFile, entries: Mapping[str, zipfile.ZipInfo]) -> d
 
 
 def _files(told: Mapping[str, Any]) -> dict[str, str]:
-    """The hash of every file, by name."""
+    """Return the hash of every file, by name."""
     files = told.get("files")
     if not isinstance(files, dict):
         raise _Refused(f"its {form.LIST} names no files")
@@ -178,7 +178,7 @@ def _files(told: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _put(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path) -> str:
-    """Write one file; its SHA-256. What a zip says of a file's size is not believed."""
+    """Write one file, and return its SHA-256; the size that the zip states is not trusted."""
     target.parent.mkdir(parents=True, exist_ok=True)
     total, left = hashlib.sha256(), entry.file_size
     with archive.open(entry) as source, target.open("xb") as into:

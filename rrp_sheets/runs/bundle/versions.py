@@ -1,4 +1,4 @@
-"""What a bundle says about where it was made, and how that is held against the machine where it runs."""
+"""Versions recorded in a bundle, and their comparison with those of the machine where it runs."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ _NAME = re.compile(r"[A-Za-z0-9][\w.-]*")
 
 
 def versions(workbook: str, reading: Reading, checked: Checked, runs: Sequence[Path]) -> dict[str, Any]:
-    """Everything that the list says, but the files.
+    """Return everything that the list of a bundle contains, except the files.
 
     Args:
         workbook: its name in the bundle.
         reading: the workbook.
-        checked: and checked.
+        checked: the same, checked.
         runs: the folders of the runs that go along.
     """
     return {
@@ -37,7 +37,7 @@ def versions(workbook: str, reading: Reading, checked: Checked, runs: Sequence[P
 
 
 def here() -> dict[str, Any]:
-    """The versions of the program, of Python, of what the program is built on, and the machine."""
+    """Return the versions of the program, of Python, of what the program is built on, and the machine."""
     return {
         "program": __version__,
         "python": platform.python_version(),
@@ -47,7 +47,7 @@ def here() -> dict[str, Any]:
 
 
 def dependencies() -> dict[str, str]:
-    """The versions of what the program is built on, as installed here."""
+    """Return the versions of what the program is built on, as installed here."""
     found: dict[str, str] = {}
     try:
         wanted = metadata.requires(_PROJECT) or []
@@ -72,7 +72,7 @@ def _run(folder: Path) -> dict[str, str]:
 
 
 def differences(told: Mapping[str, Any]) -> list[str]:
-    """What is another version here than where the bundle was made, in words; a list of a stranger's making."""
+    """Return in words the versions that differ from those in a bundle's list, which is untrusted."""
     mine = here()
     out = []
     for part, name in (("program", "RRP Sheets"), ("python", "Python"), ("platform", "the system")):

@@ -1,4 +1,4 @@
-"""Answers the requests of the page that looks back at a run, in the query process; keeps what was read last."""
+"""Answers to the page that looks back at a run: overview, pieces of values and poses, sheets, diagrams, pictures."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _LOST = SheetsError("There is no such part of the run.", "Load the page again: t
 
 
 def answer(place: Path, what: str, number: int = 0) -> str:
-    """One part of a run.
+    """Return one part of a run.
 
     Args:
         place: the run's folder.
@@ -151,7 +151,7 @@ _SECONDS = 8.0  # for a diagram's layout
 
 @dataclass(frozen=True)
 class RecordedWorkbook:
-    """What ran.
+    """Workbook that ran, as read from the folder of its run.
 
     Attributes:
         graph: None when the copy cannot be read; `why` says why.
@@ -165,7 +165,7 @@ class RecordedWorkbook:
 
 
 def read_book(place: Path) -> RecordedWorkbook:
-    """Read the workbook of a run; one that cannot be read says why."""
+    """Read the workbook of a run; if it cannot be read, the result has the reason."""
     try:
         reading = read(place / WORKBOOK)
     except SheetsError as error:
@@ -187,7 +187,7 @@ def _checked(reading: Reading) -> RecordedWorkbook:
 
 
 def sheets(book: RecordedWorkbook) -> list[dict[str, Any]]:
-    """The behaviours as JSON: name, rows, and what the names in them are (sensor, stream, actuator, done)."""
+    """Return the behaviours as JSON: name, rows, and the kinds of names in them (sensor, stream, actuator, done)."""
     if book.graph is None:
         return []
     return [
@@ -200,7 +200,7 @@ def sheets(book: RecordedWorkbook) -> list[dict[str, Any]]:
 
 
 def _row(row: Row) -> list[Any]:
-    """Number, whether it is on, and the texts of its cells."""
+    """Return a row's number, whether it is on, and the texts of its cells."""
     cells = (row.inputs_cell.text, row.connector.text, row.formula.text, row.output.text, row.notes)
     return [row.number, row.on, *(text[:_LONGEST] for text in cells)]
 
@@ -215,7 +215,7 @@ def _kinds(graph: Graph, behaviour: str) -> dict[str, str]:
 
 
 def drawing(book: RecordedWorkbook, number: int) -> str:
-    """The diagram of a behaviour, for a page that lights it, as SVG of our own making; empty when there is none.
+    """Return the diagram of a behaviour as SVG, for a page that highlights parts of it; empty when there is none.
 
     Raises:
         SheetsError: it is too long, or cannot be laid out.
@@ -240,7 +240,7 @@ _MOST_NAME = 60  # letters
 
 
 def names_of(kinds: Mapping[str, str]) -> dict[str, str]:
-    """The streams' names as the run panel has them: without their sheet, where that can be told apart.
+    """Return the streams' names as the run panel has them: without their sheet, where that is unambiguous.
 
     >>> names_of({"Red ball": "sensor", "A!Far": "stream", "B!Near": "stream", "C!Near": "stream", "A!#4": "anonymous"})
     {'Red ball': 'Red ball', 'A!Far': 'Far', 'B!Near': 'B!Near', 'C!Near': 'C!Near', 'A!#4': 'A!#4'}
@@ -254,7 +254,7 @@ def names_of(kinds: Mapping[str, str]) -> dict[str, str]:
 
 
 class ValueFormatter:
-    """Puts the values of a trace into words.
+    """Formatter that puts the values of a trace into words.
 
     Args:
         robot: whose sensors give records.
@@ -269,11 +269,11 @@ class ValueFormatter:
                 self._types.setdefault(_fields(device.payload), device.payload)
 
     def told(self, stream: str, row: str, value: Any) -> str:
-        """A value of a row, or of a sensor (then without a row)."""
+        """Return a text for a value of a row, or of a sensor (then without a row)."""
         return told(self._value(stream, value), self._units.get(row, ""))
 
     def _value(self, stream: str, value: Any) -> Value:
-        """A record is known by its fields: the trace keeps no other word of what it is."""
+        """Decode a value; the type of a record is found by its fields, as the trace does not name it."""
         kind = self._types.get(tuple(value)) if isinstance(value, dict) else None
         if kind is None:
             return value_from_json(stream, value)
@@ -285,7 +285,7 @@ def _fields(kind: RecordType) -> tuple[str, ...]:
 
 
 def piece(index: Index, number: int, words: ValueFormatter) -> dict[str, Any]:
-    """A piece of a run as JSON: of each series the times, what was told then (places in `words`), and what was seen."""
+    """Return a piece of a run as JSON: of each series the times, texts (places in `words`), and what was seen."""
     numbers, before = index.piece(number)
     series: dict[int, dict[str, list[Any]]] = {}
     table: dict[str, int] = {}
@@ -312,7 +312,7 @@ def _text(index: Index, of: int, entry: Entry, words: ValueFormatter) -> str:
 
 
 def _seen(value: Any) -> list[Any] | None:
-    """Where in the picture something was: its angles (rad), how far it was (m), its name."""
+    """Return the place of a thing in the camera's picture: angles (rad), distance (m), name; None if it has none."""
     if not isinstance(value, dict) or not all(_is_number(value.get(n)) for n in ("x", "y")):
         return None
     numbers = [round(float(value[n]), 4) if _is_number(value.get(n)) else None for n in _SEEN]

@@ -1,6 +1,6 @@
-"""Where in a trace each event is, found in one pass that looks at no value: a long run is opened at once.
+"""Index of the events in a trace, made in one pass that decodes few values, so that a long run opens quickly.
 
-A trace is cut into pieces of some seconds. A piece knows what came last before it, so that it can be told alone.
+A trace is cut into pieces of some seconds. A piece knows the last events before it, so that it can be shown alone.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ Entry = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """What one row gave on one stream; or its errors, then without a stream."""
+    """Key of a series of events: a row and its stream; of a row's errors, without a stream."""
 
     stream: str
     row: str
@@ -40,7 +40,7 @@ class Series:
 
 @dataclass
 class Index:
-    """A trace that was looked through.
+    """Places and times of the events in a trace, its log, and its pieces.
 
     Attributes:
         kinds: of the streams: sensor, stream, actuator, done.
@@ -67,20 +67,20 @@ class Index:
 
     @property
     def count(self) -> int:
-        """How many events there are."""
+        """Number of events."""
         return len(self.times)
 
     def piece_times(self) -> list[float]:
-        """When each piece begins."""
+        """Return the time at which each piece begins."""
         return [0.0, *(self.times[start] for start in self.starts[1:])]
 
     def piece(self, number: int) -> tuple[range, array[int]]:
-        """The numbers of a piece's events, and those of the last ones before it."""
+        """Return the numbers of a piece's events, and those of the last ones before it."""
         end = self.starts[number + 1] if number + 1 < len(self.starts) else self.count
         return range(self.starts[number], end), self.before[number]
 
     def read(self, numbers: list[int]) -> Iterator[tuple[int, Entry]]:
-        """Some events, whole, in the order of the file."""
+        """Yield the whole entries of some events, in the order of the file."""
         with self.path.open("rb") as file:
             for number in sorted(numbers):
                 file.seek(self.at[number])
@@ -90,7 +90,7 @@ class Index:
 
 
 def index_trace(place: Path) -> Index:
-    """Look through the trace of a run.
+    """Index the trace of a run in one pass.
 
     Raises:
         UnreadableFile: when it is no trace.
@@ -162,7 +162,7 @@ class _Reader:
         index.at.append(place)
 
     def _other(self, entry: Entry | None, place: int) -> None:
-        """The header, the summary, an error, or anything that happened."""
+        """Take in the header, the summary, an error, or anything that happened."""
         if entry is None:
             raise ValueError(place)
         index = self._index
@@ -185,7 +185,7 @@ class _Reader:
         self._happened(entry)
 
     def _happened(self, entry: Entry | None) -> None:
-        """For the log: everything but values, and values that somebody has sent by hand."""
+        """Add to the log everything but values, and values that are commands or were sent by hand."""
         if entry is None or not isinstance(entry.get("t"), (int, float)):
             return
         t = float(entry["t"])

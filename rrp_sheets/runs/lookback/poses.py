@@ -1,6 +1,6 @@
-"""How robot and things stood in a recorded run, and what the camera saw then (written by `sim/recording.py`).
+"""Poses of robot and things in a recorded run, and the camera's pictures, as `sim/recording.py` has written them.
 
-Nothing in these files is believed: what is no number or no name is left out.
+These files are untrusted: what is no number or no name is left out.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ _JPEG = b"\xff\xd8\xff"
 
 @dataclass
 class PoseIndex:
-    """The poses' file that was looked through: when its pieces begin, and where. Each begins with a full pose."""
+    """Times and places of the pieces of a file of poses. Each piece begins with a full pose."""
 
     path: Path
     times: list[float] = field(default_factory=list)
     places: list[int] = field(default_factory=list)
 
     def piece(self, number: int) -> list[dict[str, Any]]:
-        """The poses of a piece, each with what has changed since the one before."""
+        """Return the poses of a piece, each with what has changed since the one before."""
         end = self.places[number + 1] if number + 1 < len(self.places) else None
         found = []
         with self.path.open("rb") as file:
@@ -53,7 +53,7 @@ class PoseIndex:
 
 
 def index_poses(place: Path) -> PoseIndex:
-    """Look through the poses of a run; without pieces when there are none."""
+    """Look through the poses of a run; the index has no pieces when there are none."""
     found = PoseIndex(place / POSES)
     if not found.path.is_file() or found.path.is_symlink():
         return found
@@ -104,7 +104,7 @@ def _named(part: Any) -> list[tuple[str, Any]]:
 
 
 def _look(look: Any) -> dict[str, Any] | None:
-    """What a thing looks like: words, numbers, truths, and sizes of three numbers."""
+    """Return a thing's appearance (texts, numbers, truth values, sizes of three numbers); None without a size."""
     if not isinstance(look, Mapping):
         return None
     plain = {n: v for n, v in look.items() if isinstance(v, bool) or _is_number(v) or _numbers(v, 3)}
@@ -122,12 +122,12 @@ def _numbers(value: Any, count: int) -> bool:
 
 
 def picture_times(place: Path) -> list[float]:
-    """When the pictures of the camera were taken; the number of a picture is its place here."""
+    """Return the times at which the camera's pictures were taken; the number of a picture is its place here."""
     return [float(m[1]) for name in _picture_names(place) if (m := _PICTURE.fullmatch(name))]
 
 
 def picture(place: Path, number: int) -> bytes:
-    """A picture as JPEG; empty when there is none that can be shown."""
+    """Return a picture as JPEG; empty when there is none that can be shown."""
     names = _picture_names(place)
     if not 0 <= number < len(names):
         return b""

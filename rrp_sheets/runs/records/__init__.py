@@ -1,1 +1,1 @@
-"""Recorded runs as people look at them: facts, log, curves, marbles, a table; all read in a bounded time."""
+"""Recorded runs: lists, metadata, log, curves, marbles, tables, exports, deletion; all read in a bounded time."""

@@ -1,7 +1,7 @@
-"""Deleting runs: first what would go and what would stay is told, then it is done.
+"""Deletion of runs: a plan of what goes and what stays, carrying it out, and the fate of remembered faces.
 
-A participant who withdraws takes everything along that was recorded under the code: the folders of the runs with all
-that is in them, and faces that were remembered there. What people wrote elsewhere, in a workbook say, is told and left.
+When a participant withdraws, everything that was recorded under the code goes: the folders of the runs with all that is
+in them, and faces that were remembered there. What people wrote elsewhere, in a workbook say, is reported and left.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from rrp_sheets.runs.records.participant_search import Unsearched, places_of
 
 @dataclass(frozen=True)
 class Deletion:
-    """What is deleted, and what is not.
+    """Plan of a deletion: what goes, and what stays.
 
     Attributes:
         folder: of the workbooks.
@@ -38,7 +38,7 @@ class Deletion:
         like: codes that are spelled nearly the same; they stay.
         unknown: runs whose record does not say whose they are.
         elsewhere: where the code still stands.
-        unsearched: files that nobody looked into: packed formats, and what the time did not suffice for.
+        unsearched: files that were not looked into: packed formats, and what the time did not suffice for.
         whole: whether all files are among these.
         within: the name of this folder as seen from the one that was asked for; blank for that one.
         below: what there is of the code in folders below, which goes only when it is asked for.
@@ -63,11 +63,11 @@ class Deletion:
 
     @property
     def faces_gone(self) -> list[str]:
-        """The names of the faces that are wiped."""
+        """Names of the faces that are wiped."""
         return [f.name for f in self.faces if f.goes]
 
     def as_dict(self) -> dict[str, Any]:
-        """As JSON."""
+        """Return the plan as JSON."""
         return {
             "participant": self.participant or None, "runs": [as_dict(f) for f in self.runs], "files": self.files,
             "bytes": self.size, "pictures": self.pictures, "sounds": self.sounds, "faces_wiped": self.faces_gone,
@@ -80,14 +80,14 @@ class Deletion:
         }  # fmt: skip
 
     def shown(self) -> list[str]:
-        """All runs that are told, those in folders below too, by what tells them apart."""
+        """Return the names of all runs in the plan, those in folders below with their folder."""
         return [f.run for f in self.runs] + [f"{d.within}/{f.run}" for d in self.below for f in d.runs]
 
 
 def plan(folder: Path, participant: str = "", names: Sequence[str] = (), going: Collection[str] = ()) -> Deletion:
-    """What would be deleted: the runs of a participant, or those of some names. Nothing is changed.
+    """Plan the deletion of the runs of a participant, or of those of some names. Nothing is changed.
 
-    The runs of a participant in folders below are told beside them.
+    A participant's runs in folders below are part of the plan.
 
     Args:
         folder: of the workbooks.
@@ -126,15 +126,15 @@ def _plan(folder: Path, participant: str, names: Sequence[str], going: Collectio
 
 
 def delete(planned: Deletion, going: Collection[str] = (), below: Collection[str] = ()) -> tuple[str, ...]:
-    """Delete what was planned: faces first, then run by run, the record of each last, so that it can be gone on with.
+    """Delete what was planned: faces, then run by run, its record last, so that a broken deletion can be resumed.
 
     Args:
-        planned: what was told.
+        planned: the plan that was shown.
         going: as for `plan`.
         below: the folders below whose runs go too, by their names in the plan.
 
     Returns:
-        The runs that have begun meanwhile, of that participant or of nobody knows whom yet: they stay.
+        The runs that have begun meanwhile, of that participant or not known yet of whom: they stay.
 
     Raises:
         SheetsError: a run goes on by now, or something cannot be deleted; the rest is as it was.
@@ -154,7 +154,7 @@ def delete(planned: Deletion, going: Collection[str] = (), below: Collection[str
 
 
 def _below(root: Path, participant: str) -> tuple[tuple[Deletion, ...], bool]:
-    """What there is of a participant in the folders below, and whether all were looked at."""
+    """Plan the deletion of a participant's runs in the folders below; return also whether all were looked at."""
     folders, whole = folders_below(root)
     found = []
     for folder in folders:
@@ -170,7 +170,7 @@ def _below(root: Path, participant: str) -> tuple[tuple[Deletion, ...], bool]:
 def _planned(
     root: Path, places: Sequence[Path], every: dict[str, RunMetadata], wanted: Sequence[RunMetadata], participant: str
 ) -> Deletion:
-    """Of the runs of one folder."""
+    """Plan the deletion of some runs of one folder."""
     gone = {f.run for f in wanted}
     files = [p for place in places if place.name in gone for p in _files(place)]
     kept, unread = _kept(root)
@@ -191,7 +191,7 @@ def _place(planned: Deletion, facts: RunMetadata) -> Path:
 
 
 def _require_possible(part: Deletion, going: Collection[str]) -> None:
-    """No run that goes is written still, and none that goes on has a face in mind that is wiped."""
+    """Raise SheetsError when a run to delete is still written, or one that goes on could store a wiped face again."""
     places = {p.name: p for p in runs_in(part.folder)}
     _require_ended(part.folder, chosen([places[f.run] for f in part.runs if f.run in places], going=going), going)
     if part.participant:
@@ -205,7 +205,7 @@ def _require_possible(part: Deletion, going: Collection[str]) -> None:
 
 
 def _begun(part: Deletion) -> list[str]:
-    """The runs that have begun since it was planned, and are that participant's, or do not say yet whose they are."""
+    """Return the participant's runs that have begun since the plan, and those that do not say yet whose they are."""
     head = f"{part.within}/" if part.within else ""
     return [
         head + f.run for place in runs_in(part.folder)
@@ -242,7 +242,7 @@ def _require_ended(folder: Path, wanted: Sequence[RunMetadata], going: Collectio
 
 
 def _require_told(places: Sequence[Path]) -> None:
-    """A run that is just beginning has no record yet, and may be anybody's."""
+    """Raise SheetsError for a run that is just beginning: it has no record yet, and may be anybody's."""
     for place in places:
         if is_locked(place) and not facts_of(place).readable:
             raise SheetsError(
@@ -252,7 +252,7 @@ def _require_told(places: Sequence[Path]) -> None:
 
 
 def _root(folder: Path) -> Path:
-    """The folder of the workbooks, also when its `runs` was named.
+    """Return the folder of the workbooks, also when its `runs` was named.
 
     Raises:
         SheetsError: it is a run itself.
@@ -270,7 +270,7 @@ def _kept(root: Path) -> tuple[list[str], str]:
 
 
 def _squeezed(code: str) -> str:
-    """A code without what people spell differently.
+    """Return a code with letters and digits only, whatever their case.
 
     >>> _squeezed("P-07") == _squeezed("p 07")
     True
@@ -310,7 +310,7 @@ _NOTED, _KNOWN = b"The face is remembered as ", b'"recognised":true'
 
 @dataclass(frozen=True)
 class FaceFate:
-    """What becomes of a kept face; `why` in words."""
+    """Decision whether a kept face goes; `why` in words."""
 
     name: str
     goes: bool
@@ -324,7 +324,7 @@ def plan_faces(
     gone: Collection[str],
     participant: str,
 ) -> list[FaceFate]:
-    """What becomes of the kept faces when some runs are deleted.
+    """Decide which of the kept faces go when some runs are deleted.
 
     Args:
         kept: the names in the file of faces.
@@ -363,7 +363,7 @@ def _fate(
 
 
 def _faces(place: Path) -> Iterator[tuple[str, bool]]:
-    """The names of faces that a run remembered (True) or recognised (False)."""
+    """Yield the names of faces that a run remembered (True) or recognised (False)."""
     devices: dict[str, str] = {}
     kept = True
     try:

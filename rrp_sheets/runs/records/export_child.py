@@ -1,6 +1,6 @@
-"""The exporting process: `python -m rrp_sheets.runs.records.export_child LINK`; exports, compares and deletes runs.
+"""Worker process that exports, compares and deletes runs: `python -m rrp_sheets.runs.records.export_child LINK`.
 
-Started by a `QueryWorker` only. What takes long here keeps no page waiting that the other query worker answers.
+Started by a `QueryWorker` only. Long requests here do not delay the pages that the other query worker answers.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def _plan(folder: str, participant: str, names: list[str], going: list[str]) -> 
 def _delete(
     folder: str, participant: str, names: list[str], going: list[str], expected: list[str], below: list[str]
 ) -> dict[str, Any]:
-    """Deletes only what was shown: with another run since then, nothing goes, and `deleted` is False."""
+    """Delete only what was shown: if there is another run since then, nothing goes, and `deleted` is False."""
     from rrp_sheets.runs.records.deleting import delete, plan
 
     planned = plan(Path(folder), participant, names, going)

@@ -1,4 +1,4 @@
-"""Exports of runs: a table or plots, as the file's suffix says."""
+"""Exports of runs as a table or plots, by the file's suffix, and files of pictures."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ TABLES = (".xlsx", ".csv")
 
 
 def export(runs: Sequence[Path], target: Path, streams: Sequence[str] = ()) -> list[str]:
-    """Write what was recorded into a file.
+    """Write recorded runs into a file, as a table or as plots.
 
     Args:
         runs: folders of runs, or their trace.jsonl; several only for a table. What else `runs/*` names is left out.
@@ -67,7 +67,7 @@ def _require(suffix: str, target: Path, runs: int, streams: Sequence[str]) -> No
 
 
 def trace_of(run: Path) -> Path:
-    """The trace of a run's folder, or the trace that is named.
+    """Return the trace of a run's folder, or the trace that is named.
 
     Raises:
         UnreadableFile: there is none, or it does not begin as one.
@@ -87,7 +87,7 @@ def trace_of(run: Path) -> Path:
 
 
 def _require_apart(traces: Sequence[Path], target: Path) -> None:
-    """An export must not take the place of a record, nor a run be counted twice."""
+    """Raise SheetsError when an export would replace a part of a record, or a run is named twice."""
     seen: set[Path] = set()
     for trace in traces:
         place = trace.resolve()
@@ -114,7 +114,7 @@ _LANES = {
 
 
 def draw_run_plots(place: Path, only: Collection[str] = ()) -> tuple[str, float, float]:
-    """The numbers of a run over time, as SVG with its width and height in points.
+    """Draw the numbers of a run over time, as SVG; return it with its width and height in points.
 
     Args:
         place: the run's folder.
@@ -159,7 +159,7 @@ def _nothing(place: Path, only: Collection[str]) -> SheetsError:
 
 
 def title_of(stamp: Stamp) -> str:
-    """What stands above a picture of a run."""
+    """Return the heading of a picture of a run."""
     who = ", ".join(filter(None, (stamp.participant, stamp.condition)))
     return f"{stamp.workbook or stamp.run}{f', {who}' if who else ''}, {stamp.began[:16].replace('T', ' ')}"
 
@@ -172,7 +172,7 @@ _MOST_PIXELS = 40_000_000
 def picture_bytes(
     svg: str, size: tuple[float, float], suffix: str, title: str, about: Mapping[str, str]
 ) -> tuple[bytes, list[str]]:
-    """A picture's file, and notes for the user.
+    """Return the content of a picture's file, and notes for the user.
 
     Args:
         svg: the picture.

@@ -1,4 +1,4 @@
-"""The recorded runs of a folder: which there are, and which of them somebody wants."""
+"""Lists of recorded runs: those of a folder, selections of them, and folders below that have runs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rrp_sheets.runs.records.metadata import RUNS, TRACE, RunMetadata, facts_of,
 
 
 def runs_place(folder: Path) -> Path:
-    """The folder in which the runs of a folder are: its `runs`, or itself when it is named so.
+    """Return the folder in which the runs of a folder are: its `runs`, or itself when it is named so.
 
     Raises:
         SheetsError: there is no such folder, or its `runs` leads elsewhere.
@@ -31,7 +31,7 @@ def runs_place(folder: Path) -> Path:
 
 
 def runs_in(folder: Path) -> list[Path]:
-    """The folders of the runs of a folder, from the last name to the first; of a run's own folder that one."""
+    """Return the folders of the runs of a folder, from the last name to the first; of a run's own folder that one."""
     if (folder / TRACE).is_file():
         return [folder]
     place = runs_place(folder)
@@ -41,7 +41,7 @@ def runs_in(folder: Path) -> list[Path]:
 def chosen(
     places: Collection[Path], *, participant: str = "", workbook: str = "", going: Collection[str] = ()
 ) -> list[RunMetadata]:
-    """What there is to know of the runs of a participant, of a workbook, the newest first; blank: of all."""
+    """Return the metadata of the runs of a participant and of a workbook, newest first; blank selects all."""
     found = newest_first(facts_of(place, going) for place in places)
     return [
         f for f in found
@@ -51,7 +51,7 @@ def chosen(
 
 
 def as_dict(facts: RunMetadata) -> dict[str, Any]:
-    """A run as JSON."""
+    """Return the metadata of a run as JSON."""
     return {
         "run": facts.run, "began": facts.began.isoformat() if facts.began else None, "workbook": facts.workbook,
         "sha256": facts.digest, "participant": facts.participant, "condition": facts.condition,
@@ -67,14 +67,14 @@ _MOST_SECONDS = 10.0
 
 
 def is_software(root: str, name: str) -> bool:
-    """Whether a folder holds installed software: it would take all the time, and nothing of ours lies there."""
+    """Return whether a folder holds installed software, which would take long to search and has nothing of ours."""
     return name == _LIBRARIES or Path(root, name, "pyvenv.cfg").is_file()
 
 
 def folders_below(folder: Path) -> tuple[list[Path], bool]:
-    """The folders below a folder that have a `runs`, in the order of their names, and whether everything was looked at.
+    """Return the folders below a folder that have a `runs`, by name, and whether everything was looked at.
 
-    No link is followed, and nothing is looked for within runs.
+    No link is followed, and the folders of runs are not searched.
     """
     deadline = time.monotonic() + _MOST_SECONDS
     found: list[Path] = []

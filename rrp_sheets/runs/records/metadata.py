@@ -1,7 +1,6 @@
-"""What there is to know of a run from the first and the last line of its trace: a long run costs what a short one does.
+"""Metadata of a run, from the first and the last line of its trace: a long run costs what a short one does.
 
-A run's folder may come from anywhere and be half written: everything in it is taken as it is found, and what is wrong
-with it is told.
+A run's folder is untrusted and may be half written: what can be read is used, and the metadata names what is wrong.
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ _LONGEST_TEXT = 300
 
 @dataclass(frozen=True)
 class RunMetadata:
-    """What a run was.
+    """Facts about a recorded run.
 
     Attributes:
         run: the name of its folder.
@@ -75,12 +74,12 @@ class RunMetadata:
 
     @property
     def readable(self) -> bool:
-        """Whether the record can be opened."""
+        """True when the record can be opened."""
         return self.ended != "unreadable"
 
 
 def run_names(folder: Path) -> list[str]:
-    """The names of the runs' folders beside the workbooks of a folder, from the last name to the first."""
+    """Return the names of the runs' folders beside the workbooks of a folder, from the last name to the first."""
     place = folder / RUNS
     try:
         with os.scandir(place) as found:
@@ -91,12 +90,12 @@ def run_names(folder: Path) -> list[str]:
 
 
 def newest_first(runs: Iterable[RunMetadata]) -> list[RunMetadata]:
-    """Runs by when they began, whatever their folders are called; those that cannot be read stand before all others."""
+    """Sort runs by the time they began, whatever their folders are called; those without a known one come first."""
     return sorted(runs, key=lambda f: f.began.timestamp() if f.began else math.inf, reverse=True)
 
 
 def facts_of(place: Path, going: Collection[str] = ()) -> RunMetadata:
-    """What a run was; never raises: a record that cannot be read says so.
+    """Return the facts about a run; never raise: those of an unreadable record have the reason.
 
     Args:
         place: the run's folder.
@@ -142,7 +141,7 @@ def facts_of(place: Path, going: Collection[str] = ()) -> RunMetadata:
 
 
 def _ends(trace: Path) -> tuple[bytes, bytes]:
-    """The first line and the last whole one."""
+    """Return the first line and the last whole one."""
     with trace.open("rb") as file:
         first = file.readline(_LONGEST_LINE)
         size = file.seek(0, os.SEEK_END)
@@ -156,7 +155,7 @@ def _ends(trace: Path) -> tuple[bytes, bytes]:
 
 
 def entry_of(line: bytes) -> dict[str, Any] | None:
-    """The entry on a line of a trace; None when it is none.
+    """Return the entry on a line of a trace; None when it is none.
 
     >>> entry_of(b'{"t": 1.5}'), entry_of(b'{"t": 1.'), entry_of(b"[1]")
     ({'t': 1.5}, None, None)
@@ -169,7 +168,7 @@ def entry_of(line: bytes) -> dict[str, Any] | None:
 
 
 def text_of(value: Any) -> str:
-    """A value of a record as a short text; blank for none, and for what is no plain value.
+    """Return a value of a record as a short text; blank for none, and for what is no plain value.
 
     >>> text_of("P-07"), text_of(7), text_of(None), text_of([1])
     ('P-07', '7', '', '')
@@ -200,12 +199,12 @@ def _counts(value: Any) -> dict[str, int]:
 
 
 def stamp_of(place: Path) -> Stamp:
-    """The stamp of a run's folder; what its record does not say is blank. Never raises."""
+    """Return the stamp of a run's folder; what its record does not say is blank. Never raise."""
     return stamp_of_facts(facts_of(place))
 
 
 def stamp_of_facts(facts: RunMetadata) -> Stamp:
-    """The stamp of a run that was looked at already."""
+    """Return the stamp of a run whose facts are known already."""
     return Stamp(
         workbook=facts.workbook, digest=facts.digest, program=facts.program, mode=facts.mode, seed=facts.seed,
         participant=facts.participant, condition=facts.condition, operator=facts.operator,

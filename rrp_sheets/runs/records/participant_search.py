@@ -1,4 +1,4 @@
-"""Where a participant's code still stands in a folder: in names of files, texts, workbooks, and kept versions.
+"""Search for a participant's code in a folder: in names of files, texts, workbooks, and kept versions.
 
 Packed formats (PDF, GIF, …) are not searched: a code would be found in their bytes by chance or not at all, and a file
 made for it could take minutes. They are named with their dates, so that a person can look.
@@ -51,13 +51,13 @@ class ParticipantCode:
         self._pattern = re.compile(rb"(?<![0-9A-Za-z])(?:" + words + rb")(?![0-9A-Za-z])")
 
     def stands_in(self, data: bytes) -> bool:
-        """Whether it is in there."""
+        """Return whether the code occurs in some bytes."""
         return self._pattern.search(data) is not None
 
 
 @dataclass(frozen=True)
 class Unsearched:
-    """A file that nobody looked into.
+    """A file that the search did not look into.
 
     Attributes:
         name: as seen from the folder; of a file in a zip, behind the zip's name.
@@ -73,7 +73,7 @@ class Unsearched:
 
 @dataclass
 class TracesLeft:
-    """Where a code stands.
+    """Result of a search: the places of a code, and the files that were not looked into.
 
     Attributes:
         found: the places, in words.
@@ -87,7 +87,7 @@ class TracesLeft:
 
 
 def places_of(code: str, folder: Path, without: frozenset[Path] = frozenset()) -> TracesLeft:
-    """The places in a folder where a code stands, and what was not looked into.
+    """Return the places in a folder where a code occurs, and the files that were not looked into.
 
     Args:
         code: the participant's.
@@ -129,11 +129,11 @@ def _day_of(path: Path) -> date | None:
 
 
 class _OutOfTime(Exception):
-    """The time for the whole search is over."""
+    """Signal that the time for the whole search is over."""
 
 
 class _Search:
-    """Looks for a code until a time.
+    """Search for a code, with a deadline.
 
     Attributes:
         skipped: what of the file was not looked into: blank for all of it, else the name of a file in it.
@@ -144,11 +144,11 @@ class _Search:
         self.skipped: list[str] = []
 
     def in_name(self, path: Path) -> bool:
-        """Whether the code stands in a file's name."""
+        """Return whether the code occurs in a file's name."""
         return self._code.stands_in(os.fsencode(path.name))
 
     def within(self, path: Path, shown: str) -> Iterator[str]:
-        """Where in a file the code stands: blank for somewhere; raises _OutOfTime."""
+        """Yield the places in a file where the code occurs: blank for somewhere; raise _OutOfTime."""
         if self.in_name(path):
             yield " (its name)"
         name = path.name.casefold()
@@ -187,7 +187,7 @@ class _Search:
         return False
 
     def _in_zip(self, file: BinaryIO, within: str, depth: int = 2) -> bool:
-        """Whether the code stands in a zip; what of it cannot be looked into is skipped."""
+        """Return whether the code occurs in a zip; parts that cannot be looked into are added to `skipped`."""
         try:
             with zipfile.ZipFile(file) as packed:
                 return any(self._in_member(packed, about, within, depth) for about in packed.infolist())
@@ -220,7 +220,7 @@ class _Search:
         return self._code.stands_in(data)
 
     def _in_journal(self, path: Path) -> Iterator[str]:
-        """The edits and kept versions of workbooks; the versions are workbooks themselves."""
+        """Yield the edits and kept versions of workbooks that have the code; versions are workbooks themselves."""
         try:
             with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as database:
                 for book, edits in database.execute("select book, edits from edits"):
@@ -240,12 +240,12 @@ class _Search:
 
 
 def _is_film(name: str) -> bool:
-    """Whether a file is a film in a run's folder: its record says whose it is, and it goes with that run."""
+    """Return whether a file is a film in a run's folder, which belongs to the record there and goes with that run."""
     return f"/{RUNS}/" in f"/{name}" and name.casefold().endswith(".gif")
 
 
 def _texts_of(picture: BinaryIO) -> bytes:
-    """The texts that a PNG has beside its picture; among its other bytes a short code would stand by chance."""
+    """Return the texts beside the picture in a PNG, as a short code could occur by chance in its other bytes."""
     found: list[bytes] = []
     if picture.read(len(_SIGNATURE)) == _SIGNATURE:
         while len(head := picture.read(8)) == 8:
@@ -258,7 +258,7 @@ def _texts_of(picture: BinaryIO) -> bytes:
 
 
 def _words(xml: bytes) -> bytes:
-    """What people wrote in a part of a workbook: P11 is a cell's name too, and stands in tags and formulas.
+    """Return what people wrote in a part of a workbook; tags and formulas go, as P11 is a cell's name too.
 
     >>> _words(b'<c r="P11"><f>P11+1</f><v>2</v></c><sheet name="With P12"/>').split()
     [b'2', b'With', b'P12']

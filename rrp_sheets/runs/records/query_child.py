@@ -1,6 +1,6 @@
-"""The query process: `python -m rrp_sheets.runs.records.query_child LINK`, started by `query_worker` only.
+"""Query process: `python -m rrp_sheets.runs.records.query_child LINK`, started by `query_worker` only.
 
-It ends when the connection does.
+It ends when the connection closes.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def _course(place: str) -> dict[str, Any]:
 
 @lru_cache(maxsize=2)
 def _known_course(place: str, stamp: tuple[int, int]) -> dict[str, Any]:
-    """A page asks twice: for the log and for the curves."""
+    """Return the timeline of a run; kept, as a page asks twice: for the log and for the curves."""
     from rrp_sheets.runs.records.timeline import build_timeline
 
     return build_timeline(Path(place))

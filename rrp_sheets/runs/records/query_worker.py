@@ -1,7 +1,7 @@
-"""The query worker reads records and compares workbooks in a process of its own, for a server.
+"""Query worker: a process of its own, for a server, that reads records and compares workbooks.
 
-What it reads may come from strangers and be as large as they like. It has a memory limit and some seconds; a server
-that asks it goes on answering others meanwhile.
+Its input is untrusted and may be of any size. So it has a memory limit and a time limit, and the server goes on
+answering other requests meanwhile.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _all_places = threading.BoundedSemaphore(MOST_OF_ALL)
 
 
 class QueryWorker:
-    """Reads records and compares workbooks; from any thread, one thing at a time. The process starts when it is needed.
+    """Worker that reads records and compares workbooks; from any thread, one request at a time. It starts when needed.
 
     Args:
         within: seconds for one answer.
@@ -40,17 +40,17 @@ class QueryWorker:
 
     @property
     def pid(self) -> int | None:
-        """The process's number; None while there is none."""
+        """Process ID of the worker; None while there is none."""
         return self._worker.pid
 
     def course(self, place: Path) -> dict[str, Any]:
-        """The log and the curves of a run; see `records.timeline`."""
+        """Return the log and the curves of a run; see `records.timeline`."""
         return dict(self._ask(place.name, "course", str(place)))
 
     def marbles(
         self, place: Path, behaviour: str, rows: list[int], window: tuple[float | None, float | None], spread: bool
     ) -> dict[str, Any]:
-        """Marble diagrams of a run; see `records.marbles`."""
+        """Return marble diagrams of a run; see `records.marbles`."""
         return dict(self._ask(place.name, "marbles", str(place), behaviour, rows, window, spread))
 
     def compare(self, first: Path, second: Path) -> Comparison:
@@ -58,15 +58,15 @@ class QueryWorker:
         return Comparison.from_dict(self._ask(f"{first.name} and {second.name}", "compare", str(first), str(second)))
 
     def lookback(self, place: Path, what: str, number: int = 0) -> str:
-        """A part of a run, to be looked back at; see `lookback.answer`."""
+        """Return a part of a run, to be looked back at; see `lookback.answer`."""
         return str(self._ask(place.name, "lookback", str(place), what, number))
 
     def drawn(self, first: Path, second: Path) -> str:
-        """What changed between two workbooks, drawn and row by row: a part of a page, of our own making."""
+        """Return the changes between two workbooks, drawn and row by row, as HTML for a part of a page."""
         return str(self._ask(f"{first.name} and {second.name}", "drawn", str(first), str(second)))
 
     def ask(self, what: str, *request: Any) -> Any:
-        """What a process of another `program` answers; `what` it is about, in words, for errors."""
+        """Return the answer of a process of another `program`; `what` names the subject in errors."""
         return self._ask(what, *request)
 
     def close(self) -> None:
@@ -74,10 +74,10 @@ class QueryWorker:
         self._worker.close()
 
     def _ask(self, what: str, *request: Any) -> Any:
-        """Its answer.
+        """Return the answer of the process to a request.
 
         Raises:
-            SheetsError: what it says, that it took too long, or that too many others wait.
+            SheetsError: the error that it answers, that it took too long, or that too many requests wait.
         """
         with _place(self._places), _place(_all_places):
             try:

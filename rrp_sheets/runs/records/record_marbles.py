@@ -1,4 +1,4 @@
-"""The marble diagrams of a recorded run: some of its rows, some of its time."""
+"""Marble diagrams of some rows and some time of a recorded run."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MOST_PAGES = 12
 def marbles(
     place: Path, behaviour: str, rows: Sequence[int], window: tuple[float | None, float | None], spread: bool
 ) -> dict[str, Any]:
-    """What came on the streams of a behaviour, drawn.
+    """Draw the streams of a behaviour as marble diagrams.
 
     Args:
         place: the run's folder.
@@ -51,7 +51,7 @@ def marbles(
 def write_run_marbles(
     place: Path, behaviour: str, rows: Sequence[int], window: tuple[float | None, float | None], target: Path
 ) -> list[str]:
-    """Write the same into a file whose suffix tells the format, stamped; what it lacks, in words.
+    """Write the diagram of a behaviour, stamped, in the format of the suffix; return what it lacks, in words.
 
     Raises:
         SheetsError: nothing came then, or it cannot be drawn.
@@ -72,7 +72,7 @@ def _read(place: Path) -> list[MarbleDiagram]:
 def _shown(
     score: MarbleDiagram, rows: Sequence[int], window: tuple[float | None, float | None]
 ) -> MarbleDiagram | None:
-    """Only some rows and some time; None when there is no such time."""
+    """Reduce a diagram to some rows and some time; return None when there is no such time."""
     first, last = window
     shown = score.only(_lanes(score, set(rows))) if rows else score
     if rows:
@@ -89,7 +89,7 @@ def _scores(place: Path, stamp: tuple[int, int]) -> list[MarbleDiagram]:
 
 
 def _lanes(score: MarbleDiagram, rows: Collection[int]) -> set[str]:
-    """The streams that some rows give, those that they take in, and what was done by hand meanwhile."""
+    """Return the streams that some rows give, those that they take in, and what was done by hand meanwhile."""
     found = {"by hand"}
     inputs: set[str] = set()
     for group in score.groups:

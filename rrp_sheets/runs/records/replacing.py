@@ -1,4 +1,4 @@
-"""What a table of a run may take the place of: only of another table of runs, never of a workbook or other data."""
+"""Check that a table of runs replaces only another table of runs, never a workbook or other data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The events of runs as files: .csv for any program that counts, .xlsx as the run's folder has it; both stamped.
+"""Tables of the events of runs as .csv and .xlsx files, stamped with their origin; and the comparison of two runs.
 
 A comment above a CSV's header breaks most programs that read it, and a file beside it gets lost when the table is
 mailed; so every row of a CSV says in its columns which run, workbook and session it comes from.
@@ -66,7 +66,7 @@ def write_xlsx(traces: Sequence[Path], target: Path) -> None:
 
 
 def about_runs(stamps: Sequence[Stamp]) -> MoreSheet:
-    """A sheet that says which runs a table is of."""
+    """Make the sheet that says which runs a table is of."""
     if len(stamps) == 1:
         told: dict[str, Any] = dict(stamps[0].pairs())
         if "Seed" in told:
@@ -76,7 +76,7 @@ def about_runs(stamps: Sequence[Stamp]) -> MoreSheet:
 
 
 def _streams(table: Tidy, one: bool) -> MoreSheet:
-    """What the streams are and which units their fields have: the key to the columns."""
+    """Make the sheet of the streams and the units of their fields: the key to the columns."""
     header, widths = ["stream", "kind", "device", "units"], [28.0, 12.0, 20.0, 60.0]
     rows: list[list[Any]] = []
     for stamp, streams in zip(table.stamps, table.streams, strict=True):
@@ -85,7 +85,7 @@ def _streams(table: Tidy, one: bool) -> MoreSheet:
 
 
 def properties_of(stamps: Sequence[Stamp]) -> dict[str, str]:
-    """What a table's file says in its properties."""
+    """Return the document properties of a table's file."""
     lines = " | ".join(s.line() for s in stamps)
     first = stamps[0]
     title = f"Run {first.run} of {first.workbook}" if len(stamps) == 1 else f"{len(stamps)} runs"
@@ -93,7 +93,7 @@ def properties_of(stamps: Sequence[Stamp]) -> dict[str, str]:
 
 
 def _cell(value: Any) -> Any:
-    """A text that a spreadsheet would take for a formula is marked as text.
+    """Return a cell of CSV; a text that a spreadsheet would take for a formula is marked as text.
 
     >>> _cell("=HYPERLINK(1)"), _cell(-1.5), _cell(True)
     ("'=HYPERLINK(1)", -1.5, 'TRUE')
@@ -108,7 +108,7 @@ _MOST_STREAMS = 5_000
 
 @dataclass
 class Seen:
-    """How often a stream had a value, and when first and last (s)."""
+    """Number of values of a stream, and the times of the first and the last (s)."""
 
     name: str
     kind: str
@@ -118,7 +118,7 @@ class Seen:
 
 
 def pair(first: Path, second: Path) -> dict[str, Any]:
-    """Two runs compared, as JSON: `streams` with the counts and first times of both, and `svg`, blank without numbers.
+    """Compare two runs, as JSON: `streams` with the counts and first times of both, and `svg`, blank without numbers.
 
     Args:
         first: the folder of a run.
@@ -136,7 +136,7 @@ def pair(first: Path, second: Path) -> dict[str, Any]:
 
 
 def streams_of(place: Path) -> dict[str, Seen]:
-    """The streams of a run by key, in the order of its record; errors of rows are told apart as `row: error`."""
+    """Return the streams of a run by key, in the order of its record; errors of a row are one more, `row: error`."""
     found: dict[str, Seen] = {}
     trace = place / TRACE
     try:
@@ -182,7 +182,7 @@ def _both(left: Seen | None, right: Seen | None) -> dict[str, Any]:
 
 
 def _overlaid(first: Path, second: Path) -> str:
-    """The numbers of both runs; those that both have come first."""
+    """Draw the numbers of both runs over each other; those that both have come first."""
     told = [build_timeline(first), build_timeline(second)]
     curves = [{key(c["name"]): c for c in one["curves"]} for one in told]
     names = sorted(dict.fromkeys([*curves[0], *curves[1]]), key=lambda n: (n not in curves[0]) + (n not in curves[1]))

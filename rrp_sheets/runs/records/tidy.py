@@ -1,8 +1,8 @@
-"""The records of runs as a tidy table: one row per event, one column per thing that is told of it.
+"""Records of runs as a tidy table: one row per event, one column per attribute.
 
-One run is what its run.xlsx has. Of several runs, what tells them apart stands in the first columns, so that a study
-is one table, in the long form that statistics programs want. Column names are snake_case and differ also when case is
-ignored, so that R, SQL and spreadsheets take them as they are.
+The table of one run is that in its run.xlsx. In a table of several, the first columns tell the runs apart, so that a
+study is one table, in the long form that statistics programs want. Column names are snake_case and differ also when
+case is ignored, so that R, SQL and spreadsheets take them as they are.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class StreamLine:
 
 @dataclass
 class _Look:
-    """What one pass over a trace tells of its columns."""
+    """Facts about the columns of a trace, from one pass over it."""
 
     kinds: dict[str, str] = field(default_factory=dict)
     fields: dict[str, set[str]] = field(default_factory=dict)  # with the units that they have
@@ -89,13 +89,13 @@ class Tidy:
 
 
 def tidy(trace: Path) -> tuple[list[str], Iterator[list[Any]], list[float]]:
-    """A trace as a tidy table: header, rows (one per event), column widths."""
+    """Return a trace as a tidy table: header, rows (one per event), column widths."""
     table = tidy_table([trace])
     return table.header, table.rows, table.widths
 
 
 def tidy_table(traces: Sequence[Path], *, stamped: bool = False) -> Tidy:
-    """The events of some runs as one table.
+    """Return the events of some runs as one table.
 
     A record's fields stand in columns of their own (with their unit, where all devices that have it agree), so that a
     plain value is always in the column `value`; lists and records within records are JSON. The column `blank` names the
@@ -132,7 +132,7 @@ def tidy_table(traces: Sequence[Path], *, stamped: bool = False) -> Tidy:
 
 
 def _columns(looks: Sequence[_Look], taken: Sequence[str]) -> tuple[dict[str, int], list[str]]:
-    """The column of each field, and the columns' names.
+    """Return the column of each field, and the columns' names.
 
     Fields that differ only in their spelling (`Zone`, `zone`) share a column, unless one record has both.
     """
@@ -170,7 +170,7 @@ def _columns(looks: Sequence[_Look], taken: Sequence[str]) -> tuple[dict[str, in
 
 
 def snake_case(name: str) -> str:
-    """A name as a column's name that R, SQL and spreadsheets take as it is.
+    """Convert a name to a column's name that R, SQL and spreadsheets take as it is.
 
     >>> snake_case("Zone"), snake_case("distance (m)"), snake_case("2nd try"), snake_case("speed m/s"), snake_case("if")
     ('zone', 'distance_m', 'field_2nd_try', 'speed_m_s', 'field_if')
@@ -209,7 +209,7 @@ def _look(trace: Path) -> _Look:
 
 
 def unreadable(trace: Path) -> UnreadableFile:
-    """The error of a trace that has not the form of one."""
+    """Return the error for a trace that does not have the form of one."""
     return UnreadableFile("FILE001", f"“{trace.parent.name}” is not a record of a run.", "Copy its folder again.")
 
 
@@ -220,7 +220,7 @@ def _stream_line(stream: Mapping[str, Any], units: Mapping[str, Mapping[str, str
 
 
 def units_of(header: Mapping[str, Any]) -> dict[str, dict[str, str]]:
-    """The units of the sensor and actuator streams of a trace, by the key of a field; a plain value's by `""`.
+    """Return the units of a trace's sensor and actuator streams, by the key of a field; a plain value's by `""`.
 
     Streams that rows make have none: a formula does not say what its number means.
     """
@@ -239,7 +239,7 @@ def units_of(header: Mapping[str, Any]) -> dict[str, dict[str, str]]:
 
 
 def _is_twice(line: Mapping[str, Any], look: _Look) -> bool:
-    """Whether a line is the note with which the world repeats what an event has sent to Print."""
+    """Return whether a line is the note with which the world repeats what an event has sent to Print."""
     return line.get("happening") == "note" and line.get("stream") in look.printing
 
 

@@ -1,4 +1,4 @@
-"""What happened in a run, in one pass over its trace: the log, and the curves of its numbers, thinned."""
+"""Log of a run and thinned curves of its numbers, made in one pass over its trace."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ _Curves = dict[tuple[str, str], _Curve]  # by stream and field, which is blank f
 
 
 def build_timeline(place: Path, only: Collection[str] = ()) -> dict[str, Any]:
-    """The log and the curves of a run, as JSON.
+    """Return the log and the curves of a run, as JSON.
 
     Args:
         place: the run's folder.
@@ -124,7 +124,7 @@ def _label(stream: str, name: str) -> str:
 
 
 def _names_of(curve: str) -> set[str]:
-    """What a curve may be called: with or without its sheet, with or without its field; as keys.
+    """Return the names of a curve, with or without its sheet, with or without its field; as keys.
 
     >>> sorted(_names_of("Tracking!Ball.x"))
     ['ball', 'ball.x', 'tracking!ball', 'tracking!ball.x']
@@ -134,7 +134,7 @@ def _names_of(curve: str) -> set[str]:
 
 
 def _sent(entry: Mapping[str, Any]) -> str:
-    """A value that somebody has sent by hand, and where to; a record says so itself."""
+    """Describe a value that was sent by hand, with its stream; the text of a record names that itself."""
     stream = text_of(entry.get("stream"))
     shown = show(value_from_json(stream, entry["value"]), _LONGEST_VALUE)
     return shown if isinstance(entry["value"], dict) else f"{stream}: {shown}"
@@ -149,7 +149,7 @@ def _entries(trace: Path) -> Iterator[dict[str, Any]]:
 
 
 class Log:
-    """Takes what happened besides the values, and tells it line by line.
+    """Log of a run, made from the entries of its trace one by one.
 
     Attributes:
         commanded: the actuator streams whose commands are told, with the device of each.
@@ -174,7 +174,7 @@ class Log:
         self.commanded = {stream: device for stream, device in named.items() if device not in _TOLD}
 
     def command(self, t: float, entry: Mapping[str, Any]) -> None:
-        """A command for an actuator; one that goes on with the row's last one is in its line."""
+        """Add a command for an actuator; one that goes on with the row's last one is counted in its line."""
         stream, row, value = text_of(entry.get("stream")), text_of(entry.get("row")), entry.get("value")
         device = self.commanded[stream]
         if device in _HEARD and value is not None:
@@ -195,7 +195,7 @@ class Log:
         self.lines.append(line)
 
     def add(self, t: float, entry: Mapping[str, Any]) -> None:
-        """Something else that happened at a time."""
+        """Add something else that happened at a time."""
         failed = "error" in entry
         kind = "error" if failed else text_of(entry.get("happening")) or "note"
         text = text_of(entry.get("error") if failed else entry.get("text"))
@@ -221,11 +221,11 @@ class Log:
             self._open[row, text] = line
 
     def sent(self, t: float, entry: Mapping[str, Any]) -> None:
-        """A value that somebody has sent by hand."""
+        """Add a value that was sent by hand."""
         self.add(t, {"happening": "send", "text": _sent(entry), "by": entry.get("by")})
 
     def _goes_on(self, t: float, entry: Mapping[str, Any], text: str) -> bool:
-        """Whether it is one more place of a thing that is being dragged: the line has the last one."""
+        """Return whether an entry continues a drag; the drag's line then gets the new place."""
         thing, by = _put(entry), text_of(entry.get("by"))
         if not thing:
             if by:
@@ -239,7 +239,7 @@ class Log:
 
 
 def _commanded(stream: str, device: str, value: Any) -> str:
-    """A command in words: the stream, and what it was given where that says what is done."""
+    """Describe a command: the stream, and the value where that says what is done."""
     if value is None:
         return f"{stream}: stops"
     says = isinstance(value, str) or (not isinstance(value, (dict, bool)) and device not in _triggered())
@@ -248,12 +248,12 @@ def _commanded(stream: str, device: str, value: Any) -> str:
 
 @lru_cache(maxsize=1)
 def _triggered() -> frozenset[str]:
-    """The devices for which any value is only the sign to begin."""
+    """Return the devices that any value only triggers."""
     return frozenset(d.name for d in load_robot().devices.values() if d.takes.startswith("any event"))
 
 
 def _put(entry: Mapping[str, Any]) -> str:
-    """The thing that was put somewhere by hand; empty when it was something else that was done."""
+    """Return the thing that was put somewhere by hand; empty for any other entry."""
     detail = entry.get("detail")
     if not isinstance(detail, dict) or "put" not in detail or detail.get("appears"):
         return ""
@@ -261,7 +261,7 @@ def _put(entry: Mapping[str, Any]) -> str:
 
 
 def _note(curves: _Curves, stream: str, kinds: Mapping[str, str], t: float, value: Any) -> None:
-    """A value's numbers; this is done a million times for a long run, so it is plain."""
+    """Add a value's numbers to the curves; called a million times for a long run, so it is kept simple."""
     parts = value.items() if isinstance(value, dict) else (("", value),)
     for name, part in parts:
         kind = type(part)
@@ -276,7 +276,7 @@ def _note(curves: _Curves, stream: str, kinds: Mapping[str, str], t: float, valu
 
 
 def _chosen(curves: Mapping[str, _Curve], units: Mapping[str, Mapping[str, str]]) -> tuple[list[dict[str, Any]], int]:
-    """The curves that are shown, and how many are not: plain numbers first, the fields of records after them."""
+    """Return the curves that are shown, and the number of others: plain numbers first, fields of records after them."""
     moving = [(k, c) for k, c in curves.items() if len(c.times) > 1]
     moving.sort(key=lambda e: _place("." in e[0].rpartition("!")[2], e[1].kind))
     chosen = moving[:MOST_CURVES]
@@ -296,7 +296,7 @@ def _place(is_field: bool, kind: str) -> tuple[bool, int]:
 
 
 def _unit(curve: str, units: Mapping[str, Mapping[str, str]]) -> str:
-    """Of a stream's plain value, or of a record's field."""
+    """Return the unit of a stream's plain value, or of a record's field."""
     if curve in units:
         return units[curve].get("", "")
     stream, _, field = curve.rpartition(".")
@@ -304,7 +304,7 @@ def _unit(curve: str, units: Mapping[str, Mapping[str, str]]) -> str:
 
 
 def thinned(times: array[float], values: array[float], most: int = MOST_POINTS) -> list[tuple[float, float]]:
-    """A curve with at most so many points that looks the same: of each stretch the lowest and the highest.
+    """Thin a curve to at most so many points with the same look: of each stretch the lowest and the highest.
 
     >>> thinned(array("d", range(6)), array("d", [0, 9, 0, 0, -9, 0]), 4)
     [(0.0, 0.0), (1.0, 9.0), (3.0, 0.0), (4.0, -9.0)]

@@ -6,7 +6,7 @@ from rrp_sheets.runs.records.metadata import RunMetadata
 
 
 def length(seconds: float) -> str:
-    """A length of time.
+    """Format a length of time.
 
     >>> length(8.24), length(222), length(4000)
     ('8.2 s', '3:42 min', '1:06:40 h')
@@ -20,7 +20,7 @@ def length(seconds: float) -> str:
 
 
 def clock(seconds: float) -> str:
-    """A moment of a run.
+    """Format a moment of a run.
 
     >>> clock(3.0333), clock(83.5)
     ('0:03.0', '1:23.5')
@@ -30,7 +30,7 @@ def clock(seconds: float) -> str:
 
 
 def ended(facts: RunMetadata) -> str:
-    """How a run ended."""
+    """Describe the end of a run in words."""
     by = facts.ended_by
     match facts.ended:
         case "time":

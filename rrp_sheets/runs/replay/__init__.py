@@ -1,4 +1,4 @@
-"""Recorded runs done again: with their own workbook, where everything must be the same, or with another one."""
+"""Replays of recorded runs: with their own workbook, where everything must be the same, or with another one."""
 
 from rrp_sheets.runs.replay.differences import Count, Difference
 from rrp_sheets.runs.replay.replaying import replay

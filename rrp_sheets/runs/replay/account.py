@@ -1,4 +1,4 @@
-"""The account of a replay for a page: words, rows to link to, and marbles, as JSON."""
+"""Account of a replay for a page: words, rows to link to, and marbles, as JSON."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MOST_PICTURES = 4
 
 
 def account(found: Replayed) -> dict[str, Any]:
-    """What a page shows of a replay."""
+    """Return what a page shows of a replay, as JSON."""
     robot, language = robot_lines(found), found.language
     each = [] if found.other else each_line(found)
     return {

@@ -1,4 +1,4 @@
-"""Words that all parts of a replay say."""
+"""Wording that all parts of a replay share: rows, values, times, lines of the account."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _LONGEST = 60  # letters of a value
 
 
 def in_words(row: str) -> str:
-    """A row as people name it.
+    """Return a row as people name it.
 
     >>> in_words("Tracking!5"), in_words("")
     ('Tracking row 5', 'a row')
@@ -23,7 +23,7 @@ def in_words(row: str) -> str:
 
 @dataclass(frozen=True)
 class AccountLine:
-    """One sentence on what a replay found.
+    """One sentence on a difference that a replay found.
 
     Attributes:
         when: in words: `12.4 s`, or `6 to 6.9 s`.
@@ -39,7 +39,7 @@ class AccountLine:
 
 
 def shown(value: Any) -> str:
-    """A value, in short."""
+    """Return a short text of a value."""
     return show(_value(value), _LONGEST).strip()
 
 
@@ -50,7 +50,7 @@ def _value(value: Any) -> Any:
 
 
 def in_seconds(us: int, digits: int = 3) -> str:
-    """A time of the run, to so many digits.
+    """Format a time of the run, to so many digits.
 
     >>> in_seconds(12_400_000), in_seconds(33_333), in_seconds(600_000_000)
     ('12.4 s', '0.033 s', '600 s')

@@ -1,4 +1,4 @@
-"""A replay in a process of its own, for a server: formulas of strangers are never evaluated in it."""
+"""Replay in a worker process, for a server, which never evaluates untrusted formulas itself."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _LISTEN = 0.25  # s
 
 
 class Stopped(SheetsError):
-    """Nobody wants the replay any more."""
+    """Error of a replay that nobody wants any more."""
 
 
 def replay_apart(
@@ -26,13 +26,13 @@ def replay_apart(
     stopped: Callable[[], bool] = lambda: False,
     within: float = WITHIN,
 ) -> dict[str, Any]:
-    """Replay a run; the account as :func:`rrp_sheets.runs.replay.account.account` gives it.
+    """Replay a run in a worker process; return the account of :func:`rrp_sheets.runs.replay.account.account`.
 
     Args:
         trace: a run's folder.
         other: the workbook to play instead of the one that ran.
-        told: hears how far it is, from 0 to 1.
-        stopped: asked again and again; the process is ended when it says so.
+        told: called with the progress, from 0 to 1.
+        stopped: polled; the process is ended when it returns True.
         within: seconds for all of it.
 
     Raises:

@@ -1,7 +1,7 @@
-"""The process of a replay: `python -m rrp_sheets.runs.replay.child LINK`, started by `apart` only.
+"""Worker process of a replay: `python -m rrp_sheets.runs.replay.child LINK`, started by `apart` only.
 
-Formulas of strangers are evaluated here, with a memory limit. It does one replay, tells how far it is, and ends; also
-when the connection does.
+Untrusted formulas are evaluated here, with a memory limit. It does one replay, reports its progress, and ends; also
+when the connection closes.
 """
 
 from __future__ import annotations

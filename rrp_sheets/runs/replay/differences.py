@@ -1,4 +1,4 @@
-"""What came of a replay beside what was recorded: event by event, every difference as data."""
+"""Comparison of a replay with what was recorded: event by event, every difference as data."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOVED_US = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """One event that is not the same.
+    """One event that differs between record and replay.
 
     Attributes:
         kind: `missing` (it was recorded, and did not come), `extra` (it came, and was not recorded), `value`, `time`
@@ -45,7 +45,7 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class Count:
-    """How many events of a row or a sensor stream are the same.
+    """Numbers of events of a row or a sensor stream, and of those that are the same.
 
     Attributes:
         stream: its name in the trace; empty for the errors of a row.
@@ -65,7 +65,7 @@ class Count:
 
 @dataclass(frozen=True)
 class ReplayDifferences:
-    """What was compared.
+    """Differences and counts that a comparison has found.
 
     Attributes:
         differences: in the order of time.
@@ -77,7 +77,7 @@ class ReplayDifferences:
 
 
 class Comparer:
-    """Compares two courses of events.
+    """Comparison of the events of a record with those of its replay.
 
     Args:
         here: the place of a row in the workbook that was played, for one of the workbook that ran; empty when it is
@@ -92,9 +92,9 @@ class Comparer:
         self._exact = exact
 
     def compare(self, recorded: Iterable[RecordedLine], came: Iterable[RecordedLine]) -> ReplayDifferences:
-        """All differences; streams of both have the names of the record.
+        """Return all differences; streams of both have the names of the record.
 
-        Both are gone through once and side by side, time by time: only what has no counterpart is kept.
+        Both are read once and side by side, time by time: only what has no counterpart is kept.
         """
         lanes: dict[tuple[str, str], _Lane] = {}
         order = _Order(self._text) if self._exact else None
@@ -129,7 +129,7 @@ class Comparer:
         return ReplayDifferences(tuple(found), tuple(counts))
 
     def _count(self, lane: _Lane, was: list[RecordedLine], now: list[RecordedLine]) -> None:
-        """By row: several may command one actuator stream."""
+        """Count the events by row, as several rows may command one actuator stream."""
         for entry in was:
             lane.was.setdefault((entry.row, self._here(entry.row)), [0, 0, 0])[0] += 1
         for entry in now:
@@ -139,7 +139,7 @@ class Comparer:
     def _moment(
         self, was: list[RecordedLine], now: list[RecordedLine], same: Counter[str], found: list[Difference]
     ) -> tuple[list[RecordedLine], list[RecordedLine]]:
-        """Pair what came at one time: the same values first, then others in their order; what is left of both."""
+        """Pair what came at one time: equal values first, then others in their order; return what is left of both."""
         if len(was) == len(now) == 1 and _is_alike(was[0], now[0]) and self._same_row(was[0], now[0]):
             same[was[0].row] += 1
             return [], []
@@ -166,7 +166,7 @@ class Comparer:
         return left[pairs:], over[pairs:]
 
     def _moved(self, left: list[RecordedLine], over: list[RecordedLine]) -> list[Difference]:
-        """Equal values that came at another time, not far away; they leave both lists."""
+        """Pair equal values that came at another time, not far away, and remove them from both lists."""
         waiting: dict[str, deque[RecordedLine]] = defaultdict(deque)
         for entry in over:
             waiting[self._text(entry)].append(entry)
@@ -203,7 +203,7 @@ class Comparer:
 
 @dataclass
 class _Lane:
-    """What is known of one stream so far.
+    """State of the comparison of one stream.
 
     Attributes:
         same: how many recorded events of a row are the same.
@@ -222,7 +222,7 @@ class _Lane:
     recorded: bool = False
 
     def counts(self) -> list[Count]:
-        """By row, those of the record first."""
+        """Return the counts by row, those of the record first."""
         rows = {key: list(numbers) for key, numbers in self.was.items()}
         for (row, _), numbers in rows.items():
             numbers[2] = self.same[row]
@@ -232,7 +232,7 @@ class _Lane:
 
 
 class _Order:
-    """Finds the first two that came in another order.
+    """Search for the first two entries that came in another order.
 
     Attributes:
         first: these two; None when there are none so far.
@@ -244,7 +244,7 @@ class _Order:
         self._waiting: tuple[deque[RecordedLine], deque[RecordedLine]] = deque(), deque()
 
     def add(self, was: list[RecordedLine], now: list[RecordedLine]) -> None:
-        """What was recorded and what came at one time."""
+        """Add the entries that were recorded, and those that came, at one time."""
         if self.first is not None:
             return
         mine, other = self._waiting
@@ -263,7 +263,7 @@ class _Order:
 def _side_by_side(
     first: Iterable[RecordedLine], second: Iterable[RecordedLine]
 ) -> Iterator[tuple[list[RecordedLine], list[RecordedLine]]]:
-    """What both have of each time, in the order of time."""
+    """Yield the entries of both for each time, in the order of time."""
     moments = [groupby(course, key=lambda e: e.us) for course in (first, second)]
     heads = [next(moment, None) for moment in moments]
     while times := [head[0] for head in heads if head is not None]:
@@ -278,14 +278,14 @@ def _side_by_side(
 
 
 def _lane(entry: RecordedLine, row: str) -> tuple[str, str]:
-    """What is compared with each other: the events of a stream, the errors of a row, what the engine tells."""
+    """Return the key of what is compared together: events of a stream, errors of a row, notices of the engine."""
     if entry.kind == ERROR:
         return ERROR, row
     return entry.kind, entry.stream
 
 
 def _is_alike(a: RecordedLine, b: RecordedLine) -> bool:
-    """Whether two are the same at the first look, which most are; others may be so too."""
+    """Return whether two entries are the same at the first look, as most are; others may be the same too."""
     at, other = (a.us, a.kind, a.what, a.text), (b.us, b.kind, b.what, b.text)
     return at == other and repr(a.value) == repr(b.value)
 
@@ -297,7 +297,7 @@ def _value(entry: RecordedLine | None) -> Any:
 
 
 def _alike(value: Any) -> Any:
-    """Numbers that are equal are the same, however they were worked out."""
+    """Return a value in which equal numbers are the same, however they were computed."""
     if isinstance(value, float) and value.is_integer():
         return int(value)
     if isinstance(value, list):

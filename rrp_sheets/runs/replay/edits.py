@@ -1,4 +1,4 @@
-"""Edits that were made during a run, done again: from what the trace tells of them to the rows of now."""
+"""Edits that were made during a run, applied again in its replay, from the trace to the rows of the workbook."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ Change = Mapping[str, Any]
 
 
 class Editions:
-    """The workbook that is played, as it is edited.
+    """State of the workbook that is played, while edits are applied to it.
 
     Args:
         engine: that plays it.
         rows: the places of rows in the workbook that is played, by their places in the one that ran.
-        ran: the workbook that ran, when another one is played: what it says otherwise is left as it says it.
+        ran: the workbook that ran, when another one is played: tables that differ in that one are left as they are.
     """
 
     def __init__(self, engine: Engine, rows: Mapping[str, str] | None = None, ran: Workbook | None = None) -> None:
@@ -45,7 +45,7 @@ class Editions:
 
     @property
     def left_out(self) -> list[str]:
-        """What could not be done again, in words: of a place the first time, and how often it was more."""
+        """Edits that could not be applied, in words: the first of each place, and the number of others there."""
         more = {1: "", 2: "So is another one there."}
         return [
             sentences(words[0], more[n] if (n := len(words)) in more else Phrase("So are {n} more there.", n=n - 1))
@@ -56,7 +56,7 @@ class Editions:
         self._left.setdefault(place, []).append(words)
 
     def use(self, changes: Sequence[Change]) -> None:
-        """Let the run go on with what somebody changed."""
+        """Apply the changes of one edit to the run that is played; what does not fit is left out."""
         edited = self._workbook
         for change in changes:
             edited = self._changed(edited, change)
@@ -154,7 +154,7 @@ def _with(behaviour: Behaviour, row: Row, formula: str) -> Behaviour:
 
 
 def _helper_of(name: str, change: Change) -> tuple[Helper, ...]:
-    """The helper as it is after a change; none of one that was taken away."""
+    """Return the helper as it is after a change; empty when it was removed."""
     here = Address("Helpers")
     now = str(change.get("now") or "")
     if not now:

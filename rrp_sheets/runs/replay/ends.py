@@ -1,4 +1,4 @@
-"""When commands end in a session that was not: what the record says of the ones that were made, and of those like them.
+"""Ends of commands when another workbook is played with a record: recorded ones, usual ones, and unknown ones.
 
 A command that was made in the session as well (the same value, on the same actuator stream, at the same time) ends as
 it did there. The end of one that is not made is left out. One that the session did not have ends, if the same value
@@ -27,7 +27,7 @@ class _Command:
 
 
 class Ends:
-    """Knows the ends of commands while another workbook is played with a record.
+    """Source of the ends of commands while another workbook is played with a record.
 
     Args:
         entries: of the record.
@@ -72,11 +72,11 @@ class Ends:
 
     @property
     def dropped(self) -> int:
-        """How many ends of the record belong to commands that are not made now."""
+        """Number of ends in the record that belong to commands that are not made now."""
         return sum(not command.made for command in self._by_end.values())
 
     def made(self, us: int, stream: str, value: Value, told: Any) -> None:
-        """A row of the workbook that is played has made a command."""
+        """Take note of a command that a row of the workbook that is played has made."""
         if value is None or stream not in self._done:
             return
         mine = stream, same_json(_told(told))
@@ -94,17 +94,17 @@ class Ends:
             self.unknown.append((stream, value))
 
     def kept(self, entry: RecordedLine) -> bool:
-        """Whether a value of the record comes now as well: ends of commands that are not made do not."""
+        """Return whether a value of the record comes now as well: ends of commands that are not made do not."""
         command = self._by_end.get(entry.number)
         return command is None or command.made
 
     @property
     def next_us(self) -> int | None:
-        """When the next end comes that the record does not have."""
+        """Time (µs) of the next end that the record does not have; None when there is none."""
         return self._coming[0][0] if self._coming else None
 
     def take(self, now_us: int) -> list[tuple[str, Value]]:
-        """The ends that have come by now."""
+        """Remove and return the ends that have come by now."""
         found = []
         while self._coming and self._coming[0][0] <= now_us:
             _, _, stream, value = heapq.heappop(self._coming)
@@ -113,7 +113,7 @@ class Ends:
 
 
 def _told(value: Any) -> Any:
-    """A command's value as its end tells it: ends within it are told without what they were the end of."""
+    """Return a command's value as its end has it: ends within it lose the value of the command that they ended."""
     if isinstance(value, dict):
         if set(value) == {f.name for f in DONE.fields}:
             return {**value, "value": None}

@@ -1,4 +1,4 @@
-"""Which streams and rows of another workbook are those of a record."""
+"""Matching of the streams and rows of another workbook with those of a record."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _FED = (StreamKind.SENSOR, StreamKind.DONE)
 
 @dataclass(frozen=True)
 class Matching:
-    """What belongs together.
+    """Streams, rows and behaviours of a workbook that correspond to those of a record.
 
     Attributes:
         streams: ids of streams of the workbook that is played, by their names in the record.
@@ -35,14 +35,14 @@ class Matching:
 
 
 def itself(source: ReplaySource) -> Matching:
-    """Everything belongs to itself."""
+    """Match a workbook with the record of its own run: every stream and row with itself."""
     labels = source.labels
     rows = {s.ref: s.ref for s in source.plan.steps}
     return Matching({label: i for i, label in labels.items()}, labels, rows)
 
 
 def matching(recorded: Recorded, ran: ReplaySource | None, other: ReplaySource) -> Matching:
-    """What of another workbook belongs to what of the record.
+    """Match the streams, rows and behaviours of another workbook with those of the record.
 
     Args:
         recorded: the record.
@@ -76,7 +76,7 @@ def _names(streams: Mapping[str, str], labels: Mapping[str, str]) -> dict[str, s
 
 
 def remarks(ran: ReplaySource | None, other: ReplaySource, found: Matching) -> list[str]:
-    """What is to be known of the two workbooks before they are compared in a session."""
+    """Return in words what to know of the two workbooks before they are compared in a session."""
     told: list[str] = []
     if ran is None:
         told.append("The workbook that ran is not beside the trace: streams are told by their names alone.")
@@ -124,7 +124,7 @@ def _rows(rows: list[str]) -> str:
 
 
 def _settings(ran: ReplaySource, other: ReplaySource, found: Matching) -> list[str]:
-    """Sensors that are set otherwise now: the record has what they gave then."""
+    """Return remarks on sensors that are set otherwise now, as the record has what they gave then."""
     ids = {label: i for i, label in ran.labels.items()}
     was = {u.stream: u for u in ran.plan.outer_sensors}
     now = {u.stream: u for u in other.plan.outer_sensors}

@@ -25,7 +25,7 @@ _FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 
 
 def write(found: Replayed, target: Path) -> list[str]:
-    """Write the differences; the suffix tells how. What the picture lacks, in words.
+    """Write the differences in the format of the suffix; return what the picture lacks, in words.
 
     Raises:
         SheetsError: when it cannot be written, or would take the place of what is no table of a run.
@@ -75,7 +75,7 @@ def _csv(found: Replayed) -> str:
 
 
 def _text(value: Any) -> Any:
-    """A cell of CSV: a text that a spreadsheet would take for a formula is marked as text."""
+    """Return a cell of CSV; a text that a spreadsheet would take for a formula is marked as text."""
     if isinstance(value, bool):
         return "TRUE" if value else "FALSE"
     return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA_STARTS) else value

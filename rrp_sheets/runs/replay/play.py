@@ -1,4 +1,4 @@
-"""Plays what the sensors of a recorded run gave to the rows of a workbook: no robot, no simulator, no waiting."""
+"""Player that gives the recorded sensor values of a run to the rows of a workbook, without robot or simulator."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from rrp_sheets.runs.replay.source import ReplaySource
 
 
 class ValueDecoder:
-    """Makes values of streams from their JSON.
+    """Decoder of the values of streams from JSON.
 
-    What was commanded comes back in the end of the command: a list or a record of a formula's, which JSON does not
-    tell apart. So commands are remembered as they are made, and the end has the very value.
+    The value of a command comes back in its end: a list or a record from a formula, whose type JSON does not keep. So
+    commands are remembered as they are made, and their ends get the original value.
 
     Args:
         plan: of the workbook that is played.
@@ -42,13 +42,13 @@ class ValueDecoder:
         self._given: dict[tuple[str, str], Value] = {}
 
     def command(self, stream: str, value: Value) -> None:
-        """A row has made a command."""
+        """Remember a command that a row has made."""
         if isinstance(value, (list, tuple, Record)):
             told = commanded(value)
             self._given[stream, same_json(to_json(told))] = told
 
     def value(self, stream: str, value: Any) -> Value:
-        """The value that a sensor stream, or one of ended commands, had."""
+        """Return the value that a sensor stream, or one of ended commands, had."""
         kind = DONE if stream in self._of else self._records.get(stream)
         if kind is None or not isinstance(value, dict):
             return _plain(value)
@@ -73,7 +73,7 @@ _ENCODE = json.JSONEncoder(separators=(",", ":")).encode
 
 
 class Spool:
-    """Entries that are written once, and can be gone through again and again, but not twice at one time.
+    """Entries in a temporary file, written once and read repeatedly, but not by two readers at one time.
 
     >>> spool = Spool(); spool.append(RecordedLine(5, "event", "s1", "Look!2", 0.5))
     >>> [(e.stream, e.value) for e in spool.named({"s1": "Distance"})]
@@ -85,7 +85,7 @@ class Spool:
         self._count = 0
 
     def append(self, entry: RecordedLine) -> None:
-        """Put one aside; its time is not before that of the one before."""
+        """Append an entry; its time must not be before that of the last one."""
         parts = (entry.us, entry.kind, entry.stream, entry.row, entry.value, entry.what, entry.text)
         try:
             self._file.write(_ENCODE(parts) + "\n")
@@ -97,7 +97,7 @@ class Spool:
         return self._count
 
     def named(self, names: Mapping[str, str]) -> Iterator[RecordedLine]:
-        """All of them, with streams called by the names of their ids."""
+        """Yield all entries, with the names of the streams in place of their ids."""
         self._file.seek(0)
         while line := self._file.readline():
             us, kind, stream, row, value, what, text = json.loads(line)
@@ -111,7 +111,7 @@ Told = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Script:
-    """What is played.
+    """Input of a replay: the recorded lines, and their mapping to the workbook that is played.
 
     Attributes:
         moments: the recorded lines, time by time; gone through once.
@@ -132,7 +132,7 @@ class Script:
 
 @dataclass
 class Played:
-    """What came of it.
+    """Outcome of playing a script.
 
     Attributes:
         entries: what came, in order, streams by the ids of the workbook that was played.
@@ -150,14 +150,14 @@ class Played:
 
 
 class ReplayPlayer:
-    """Plays a script; the engine's observer.
+    """Player of a script, and observer of the engine.
 
     Args:
         source: the workbook.
         script: what is played.
-        editions: makes what does the edits of the run again.
-        ends: knows when commands end; None: as recorded.
-        told: hears how far it is, from 0 to 1; may raise to break off.
+        editions: makes the object that applies the edits of the run again.
+        ends: the source of the ends of commands; None: as recorded.
+        told: called with the progress, from 0 to 1; may raise to break off.
     """
 
     def __init__(
@@ -180,7 +180,7 @@ class ReplayPlayer:
 
     # ---- the observer
     def event(self, us: int, stream: str, row: str, value: Value) -> None:
-        """A value on a stream."""
+        """Store a value on a stream."""
         told = to_json(value)
         entries = self.played.entries
         entries.append(RecordedLine(us, EVENT, stream, row, told))
@@ -192,13 +192,13 @@ class ReplayPlayer:
             raise RunBroken(f"More than {MOST_CAME:,} values came.", "Replay a shorter run.")
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
-        """A formula failed."""
+        """Store the failure of a formula."""
         inputs = [to_json(v) for v in values]
         self.played.entries.append(RecordedLine(us, ERROR, "", row, [failure.message, failure.code, inputs]))
 
     # ---- playing
     def play(self) -> Played:
-        """Play it to its end."""
+        """Play the script to its end."""
         played, engine = self.played, self._engine
         try:
             if isinstance(engine, EventEngine):
@@ -217,7 +217,7 @@ class ReplayPlayer:
         return played
 
     def _end(self) -> None:
-        """What still goes on ends with the run; the engine's own devices tell their part of it by themselves."""
+        """End the run with the recorded ends of what still goes on; the engine's own devices add theirs."""
         ends = self._script.at_end
         if ends is None:
             self._engine.close()
@@ -255,7 +255,7 @@ class ReplayPlayer:
             frame = max(frame + 1, min(following))
 
     def _one_by_one(self, engine: Engine) -> None:
-        """Every arrival is an instant of its own; timers that are due before it come at their own times."""
+        """Settle every arrival at an instant of its own; timers that are due before it come at their own times."""
         for us, entries in self._script.moments:
             self._tell(us)
             self._due_before(us)
@@ -288,7 +288,7 @@ class ReplayPlayer:
             self._settle(self._script.until_us, [])
 
     def _due_before(self, us: int) -> None:
-        """Ends of commands that the record does not have, each at its own time."""
+        """Settle the ends of commands that the record does not have, each at its own time."""
         while self._ends is not None and (due := self._ends.next_us) is not None and due < us:
             if self._engine.ended_by:
                 return
@@ -302,7 +302,7 @@ class ReplayPlayer:
 
     # ---- from the record to the engine
     def _is_fed(self, entry: RecordedLine) -> bool:
-        """Whether it is a value that came from the world: the engine's own devices give theirs by themselves."""
+        """Return whether an entry is a value from the world; the engine's own devices give theirs by themselves."""
         if entry.kind != EVENT or entry.row or entry.by is not None:
             return False
         if self._script.streams.get(entry.stream) not in self._fed:
@@ -326,7 +326,7 @@ class ReplayPlayer:
                     self._engine.stimulate(stream, value, entry.by)
 
     def _act(self, acts: Sequence[RecordedLine]) -> None:
-        """What people did to the rows; what they did to the world is in what the sensors gave."""
+        """Repeat what people did to the rows; what they did to the world is in the sensor values."""
         edit: list[RecordedLine] = []
         for act in acts:
             if edit and (act.what != "edit" or act.wall != edit[0].wall):
@@ -356,10 +356,10 @@ class ReplayPlayer:
 
 
 def _frame(us: int, rate: int) -> int:
-    """The first frame at or after a time."""
+    """Return the number of the first frame at or after a time."""
     return -(-us * rate // 1_000_000)
 
 
 def happened(us: int, happening: Notice) -> RecordedLine:
-    """What the engine's own devices tell, as a line of a trace has it."""
+    """Return a notice of the engine's own devices as a line of a trace."""
     return RecordedLine(us, HAPPENING, happening.stream, happening.row, None, happening.kind, happening.text)

@@ -1,6 +1,6 @@
-"""A trace, read to be replayed: header, what came in its order, how it ended; nothing in it is believed unseen.
+"""Reading a trace for its replay: header, entries in their order, how it ended; everything in it is checked.
 
-Of a long session the lines are not kept: they are read from the file again whenever they are gone through.
+As a session may be long, its lines are not kept: they are read from the file again in each pass.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ _NO_LINE = (AttributeError, KeyError, TypeError, ValueError, OverflowError, Recu
 
 
 class Entries:
-    """Entries in the order of time that can be gone through again and again, and are made anew each time."""
+    """Entries in the order of time that can be iterated over repeatedly, and are made anew each time."""
 
     def __init__(self, make: Callable[[], Iterable[RecordedLine]]) -> None:
         self._make = make
@@ -68,7 +68,7 @@ class Entries:
 
 @dataclass(frozen=True)
 class Recorded:
-    """A trace.
+    """A recorded run, as read from its trace.
 
     Attributes:
         path: of the file.
@@ -90,17 +90,17 @@ class Recorded:
 
     @property
     def place(self) -> Path:
-        """The run's folder."""
+        """Folder of the run."""
         return self.path.parent
 
     @property
     def engine(self) -> str:
-        """The engine's name; traces of the beginning do not say it."""
+        """Name of the engine; early traces do not have it."""
         return str(self.header.get("engine") or "frame")
 
     @property
     def last_us(self) -> int:
-        """Where the run's clock stood at the end; where the last line is of one that was cut off."""
+        """Time of the run's clock at the end (µs); of a record that was cut off, that of its last line."""
         last = self.tail[-1].us if self.tail else 0
         if self.summary is not None:
             return max(last, _us(_number(self.summary.get("simulated_seconds"))))
@@ -108,7 +108,7 @@ class Recorded:
 
     @property
     def ended(self) -> str:
-        """How it ended: `time`, `stopped`, `end run`, `broken`, or `cut` when its record has no end."""
+        """Kind of end: `time`, `stopped`, `end run`, `broken`, or `cut` when the record has no end."""
         return "cut" if self.summary is None else str(self.summary.get("ended") or "time")
 
 
@@ -155,7 +155,7 @@ def read_record(path: Path) -> Recorded:
 
 
 def _entries(file: Path) -> Iterator[RecordedLine]:
-    """The entries of a trace that was read before without fault; it may have grown since."""
+    """Yield the entries of a trace that was read before without fault; it may have grown since."""
     number = 0
     try:
         for line in islice(read_trace(file), 1, None):
@@ -220,12 +220,12 @@ _ENCODE = json.JSONEncoder(ensure_ascii=False, separators=(",", ":")).encode
 
 
 def same_json(value: Any) -> str:
-    """A value as text: equal for the same values only, so TRUE is not 1, and 1 is not 1.0."""
+    """Encode a value as text: equal for the same values only, so TRUE is not 1, and 1 is not 1.0."""
     return _ENCODE(value)
 
 
 def moments(entries: Iterable[RecordedLine]) -> Iterator[tuple[int, list[RecordedLine]]]:
-    """The lines of one time each."""
+    """Group the lines by their time."""
     here: list[RecordedLine] = []
     for entry in entries:
         if here and entry.us != here[0].us:

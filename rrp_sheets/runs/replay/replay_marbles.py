@@ -1,4 +1,4 @@
-"""Marbles of a difference: every stream that differs twice, as it was recorded and as it came."""
+"""Marble diagrams of differences: every stream that differs is drawn twice, as it was recorded and as it came."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MARKS = {MISSING: "gone", EXTRA: "new", VALUE: "other value", TIME: "other time
 
 
 def difference_scores(found: Replayed) -> list[MarbleDiagram]:
-    """The diagram of the first streams that differ, around the first difference; none when nothing does."""
+    """Return the diagram of the first streams that differ, around the first difference; none when nothing does."""
     streams = _streams(found)
     if not streams:
         return []
@@ -41,7 +41,7 @@ def difference_scores(found: Replayed) -> list[MarbleDiagram]:
 
 
 def _streams(found: Replayed) -> list[str]:
-    """What the robot is given first, then what it comes from."""
+    """Return the first streams that differ, actuator streams before the others."""
     names = dict.fromkeys(d.stream for d in found.differences if d.what == "event" and d.kind in _MARKS)
     return sorted(names, key=lambda n: n not in found.actuators)[:MOST_STREAMS]
 
@@ -56,7 +56,7 @@ def _window(here: Sequence[Difference], until: int) -> tuple[int, int]:
 def _by_stream(
     entries: Iterable[RecordedLine], streams: Sequence[str], first: int, last: int
 ) -> dict[str, list[Marble]]:
-    """The values of some streams within a window (µs), gone through once."""
+    """Return the values of some streams within a window (µs), in one pass."""
     found: dict[str, list[Marble]] = {stream: [] for stream in streams}
     for e in entries:
         if first <= e.us <= last and e.kind == "event" and e.stream in found:
@@ -65,7 +65,7 @@ def _by_stream(
 
 
 def _marks(here: Sequence[Difference], first: int, last: int) -> tuple[tuple[int, str], ...]:
-    """The first differences, pointed at; those that would stand on each other are left out."""
+    """Return marks at the first differences, without those that would stand on each other."""
     marks: list[tuple[int, str]] = []
     for d in here:
         us = d.came_us if d.kind == EXTRA else d.us

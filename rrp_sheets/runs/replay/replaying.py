@@ -1,4 +1,4 @@
-"""Replay: a recorded run done again from what its sensors gave, and compared with the record (design: 7-exchange)."""
+"""Replay of a recorded run from its sensor values, and its comparison with the record."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ _SWITCHED = (" is switched on.", " is switched off.")
 
 
 def replay(trace: Path, other: Path | None = None, told: Told = lambda part: None) -> Replayed:
-    """Do a recorded run again, with its own workbook or with another one.
+    """Replay a recorded run, with its own workbook or with another one.
 
     Args:
         trace: a run's folder, or its trace.jsonl.
         other: the workbook to play instead of the one that ran.
-        told: hears how far it is, from 0 to 1; what it raises breaks the replay off.
+        told: called with the progress, from 0 to 1; what it raises breaks the replay off.
 
     Raises:
         UnreadableFile: when the trace or a workbook cannot be read.
@@ -61,7 +61,7 @@ def replay(trace: Path, other: Path | None = None, told: Told = lambda part: Non
 
 
 def _ran(recorded: Recorded, *, needed: bool) -> ReplaySource | None:
-    """The workbook that ran; when it is not needed, one that cannot be used is as good as none."""
+    """Return the workbook that ran; when it is not needed, None for one that cannot be used."""
     try:
         found = the_one_that_ran(recorded)
     except SheetsError:
@@ -77,7 +77,7 @@ def _ran(recorded: Recorded, *, needed: bool) -> ReplaySource | None:
 
 
 def _exactly(recorded: Recorded, source: ReplaySource, told: Told) -> Replayed:
-    """The same workbook: everything is to be the same."""
+    """Replay with the same workbook: everything is to be the same."""
     found = itself(source)
     entries, cut = _whole(recorded)
     engines = partial(_is_engines, source=source, found=found)
@@ -101,7 +101,7 @@ def _exactly(recorded: Recorded, source: ReplaySource, told: Told) -> Replayed:
 
 
 def _otherwise(recorded: Recorded, ran: ReplaySource | None, source: ReplaySource, told: Told) -> Replayed:
-    """Another workbook: what would have been different."""
+    """Replay with another workbook: find what would have been different."""
     found = matching(recorded, ran, source)
     entries, cut = _whole(recorded)
     engines = partial(_is_engines, source=source, found=found)
@@ -131,7 +131,7 @@ def _otherwise(recorded: Recorded, ran: ReplaySource | None, source: ReplaySourc
 
 
 class _Tally:
-    """What is counted of a record while it is gone through to be compared.
+    """Counts of the entries of a record, taken while they are compared.
 
     Attributes:
         count: of the entries that are compared.
@@ -149,7 +149,7 @@ class _Tally:
         self.world: Counter[str] = Counter()
 
     def expected(self, entries: Entries, is_wanted: Callable[[RecordedLine], bool]) -> Iterator[RecordedLine]:
-        """The entries that are compared; counted anew."""
+        """Yield the entries that are compared, counting them anew."""
         self._begin()
         for entry in entries:
             if entry.kind == HAPPENING and not self._engines(entry):
@@ -162,7 +162,7 @@ class _Tally:
 
 
 def _about(recorded: Recorded, source: ReplaySource, ran: ReplaySource | None) -> Replayed:
-    """What is known before anything is compared."""
+    """Return the part of the result that is known before anything is compared."""
     names = [n for n, kind in recorded.streams.items() if kind == StreamKind.ACTUATOR.value]
     names += [s.name for s in source.plan.streams if s.kind is StreamKind.ACTUATOR]
     spoken = {name: Spoken(text) for s in (source, ran) if s is not None for name, text in _spoken(s)}
@@ -177,7 +177,7 @@ def _about(recorded: Recorded, source: ReplaySource, ran: ReplaySource | None) -
 
 
 def _spoken(source: ReplaySource) -> Iterator[tuple[str, str]]:
-    """The actuator streams that speak, each with the text of its own if it has one."""
+    """Yield the actuator streams that speak, each with the text of its own if it has one."""
     for stream in source.plan.streams:
         if stream.kind is StreamKind.ACTUATOR and stream.device and stream.device.type.name in _SAYS:
             own = stream.device.type.name == _SAYS[1]
@@ -186,7 +186,7 @@ def _spoken(source: ReplaySource) -> Iterator[tuple[str, str]]:
 
 # ---- the script
 def _whole(recorded: Recorded) -> tuple[Entries, str]:
-    """The lines that are played, and what is left out of a run that broke off."""
+    """Return the lines that are played, and in words what is left out of a run that broke off."""
     if recorded.ended != "broken":
         return recorded.entries, ""
     last = recorded.last_us
@@ -210,7 +210,7 @@ def _script(recorded: Recorded, entries: Entries, found: Matching) -> Script:
 
 
 def _at_end(recorded: Recorded) -> tuple[RecordedLine, ...] | None:
-    """The ends of the commands that the end of the run has ended: the last lines, and no row has seen them."""
+    """Return the ends of commands that the end of the run has ended: the last lines, which no row has seen."""
     last, found = recorded.last_us, []
     if recorded.ended in ("cut", "broken"):
         return None
@@ -229,7 +229,7 @@ def _at_end(recorded: Recorded) -> tuple[RecordedLine, ...] | None:
 
 # ---- what is compared
 def _own(source: ReplaySource, found: Matching) -> set[str]:
-    """The record's names of the streams that the engine's own devices give."""
+    """Return the record's names of the streams that the engine's own devices give."""
     plan = source.plan
     own = {s for s in plan.own if s not in {a.stream for a in plan.actuators}}
     own |= {done for done, actuator in plan.dones.items() if actuator in plan.own}
@@ -237,14 +237,14 @@ def _own(source: ReplaySource, found: Matching) -> set[str]:
 
 
 def _is_rows(entry: RecordedLine, own: set[str]) -> bool:
-    """Whether an entry comes of rows, and not of the world."""
+    """Return whether an entry comes from rows, and not from the world."""
     if entry.kind == ERROR:
         return True
     return entry.kind == EVENT and entry.by is None and (bool(entry.row) or entry.stream in own)
 
 
 def _is_engines(entry: RecordedLine, source: ReplaySource, found: Matching) -> bool:
-    """Whether an entry is something that the engine has told, and not the world."""
+    """Return whether an entry is a notice of the engine, and not of the world."""
     if entry.kind != HAPPENING:
         return False
     if entry.what == "note":
@@ -253,12 +253,12 @@ def _is_engines(entry: RecordedLine, source: ReplaySource, found: Matching) -> b
 
 
 def _named(played: Played, found: Matching) -> Entries:
-    """What came, with streams called as in the record."""
+    """Return what came, with streams called as in the record."""
     return Entries(lambda: played.entries.named(found.names))
 
 
 def _as_long(came: Entries, expected: Entries) -> Entries:
-    """Without what came after the record was cut off, in the middle of a moment perhaps."""
+    """Leave out what came after the record was cut off, in the middle of a moment perhaps."""
     last = most = 0
     for entry in expected:
         last, most = (last, most + 1) if entry.us == last else (entry.us, 1)

@@ -1,4 +1,4 @@
-"""What is to be said of a replay besides its differences: another end, and what it cannot know."""
+"""Wording of the account of a replay: verdict, rows, the robot, each difference, the end, and what it cannot know."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rrp_sheets.runs.replay.result import Replayed
 
 
 def ending(recorded: Recorded, played: Played) -> str:
-    """How a replay ended otherwise than the run; empty when it did not."""
+    """Describe in which way a replay ended otherwise than the run; empty when it did not."""
     at = f"{played.until_us / 1e6:g} s"
     summary = recorded.summary or {}
     by = str(summary.get("by") or "")
@@ -41,7 +41,7 @@ def ending(recorded: Recorded, played: Played) -> str:
 def unknown(
     recorded: Recorded, world: Mapping[str, int], cut: str, ends: Ends | None = None
 ) -> list[str]:  # fmt: skip
-    """What a replay of a session cannot know.
+    """Return in words the limits of a replay of a session.
 
     Args:
         recorded: the record.
@@ -111,7 +111,7 @@ Style = Callable[[str, str], str]
 
 @dataclass(frozen=True)
 class RowLine:
-    """What is different at a row, or of a sensor stream.
+    """Differences at a row or of a sensor stream, in words.
 
     Attributes:
         whose: the row and its stream, in words.
@@ -138,10 +138,10 @@ def _plain(text: str, role: str) -> str:
 
 
 def as_text(found: Replayed, style: Style = _plain) -> str:
-    """The account for people to read, in the language of the workbook that ran.
+    """Return the account for people to read, in the language of the workbook that ran.
 
     Args:
-        found: what to tell.
+        found: the replay.
         style: colours a text by its role: `same`, `different`, `head`, `quiet`.
     """
 
@@ -177,7 +177,7 @@ def _listed(lines: Sequence[AccountLine], language: str) -> list[str]:
 
 
 def verdict(found: Replayed) -> str:
-    """The one sentence that says whether it is the same."""
+    """Return the one sentence that says whether it is the same."""
     events = _events(found.compared)
     seconds = f"{round(found.seconds, 1):g}"
     if found.same and found.other:
@@ -224,7 +224,7 @@ def _counted(found: Replayed) -> str:
 
 # ---- row by row
 def row_lines(found: Replayed) -> list[RowLine]:
-    """A line for each row or sensor stream that has differences: how many of how many, in words."""
+    """Return a line for each row or sensor stream that has differences: how many of how many, in words."""
     of: dict[tuple[str, str, str], list[Difference]] = {}
     for d in found.differences:
         of.setdefault((d.stream, d.row, d.came_row), []).append(d)
@@ -249,7 +249,7 @@ def _place(count: Count) -> tuple[str, int, str]:
 
 
 def _whose(count: Count, found: Replayed) -> str:
-    """A row and its stream, in words."""
+    """Return a row and its stream, in words."""
     name = _name(count.stream)
     row = count.came_row or count.row
     if not row:
@@ -269,7 +269,7 @@ def _times(count: int) -> str:
 
 
 def _name(stream: str) -> str:
-    """A stream's name without its sheet; one without a name has none."""
+    """Return a stream's name without its sheet; empty for a stream without a name."""
     name = stream.rpartition("!")[2]
     return "" if name.startswith("#") else name
 
@@ -298,7 +298,7 @@ def _how_many(here: Sequence[Difference], count: Count, found: Replayed) -> str:
 
 # ---- one by one
 def each_line(found: Replayed) -> list[AccountLine]:
-    """Every difference in words."""
+    """Return every difference in words."""
     return [AccountLine(in_seconds(d.us), d.us, _each(d), d.came_row or d.row) for d in found.differences]
 
 
@@ -328,7 +328,7 @@ _TOGETHER_US = 2_000_000  # between two of a row that are told in one line
 
 
 def robot_lines(found: Replayed) -> list[AccountLine]:
-    """What the robot would have done otherwise, in the order of time; what goes on is one line."""
+    """Describe what the robot would have done otherwise, in the order of time; what goes on is one line."""
     actuators = set(found.actuators)
     mine = [d for d in found.differences if d.stream in actuators and d.what == "event" and d.kind != ROW]
     lines: list[AccountLine] = []
@@ -344,7 +344,7 @@ def _when(difference: Difference) -> int:
 
 
 def _runs(here: Sequence[Difference], *, spoken: bool) -> Iterator[list[Difference]]:
-    """Differences of one kind that follow each other closely; every sentence of the robot counts by itself."""
+    """Group differences of one kind that follow each other closely; every sentence of the robot counts by itself."""
     run: list[Difference] = []
     for d in here:
         if run and (spoken or d.kind != run[-1].kind or _when(d) - _when(run[-1]) > _TOGETHER_US):

@@ -1,4 +1,4 @@
-"""What a replay found, as data."""
+"""Results of a replay as data, which JSON can hold."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SCHEMA = 1  # of the JSON; grows when an entry changes its meaning or goes
 
 @dataclass(frozen=True)
 class Spoken:
-    """An actuator stream whose values are heard: a text of its own, or what it is given."""
+    """An actuator stream whose values are spoken: a text of its own, or what it is given."""
 
     text: str = ""
 
@@ -63,25 +63,25 @@ class Replayed:
 
     @property
     def language(self) -> str:
-        """That of the workbook that ran, in which it is told."""
+        """Language of the account: that of the workbook that ran."""
         return self.stamp.language
 
     @property
     def same(self) -> bool:
-        """Whether nothing is different."""
+        """True when nothing differs."""
         return not self.differences and not self.ending
 
     @property
     def first(self) -> Difference | None:
-        """The first difference in time."""
+        """Earliest difference; None when there is none."""
         return self.differences[0] if self.differences else None
 
     def of(self, kind: str) -> Sequence[Difference]:
-        """The differences of a kind: `missing`, `extra`, `value`, `time`, `row`, `order`."""
+        """Return the differences of a kind: `missing`, `extra`, `value`, `time`, `row`, `order`."""
         return [d for d in self.differences if d.kind == kind]
 
     def as_dict(self, most: int | None = None) -> dict[str, Any]:
-        """As `replay --json` prints it; at most so many differences."""
+        """Return the replay as `replay --json` prints it; with at most so many differences."""
         shown = self.differences[:most]
         return {
             "schema": SCHEMA,
@@ -98,7 +98,7 @@ class Replayed:
 
     @classmethod
     def from_dict(cls, packed: Mapping[str, Any]) -> Replayed:
-        """What :meth:`as_dict` told, without the events themselves."""
+        """Restore a replay from what :meth:`as_dict` gave, without the events themselves."""
         plain = ("run", "workbook", "other", "engine", "seconds", "compared", "ending")
         return cls(
             **{name: packed[name] for name in plain},

@@ -1,4 +1,4 @@
-"""The workbook that a record is replayed with: the copy beside the trace, or another one; and its plan."""
+"""Workbook that a record is replayed with: the copy beside the trace, or another one; and its plan."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ class ReplaySource:
 
     @property
     def labels(self) -> dict[str, str]:
-        """The names of the streams as traces have them, by their ids."""
+        """Names of the streams as traces have them, by their ids."""
         return {s.id: stream_label(s) for s in self.plan.streams}
 
 
 def the_one_that_ran(recorded: Recorded) -> ReplaySource | None:
-    """The workbook of the run's folder; None when it is not there.
+    """Read the workbook of the run's folder; return None when it is not there.
 
     Raises:
         UnreadableFile: when it is there and cannot be read.
@@ -70,7 +70,7 @@ def the_one_that_ran(recorded: Recorded) -> ReplaySource | None:
 
 
 def another(path: Path, recorded: Recorded, like: ReplaySource | None) -> ReplaySource:
-    """Another workbook, to be played with a record.
+    """Read another workbook, to be played with a record.
 
     Args:
         path: of it.
@@ -97,7 +97,7 @@ def another(path: Path, recorded: Recorded, like: ReplaySource | None) -> Replay
 
 
 def _plan(checked: Checked, recorded: Recorded) -> tuple[Plan, bool]:
-    """The plan whose streams are those of the record: of the behaviours that run, or of all of them."""
+    """Return the plan whose streams are those of the record, and whether all behaviours are in it."""
     whole = make_plan(checked, everything=True)
     if {stream_label(s) for s in whole.streams} == set(recorded.streams):  # of two that fit: more can be switched on
         return whole, True
@@ -105,7 +105,7 @@ def _plan(checked: Checked, recorded: Recorded) -> tuple[Plan, bool]:
 
 
 def remarks(recorded: Recorded, source: ReplaySource, *, own: bool) -> list[str]:
-    """What is to be known of a record and the workbook it is replayed with, before anything is compared."""
+    """Return in words what to know of a record and the workbook it is replayed with, before anything is compared."""
     found: list[str] = []
     program = str(recorded.header.get("program") or "unknown")
     if program != __version__:
@@ -131,7 +131,7 @@ def _was_xlsx(recorded: Recorded) -> bool:
 
 
 def _catalogue(recorded: Recorded, source: ReplaySource) -> list[str]:
-    """Whether the robot's catalogue is still the one that the run was made with."""
+    """Return a remark when the robot's catalogue is not the one that the run was made with."""
     changed = []
     for name in _KEPT:
         kept, now = recorded.place / name, source.checked.robot.folder / name
