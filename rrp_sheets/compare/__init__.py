@@ -1,4 +1,4 @@
-"""Two workbooks compared by what they mean, not by where it stands (design: 7-exchange, Compare)."""
+"""Comparison of two workbooks by their meaning, not by the places of rows and cells."""
 
 from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison
 from rrp_sheets.compare.compare import compare, compare_in_detail

@@ -1,4 +1,4 @@
-"""A comparison as one page of HTML: no script, nothing loaded, everything escaped, told apart in grey too."""
+"""Renders a comparison as one page of HTML: no scripts, no other files, everything escaped, legible in grey."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _HEADS = ("Where", "What", "Before", "After", "Remark")
 
 
 def as_html(comparison: Comparison, drawn: str = "") -> str:
-    """The comparison as a page of its own, which needs no other file.
+    """Return the comparison as a page of its own, which needs no other file.
 
     Args:
-        comparison: what to tell.
+        comparison: what to show.
         drawn: pictures and rows of what changed, as `runs.changes_drawn` makes them.
     """
     title = f"{file_name(comparison.first)} and {file_name(comparison.second)} compared"
@@ -37,7 +37,7 @@ def as_html(comparison: Comparison, drawn: str = "") -> str:
 
 
 def as_part(comparison: Comparison, drawn: str = "") -> str:
-    """The comparison as a part of a page that has changes.css: no style, no script, everything escaped."""
+    """Return the comparison as a part of a page that has changes.css: no style, no script, everything escaped."""
     parts = [
         f'<p class="verdict {"same" if comparison.same else "different"}">'
         f"{'✓' if comparison.same else '≠'} {_e(verdict(comparison))}</p>",
@@ -59,7 +59,7 @@ def _e(text: str) -> str:
 
 
 def file_name(version: ComparedWorkbook) -> str:
-    """The name of a workbook's file, for a title."""
+    """Return the name of a workbook's file, for a title."""
     return shown_source(version).replace("\\", "/").rstrip("/").rsplit("/", 1)[-1] or "nothing"
 
 
@@ -106,7 +106,7 @@ def _where(change: Change) -> str:
 
 
 def _sides(change: Change) -> tuple[str, str]:
-    """The two cells, with what went and came marked."""
+    """Return the cells before and after, with removed and added parts marked."""
     if change.pieces:
         return (
             "".join(_piece(p.kind, p.text, "del") for p in change.pieces if p.kind != "new"),

@@ -1,4 +1,4 @@
-"""The rows of a changed behaviour as a table of HTML, with the words marked that went and came."""
+"""Renders the rows of a changed behaviour as an HTML table, with removed and added words marked."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _NAMES = {ADDED: ("added", "new"), REMOVED: ("removed", "gone"), CHANGED: ("chan
 
 
 def rows_table(behaviour: ChangedBehaviour) -> str:
-    """The rows that changed and those around them; of the others only which they are."""
+    """Return the changed rows and their neighbours as an HTML table; of the other rows only the numbers."""
     heads = "".join(f'<th scope="col">{h or "<span class=sr>Change</span>"}</th>' for h in _HEADS)
     return (
         f'<table class="rows">\n<thead><tr>{heads}</tr></thead>\n<tbody>\n'

@@ -1,4 +1,4 @@
-"""A comparison as text."""
+"""Renders a comparison as text."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ def _plain(text: str, role: str) -> str:
 
 
 def as_text(comparison: Comparison, *, brief: bool = False, style: Style = _plain) -> str:
-    """The comparison for people to read.
+    """Return the comparison for people to read.
 
     Args:
-        comparison: what to tell.
+        comparison: what to show.
         brief: leave out what has no effect on the behaviour.
         style: colours a text by its role: `added`, `removed`, `changed`, `quiet`, `verdict`.
     """
@@ -34,7 +34,7 @@ def as_text(comparison: Comparison, *, brief: bool = False, style: Style = _plai
 
 
 def verdict(comparison: Comparison) -> str:
-    """The one sentence that says whether the behaviour is the same."""
+    """Return the sentence that says whether the behaviour is the same."""
     if comparison.same:
         if not comparison.others:
             return "Same behaviour. There is no difference."
@@ -45,7 +45,7 @@ def verdict(comparison: Comparison) -> str:
 
 
 def cautions(comparison: Comparison) -> list[str]:
-    """What to know about workbooks with errors."""
+    """Return a caution for each workbook with errors, as parts of it are compared by their text only."""
     return [
         f"{which} workbook ({shown_source(version)}) has {counted(range(version.errors), 'error')}: what could not be "
         "understood is compared by its text."
@@ -55,12 +55,12 @@ def cautions(comparison: Comparison) -> list[str]:
 
 
 def shown_source(version: ComparedWorkbook) -> str:
-    """The workbook's file."""
+    """Return the workbook's source on one line, safe to print."""
     return one_line(version.source)
 
 
 def counted(things: Sequence[object], word: str) -> str:
-    """`1 change`, `2 changes`."""
+    """Return `1 change`, `2 changes`."""
     return f"{len(things):,} {word}{'' if len(things) == 1 else 's'}"
 
 

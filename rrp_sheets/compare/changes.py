@@ -1,4 +1,4 @@
-"""What a comparison says: a list of changes, each of which does or does not alter the behaviour."""
+"""Result of a comparison: a list of changes, each of which does or does not alter the behaviour."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ class Change:
         what: the column, setting or field that changed.
         before: what the first workbook says there.
         after: what the second says.
-        effect: True when the behaviour is another one.
+        effect: True when the change alters the behaviour.
         note: why it has no effect, or what the effect is.
-        pieces: of a formula, what stayed, went and came.
+        pieces: of a formula, the kept, removed and added parts.
     """
 
     kind: str
@@ -44,13 +44,13 @@ class Change:
     pieces: tuple[FormulaPiece, ...] = ()
 
     def harmless(self, note: str) -> Change:
-        """The same change, where it has no effect, and why."""
+        """Return the change as one without effect, with the reason as its note if it has none."""
         return replace(self, effect=False, note=self.note or note) if self.effect else self
 
 
 @dataclass(frozen=True, slots=True)
 class ComparedWorkbook:
-    """One of the two workbooks, as the comparison names it."""
+    """One of the two workbooks, as the comparison identifies it."""
 
     source: str
     digest: str
@@ -60,7 +60,7 @@ class ComparedWorkbook:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """What is different between two workbooks.
+    """Differences between two workbooks.
 
     Attributes:
         first: the older one, say.
@@ -74,21 +74,21 @@ class Comparison:
 
     @property
     def same(self) -> bool:
-        """Whether both have the same behaviour."""
+        """True if both workbooks have the same behaviour."""
         return not any(c.effect for c in self.changes)
 
     @property
     def effects(self) -> Sequence[Change]:
-        """The changes that alter the behaviour."""
+        """Changes that alter the behaviour."""
         return [c for c in self.changes if c.effect]
 
     @property
     def others(self) -> Sequence[Change]:
-        """The changes that do not."""
+        """Changes that do not alter the behaviour."""
         return [c for c in self.changes if not c.effect]
 
     def as_dict(self) -> dict[str, Any]:
-        """As `diff --json` prints it."""
+        """Return the data that `diff --json` prints."""
         from rrp_sheets.compare.wording import say
 
         changes = []
@@ -107,7 +107,7 @@ class Comparison:
 
     @classmethod
     def from_dict(cls, told: Mapping[str, Any]) -> Comparison:
-        """The comparison that :meth:`as_dict` told."""
+        """Restore a comparison from the data of :meth:`as_dict`."""
         derived = ("row_before", "row_after", "text")
         changes = [
             Change(**{

@@ -1,11 +1,11 @@
-"""Comparing two workbooks by what they mean.
+"""Compares two workbooks by their meaning; finds the changes of sheets, Protocol, devices and helpers itself.
 
 Two workbooks have the *same behaviour* when their rows resolve to the same graph (the same connectors, formulas and
 devices with the same settings, joined in the same way), with the same priorities, helpers, tables, gestures and scene,
 and are run in the same way; and when of two rows that drive one part of the robot with one priority the same comes
 last. Names of streams, helpers and sheets, the order of rows and sheets otherwise, spelling, notes, tests, fields of
 the Protocol that are for people, rows that are switched off, and devices and helpers that nothing uses make no other
-behaviour. They are told all the same.
+behaviour. Such differences are reported all the same.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ from rrp_sheets.workbook.raw import RawSheet
 
 
 def compare(first: tuple[Reading, Checked], second: tuple[Reading, Checked]) -> Comparison:
-    """What is different between two workbooks, each read and checked; either may have errors."""
+    """Compare two workbooks, each read and checked; either may have errors."""
     return _compare(Side(*first), Side(*second))[0]
 
 
 def compare_in_detail(
     first: tuple[Reading, Checked], second: tuple[Reading, Checked]
 ) -> tuple[Comparison, tuple[ChangedBehaviour, ...]]:
-    """The comparison, and the behaviours that changed as they are drawn."""
+    """Compare two workbooks, and return the changed behaviours as well, as they are drawn."""
     old, new = Side(*first), Side(*second)
     comparison, found = _compare(old, new)
     return comparison, detail(old, new, found, comparison.changes)
@@ -68,7 +68,7 @@ def _version(side: Side) -> ComparedWorkbook:
 
 
 def _notes(old: Side, new: Side) -> list[Change]:
-    """Changed notes of devices and helpers; the other parts tell their own."""
+    """Return the changed notes of devices and helpers; the other parts report theirs themselves."""
     out = []
     for part in ("device", "helper"):
         places = []
@@ -92,7 +92,7 @@ _LISTS = ("lists", "listsfordropdowns")  # with what drop-downs offer: made by t
 
 
 def sheet_changes(first: Side, second: Side) -> list[Change]:
-    """The sheets that only one of both has."""
+    """Return the sheets that only one workbook has, if the robot does not read them or they have no rows."""
     out = []
     for word, here, other in (("added", second, first), ("removed", first, second)):
         there = {key(name) for name in other.workbook.sheets}
@@ -134,7 +134,7 @@ _ACTED_ON: Mapping[str, Callable[[Side], Hashable]] = {
 
 
 def protocol_changes(first: Side, second: Side, found: Match) -> list[Change]:
-    """The changes of the Protocol's fields, in the order of the second workbook, then what is gone."""
+    """Return the changes of the Protocol's fields, in the order of the second workbook, then the removed ones."""
     old, new = first.workbook.protocol, second.workbook.protocol
     out: list[Change] = []
     for k in dict.fromkeys([*new.fields, *old.fields]):
@@ -169,12 +169,12 @@ def _field(base: Change, k: str, first: Side, second: Side, found: Match) -> lis
 
 
 def _run(side: Side, found: Match) -> frozenset[str]:
-    """The behaviours that the first workbook runs, called as in the second."""
+    """Return the behaviours that the first workbook runs, by their keys in the second."""
     return frozenset(found.streams.sheets.get(k, k) for k in side.checked.run.behaviours)
 
 
 def _refused(side: Side, k: str) -> bool:
-    """Whether the value of a field was refused by the check."""
+    """Return whether the check reported an error in the cell of a field."""
     cell = side.workbook.protocol.fields.get(k)
     return cell is not None and any(d.address == cell.address for d in side.checked.report.errors)
 
@@ -187,7 +187,7 @@ _BY_NAME = "its name alone means the same device"
 
 
 def device_changes(first: Side, second: Side, found: Match) -> list[Change]:
-    """The changes of the streams that are devices, in the order of the second workbook, then what is gone."""
+    """Return the changes of the device streams, in the order of the second workbook, then the removed ones."""
     out: list[Change] = []
     partner = {}
     for k in first.devices:
@@ -221,7 +221,7 @@ def _change(old: DeviceView | None, new: DeviceView | None, kind: str, what: str
 
 
 def _one_sided(old: DeviceView | None, new: DeviceView | None) -> list[Change]:
-    """A device that only one workbook has; one that is meant by its name alone is told at the row that names it."""
+    """Return the change for a declared device that only one workbook has; others show at the rows that name them."""
     view = new or old
     if view is None or not view.row:
         return []
@@ -289,7 +289,7 @@ def _default(value: Value) -> str:
 
 
 def helper_changes(first: Side, second: Side, found: Match) -> list[Change]:
-    """The changes of the helpers, in the order of the second workbook, then what is gone."""
+    """Return the changes of the helpers, in the order of the second workbook, then the removed ones."""
     old, new = _helpers(first), _helpers(second)
     back = {b: a for a, b in found.helpers.items()}
     called = _called(first) | _called(second)
@@ -313,7 +313,7 @@ def _helpers(side: Side) -> dict[str, Helper]:
 
 
 def _called(side: Side) -> set[str]:
-    """The names that formulas of rows which are on, or of helpers, hold."""
+    """Return the names in the formulas of rows that are on and of helpers."""
     rows = [row.row.formula.text for b in side.behaviours for row in b.rows if row.on]
     return words([*rows, *(h.formula.text for h in side.workbook.helpers)])
 

@@ -1,4 +1,4 @@
-"""The changed behaviours of a comparison, row by row and stream by stream, as they are drawn."""
+"""Changed behaviours of a comparison, row by row and stream by stream, as they are drawn."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _BLANK = "blank"
 
 
 def detail(first: Side, second: Side, found: Match, changes: Sequence[Change]) -> tuple[ChangedBehaviour, ...]:
-    """The behaviours in which something changed, in the order of the second workbook, then those that are gone."""
+    """Return the behaviours in which something changed, in the order of the second workbook, then the removed ones."""
     maker = _Maker(first, second, found, changes)
     out = []
     for b, behaviour in enumerate(second.behaviours):
@@ -53,14 +53,14 @@ class _Maker:
 
     # ---- behaviours
     def alone(self, behaviour: BehaviourView, sign: str) -> ChangedBehaviour:
-        """A behaviour that only one workbook has."""
+        """Return the changed behaviour for one that only one workbook has."""
         side = self.second if sign == c.ADDED else self.first
         rows = [self._one_sided(view, sign) for view in behaviour.rows]
         views = {(sign, view.row.number): view for view in behaviour.rows}
         return ChangedBehaviour(behaviour.name, sign, tuple(rows), self._streams(rows, views, side, side))
 
     def both(self, a: int, b: int) -> ChangedBehaviour:
-        """Two behaviours that belong together."""
+        """Return the changed behaviour for two that are paired."""
         old, new, pairs = self.first.behaviours[a], self.second.behaviours[b], self.found.rows[a, b]
         placed = []
         for j, view in enumerate(new.rows):
@@ -130,7 +130,7 @@ class _Maker:
 
     # ---- streams
     def _old(self, stream: str) -> str:
-        """What a stream of the first workbook is in the second; one of its own where it is none there."""
+        """Return the id that a stream of the first workbook has in the second; a marked one if it has none there."""
         if stream in self.found.streams.to:
             return self.found.streams.to[stream]
         if "!#" in stream or self.found.streams.of(stream).startswith("\0"):
@@ -140,7 +140,7 @@ class _Maker:
     def _streams(
         self, rows: Iterable[ChangedRow], views: Mapping[tuple[str, int], RowView], first: Side, second: Side
     ) -> dict[str, ChangedStream]:
-        """Every stream that a row reads or writes, or did."""
+        """Return every stream that a row reads or writes, now or before, by id."""
         signs: dict[str, set[str]] = {}
         driven: set[str] = set()
         for row in rows:
@@ -187,7 +187,7 @@ def _words(change: Change | None, text: str) -> ComparableText:
 
 
 def _kind(side: Side, stream: str, driven: bool) -> str:
-    """What kind of stream it is; also of one that the graph has refused."""
+    """Return the kind of a stream, derived from its device or id where the graph has refused it."""
     found = side.streams.get(stream)
     if found is not None:
         return found.kind.value

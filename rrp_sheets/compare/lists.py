@@ -1,4 +1,4 @@
-"""What changed in sheets that are lists: the scene, gestures, tests, tables."""
+"""Changes of sheets that are lists: the scene, gestures, tests, tables; and the comparison of any such list."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TEST = "a test says what must come out; it changes nothing of it"
 
 @dataclass(frozen=True)
 class ListRow:
-    """A row of a list: what each cell means and what it says, by the cell's name."""
+    """Row of a list: the meaning and the text of each cell, by the cell's name."""
 
     sheet: str
     row: int
@@ -35,18 +35,18 @@ class ListRow:
 
     @property
     def whole(self) -> tuple[tuple[str, Hashable], ...]:
-        """All that it means."""
+        """Meanings of all cells, to compare whole rows."""
         return tuple(self.meaning.items())
 
 
 @dataclass(frozen=True)
 class ListKind:
-    """How lines of a kind of sheet are told and paired.
+    """Rules by which rows of one kind of sheet are paired and their changes reported.
 
     Attributes:
         keys: cells that together tell a line from others, the best first.
-        effect: whether a change is one of the behaviour.
-        note: why it is not.
+        effect: whether a change alters the behaviour.
+        note: why it does not.
         ordered: whether the order of the lines matters.
     """
 
@@ -58,7 +58,7 @@ class ListKind:
 
 
 def scene_changes(first: Side, second: Side, found: Match) -> list[Change]:
-    """The changes of the scene: what happens in the simulated world, and when."""
+    """Return the changes of the scene: what happens in the simulated world, and when."""
     kind = ListKind(
         "scene", (("time", "thing", "does"), ("thing", "does", "value"), ("time", "thing"), ("thing", "does"))
     )
@@ -108,7 +108,7 @@ def _said(cells: Mapping[str, Cell]) -> dict[str, str]:
 
 
 def gesture_changes(first: Side, second: Side, found: Match) -> list[Change]:
-    """The changes of the user's own gestures."""
+    """Return the changes of the user's own gestures."""
     kind = ListKind("gesture", (("name", "time"), ("name",)))
     return list_changes(_gestures(first), _gestures(second), kind, found.turned)[0]
 
@@ -131,7 +131,7 @@ def _duration(cell: Cell, bare: str) -> Hashable:
 
 
 def _angle(text: str) -> Hashable:
-    """A joint's value in rad; the text's key when it is none."""
+    """Return a joint's value in radians; the text's key when it is no number."""
     bare = text.strip().removesuffix("rad").strip()
     degrees = bare.endswith("°")
     try:
@@ -142,7 +142,7 @@ def _angle(text: str) -> Hashable:
 
 
 def test_changes(first: Side, second: Side, found: Match) -> list[Change]:
-    """The changes of the test sheets. They are no changes of the behaviour."""
+    """Return the changes of the test sheets, which never alter the behaviour."""
     kind = ListKind("test", (("time", "stream", "send"), ("time", "stream"), ("stream", "send", "expect"),
                          ("time", "expect")), effect=False, note=TEST)  # fmt: skip
     old, new = ({key(t.name): t for t in side.workbook.tests} for side in (first, second))
@@ -179,7 +179,7 @@ def _test(sheet: str, row: TestRow, rename: Callable[[str], str], side: Side) ->
 
 
 def table_changes(first: Side, second: Side, found: Match) -> list[Change]:
-    """The changes of the user's own sheets that formulas name as tables."""
+    """Return the changes of the user's own sheets that formulas name as tables."""
     out: list[Change] = []
     old, new = first.workbook.tables, second.workbook.tables
     names = {key(n): n for side in (first, second) for n in side.workbook.sheets}
@@ -216,7 +216,7 @@ def _table_lines(name: str, table: Sequence[Sequence[str]], head: Sequence[str])
 
 
 def _plain(text: str) -> Hashable:
-    """A cell of a table as formulas get it: `1.0` is 1, `true` is TRUE; texts as they are."""
+    """Return a cell of a table as formulas get it: `1.0` is 1, `true` is TRUE; texts as they are."""
     if text.casefold() in ("true", "false"):
         return text.casefold()
     try:
@@ -231,7 +231,7 @@ def _plain(text: str) -> Hashable:
 def list_changes(
     old: Sequence[ListRow], new: Sequence[ListRow], kind: ListKind, turned: bool
 ) -> tuple[list[Change], Pairs]:
-    """The changes of a list, and which lines belong together; the same both ways round."""
+    """Return the changes of a list and the pairs of its rows; swapping the lists gives the same pairs."""
     pairs = _pair(new, old, kind).inverse() if turned else _pair(old, new, kind)
     moved = pairs.moved(turned) if kind.ordered else set()
     placed: list[tuple[int, int, list[Change]]] = []

@@ -1,4 +1,4 @@
-"""Which behaviours, rows, streams and helpers of two workbooks belong together."""
+"""Pairs the behaviours, rows, streams and helpers of two workbooks that correspond to each other."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ _SAME_SHEET = 0.5  # of its rows must a sheet with another name share
 
 @dataclass
 class StreamMap:
-    """Which stream of the second workbook a stream of the first is."""
+    """Mapping between the corresponding streams of two workbooks."""
 
     to: dict[str, str] = field(default_factory=dict)
     back: dict[str, str] = field(default_factory=dict)
     sheets: dict[str, str] = field(default_factory=dict)
 
     def add(self, a: str, b: str) -> None:
-        """These two are one stream."""
+        """Record that two streams correspond, unless one of them already has a partner."""
         if a not in self.to and b not in self.back:
             self.to[a], self.back[b] = b, a
 
     def of(self, a: str) -> str:
-        """The stream of the second workbook that would be this one; one that cannot exist when its name is taken."""
+        """Return the id that a stream has in the second workbook; an impossible one when that id is taken."""
         if a in self.to:
             return self.to[a]
         sheet, mark, name = a.partition("!")
@@ -36,13 +36,13 @@ class StreamMap:
         return f"\0{a}" if b in self.back else b
 
     def inverse(self) -> StreamMap:
-        """The same, from the second to the first."""
+        """Return the mapping from the second workbook to the first."""
         return StreamMap(self.back, self.to, {b: a for a, b in self.sheets.items()})
 
 
 @dataclass
 class Match:
-    """What belongs together. `rows` has the pairs of rows for each pair of behaviours."""
+    """Corresponding parts of two workbooks. `rows` has the pairs of rows for each pair of behaviours."""
 
     behaviours: Pairs
     rows: dict[tuple[int, int], Pairs]
@@ -51,7 +51,7 @@ class Match:
     turned: bool = False  # the second workbook was taken as the first, so that both ways round the same is found
 
     def inverse(self) -> Match:
-        """The same, from the second to the first."""
+        """Return the match from the second workbook to the first."""
         return Match(
             self.behaviours.inverse(),
             {(b, a): pairs.inverse() for (a, b), pairs in self.rows.items()},
@@ -61,18 +61,18 @@ class Match:
         )
 
     def shape(self, a: RowView) -> Hashable:
-        """The formula of a row of the first workbook, its helpers called as in the second."""
+        """Return the shape of the formula of a row of the first workbook, with the helpers' names of the second."""
         if not self.helpers or a.formula is None:
             return a.shape
         return shape_of(a.formula, len(a.inputs), self.helpers)
 
     def inputs(self, a: RowView) -> tuple[str, ...]:
-        """The inputs of a row of the first workbook as streams of the second."""
+        """Return the inputs of a row of the first workbook as streams of the second."""
         return tuple(self.streams.of(i) for i in a.inputs)
 
 
 def match(first: Side, second: Side) -> Match:
-    """Find what belongs together; the other way round it finds the same."""
+    """Find the corresponding parts of two workbooks; swapping the workbooks gives the same pairs."""
     if first.reading.digest > second.reading.digest:
         return _match(second, first).inverse()
     return _match(first, second)
@@ -107,7 +107,7 @@ def _behaviours(first: Sequence[BehaviourView], second: Sequence[BehaviourView])
 
 
 def _devices(first: Side, second: Side, streams: StreamMap) -> None:
-    """Streams that are devices: those that only one workbook has, with the same device and settings, are renamed."""
+    """Map renamed device streams: those in one workbook only, with the same device and settings."""
 
     def by_meaning(mine: Side, other: Side, sheets: dict[str, str]) -> dict[tuple[object, ...], list[str]]:
         found: dict[tuple[object, ...], list[str]] = {}
@@ -127,7 +127,7 @@ def _devices(first: Side, second: Side, streams: StreamMap) -> None:
 
 
 def _helpers(first: Side, second: Side) -> dict[str, str]:
-    """New keys of helpers that are only called otherwise, by the old."""
+    """Return the new keys of renamed helpers by the old ones."""
     renamed: dict[str, str] = {}
     mine = {key(h.name.text) for h in first.workbook.helpers}
     other = {key(h.name.text) for h in second.workbook.helpers}
@@ -142,7 +142,7 @@ def _helpers(first: Side, second: Side) -> dict[str, str]:
 
 
 def helper_meaning(side: Side, k: str, renamed: dict[str, str]) -> tuple[int, str] | None:
-    """How many inputs a helper has and what it does with them; None when it is not known."""
+    """Return the number of a helper's inputs and the shape of its formula; None when they are not known."""
     helper = side.helpers.get(k)
     if helper is None or helper.tree is None:
         return None
@@ -151,7 +151,7 @@ def helper_meaning(side: Side, k: str, renamed: dict[str, str]) -> tuple[int, st
 
 
 def _rows(first: Sequence[RowView], second: Sequence[RowView], found: Match) -> Pairs:
-    """Pair rows: equal ones, then by their output, then those of one meaning, then those that are alike."""
+    """Pair rows: equal ones, then by their output, then those of one meaning, then those that are similar."""
     pairs = Pairs(len(first), len(second))
     pairs.by_key(first, second, lambda r: r.deep, lambda r: r.deep)
     for a, b in pairs.to.items():
@@ -211,7 +211,7 @@ def _features(row: RowView) -> list[Hashable]:
 
 
 def _likeness(a: RowView, b: RowView, streams: StreamMap) -> float:
-    """How alike two rows are, from 0 to 1."""
+    """Score the likeness of two rows, from 0 to 1."""
     if a.row.inputs and b.row.inputs:
         mine, other = {streams.of(i) for i in a.inputs}, set(b.inputs)
         inputs = len(mine & other) / max(len(mine | other), 1)

@@ -1,4 +1,4 @@
-"""Opening what is to be compared: workbooks, and what git hands over for them."""
+"""Opens the files to be compared: workbooks, and the files that git passes for them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _HEAD = 8_192  # bytes that tell a format
 
 
 def open_workbook(path: Path) -> Reading:
-    """Read a workbook of any name: one without a known ending is told by its first bytes.
+    """Read a workbook of any file name; without a known ending, its first bytes decide the format.
 
     The null device, which git gives for a file that is not there, is a workbook without sheets.
 
@@ -28,13 +28,13 @@ def open_workbook(path: Path) -> Reading:
 
 
 def open_checked(path: Path) -> tuple[Reading, Checked]:
-    """Read and check a workbook; only what is wrong is looked for, not what only warns."""
+    """Read and check a workbook, without lints."""
     reading = open_workbook(path)
     return reading, check_workbook(reading.workbook, reading.report, lints=False)
 
 
 def _format(path: Path) -> str:
-    """The ending that a file should have, if it has none of ours; empty when its own will do."""
+    """Return the ending for the format that the first bytes show, if the file's own is unknown; else empty."""
     if path.suffix.casefold() in _KNOWN or "\0" in str(path) or not path.is_file():
         return ""
     try:

@@ -1,4 +1,4 @@
-"""Which things of two lists belong together, and which of them have changed their order. Never quadratic."""
+"""Pairs corresponding elements of two lists, and finds those that changed their order, without quadratic cost."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ class Pairs:
         self._sizes = (first, second)
 
     def add(self, a: int, b: int) -> None:
-        """These two belong together."""
+        """Pair an index of the first list with one of the second."""
         self.to[a], self.back[b] = b, a
 
     def inverse(self) -> Pairs:
-        """The same pairs, from the second list to the first."""
+        """Return the same pairs, from the second list to the first."""
         other = Pairs(self._sizes[1], self._sizes[0])
         other.to, other.back = self.back, self.to
         return other
 
     @property
     def left(self) -> list[int]:
-        """Those of the first list that have no partner yet."""
+        """Indexes of the first list that have no partner yet."""
         return [i for i in range(self._sizes[0]) if i not in self.to]
 
     @property
     def right(self) -> list[int]:
-        """Those of the second list that have no partner yet."""
+        """Indexes of the second list that have no partner yet."""
         return [i for i in range(self._sizes[1]) if i not in self.back]
 
     def by_key(
@@ -51,7 +51,7 @@ class Pairs:
         of_first: Callable[[A], Hashable],
         of_second: Callable[[A], Hashable],
     ) -> None:
-        """Pair what has the same key, in order; a key of None pairs nothing."""
+        """Pair elements with the same key, in order; a key of None pairs nothing."""
         waiting: dict[Hashable, deque[int]] = defaultdict(deque)
         for j in self.right:
             k = of_second(second[j])
@@ -63,7 +63,7 @@ class Pairs:
                 self.add(i, queue.popleft())
 
     def in_order(self, first: Sequence[Hashable], second: Sequence[Hashable]) -> None:
-        """Pair what is equal at the beginning and at the end, and between them what is equal and in the same order."""
+        """Pair equal elements at the beginning and at the end, and between them those in the same order."""
         begin, end = 0, 0
         least = min(len(first), len(second))
         while begin < least and first[begin] == second[begin]:
@@ -80,7 +80,7 @@ class Pairs:
                 self.add(begin + block.a + n, begin + block.b + n)
 
     def between(self, alike: Callable[[int, int], bool]) -> None:
-        """Pair what has no partner yet and stands between the same partners: a single one, else what is alike."""
+        """Pair, by position, elements between the same partners: a single one, or those that `alike` accepts."""
         for (i, j), (k, m) in _gaps(self.to, self._sizes):
             if k - i != m - j:
                 continue
@@ -96,7 +96,7 @@ class Pairs:
         score: Callable[[A, A], float],
         least: float,
     ) -> None:
-        """Pair what is alike, the most alike first; only things that share a feature or stand near are looked at."""
+        """Pair similar elements, the most similar first; only those that share a feature or stand near are scored."""
         left, right = self.left, self.right
         if not left or not right:
             return
@@ -119,7 +119,7 @@ class Pairs:
                 self.add(i, j)
 
     def moved(self, turned: bool = False) -> set[int]:
-        """Those of the first list whose partner has changed its place among the partners of the others.
+        """Return the indexes of the first list whose partners changed their order among the others' partners.
 
         Args:
             turned: look from the second list. Of two that were swapped one has moved: it is to be the same one
@@ -131,7 +131,7 @@ class Pairs:
 
 
 def _gaps(to: Mapping[int, int], sizes: tuple[int, int]) -> list[tuple[tuple[int, int], tuple[int, int]]]:
-    """Neighbouring pairs, with one before the beginning and one behind the end."""
+    """Return neighbouring pairs with elements between them in both lists; the ends of the lists count as pairs."""
     pairs = [(-1, -1), *sorted(to.items()), sizes]
     return [(a, b) for a, b in pairwise(pairs) if b[0] - a[0] > 1 and b[1] - a[1] > 1]
 
@@ -143,7 +143,7 @@ def _nearest(places: Sequence[int], here: int) -> Sequence[int]:
 
 
 def out_of_order(names: Sequence[A], places: Sequence[int]) -> set[A]:
-    """The fewest names without which the places ascend.
+    """Return the fewest names without which the places ascend.
 
     >>> sorted(out_of_order("abcd", [0, 2, 3, 1]))
     ['d']

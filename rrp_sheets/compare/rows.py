@@ -1,4 +1,4 @@
-"""What changed in the behaviours: sheets, rows, streams."""
+"""Changes of the behaviours: sheets, rows, streams, and rows whose new order has an effect."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _PLACE = "the row stands elsewhere, which changes nothing"
 
 
 def row_changes(first: Side, second: Side, found: Match) -> list[Change]:
-    """The changes of all behaviours, in the order of the second workbook's sheets and rows."""
+    """Return the changes of all behaviours, in the order of the second workbook's sheets and rows."""
     out: list[Change] = []
     late = reordered(first, second, found)
     for b, behaviour in enumerate(second.behaviours):
@@ -49,7 +49,7 @@ def row_changes(first: Side, second: Side, found: Match) -> list[Change]:
 
 
 def _whole(kind: str, behaviour: BehaviourView) -> Iterator[Change]:
-    """A behaviour that only one workbook has, and its rows."""
+    """Yield the changes for a behaviour that only one workbook has, and for its rows."""
     count = f"{len(behaviour.rows)} row{'s' if len(behaviour.rows) != 1 else ''}"
     before, after = ("", count) if kind == "added" else (count, "")
     on = any(row.on for row in behaviour.rows)
@@ -67,13 +67,13 @@ def _one_sided(kind: str, view: RowView) -> Change:
 
 
 def row_text(view: RowView) -> str:
-    """A row in one line, as in the sheet."""
+    """Return the cells of a row on one line, as in the sheet."""
     row = view.row
     return " | ".join(c.text for c in (row.inputs_cell, row.connector, row.formula, row.output))
 
 
 class _Pair:
-    """Two behaviours that belong together."""
+    """Comparison of two behaviours that are paired."""
 
     def __init__(
         self, first: Side, second: Side, found: Match, a: int, b: int, late: dict[tuple[str, int], str]
@@ -146,7 +146,7 @@ class _Pair:
         return []
 
     def _same_by_names(self, a: RowView, b: RowView) -> bool:
-        """Whether two combinations differ in the order of their inputs only."""
+        """Return whether two `combineLatest` rows differ in the order of their inputs only."""
         if a.formula is None or b.formula is None or not a.connector == b.connector == "combineLatest":
             return False
         if sorted(self.found.inputs(a)) != sorted(b.inputs):
@@ -156,7 +156,7 @@ class _Pair:
         return shape(a.formula.tree, mine, self.found.helpers) == shape(b.formula.tree, other)
 
     def _renames(self, a: RowView, b: RowView) -> dict[str, str]:
-        """What the streams that a row reads are called now in its formula: new keys by old ones, where they differ."""
+        """Return the new keys of a row's input streams in its formula by the old ones, where they differ."""
         names = {}
         for i in a.inputs:
             j = self.found.streams.of(i)
@@ -180,7 +180,7 @@ class _Pair:
         return [replace(self._change(a, b, "changed", "formula", before, after), pieces=found)]
 
     def _same_by_fields(self, a: RowView, b: RowView) -> bool:
-        """Whether only the fields are called otherwise that a combineLatest without formula names after its streams."""
+        """Return whether only fields differ that a combineLatest without formula names after its streams."""
         if a.formula is None or b.formula is None or not self.fields:
             return False
         fields = self.fields
@@ -189,7 +189,7 @@ class _Pair:
 
     @cached_property
     def fields(self) -> dict[str, str]:
-        """What fields are called now that have the names of streams: new keys by old ones, where they differ."""
+        """New keys of fields that are named after streams, by the old ones, where they differ."""
         if not self.first.field_names:
             return {}
         names = {
@@ -223,7 +223,7 @@ def _draws(view: RowView) -> bool:
 
 
 def _said(view: RowView, side: Side) -> str:
-    """The input cell; a blank one in words."""
+    """Return the text of the input cell, or words for a blank one."""
     names = ", ".join(side.shown(i) or "unnamed" for i in view.inputs)
     return view.row.inputs_cell.text or f"the row above{f' ({names})' if names else ''}"
 
@@ -233,7 +233,7 @@ _Both = tuple[RowView, RowView, _Place]
 
 
 def reordered(first: Side, second: Side, found: Match) -> dict[_Place, str]:
-    """The rows whose order among others has changed with an effect, and what the effect is."""
+    """Return the rows whose changed order has an effect, with a description of the effect."""
     rows: list[_Both] = []
     for (i, j), pairs in found.rows.items():
         old, new = first.behaviours[i], second.behaviours[j]
@@ -256,7 +256,7 @@ def reordered(first: Side, second: Side, found: Match) -> dict[_Place, str]:
 
 
 def _late(rows: list[_Both], turned: bool) -> set[_Place]:
-    """The places of the fewest rows without which all act in the order in which they did."""
+    """Return the places of the fewest rows without which all others act in the same order as before."""
     ranks = [(_rank(a), _rank(b), place) for a, b, place in rows]
     if turned:
         ranks = [(new, old, place) for old, new, place in ranks]
@@ -273,7 +273,7 @@ def _takes_part(view: RowView) -> bool:
 
 
 def _uses(side: Side, stream: str) -> set[str]:
-    """What a command for an actuator stream needs: the stream itself, and the parts of the robot."""
+    """Return the resources of a command for an actuator stream: the stream itself, and the parts of the robot."""
     found = side.streams.get(stream)
     if found is None or found.device is None:
         return {stream}

@@ -1,4 +1,4 @@
-"""One of the two workbooks, as the comparison looks at it: rows resolved as far as the graph understands them."""
+"""One of two compared workbooks: its rows, resolved as far as the graph has them, devices, helpers and notes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class RowView:
 
     Attributes:
         connector: its name as the program spells it; the key of what is written, when there is none of that name.
-        inputs: stream ids; of a row that the graph refuses, what they would be.
+        inputs: stream ids; of a row that the graph refuses, the ids that they would have.
         output: a stream id.
         formula: compiled, if it could be.
         deep: a number that is equal for rows with the same texts and the same streams (unnamed ones: made by equal
@@ -46,12 +46,12 @@ class RowView:
 
     @property
     def on(self) -> bool:
-        """Whether the row takes part."""
+        """True if the row is switched on."""
         return self.row.on
 
     @cached_property
     def shape(self) -> str | tuple[str, ...]:
-        """The formula whatever its spelling; tokens where it does not compile."""
+        """Shape of the formula, whatever its spelling; its tokens where it does not compile."""
         if self.step is not None and self.step.period_us is not None:
             return f"{self.step.period_us} µs"
         if self.formula is None:
@@ -60,7 +60,7 @@ class RowView:
 
     @cached_property
     def tokens(self) -> frozenset[str]:
-        """The formula's tokens, for likeness."""
+        """Tokens of the formula, to measure likeness."""
         return frozenset(meanings(self.row.formula.text))
 
 
@@ -75,7 +75,7 @@ class BehaviourView:
 
 @dataclass(frozen=True)
 class DeviceView:
-    """A stream that is a device: declared in a row of Devices (`row` is not 0), or by its name alone."""
+    """Stream that is a device: declared in a row of Devices (`row` is not 0), or used by its name alone."""
 
     name: str
     found: FoundDevice | None
@@ -86,7 +86,7 @@ class DeviceView:
     sheet: str = "Devices"
 
     def meaning(self, sheets: Mapping[str, str]) -> tuple[object, ...]:
-        """The device and its settings: equal for two streams that do the same.
+        """Return the device and its settings: equal for two streams that do the same.
 
         Args:
             sheets: keys of behaviours as they are called now, by the old ones.
@@ -95,7 +95,7 @@ class DeviceView:
         return (kind, *sorted((k, repr(self.value(k, sheets))) for k in self.settings))
 
     def value(self, name: str, sheets: Mapping[str, str]) -> Value:
-        """A setting; one that names a behaviour as that one's key."""
+        """Return the value of a setting; for one that names a behaviour, that behaviour's key."""
         value = self.settings.get(name)
         setting = self.found.type.settings.get(name) if self.found else None
         if setting is not None and setting.kind == "behaviour" and isinstance(value, str):
@@ -130,7 +130,7 @@ class Side:
         self.notes = self._notes()
 
     def shown(self, stream: str) -> str:
-        """A stream's name for people; empty for an unnamed one."""
+        """Return a stream's name for people; empty for an unnamed one."""
         found = self.streams.get(stream)
         return found.name if found is not None else stream.rpartition("!")[2]
 
@@ -206,15 +206,15 @@ class Side:
         return notes
 
     def note(self, sheet: str, row: int) -> str:
-        """The notes of a row that is not one of a behaviour."""
+        """Return the notes of a row in a sheet other than a behaviour."""
         return self.notes.get((key(sheet), row), "")
 
     @cached_property
     def field_names(self) -> bool:
-        """Whether formulas may see stream names as fields: below a combineLatest without a formula."""
+        """True if formulas may see stream names as fields: some combineLatest has no formula."""
         return any(v.connector == "combineLatest" and not v.row.formula for b in self.behaviours for v in b.rows)
 
 
 def formula_name(stream: str) -> str:
-    """The key of the name that a stream has in formulas."""
+    """Return the key of the name that a stream has in formulas."""
     return key(argument_name(stream))

@@ -1,4 +1,4 @@
-"""The tokens of a formula, and what stayed, went and came between two formulas."""
+"""Tokens of a formula, the differences between two formulas, and the shape of a formula without its spelling."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ class FormulaPiece:
 
 @dataclass(frozen=True, slots=True)
 class ComparedToken:
-    """A token: what it means whatever its spelling, and how it is written, with the space before it."""
+    """Token of a formula: its meaning whatever the spelling, and its text with the space before it."""
 
     meaning: str
     written: str
 
 
 def tokens(formula: str, names: Mapping[str, str] | None = None) -> list[ComparedToken]:
-    """The tokens of a formula; `names` are new names for old ones, both as keys.
+    """Return the tokens of a formula; `names` are new names for old ones, both as keys.
 
     >>> [t.meaning for t in tokens("Red_Ball.x <> 50%")]
     ['redball', '.', 'x', '!=', '0.5']
@@ -67,12 +67,12 @@ def _meaning(match: re.Match[str], names: Mapping[str, str]) -> str:
 
 
 def meanings(formula: str, names: Mapping[str, str] | None = None) -> tuple[str, ...]:
-    """What the tokens mean: equal for two formulas that differ in spelling only."""
+    """Return the meanings of the tokens: equal for two formulas that differ in spelling only."""
     return tuple(t.meaning for t in tokens(formula, names))
 
 
 def as_typed(text: str) -> tuple[str, ...]:
-    """The same for a cell in which words are texts: only the spaces and the spelling of numbers do not count.
+    """Return the meanings of a cell in which words are texts: only spaces and the spelling of numbers are ignored.
 
     >>> as_typed("0.50; Hello") == as_typed(".5;Hello"), as_typed("Hello") == as_typed("hello")
     (True, False)
@@ -83,7 +83,7 @@ def as_typed(text: str) -> tuple[str, ...]:
 
 
 def pieces(before: str, after: str, names: Mapping[str, str] | None = None) -> tuple[FormulaPiece, ...]:
-    """What stayed, went and came.
+    """Return the kept, removed and added parts of a formula.
 
     >>> [(p.kind, p.text) for p in pieces("distance < 20", "distance < 15")]
     [('same', 'distance < '), ('gone', '20'), ('new', '15')]
@@ -109,7 +109,7 @@ def _joined(part: Sequence[ComparedToken]) -> str:
 
 
 def _spaced(found: list[FormulaPiece]) -> list[FormulaPiece]:
-    """The pieces with the spaces at their edges given to the pieces that stay."""
+    """Return the pieces with the spaces at their edges moved to the pieces that stay."""
     out: list[FormulaPiece] = []
     for piece in found:
         bare = piece.text.strip()
@@ -127,7 +127,7 @@ def _spaced(found: list[FormulaPiece]) -> list[FormulaPiece]:
 
 
 def single(found: Sequence[FormulaPiece]) -> tuple[str, str] | None:
-    """The old and the new token when exactly one differs.
+    """Return the old and the new token when exactly one differs; else None.
 
     >>> single(pieces("distance < 20", "distance < 15"))
     ('20', '15')
@@ -148,7 +148,7 @@ def shape(
     helpers: Mapping[str, str] = _NO_NAMES,
     fields: Mapping[str, str] = _NO_NAMES,
 ) -> str:
-    """A tree as text, without places and spellings.
+    """Return a tree as text, without places and spellings.
 
     Args:
         tree: resolved, as `compile_formula` gives it.
@@ -166,9 +166,9 @@ def shape(
 
 
 def shape_of(formula: Formula, inputs: int, helpers: Mapping[str, str] = _NO_NAMES) -> str:
-    """The shape of a row's formula, its inputs named by their places.
+    """Return the shape of a row's formula, with its inputs named by their places.
 
-    A formula sees other names before its inputs in some connectors (`total`); they keep their names.
+    In some connectors a formula has further names before its inputs (`total`); these stay as they are.
     """
     mine = formula.names[len(formula.names) - inputs :] if inputs else ()
     return shape(formula.tree, {name: str(i) for i, name in enumerate(mine)}, helpers)
@@ -215,7 +215,7 @@ class _Shaper:
         return repr(value)
 
     def _text(self, values: Sequence[ast.expr]) -> list[str]:
-        """The parts of a text, joined by `&` or written as `f"…"`: texts that stand beside each other are one."""
+        """Return the parts of a text joined by `&` or written as `f"…"`; adjacent constant texts become one."""
         parts: list[str] = []
         text = ""
         for part in values:
@@ -246,7 +246,7 @@ class _Shaper:
 
 
 def _field(node: ast.AST) -> tuple[ast.expr, str] | None:
-    """What has a field, and the field's key: `ball.x` is `ball['X']`."""
+    """Return the owner and the key of a field, as in `ball.x` or `ball['X']`; None for other nodes."""
     if isinstance(node, ast.Attribute):
         return node.value, key(node.attr)
     by_name = isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant) and node.slice.value

@@ -1,4 +1,4 @@
-"""A change in words: `Tracking row 5: 20 → 15 in the formula distance < 15`."""
+"""Words for changes: `Tracking row 5: 20 → 15 in the formula distance < 15`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _PARTS = {"scene": "Scene", "test": "Test", "table": "Table", "gesture": "Gestur
 
 
 def place(change: Change) -> str:
-    """Where it is, without punctuation: `Tracking row 5`, `Devices: Hello`, `Helper near`."""
+    """Return the place of a change, without punctuation: `Tracking row 5`, `Devices: Hello`, `Helper near`."""
     sheet, row = one_line(change.sheet), change.rows[1] or change.rows[0]
     name = one_line(change.name)
     match change.part:
@@ -34,7 +34,7 @@ def place(change: Change) -> str:
 
 
 def say(change: Change) -> str:
-    """A change in one line; why it has no effect is not said here."""
+    """Return a change in one line, without the reason why it has no effect."""
     at, before, after = place(change), value(change.before), value(change.after)
     match change.kind:
         case "added":
@@ -72,18 +72,18 @@ def _changed(change: Change, at: str, before: str, after: str) -> str:
 
 
 def value(text: str) -> str:
-    """A cell's text as it is shown; blank has a word of its own."""
+    """Return a cell's text as it is shown; `blank` when it is empty."""
     return shorten(one_line(text)) or "blank"
 
 
 def shorten(text: str) -> str:
-    """The text in at most so many letters, in one line."""
+    """Return the text on one line, cut to `LONGEST` letters."""
     text = one_line(text)
     return text if len(text) <= LONGEST else text[: LONGEST - 1] + "…"
 
 
 def one_line(text: str) -> str:
-    r"""A text without line breaks and without characters that would act on a terminal or turn its direction.
+    r"""Return a text without line breaks and without characters that act on a terminal or turn its direction.
 
     >>> one_line("a\nb\x1b[31m")
     'a b�[31m'

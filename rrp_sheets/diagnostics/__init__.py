@@ -1,4 +1,4 @@
-"""What can be wrong with a workbook: a catalogue of codes, and the diagnostics found in one."""
+"""Diagnostics of a workbook: a catalogue of codes, and the findings reported under them."""
 
 from rrp_sheets.diagnostics.catalogue import CODES, Code, Severity
 from rrp_sheets.diagnostics.report import Diagnostic, Report

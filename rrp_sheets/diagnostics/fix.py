@@ -1,4 +1,4 @@
-"""A fix: what would remove a finding, as plain data that a program can apply."""
+"""Fixes of findings, as plain data that a program can apply."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from rrp_sheets.model.cells import Address
 
 @dataclass(frozen=True, slots=True)
 class Put:
-    """Put a text into a cell; an empty text empties it. Where `was` is given, only if that is what stands there."""
+    """Put a text into a cell; an empty text clears it. If `was` is given, the cell must still hold that text."""
 
     address: Address
     text: str

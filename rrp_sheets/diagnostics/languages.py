@@ -1,4 +1,4 @@
-"""Findings in other languages: `catalogue/<language>/*.toml`, from the English templates to the language's own."""
+"""Translates findings: `catalogue/<language>/*.toml` map the English templates to those of the language."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PHRASES = "phrases"
 
 
 def told(text: str, language: str) -> str:
-    """A text of a finding in a language; what that language has no words for stays English.
+    """Return a text of a finding in a language; a text without a translation stays English.
 
     >>> told(Phrase("Did you mean {guess}?", guess="redBall"), "ja")
     '「redBall」のことですか。'
@@ -26,14 +26,14 @@ def told(text: str, language: str) -> str:
 
 
 def title(code: str, language: str) -> str:
-    """The title of a code."""
+    """Return the title of a code in a language."""
     entry = entries(language).get(code)
     return entry["title"] if entry else CODES[code].title
 
 
 @lru_cache(maxsize=8)
 def entries(language: str) -> Mapping[str, Mapping[str, str]]:
-    """A language's texts: a table for every code (title, message, remedy), and one of phrases."""
+    """Return a language's texts: a table for every code (title, message, remedy), and one of phrases."""
     found: dict[str, dict[str, str]] = {PHRASES: {}}
     for file in sorted((_FOLDER / language).glob("*.toml")):
         for name, table in tomllib.loads(file.read_text(encoding="utf-8")).items():
@@ -43,7 +43,7 @@ def entries(language: str) -> Mapping[str, Mapping[str, str]]:
 
 @lru_cache(maxsize=8)
 def _templates(language: str) -> Mapping[str, str]:
-    """English template → the language's; each at the beginning of a sentence and within one."""
+    """Return the language's templates by the English ones, also with the case of the first letter swapped."""
     found: dict[str, str] = {}
     for name, table in entries(language).items():
         if name == PHRASES:
@@ -61,7 +61,7 @@ def _told(text: str, templates: Mapping[str, str]) -> str:
 
 
 def _place(name: str, value: Any, templates: Mapping[str, str]) -> Any:
-    """What stands at a place: the program's words in the language, the user's as they are."""
+    """Return a place's value, translated if it is the program's own text; the user's text stays as it is."""
     if isinstance(value, Phrase) or (isinstance(value, str) and name in SLOTS):
         return _told(value, templates)
     return value

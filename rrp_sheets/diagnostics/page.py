@@ -46,13 +46,13 @@ class CodePage:
 
 
 def load_page(code: str) -> CodePage | None:
-    """The page of a code of the catalogue; None when there is none."""
+    """Return the page of a code of the catalogue; None when there is none."""
     path = PAGES / f"{code}.md"
     return parse_page(path.read_text(encoding="utf-8")) if path.is_file() else None
 
 
 def parse_page(text: str) -> CodePage:
-    """A page from its text.
+    """Parse the text of a page.
 
     Raises:
         ValueError: when it does not have the fixed form.
@@ -70,7 +70,7 @@ def parse_page(text: str) -> CodePage:
 
 
 def completed(example: str) -> str:
-    r"""An example as a whole workbook: with a behaviour of its own if it shows none.
+    r"""Return an example as a whole workbook, with a behaviour added if it has none.
 
     >>> completed("## Devices\n| Stream | Device |\n|---|---|\n").count("## ")
     2

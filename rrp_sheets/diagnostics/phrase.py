@@ -1,8 +1,7 @@
-"""A phrase: an English text that still knows how it was made, so that it can be said in another language.
+"""English texts that keep their template and its values, so that they can be translated.
 
-The program thinks in English: what it finds is a text like any other, to be sorted, compared and shown. A language is
-a table from English templates to its own (`languages.py`), and a phrase has kept its template and what was
-put into it.
+Findings are made in English, as strings that can be sorted, compared and shown. A language is a table from English
+templates to its own (`languages.py`), which is applied to the template and the values that a phrase has kept.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ SLOTS = frozenset((
 
 
 class Phrase(str):
-    """A text made from a `str.format` template; as a text it is English.
+    """Text made from a `str.format` template; as a string it is English.
 
     >>> str(Phrase("Did you mean {guess}?", guess="redBall"))
     'Did you mean redBall?'
@@ -33,7 +32,7 @@ class Phrase(str):
     places: Mapping[str, Any]
 
     def __new__(cls, template: str, /, **places: Any) -> Phrase:
-        """A template with its places filled."""
+        """Fill the places of a template."""
         self = super().__new__(cls, template.format(**places))
         self.template = template
         self.places = places
@@ -48,12 +47,12 @@ def _made(template: str, places: Mapping[str, Any]) -> Phrase:
 
 
 def sentences(*parts: str) -> str:
-    """Sentences one after the other, without the empty ones."""
+    """Join sentences, without the empty ones."""
     return _chain([part for part in parts if part], "{before} {after}")
 
 
 def listed(things: Sequence[str], joiner: str = "") -> str:
-    """`a, b and c`; without joiner `a, b, c`; with one that begins with a comma `a, then b, then c`.
+    """Return `a, b and c`; without joiner `a, b, c`; with one that begins with a comma `a, then b, then c`.
 
     >>> listed(["a", "b", "c"], "and")
     'a, b and c'
@@ -66,7 +65,7 @@ def listed(things: Sequence[str], joiner: str = "") -> str:
 
 
 def counted(counts: Mapping[str, int]) -> str:
-    """How many there are of each, by their English words; without any that everything is in order.
+    """Return the counts with their English words, or a text that everything is in order if all are zero.
 
     >>> counted({"error": 2, "warning": 1}), counted({"error": 0})
     ('2 errors, 1 warning', 'Everything is in order.')
@@ -76,7 +75,7 @@ def counted(counts: Mapping[str, int]) -> str:
 
 
 def _chain(things: Sequence[str], template: str) -> str:
-    """Joined half by half: joined one by one, some hundred would be a phrase in a phrase too many times."""
+    """Join texts half by half, as joining hundreds of them one by one would nest phrases too deeply."""
     if len(things) < 2:
         return things[0] if things else ""
     half = len(things) // 2
@@ -84,12 +83,12 @@ def _chain(things: Sequence[str], template: str) -> str:
 
 
 def capital(text: str) -> str:
-    """The text as it stands at the beginning of a sentence."""
+    """Return the text as it is written at the beginning of a sentence."""
     return _recased(text, str.upper)
 
 
 def small(text: str) -> str:
-    """The text as it stands within a sentence."""
+    """Return the text as it is written within a sentence."""
     return _recased(text, str.lower)
 
 
@@ -103,5 +102,5 @@ def _recased(text: str, case: Callable[[str], str]) -> str:
 
 
 def str_of(value: object) -> str:
-    """A place's value as a text; a phrase stays one."""
+    """Return a place's value as a text; a phrase stays one."""
     return value if isinstance(value, str) else str(value)

@@ -1,4 +1,4 @@
-"""A remedy that proposes a spelling is a fix as well: written here once, for all findings that propose one."""
+"""Makes fixes from remedies that propose a spelling, and counts the typing errors between names."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LONGEST = 60  # letters of a name that are compared
 
 
 def proposed(code: str, address: Address | None, details: Mapping[str, object], remedy: str) -> tuple[Fix, ...]:
-    """The fix that a remedy proposes, if it does."""
+    """Return the fix that a remedy proposes, as a tuple; empty if it proposes none."""
     if address is None:
         return ()
     if code == "CONN010":
@@ -44,7 +44,7 @@ def proposed(code: str, address: Address | None, details: Mapping[str, object], 
 
 
 def surely(wrong: str, guess: str) -> bool:
-    """Whether a name is so near that it is surely meant: one slip, or one for every four letters.
+    """Return whether a guess is surely meant: at most one typing error, or one for every four letters.
 
     >>> surely("Red bal", "Red ball"), surely("Sce", "Score")
     (True, False)
@@ -53,7 +53,7 @@ def surely(wrong: str, guess: str) -> bool:
 
 
 def slips(first: str, second: str, most: int = LONGEST) -> int:
-    """How many slips of the keyboard lie between two names: letters missing, added, wrong, or in the wrong order.
+    """Count the typing errors between two names: letters missing, added, wrong, or in the wrong order.
 
     Args:
         first: a name in any spelling.

@@ -1,4 +1,4 @@
-"""Diagnostics: each with code, cell, message and remedy; collected, never stopping at the first."""
+"""Findings of a check, collected in a report, and the removal of those that only follow from others."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Diagnostic:
         code: the catalogue's code.
         severity: of that code.
         address: the cell it belongs to; None for the whole file.
-        message: what is wrong, in the user's words; a `Phrase`, which `languages.told` says in another language.
+        message: what is wrong, in the user's words; a `Phrase`, which `languages.told` translates.
         remedy: what to do about it, likewise.
         span: first and last+1 character within the cell's text, where known.
         fixes: what would remove it, to choose from.
@@ -39,12 +39,12 @@ class Diagnostic:
     fixes: tuple[Fix, ...] = field(default=(), compare=False)
 
     def in_language(self, language: str) -> Diagnostic:
-        """The same with its texts in a language (`en`, `ja`)."""
+        """Return the finding with its texts in a language (`en`, `ja`)."""
         fixes = tuple(replace(fix, title=told(fix.title, language)) for fix in self.fixes)
         return replace(self, message=told(self.message, language), remedy=told(self.remedy, language), fixes=fixes)
 
     def as_dict(self) -> dict[str, Any]:
-        """As `check --json` prints it."""
+        """Return the finding as `check --json` prints it."""
         return {
             "code": self.code,
             "severity": self.severity.value,
@@ -69,7 +69,7 @@ class Report:
         self._sheets: dict[str, int] = {}
 
     def order_by(self, sheets: Iterable[str]) -> None:
-        """Let the findings follow the order of these sheets."""
+        """Set the order of sheets in which findings are sorted."""
         self._sheets = {name: i for i, name in enumerate(sheets)}
 
     def add(
@@ -94,13 +94,13 @@ class Report:
         self._found.update(dict.fromkeys(other))
 
     def judge_fixes(self, judge: Callable[[Diagnostic, Fix], Fix]) -> None:
-        """Let something that knows more of the workbook say anew whether fixes are safe."""
+        """Replace each fix by what `judge` returns, which decides with the whole workbook whether it is safe."""
         for d in [d for d in self._found if d.fixes]:
             del self._found[d]
             self._found[replace(d, fixes=tuple(judge(d, fix) for fix in d.fixes))] = None
 
     def drop_followers(self) -> None:
-        """Drop what only follows from another finding."""
+        """Drop the findings that only follow from another one."""
         self._found = dict.fromkeys(without_followers(self._found))
 
     def _place(self, d: Diagnostic) -> tuple[int, str, int, int, str]:
@@ -121,7 +121,7 @@ class Report:
         return [d for d in self if d.severity is Severity.ERROR]
 
     def flatten(self, fields: Iterable[str]) -> list[tuple[Any, ...]]:
-        """The named entries of every finding, for tests: `report.flatten(["code", "cell"])`."""
+        """Return the named entries of every finding, for tests: `report.flatten(["code", "cell"])`."""
         fields = list(fields)
         return [tuple(d.as_dict()[f] for f in fields) for d in self]
 
@@ -154,13 +154,13 @@ _OF_AS_WRONG = ("TEST011", "SCENE006", "DEV009", "LINT")
 
 
 def without_followers(found: Collection[Diagnostic]) -> list[Diagnostic]:
-    """The findings without those that follow from another: a date in a period cell, say, is no wrong period besides."""
+    """Return the findings without those that only follow from another one."""
     causes = _Causes(found)
     return [d for d in found if not causes.explain(d)]
 
 
 class _Causes:
-    """Where findings have followers: looked up by cell, row and sheet, as there may be thousands of findings."""
+    """Findings that explain others, indexed by cell, row and sheet, as there may be thousands."""
 
     def __init__(self, found: Collection[Diagnostic]) -> None:
         self.cells: set[Address] = set()
@@ -200,7 +200,7 @@ class _Causes:
             self.anywhere.update(_OF_SCENE_ROWS)
 
     def explain(self, d: Diagnostic) -> bool:
-        """Whether a finding only follows from another one."""
+        """Return whether a finding only follows from another one."""
         if d.code in self.anywhere or (d.code.startswith("LINT") and "LINT" in self.anywhere):
             return True
         if d.address is None or d.code in OF_CELLS or d.code in OF_ROWS:
@@ -217,6 +217,6 @@ class _Causes:
 
 
 def _named(d: Diagnostic) -> str:
-    """The key of the name that a finding is about."""
+    """Return the key of the name that a finding is about: the first quoted text of its message."""
     quoted = re.search("“(.+?)”", d.message)
     return key(quoted[1]) if quoted else ""

@@ -1,4 +1,4 @@
-"""Rows as a graph: which stream feeds which row, in which order the rows settle."""
+"""Graph of a workbook's rows: which stream feeds which row, and the order in which the rows are evaluated."""
 
 from rrp_sheets.graph.model import BehaviourGraph, Graph, Step, Stream, StreamKind
 

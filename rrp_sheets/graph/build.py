@@ -1,4 +1,4 @@
-"""From rows to the graph: connectors found, blank inputs resolved, names looked up, rows put in order."""
+"""Builds the graph from the rows: finds connectors, resolves names and blank inputs, and sorts the rows."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _EXAMPLES = {"map": "redBall.distance", "filter": "distance < 0.5"}
 
 
 def build_graph(workbook: Workbook, robot: Robot, connectors: Registry[Connector], report: Report) -> Graph:
-    """The graph of all behaviours; what is wrong goes to the report. Rows that cannot be understood are left out."""
+    """Build the graph of all behaviours and report findings; rows that cannot be understood are left out."""
     devices = DeviceTable(workbook, robot, report)
     streams: dict[str, Stream] = {}
     behaviours = []
@@ -62,7 +62,7 @@ def build_graph(workbook: Workbook, robot: Robot, connectors: Registry[Connector
 
 
 def _tell_not_simulated(behaviours: Sequence[BehaviourGraph], streams: Mapping[str, Stream], report: Report) -> None:
-    """Say once for each device that the simulated robot lacks which streams of the rows that run use it."""
+    """Report each device that the simulated robot lacks once, with the streams of active rows that use it."""
     used = dict.fromkeys(i for b in behaviours for s in b.steps if s.active for i in (*s.inputs, s.output))
     lacking: dict[str, list[Stream]] = {}
     for stream in (streams[i] for i in used):
@@ -76,7 +76,7 @@ def _tell_not_simulated(behaviours: Sequence[BehaviourGraph], streams: Mapping[s
 
 
 class _Builder:
-    """One behaviour. `failed` is True when a row could not be understood."""
+    """Builder of the steps of one behaviour; `failed` is True when a row could not be understood."""
 
     def __init__(
         self,
@@ -138,7 +138,7 @@ class _Builder:
         return connector
 
     def _inputs(self, row: Row, above: tuple[str, ...] | None) -> tuple[tuple[str, ...] | None, bool]:
-        """Stream ids, and whether a name among them was refused."""
+        """Return the stream ids of a row's inputs, and whether a name among them was refused."""
         if not row.inputs:
             if above is None and row.on:
                 self.report.add("GRAPH003", row.inputs_cell.address)
@@ -147,7 +147,7 @@ class _Builder:
         return tuple(i for i in ids if i is not None), None in ids
 
     def _taken_by_next(self) -> list[bool]:
-        """For every row whether the next one takes what it gives; one that is off counts: it may be on tomorrow."""
+        """Return for each row whether the next one reads it by a blank input cell; rows that are off count as well."""
         taken, found = [], False
         for row in reversed(self.behaviour.rows):
             taken.append(found)
@@ -206,10 +206,10 @@ _BREAK = "Break the circle: one of these rows must take another input."
 def set_in_order(
     steps: list[Step], streams: dict[str, Stream], report: Report, first_rank: int, *, complete: bool
 ) -> tuple[Step, ...]:
-    """The steps with their ranks and whether they are active; in the order of the sheet.
+    """Return the steps in the order of the sheet, with their ranks and whether they are active.
 
-    `complete` is False when rows are missing because they could not be understood: what seems to go nowhere may
-    then go into one of those, and nothing is said about it.
+    `complete` is False when rows are missing because they could not be understood: an output without readers may
+    then be read by one of those, and is not reported.
     """
     maker = {s.output: i for i, s in enumerate(steps) if s.row.on and not s.connector.is_sink}
     needs: dict[int, list[int]] = {
@@ -235,7 +235,7 @@ def set_in_order(
 def _tell_circles(
     needs: Mapping[int, list[int]], steps: list[Step], streams: dict[str, Stream], report: Report
 ) -> set[int]:
-    """Report the circles, and give the steps in them."""
+    """Report the cycles and return the indexes of the steps in them."""
     import networkx as nx  # only here: most workbooks have no circles, and it takes longer to load than they to check
 
     graph = nx.DiGraph((j, i) for i, needed in needs.items() for j in needed)
@@ -251,7 +251,7 @@ def _tell_circles(
 
 
 def _remedy(step: Step, streams: Mapping[str, Stream]) -> str:
-    """What to do about a row that takes its own output: most want to go on from its last value."""
+    """Return the remedy for a row that reads its own output; for `accumulate` it names `total`, the last value."""
     name = streams[step.output].name
     if step.connector.name != "accumulate" or not name:
         return _BREAK
@@ -273,7 +273,7 @@ def _active(order: list[int], steps: list[Step], streams: dict[str, Stream], in_
 
 
 def _fed(step: Step, inputs: list[bool]) -> bool:
-    """Whether enough of a row's inputs are fed for it to be of use."""
+    """Return whether enough inputs of a step are fed: any, the first or all, depending on the connector."""
     if step.connector.any_input or (step.connector.is_sink and not step.row.formula):
         return any(inputs)
     return inputs[0] if step.connector.first_input else all(inputs)
@@ -310,9 +310,9 @@ T = TypeVar("T")
 
 
 def after_needs(needs: Mapping[T, Collection[T]], place: Callable[[T], object]) -> list[T]:
-    """The things in an order in which each comes after those it needs, by their places where there is a choice.
+    """Sort things topologically; of those that could come next, the one with the lowest place comes first.
 
-    Things in circles, and those that need them, are left out.
+    Things in cycles, and those that need them, are left out.
 
     Args:
         needs: by thing what it needs, each once; nothing but keys of the mapping.

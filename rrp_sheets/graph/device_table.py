@@ -1,4 +1,4 @@
-"""The devices of a workbook: the Devices sheet, and names that are devices of the robot with default settings."""
+"""Device streams of a workbook: those of the Devices sheet, and names of the robot's devices with default settings."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _DONE = re.compile(r"(.*\S)[\s_\-]*done", re.IGNORECASE)
 
 @dataclass(frozen=True)
 class Declared:
-    """A stream that is a device: the device, its settings, and where it is declared (None when by its name alone)."""
+    """Stream that is a device: the device, its settings, and where it is declared (None when used by name alone)."""
 
     name: str
     found: FoundDevice
@@ -30,7 +30,7 @@ class Declared:
 
 
 class DeviceTable:
-    """All streams that are devices, by key. Names of the robot's devices are added when first asked for."""
+    """All device streams by key; those that use a device's own name are added when first looked up."""
 
     def __init__(self, workbook: Workbook, robot: Robot, report: Report) -> None:
         self.robot = robot
@@ -54,7 +54,7 @@ class DeviceTable:
                 del self.declared[k]
 
     def _misspelt_columns(self, devices: Sequence[Device]) -> dict[str, str]:
-        """Columns whose header is nearly a setting's: told once each, and read as if they were spelt right."""
+        """Return the settings meant by misspelt column headers, by the headers' keys, and report each header once."""
         known = {k for device in self.robot.devices.values() for k in device.settings}
         filled: dict[str, list[tuple[Cell, FoundDevice]]] = {}
         for device in devices:
@@ -143,7 +143,7 @@ class DeviceTable:
         return value
 
     def find(self, name: str) -> Declared | None:
-        """The device behind a stream name, declared or by its own name."""
+        """Return the device behind a stream name, declared or used by its own name; None if there is none."""
         k = key(name)
         if k in self.declared or k in self.broken:
             return self.declared.get(k)
@@ -155,26 +155,26 @@ class DeviceTable:
         return self._implicit[k]
 
     def done(self, name: str) -> tuple[str, Declared] | None:
-        """The actuator stream whose commands' ends a name tells (`Ask done`): its own name and device."""
+        """Return the actuator stream (name and device) whose done stream a name stands for (`Ask done`), or None."""
         of = done_of(name)
         found = self.find(of) if of else None
         return (of, found) if found and found.found.type.kind == "actuator" else None
 
     def needs_declaring(self, declared: Declared) -> Setting | None:
-        """The setting without which a device cannot be used by its name alone (`Say parameter` needs a Text)."""
+        """Return the required setting that a device used by its name alone lacks (`Say parameter`: Text), or None."""
         if declared.address is not None:
             return None
         settings = declared.found.type.settings
         return next((s for k, s in settings.items() if s.required and declared.settings.get(k) in (None, "")), None)
 
     def names(self, kind: str) -> list[str]:
-        """Names to propose: declared streams first, then the robot's devices."""
+        """Return the names to propose: declared streams first, then the robot's devices."""
         mine = [d.name for d in self.declared.values() if d.found.type.kind == kind]
         return mine + self.robot.device_names(kind)
 
 
 def done_of(name: str) -> str:
-    """The stream whose end a name tells, as `Ask` in `Ask done`; empty when it tells none.
+    """Return the stream whose done stream a name stands for, as `Ask` in `Ask done`; empty for other names.
 
     >>> done_of("Ask done"), done_of("head_tracker_DONE"), done_of("SayDone"), done_of("done"), done_of("Ask")
     ('Ask', 'head_tracker', 'Say', '', '')
@@ -184,12 +184,12 @@ def done_of(name: str) -> str:
 
 
 def _usual(found: FoundDevice, stream: str) -> dict[str, Value]:
-    """The settings of a device of which nothing is said."""
+    """Return the default settings of a device, with its presets and the stream's name as label."""
     values = {k: stream if s.kind == "label" else s.default for k, s in found.type.settings.items()}
     values.update(found.preset)
     return values
 
 
 def describe(device: DeviceType) -> str:
-    """`a sensor`, `an actuator`."""
+    """Return `a sensor` or `an actuator`."""
     return "a sensor" if device.kind == "sensor" else "an actuator"

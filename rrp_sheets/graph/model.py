@@ -14,7 +14,7 @@ from rrp_sheets.model.workbook import Row
 
 
 class StreamKind(Enum):
-    """What feeds a stream, or what it feeds."""
+    """Role of a stream: sensor, named or anonymous output of a row, actuator, or ends of an actuator's commands."""
 
     SENSOR = "sensor"
     ORDINARY = "stream"
@@ -35,8 +35,8 @@ class Stream:
         device: of a sensor or actuator stream.
         settings: the device's settings by key, presets and defaults filled in.
         active: False when only switched-off rows feed it.
-        done_of: of a stream that tells the end of commands (`Say done`): the id of the actuator stream. The loop goes
-            through the world, so the graph stays acyclic.
+        done_of: of a done stream (`Say done`), the id of the actuator stream. It is not an edge from that stream, so
+            the graph stays acyclic.
     """
 
     id: str
@@ -73,7 +73,7 @@ class Step:
 
     @property
     def number(self) -> int:
-        """The row's number in its sheet."""
+        """Number of the row in its sheet."""
         return self.row.number
 
 

@@ -1,4 +1,4 @@
-"""Which stream a name in a row means: an ordinary stream of the sheet, a declared device, a device of the robot."""
+"""Resolves the stream names in rows: ordinary streams of the sheet, declared devices, devices of the robot."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _KINDS = {"sensor": StreamKind.SENSOR, "actuator": StreamKind.ACTUATOR}
 
 
 class Names:
-    """The names of one behaviour; adds the streams that it meets to `streams`."""
+    """Resolver of the stream names of one behaviour; it adds the streams that it finds to `streams`."""
 
     def __init__(
         self,
@@ -57,7 +57,7 @@ class Names:
                     self.made.setdefault(key(row.output.text), row)
 
     def output_id(self, row: Row, connector: Connector | None) -> str:
-        """The id of what a row gives, also of a row that is not in order: the rows after it may still be drawn."""
+        """Return the id of a row's output, even of a faulty row, so that the rows after it can still be drawn."""
         if row.output:
             return self._ordinary(row.output, f"{self.sheet}!{key(row.output.text)}")
         return self._anonymous(row)
@@ -68,7 +68,7 @@ class Names:
         return stream_id
 
     def input(self, cell: Cell, row: Row) -> str | None:
-        """The stream id of an input name, or None when it is refused."""
+        """Return the stream id of an input name, or None when it is refused."""
         k = key(cell.text)
         if k in self.made:
             made = self.made[k]
@@ -91,7 +91,7 @@ class Names:
         return self._device(declared, cell, row)
 
     def _propose(self, text: str) -> str:
-        """What to do about a name that no row gives."""
+        """Return the remedy for an input name that no row gives."""
         parts = [part.strip() for part in _AND.split(text)]
         if any(sign in text for sign in ";&+") or (len(parts) > 1 and all(map(self._known, parts))):
             return "Write a comma between two streams."
@@ -116,7 +116,7 @@ class Names:
         )
 
     def _meant_done(self, text: str) -> str | None:
-        """The done stream that is meant by `Say finished`, or by what an actuator says: `Good bye done`."""
+        """Return the done stream meant by `Say finished` or by what an actuator says (`Good bye done`), or None."""
         bare = _ENDED.sub("", text) if len(text) <= _LONGEST_ENDED else text
         if bare == text:
             return None
@@ -131,7 +131,7 @@ class Names:
 
     @cached_property
     def _inputs(self) -> list[str]:
-        """All names that an input can have here, to propose one of them."""
+        """Names that an input can have in this behaviour, for proposals."""
         dones = [f"{name} done" for name in self.devices.names("actuator")]
         return [*(r.output.text for r in self.made.values()), *self.devices.names("sensor"), *dones]
 
@@ -139,7 +139,7 @@ class Names:
         return key(name) in self.made or self.devices.find(name) is not None
 
     def _done(self, cell: Cell, name: str, declared: Declared) -> str:
-        """The stream of the ends of an actuator stream's commands."""
+        """Return the id of an actuator's done stream, which carries the ends of its commands."""
         stream_id, of = key(cell.text), key(name)
         shown = f"{declared.name if declared.address else name} done"
         address = declared.address or cell.address
@@ -149,7 +149,7 @@ class Names:
         return stream_id
 
     def _of_another_sheet(self, cell: Cell, row: Row) -> bool:
-        """Whether a name is `Sheet!stream`, and told: that is how tests name streams."""
+        """Return whether a name has the form `Sheet!stream`, which only tests use; report it if the row is on."""
         sheet, mark, stream = cell.text.partition("!")
         if not mark or key(sheet) not in self.sheets:
             return False
@@ -160,12 +160,12 @@ class Names:
         return True
 
     def _done_of_missing(self, k: str) -> bool:
-        """Whether a name tells the end of an actuator that is missing, which is told where it is declared or driven."""
+        """Return whether a name is the done stream of a missing actuator, which is reported at its own cell."""
         name = k.removesuffix("done")
         return name != k and (name in self.devices.broken or name in self._driven_names)
 
     def output(self, row: Row, connector: Connector, taken: bool) -> str | None:
-        """The stream id of a row's output, or None when it is refused."""
+        """Return the stream id of a row's output, or None when it is refused."""
         cell = row.output
         if connector.is_sink:
             return self._driven(cell, row)
@@ -252,5 +252,5 @@ class Names:
 
 
 def _letters(text: str) -> str:
-    """A text by its letters and digits alone."""
+    """Return the letters and digits of a text, casefolded."""
     return "".join(filter(str.isalnum, text)).casefold()

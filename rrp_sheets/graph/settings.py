@@ -1,4 +1,4 @@
-"""What the text of a device's setting means: its value, or what it should be."""
+"""Parses the texts of device settings: their values, or a description of what is expected instead."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ COLOURS = ("white", "red", "green", "blue", "yellow", "magenta", "cyan", "orange
 
 
 def understand(setting: Setting, text: str, robot: Robot, mine: Sequence[str] = ()) -> tuple[Value, str]:
-    """A setting's value from its text, and, when it cannot be understood, what it should be (else an empty text).
+    """Return the value of a setting's text and, if it is not understood, what is expected (else an empty text).
 
     Args:
         setting: as the catalogue has it.
@@ -76,7 +76,7 @@ def understand(setting: Setting, text: str, robot: Robot, mine: Sequence[str] = 
 
 
 def phrases(text: str) -> list[str]:
-    """The words and phrases of a list.
+    """Return the words and phrases of a list.
 
     Semicolons or line breaks divide it where there are any, else commas. A phrase in quotation marks is one phrase.
 
@@ -94,7 +94,7 @@ def phrases(text: str) -> list[str]:
 
 
 def doubtful_phrase(text: str) -> str:
-    """The first phrase of a list that keeps a comma only because semicolons or line breaks divide the list.
+    """Return the first phrase that keeps a comma only because semicolons or line breaks divide the list.
 
     >>> doubtful_phrase("yes, please; no"), doubtful_phrase('"yes, please"; no'), doubtful_phrase("yes, no")
     ('yes, please', '', '')
@@ -127,7 +127,7 @@ def _sound_file(name: str) -> tuple[Value, str]:
 
 
 def _language(text: str, robot: Robot) -> tuple[Value, str]:
-    """A language's code, from that or from its name (`German`); a robot without a list takes any."""
+    """Return the code of a language, given its code or name (`German`); a robot without a list takes any."""
     languages = robot.languages
     code = text.strip().casefold().replace("_", "-")
     if code in languages or not languages:
@@ -141,7 +141,7 @@ def _language(text: str, robot: Robot) -> tuple[Value, str]:
 
 
 def _names_for(setting: Setting, robot: Robot, mine: Sequence[str]) -> tuple[str, ...] | None:
-    """The names that a setting may be one of; None when it is of another kind."""
+    """Return the names that are allowed as a setting's value; None when its kind has no such list."""
     if setting.kind == "choice":
         return setting.choices
     if setting.kind == "zone":

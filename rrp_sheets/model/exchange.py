@@ -16,7 +16,7 @@ DONE = RecordType(
         Field("seconds", "number", "s", 2.0, "how long it took"),
     ),
 )
-"""What the stream `X done` gives, once for every command of the actuator stream X (design: 4-streams)."""
+"""Record type of the stream `X done`, which has one value for every command of the actuator stream X."""
 
 
 def commanded(value: Value) -> Value:

@@ -1,1 +1,1 @@
-"""Model and graph in, diagrams and sentences out. Imports no runtime and no simulator."""
+"""Diagrams and sentences made from a workbook's model and graph. Imports no runtime and no simulator."""

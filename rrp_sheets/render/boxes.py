@@ -1,4 +1,4 @@
-"""From the rows of a behaviour to boxes and arrows: everything that a drawing shows, except where it stands."""
+"""Boxes and arrows made from the rows of a behaviour: everything that a drawing shows except positions."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ ROW_TOP = 18.0
 
 @dataclass(frozen=True)
 class Box:
-    """A box of the drawing: a stream or a row.
+    """Box of a drawing: a stream or a row.
 
     Attributes:
         id: unique within the behaviour, made by us: `r4` for the row 4, `s2` for a stream; a stream that stands in a
@@ -75,7 +75,7 @@ class Box:
 class Arrow:
     """An arrow between two boxes; without a head when it ends in a dot.
 
-    `world`: from an actuator to the stream that tells its ends, through the world outside the program.
+    `world`: from an actuator to its done stream, a connection outside the program.
     """
 
     tail: str
@@ -87,7 +87,7 @@ class Arrow:
 
 @dataclass(frozen=True)
 class Note:
-    """Where a stream that is cut between two parts goes on, or (`entry`) where it comes from."""
+    """Words on a stream that is cut between two parts: where it goes on, or (`entry`) where it comes from."""
 
     words: str
     entry: bool = False
@@ -103,14 +103,14 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Marks:
-    """What is drawn onto the rows: the number of a problem's flag, and a word such as "changed", by row number."""
+    """Marks drawn onto rows, by row number: the number of a problem's flag, and a word such as "changed"."""
 
     flags: Mapping[int, int] = field(default_factory=dict)
     words: Mapping[int, str] = field(default_factory=dict)
 
 
 def stream_ids(behaviour: BehaviourGraph) -> dict[str, str]:
-    """The box id of every stream of a behaviour, numbered by first appearance, so that it is the same in every part."""
+    """Return the box id of every stream, numbered by first appearance, so that it is the same in every part."""
     streams = dict.fromkeys(i for step in behaviour.steps for i in (*step.inputs, step.output))
     return {stream: f"s{n}" for n, stream in enumerate(streams, 1)}
 
@@ -126,9 +126,9 @@ def make_drawing(
     part: int = 1,
     room: bool = False,
 ) -> Drawing:
-    """The boxes and arrows of some steps.
+    """Return the boxes and arrows of some steps.
 
-    `notes` tells by stream id where a stream comes from or goes to when it is cut ("from part 1"); `part` is the
+    `notes` says by stream id where a cut stream comes from or goes to ("from part 1"); `part` is the
     number of the part, for the ids of streams that stand in several. With `room`, values fit under streams' names.
     """
     ids = stream_ids(behaviour)
@@ -156,7 +156,7 @@ def make_drawing(
 
 
 def _through_the_world(graph: Graph, drawing: Drawing) -> list[Arrow]:
-    """From actuators to the streams that tell the ends of their commands."""
+    """Return the arrows from actuators to their done streams."""
     actuators = {box.stream: box for box in drawing.boxes.values() if box.kind == "actuator"}
     dones = [(box, graph.streams[box.stream].done_of) for box in drawing.boxes.values() if box.kind == "done"]
     return [Arrow(actuators[of].id, box.id, box.off, world=True) for box, of in dones if of in actuators]

@@ -1,4 +1,4 @@
-"""What the streams carry, as far as it can be told from the rows: record fields, units, and the sensors behind them."""
+"""Contents of the streams as far as the rows show them: record fields, units, and the sensors behind them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _PASSES = {"filter", "sample", "merge", "forgetafter", "delay", "throttle", "cha
 
 @dataclass(frozen=True)
 class Content:
-    """What a stream carries.
+    """Type, unit and origin of the values of a stream.
 
     Attributes:
         record: the record's type, when it is one.
@@ -34,7 +34,7 @@ class Content:
 
 
 def contents(graph: Graph) -> dict[str, Content]:
-    """What every stream carries, by its id."""
+    """Return the content of every stream by its id."""
     given = (StreamKind.SENSOR, StreamKind.DONE)
     found = {stream.id: _of_sensor(stream) for stream in graph.streams.values() if stream.kind in given}
     steps = sorted((s for b in graph.behaviours for s in b.steps), key=lambda s: s.rank)
@@ -73,12 +73,12 @@ def _of_step(step: Step, found: Mapping[str, Content], graph: Graph) -> Content:
 
 
 def is_blank(formula: str) -> bool:
-    """Whether a formula is nothing but a blank."""
+    """Return whether a formula is nothing but a blank."""
     return key(formula.strip().lstrip("=")) in _BLANK
 
 
 def _of_formula(formula: str, names: Mapping[str, Content]) -> tuple[RecordType | None, str]:
-    """Record and unit of a formula that is only a name or a field."""
+    """Return record type and unit of a formula that is only a name or a field."""
     try:
         tree = ast.parse(formula.strip().lstrip("=").strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
@@ -94,6 +94,6 @@ def _of_formula(formula: str, names: Mapping[str, Content]) -> tuple[RecordType 
 
 
 def find_field(record: RecordType | None, name: str) -> tuple[str, str, str] | None:
-    """Shown name, unit and kind of a record's field, or None."""
+    """Return the shown name, unit and kind of a record's field, or None."""
     wanted = record.keys.get(key(name)) if record else None
     return next(((f.name, f.unit, f.kind) for f in record.fields if key(f.name) == wanted), None) if record else None

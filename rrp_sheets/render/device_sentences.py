@@ -24,7 +24,7 @@ _CONDITIONS = re.compile(r"\s*((?:\w+=[\w ]*)(?:,\s*\w+=[\w ]*)*):\s+(.*)", re.D
 
 
 def device_says(stream: Stream, texts: Texts, source: str = "") -> str:
-    """What a device does, or what happens when it gives a value."""
+    """Return the sentence of a device: what an actuator does, or what happens when a sensor gives a value."""
     name = texts.get("name.quoted", name=clean(stream.name))
     words = stream.device.type.words(texts.language) if stream.device else None
     if stream.device is None or words is None or not words.says:
@@ -38,7 +38,7 @@ def device_says(stream: Stream, texts: Texts, source: str = "") -> str:
 
 
 def device_stops(stream: Stream, texts: Texts) -> str:
-    """What a blank does to an actuator: what it stops, or that it stops nothing."""
+    """Return the sentence for a blank sent to an actuator: what it stops, or that it stops nothing."""
     name = texts.get("name.quoted", name=clean(stream.name))
     if stream.device is None:
         return texts.get("does.stop", name=name)
@@ -49,12 +49,12 @@ def device_stops(stream: Stream, texts: Texts) -> str:
 
 
 def stops_at_a_blank(stream: Stream) -> bool:
-    """Whether a blank stops what an actuator does."""
+    """Return whether a blank stops what an actuator does."""
     return stream.device is None or bool(stream.device.type.stops)
 
 
 def _template(template: str, stream: Stream, texts: Texts, source: str = "") -> str:
-    """A text of the catalogue, filled with the stream's settings."""
+    """Fill a text of the catalogue with the stream's settings."""
     assert stream.device is not None
     words = stream.device.type.words(texts.language)
     settings = {**stream.device.preset, **stream.settings}
@@ -64,12 +64,12 @@ def _template(template: str, stream: Stream, texts: Texts, source: str = "") -> 
 
 
 def device_title(stream: Stream, texts: Texts) -> str:
-    """What a stream's device is called in a language; empty when it has no name in it."""
+    """Return the name of a stream's device in a language; empty when it has no name in it."""
     return stream.device.type.words(texts.language).title if stream.device else ""
 
 
 def field_names(graph: Graph, texts: Texts) -> FieldNames:
-    """What the fields of records are called in a language, by the record's name and the field's key."""
+    """Return the names of record fields in a language, by the record's name and the field's key."""
     done = {(DONE.name, key(f.name)): texts.get(f"done.{key(f.name)}") for f in DONE.fields}
     kinds = [s.device.type for s in graph.streams.values() if s.device and s.device.type.payload]
     words = [(t.payload.name, t.words(texts.language).fields) for t in kinds if t.payload]
@@ -77,14 +77,14 @@ def field_names(graph: Graph, texts: Texts) -> FieldNames:
 
 
 def _shown(value: object, kind: str, words: DeviceWords, texts: Texts) -> object:
-    """A setting as it is printed: words of the catalogue in the language, users' texts as they are."""
+    """Return a setting as it is printed: words of the catalogue translated, users' texts as they are."""
     if kind == "duration" and isinstance(value, int):
         return texts.duration(value)
     return words.said(value, kind) if isinstance(value, str) else value
 
 
 def source_of(content: Content, graph: Graph, texts: Texts) -> str:
-    """What a value comes from, in words: the things that the sensors behind it see."""
+    """Return the source of a value in words: the things that the sensors behind it see."""
     streams = [graph.streams[i] for i in content.sensors]
     seen = [s for s in streams if s.device and s.device.type.payload]
     names = [texts.get("name.sensor", name=device_title(s, texts) or _thing(s.device)) for s in seen if s.device]
@@ -123,11 +123,11 @@ def _filled(template: str, settings: Mapping[str, object], source: str, name: st
 
 
 def _thing(device: FoundDevice) -> str:
-    """What a sensor sees: by the record's name (`face`), not that of the detection; a name of its own stays."""
+    """Return the name of what a sensor sees: the record's (`face`), unless the device has a name of its own."""
     record = device.type.payload
     return _lowered(record.name if record and key(device.name) == key(device.type.name) else device.name)
 
 
 def _lowered(name: str) -> str:
-    """`Red ball` → `red ball`; `NAO` stays."""
+    """Lower the first letter: `Red ball` → `red ball`; `NAO` stays."""
     return name if name[1:2].isupper() else name[:1].lower() + name[1:]

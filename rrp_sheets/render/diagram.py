@@ -1,4 +1,4 @@
-"""A behaviour as diagram pages: boxes, layout by Graphviz, our own picture."""
+"""Draws a behaviour as diagram pages: division into parts, layout by Graphviz, pictures as SVG."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ _AT_ONCE = 4  # Graphviz processes side by side
 
 @dataclass(frozen=True)
 class Page:
-    """A drawn behaviour, or a part of one.
+    """Picture of a behaviour, or of a part of one.
 
     Attributes:
         title: the behaviour's title; with "part 1 of 3" in `caption`.
         svg: the picture; ids are `b1-r4` for the row 4 of the first behaviour, `b1-s2` for a stream.
-        dot: what Graphviz got.
+        dot: the text that Graphviz got.
         width: in points, as are `height` and the sizes in the picture.
         scale: by which it fits an A4 page, at most 1.
         landscape: whether the page has to be turned for that.
@@ -95,7 +95,7 @@ def draw_diagram(
         words: a short word on a row ("changed"), by the row's number.
         title: shown as heading; the behaviour's name by default.
         whole: draw it as one picture however large it becomes, for a screen that scrolls.
-        room: for a panel of a page that is alive: narrow, with room for the newest value under the name of each
+        room: for a panel of a live page: narrow, with room for the newest value under the name of each
             stream, and boxes that can be chosen.
         upright: divide a wide one rather than turn the page; what cannot be divided becomes smaller.
         binary: the Graphviz program; by default the best of this machine.
@@ -134,7 +134,7 @@ def _too_large(part: Part, fit: _Fitted, upright: bool) -> bool:
 
 
 def to_dot(graph: Graph, behaviours: Sequence[BehaviourGraph]) -> str:
-    """Whole behaviours as one graph in the DOT language, a cluster for each; the same on every machine."""
+    """Return whole behaviours as one graph in the DOT language, a cluster for each; the same on every machine."""
     return dot_file([
         (b.name, make_drawing(graph, b, b.steps, wrapping=WRAPPINGS[0], marks=Marks(), notes={}))
         for b in behaviours
@@ -144,7 +144,7 @@ def to_dot(graph: Graph, behaviours: Sequence[BehaviourGraph]) -> str:
 
 @dataclass(frozen=True)
 class _Job:
-    """What the drawing of every part of a behaviour needs."""
+    """Inputs shared by the drawings of all parts of a behaviour."""
 
     graph: Graph
     behaviour: BehaviourGraph
@@ -154,7 +154,7 @@ class _Job:
     upright: bool = False
 
     def draw(self, part: Part, notes: Mapping[str, Note], number: int) -> _Fitted:
-        """The first way of setting the formulas that fits the page at full size, else the best one."""
+        """Return the first candidate that fits an upright page at full size, else the best one."""
         best: _Fitted | None = None
         for candidate in self._candidates(part, notes, number):
             if best is None or candidate.badness < best.badness:
@@ -218,7 +218,7 @@ Part = tuple[Step, ...]
 
 
 def split(graph: Graph, steps: Sequence[Step], most: int) -> list[Part]:
-    """Parts of at most `most` rows, of similar length, with few streams cut between them."""
+    """Split rows into parts of at most `most` rows, of similar length, with few streams cut between them."""
     if len(steps) <= most:
         return [tuple(steps)]
     ideal = len(steps) / -(-len(steps) // most)
@@ -239,7 +239,7 @@ def split(graph: Graph, steps: Sequence[Step], most: int) -> list[Part]:
 
 
 def _crossing(graph: Graph, steps: Sequence[Step]) -> list[float]:
-    """What a cut before each row costs; 0 at the end."""
+    """Return the cost of a cut before each row; 0 at the end."""
     spans: dict[str, tuple[int, int]] = {}
     for number, step in enumerate(steps):
         for stream in (*step.inputs, step.output):
@@ -256,7 +256,7 @@ def _crossing(graph: Graph, steps: Sequence[Step]) -> list[float]:
 
 
 def cut_notes(graph: Graph, parts: Sequence[Part], words: Texts) -> list[dict[str, Note]]:
-    """For each part, where its cut streams come from or go to: `{"tracking!far": Note("to part 2")}`."""
+    """Return for each part the notes on its cut streams: `{"tracking!far": Note("to part 2")}`."""
     made: dict[str, int] = {}
     used: dict[str, dict[int, None]] = {}
     for number, part in enumerate(parts, 1):

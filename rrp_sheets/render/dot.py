@@ -1,4 +1,4 @@
-"""The text that Graphviz gets: boxes with explicit sizes, so that it only has to place them; and a file of it."""
+"""Texts in the DOT language for drawings (boxes with explicit sizes), DOT files, and layout by Graphviz."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _THOROUGH = "splines=spline, remincross=true, mclimit=4, searchsize=100"
 
 
 def quoted(*lines: str) -> str:
-    r"""Lines of text as one DOT string. Nothing in them is markup, and no escape (`\G`, `\L`) is left alive.
+    r"""Return lines of text as one DOT string, without markup and with escapes (`\G`, `\L`) made harmless.
 
     >>> print(quoted('a "b" \\L', "<i>c</i>"))
     "a \"b\" \\L\n<i>c</i>"
@@ -53,13 +53,13 @@ def quoted(*lines: str) -> str:
 
 
 def dot_text(drawing: Drawing, title: str, *, pin_entries: bool = True, narrow: bool = False) -> str:
-    """The drawing in the DOT language; `pin_entries`: streams from other parts stand at the top, beside the sensors."""
+    """Return the drawing as DOT; with `pin_entries`, streams from other parts stand at the top beside the sensors."""
     lines = ["digraph behaviour {", *_head([drawing], title, narrow), *_body(drawing, pin_entries), "}"]
     return "\n".join(lines) + "\n"
 
 
 def dot_file(drawings: Sequence[tuple[str, Drawing]]) -> str:
-    """Several drawings with their titles as one graph in the DOT language, each in a cluster of its own."""
+    """Return several drawings as one graph in the DOT language, each with its title in a cluster of its own."""
     lines = ["digraph behaviours {", *_head([drawing for _, drawing in drawings], "", narrow=False)]
     for number, (title, drawing) in enumerate(drawings, 1):
         lines += [
@@ -148,7 +148,7 @@ TIMEOUT = 30.0  # seconds; a thousand rows in one picture take about five
 
 @dataclass(frozen=True)
 class Way:
-    """An arrow's way: a Bézier spline's points, and its tip when it has a head."""
+    """Path of an arrow: a Bézier spline's points, and its tip when it has a head."""
 
     tail: str
     head: str
@@ -158,7 +158,7 @@ class Way:
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the boxes' centres are (points, y downwards) and how the arrows run."""
+    """Positions of the boxes' centres (points, y downwards) and paths of the arrows."""
 
     width: float
     height: float
@@ -167,7 +167,7 @@ class Layout:
 
 
 def binaries() -> list[str]:
-    """The Graphviz programs of this machine, the best first."""
+    """Return the Graphviz programs of this machine, the best first."""
     beside = Path(sys.executable).parent  # a wheel's programs, when the environment is not on the PATH
     found = [shutil.which("dot"), shutil.which("graphviz-pure") or shutil.which("graphviz-pure", path=str(beside))]
     return [path for path in found if path]

@@ -1,4 +1,4 @@
-"""How to read the diagrams, as a picture."""
+"""Draws the legend of the diagrams."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _COLUMNS = (14.0, 170.0, 326.0)
 
 
 def draw_legend(language: str = "en") -> tuple[str, float, float]:
-    """The legend as SVG, its width and its height in points."""
+    """Return the legend as SVG, its width and its height in points."""
     words = texts(language)
     wide = PAGE[0]
     parts = [text(_COLUMNS[0], 19, words.get("legend.title"), NAME_PT, bold=True)]

@@ -1,4 +1,4 @@
-"""What a marble diagram shows, whatever it comes from: streams with what came on them, and the rows between them."""
+"""Model of marble diagrams from any source: streams with their values over time, and the rows between them."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Marble:
 
 @dataclass(frozen=True)
 class Lane:
-    """A stream.
+    """Line of one stream, with its marbles.
 
     Attributes:
         id: of the stream.
@@ -78,7 +78,7 @@ class Bar:
 
 @dataclass(frozen=True)
 class Group:
-    """A stream with the rows that give it; a sensor's has none."""
+    """A stream with the rows that give it; a sensor has no such rows."""
 
     bars: tuple[Bar, ...]
     lane: Lane
@@ -96,7 +96,7 @@ class MarbleDiagram:
         marks: times with a short text each that are pointed at.
         foot: where it comes from, a line below it; empty for none.
         language: of the diagram's own words.
-        about: the same for programs, names and texts: for the file's metadata.
+        about: names and texts for the file's metadata.
     """
 
     title: str
@@ -110,11 +110,11 @@ class MarbleDiagram:
 
     @property
     def lanes(self) -> list[Lane]:
-        """All streams in order."""
+        """Lanes of all streams in order."""
         return [g.lane for g in self.groups]
 
     def between(self, first_us: int, last_us: int) -> MarbleDiagram:
-        """The part of a time window."""
+        """Return the part of the diagram within a time window."""
         groups = tuple(
             Group(
                 tuple(replace(b, ticks=tuple(t for t in b.ticks if first_us <= t <= last_us)) for b in g.bars),
@@ -125,7 +125,7 @@ class MarbleDiagram:
         return replace(self, groups=groups, first_us=first_us, last_us=last_us)
 
     def only(self, ids: Collection[str]) -> MarbleDiagram:
-        """Only some streams."""
+        """Return the diagram with only the streams of these ids."""
         return replace(self, groups=tuple(g for g in self.groups if g.lane.id in ids))
 
 
@@ -136,7 +136,7 @@ def make_score(
     errors: Iterable[tuple[int, str, str]] = (),
     last_us: int = 0,
 ) -> MarbleDiagram:
-    """The marble diagram of a behaviour: sensors first, then the streams by the rows that give them, then actuators.
+    """Return the marble diagram of a behaviour: sensors, then streams by the rows that give them, then actuators.
 
     Args:
         graph: of the workbook.
@@ -191,7 +191,7 @@ def _name(stream: Stream) -> str:
 
 
 def _ticks(step: Step, marbles: Mapping[str, list[Marble]], last_us: int) -> tuple[int, ...]:
-    """When the clock of a connector with a period acts."""
+    """Return the times (µs) at which the clock of a connector with a period acts."""
     period, name = step.period_us or 0, step.connector.name.casefold()
     if period <= 0:
         return ()
@@ -206,7 +206,7 @@ def _ticks(step: Step, marbles: Mapping[str, list[Marble]], last_us: int) -> tup
 
 
 def upstream(graph: BehaviourGraph, streams: Iterable[str], most: int) -> list[str]:
-    """These streams and those that they come from, the nearest first, at most so many."""
+    """Return these streams and those that they come from, the nearest first, at most `most`."""
     found = dict.fromkeys(streams)
     waiting = list(found)
     while waiting:
@@ -223,7 +223,7 @@ def upstream(graph: BehaviourGraph, streams: Iterable[str], most: int) -> list[s
 def chosen(
     scores: Sequence[MarbleDiagram], behaviour: str, window: tuple[int | None, int | None], streams: Sequence[str]
 ) -> list[MarbleDiagram]:
-    """The diagrams of one behaviour, some streams, some time; raises SheetsError when nothing is left to choose."""
+    """Return the diagrams of one behaviour, some streams, some time; raise SheetsError when nothing is left."""
     found = [s for s in scores if not behaviour or key(s.title.rpartition(": ")[2]) == key(behaviour)]
     if behaviour and not found:
         names = [s.title.rpartition(": ")[2] for s in scores]

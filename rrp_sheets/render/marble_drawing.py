@@ -45,7 +45,7 @@ _FOOT = 190  # letters of a line at the foot
 
 @dataclass(frozen=True)
 class _Block:
-    """Some streams in some span of time, as tall as a page at most."""
+    """Streams of a span of time that fit on one page."""
 
     score: MarbleDiagram
     groups: tuple[Group, ...]
@@ -59,7 +59,7 @@ class _Block:
 
 
 def draw_marbles(scores: Sequence[MarbleDiagram], *, strips: int = 0, legend: bool = True) -> list[Page]:
-    """The pages of marble diagrams.
+    """Draw marble diagrams as pages.
 
     Args:
         scores: the diagrams, each begins a page of its own.
@@ -88,7 +88,7 @@ def _strips(score: MarbleDiagram, count: int) -> list[MarbleDiagram]:
 
 
 def _blocks(strip: MarbleDiagram, whole: MarbleDiagram) -> Iterator[_Block]:
-    """The streams of a strip in pieces that fit on a page; rows are named in the first strip only."""
+    """Yield the streams of a strip in blocks that fit on a page; rows are drawn in the first strip only."""
     first = strip.first_us == whole.first_us
     room = _TALLEST - _AXIS - _LEGEND - _GAP - 2
     x = _span(strip)
@@ -106,7 +106,7 @@ def _blocks(strip: MarbleDiagram, whole: MarbleDiagram) -> Iterator[_Block]:
 
 
 def _sheets(blocks: Sequence[_Block]) -> Iterator[list[_Block]]:
-    """Blocks page by page."""
+    """Group blocks by page."""
     sheet: list[_Block] = []
     used = 0.0
     for block in blocks:
@@ -187,7 +187,7 @@ def _axis(x: Span, top: float, bottom: float) -> Iterator[str]:
 
 
 def _draw_bar(bar: Bar, x: Span, y: float) -> str:
-    """A row between the streams: its number, icon, inputs, connector and formula; the ticks of its clock below."""
+    """Draw a row between the streams: number, icon, inputs, connector and formula; ticks of its clock below."""
     ink = OFF_LINE if bar.off else INK
     left, high = 3.0, _BAR - 1.5
     parts = [
@@ -217,7 +217,7 @@ def _badge(bar: Bar, x: float, y: float, high: float) -> str:
 
 
 def _cut(words: str, room: float, size: float, *, mono: bool = False) -> str:
-    """The text as far as it fits."""
+    """Return the text as far as it fits."""
     if width(words, size, mono=mono) <= room:
         return words
     words = words[: max(0, int(room / size * 4))]
@@ -227,7 +227,7 @@ def _cut(words: str, room: float, size: float, *, mono: bool = False) -> str:
 
 
 def _label(group: Group, top: float, bottom: float, *, named: bool) -> str:
-    """The stream's name with its sign, and in later strips the numbers of its rows."""
+    """Draw the stream's name with its sign, and in later strips the numbers of its rows."""
     lane = group.lane
     base = bottom - 11.0
     fill, line = FILL_AND_LINE.get(lane.kind, ("#fff", INK))
@@ -257,7 +257,7 @@ def _sign(kind: str, x: float, y: float, fill: str, line: str) -> str:
 
 
 def _pointers(score: MarbleDiagram, x: Span, y: float) -> Iterator[str]:
-    """Arrows at the marked times; marks of one time stand together, and where there is no room left, at the left."""
+    """Yield arrows at the marked times, with the marks of one time together; a text that would overlap is left out."""
     by_time: dict[int, list[str]] = {}
     for us, words in score.marks:
         if x.holds(us):
@@ -275,7 +275,7 @@ def _pointers(score: MarbleDiagram, x: Span, y: float) -> Iterator[str]:
 
 
 def _legend(y: float, words_of: Texts) -> str:
-    """What the signs mean, in one line."""
+    """Draw the meanings of the signs on one line."""
     signs = tuple((kind, words_of.get(f"marbles.{kind}")) for kind in ("sensor", "stream", "actuator", "done"))
     x, parts = 10.0, [f'<path d="M3 {y + 1:.1f}H{WIDE - _RIGHT:.1f}" stroke="#c9c4ba" stroke-width="0.6"/>']
     for kind, words in signs:
@@ -308,7 +308,7 @@ _CROWD = 4  # so many marbles at least make a band
 
 @dataclass(frozen=True)
 class Span:
-    """From times (µs) to places on the page (points)."""
+    """Conversion of times (µs) to places on the page (points)."""
 
     first: int
     last: int
@@ -316,18 +316,18 @@ class Span:
     right: float
 
     def at(self, us: int) -> float:
-        """Where a time is; marbles keep some room to the edges."""
+        """Return the place of a time; marbles keep some room to the edges."""
         room = self.right - self.left - 8 - _AFTER_LAST
         return self.left + 8 + (us - self.first) * room / (self.last - self.first)
 
     def holds(self, us: int) -> bool:
-        """Whether a time is in it."""
+        """Return whether a time lies in the span."""
         return self.first <= us <= self.last
 
 
 @dataclass(frozen=True)
 class _Place:
-    """What stands at one time, or (a band) what is too crowded to stand apart."""
+    """Marbles of one time, or (a band) marbles that are too close to be drawn apart."""
 
     x: float
     marbles: tuple[Marble, ...]
@@ -335,7 +335,7 @@ class _Place:
 
 
 def lane_height(lane: Lane, x: Span) -> float:
-    """How high a stream's line is: more where several values came at one time."""
+    """Return the height of a stream's line: more where several values came at one time."""
     most = max((len(p.marbles) for p in _places(lane, x) if p.end < 0), default=1)
     return _LANE + _STEP * (min(max(most, 1), _MOST_STACKED) - 1)
 
@@ -349,7 +349,7 @@ def _places(lane: Lane, x: Span) -> list[_Place]:
 
 
 def _crowds(places: Sequence[_Place]) -> Iterator[_Place]:
-    """Runs of marbles that stand too near each other become bands."""
+    """Turn runs of marbles that are too close to each other into bands."""
     run: list[_Place] = []
     for place in places:
         if run and place.x - run[-1].x >= _LEAST:
@@ -366,7 +366,7 @@ def _band(run: list[_Place]) -> list[_Place]:
 
 
 def draw_lane(lane: Lane, x: Span, top: float, bottom: float) -> str:
-    """A stream's line with its marbles; `bottom` is where the next one begins."""
+    """Draw a stream's line with its marbles; `bottom` is where the next one begins."""
     base = bottom - 11.0
     fill, line = FILL_AND_LINE.get(lane.kind, ("#ececec", INK))
     parts = [
@@ -389,7 +389,7 @@ def draw_lane(lane: Lane, x: Span, top: float, bottom: float) -> str:
 
 
 def _told(marble: Marble) -> str:
-    """What a pointer over the marble tells."""
+    """Return the tooltip of a marble: time, row, and value or error."""
     when = f"{marble.us / 1e6:g} s"
     row = f", {marble.row}" if marble.row else ""
     return escape(clean(f"{when}{row}: {marble.error or show(marble.value, 400)}"))
@@ -427,7 +427,7 @@ def _on_white(x: float, y: float, words: str, size: float) -> str:
 
 
 def _shape(kind: str, x: float, y: float, long: float, colours: tuple[str, str], *, blank: bool) -> str:
-    """A marble from `x` on: round for streams, square for sensors, double for actuators, dashed for ends."""
+    """Draw a marble from `x` on: round for streams, square for sensors, double for actuators, dashed for ends."""
     fill, line = ("#fff", colours[1]) if blank else colours
     high = min(_HIGH, long) if long < _HIGH else _HIGH
     radius = high / 2 if kind in ("stream", "anonymous") else 1.5
@@ -442,7 +442,7 @@ def _shape(kind: str, x: float, y: float, long: float, colours: tuple[str, str],
 
 
 def _draw_band(place: _Place, lane: Lane, base: float, end: float, colours: tuple[str, str]) -> str:
-    """Many values: a hatched band, with how many there are and the first and the last of them."""
+    """Draw many values as a hatched band, with their number and the first and the last of them."""
     marbles = place.marbles
     good = [m for m in marbles if not m.error]
     fill, line = colours
@@ -469,7 +469,7 @@ def _draw_band(place: _Place, lane: Lane, base: float, end: float, colours: tupl
 
 
 def _band_label(marbles: Sequence[Marble], good: Sequence[Marble], middle: float, base: float, room: float) -> str:
-    """How many values and which, as far as it fits."""
+    """Draw the number of values and their range, as far as they fit."""
     for words in (f"{len(marbles)} values: {_range(good)}", f"{len(marbles)} values", str(len(marbles))):
         wide = width(words, 7) + 5
         if wide < room:
@@ -480,7 +480,7 @@ def _band_label(marbles: Sequence[Marble], good: Sequence[Marble], middle: float
 
 
 def _range(marbles: Sequence[Marble]) -> str:
-    """The first and the last value, in short."""
+    """Return the first and the last value, shortened."""
     if not marbles:
         return "errors"
     first, last = short(marbles[0].value)[:14], short(marbles[-1].value)[:14]

@@ -14,7 +14,7 @@ _MOST_LABEL = 30
 
 
 def marble_text(score: MarbleDiagram, width: int = 100) -> list[str]:
-    """The lines of a marble diagram: a time axis, a line for each stream, and the marks.
+    """Return the lines of a marble diagram: a time axis, a line for each stream, and the marks.
 
     Args:
         score: what is drawn.
@@ -35,7 +35,7 @@ def marble_text(score: MarbleDiagram, width: int = 100) -> list[str]:
 
 
 class _Scale:
-    """From times to columns."""
+    """Conversion of times to columns."""
 
     def __init__(self, first: int, last: int, room: int) -> None:
         self.first, self.last, self.room = first, last, room
@@ -55,7 +55,7 @@ def _fit(text: str, wide: int) -> str:
 
 
 def nice_step(span: float, most: int) -> float:
-    """A round distance between the labels of an axis, so that there are at most so many.
+    """Return a round distance between the labels of an axis that needs at most `most` of them.
 
     >>> nice_step(10, 6), nice_step(1.3, 10)
     (2.0, 0.2)
@@ -69,7 +69,7 @@ def nice_step(span: float, most: int) -> float:
 
 
 def seconds_label(seconds: float) -> str:
-    """`0 s`, `2.5 s`."""
+    """Return the label of a time: `0 s`, `2.5 s`."""
     return f"{round(seconds, 3):g} s"
 
 
@@ -86,7 +86,7 @@ def _axis(scale: _Scale) -> str:
 
 
 def _line(lane: Lane, scale: _Scale) -> str:
-    """The values where they came, as much of each as has room before the next; several in one place: `●2`."""
+    """Return a stream's line with as much of each value as fits before the next; several in one place: `●2`."""
     places: dict[int, list[Marble]] = {}
     for marble in lane.marbles:
         places.setdefault(scale.at(marble.us), []).append(marble)
@@ -112,7 +112,7 @@ def _mark(marbles: Sequence[Marble], room: int) -> str:
 
 
 def _marks(marks: Sequence[tuple[int, str]], scale: _Scale) -> list[str]:
-    """Pointers below the lines: `▲ row 9`."""
+    """Return the pointers below the lines: `▲ row 9`."""
     rows: list[str] = []
     for us, words in sorted(marks):
         if not scale.first <= us <= scale.last:

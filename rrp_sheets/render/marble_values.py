@@ -1,4 +1,4 @@
-"""What stands on a marble: a value in as many letters as fit, and never a number that is cut."""
+"""Texts of values on marbles: cut to the letters that fit, except for numbers, which are never cut."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _LONGEST = 120  # letters; more stand on no marble
 
 
 def labels(value: Value) -> Iterator[str]:
-    """A value in words, from the longest to the shortest that still says something.
+    """Yield a value in words, from the longest form to the shortest that is still useful.
 
     >>> list(labels(0.98632)), list(labels(None)), list(labels(True))
     (['0.986', '0.99', '1'], ['blank', '–'], ['TRUE'])
@@ -33,7 +33,7 @@ def labels(value: Value) -> Iterator[str]:
 
 
 def _fields(record: Record) -> Iterator[str]:
-    """All fields that say something, then fewer."""
+    """Yield the fields of a record that are filled: all of them, then fewer."""
     if record.type.name == "Done":
         done = short(record.values.get("value")) if record.values.get("value") is not None else "done"
         yield done if record.values.get("completed") is not False else f"stopped: {done}"
@@ -47,7 +47,7 @@ def _fields(record: Record) -> Iterator[str]:
 
 
 def short(value: Value) -> str:
-    r"""A value as it stands on a marble that has room.
+    r"""Return a value as it stands on a marble that has room.
 
     >>> short(0.123456), short(None), short("Hello\n you"), short(True)
     ('0.123', 'blank', 'Hello you', 'TRUE')
@@ -56,7 +56,7 @@ def short(value: Value) -> str:
 
 
 def fitting(value: Value, room: float, measure: Callable[[str], float] = columns, least: float = 4) -> str:
-    """The value as far as it fits into `room`; a text is cut when a useful part of it is left; else an empty text.
+    """Return the value as far as it fits into `room`; a text may be cut; empty when nothing useful would be left.
 
     >>> fitting("Can you touch my hand?", 9), fitting(0.98632, 4), fitting("Hello", 2)
     ('Can you…', '0.99', '')
@@ -72,7 +72,7 @@ def fitting(value: Value, room: float, measure: Callable[[str], float] = columns
 
 
 def cut(words: str, room: float, measure: Callable[[str], float] = columns) -> str:
-    """A text cut so that it fits with a `…`; empty when nothing of it would be left."""
+    """Return a text cut so that it fits with a `…`; empty when nothing of it would be left."""
     if measure(words) <= room:
         return words
     while words and measure(words + "…") > room:

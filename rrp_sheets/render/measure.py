@@ -1,4 +1,4 @@
-"""How wide a text is, where it breaks, and which characters may be drawn.
+"""Widths of texts, line breaks, and the characters that may be drawn.
 
 Boxes get their size from here and not from a font, so a layout is the same on every machine.
 """
@@ -37,7 +37,7 @@ _WITHIN = re.compile(r"[._]|(?<=[a-z])(?=[A-Z])")  # where a word that is too lo
 
 
 def clean(text: str) -> str:
-    r"""The text on one line and without characters that no drawing can hold.
+    r"""Return the text on one line and without characters that no drawing can hold.
 
     >>> clean("a\x00b \n c")
     'a\ufffdb c'
@@ -46,7 +46,7 @@ def clean(text: str) -> str:
 
 
 def escape(text: str) -> str:
-    """The text for XML, also inside attributes.
+    """Escape the text for XML, also inside attributes.
 
     >>> escape('<b> & "c"')
     '&lt;b&gt; &amp; &quot;c&quot;'
@@ -55,12 +55,12 @@ def escape(text: str) -> str:
 
 
 def wide(character: str) -> bool:
-    """Whether a character is as wide as it is high, as Japanese letters are."""
+    """Return whether a character is as wide as it is high, as Japanese letters are."""
     return unicodedata.east_asian_width(character) in "WF"
 
 
 def width(text: str, size: float, *, mono: bool = False, bold: bool = False) -> float:
-    """The width of a line of text in points, never less than what it takes."""
+    """Return the width of a line of text in points, rounded up for fonts that are slightly wider."""
     total = 0
     for character in text:
         if unicodedata.combining(character):
@@ -75,7 +75,7 @@ def width(text: str, size: float, *, mono: bool = False, bold: bool = False) -> 
 
 
 def shortened(text: str, room: float, size: float, *, bold: bool = False) -> str:
-    """As much of a line as there is room for in points, with `…` for the rest; blank when there is none at all.
+    """Return as much of a line as fits in points, with `…` for the rest; blank when nothing fits.
 
     >>> shortened("Distance of the ball", 50, 8), shortened("Ball", 50, 8), shortened("Ball", 3, 8)
     ('Distance of…', 'Ball', '')
@@ -88,7 +88,7 @@ def shortened(text: str, room: float, size: float, *, bold: bool = False) -> str
 
 
 def columns(text: str) -> int:
-    """How many columns of a typewriter a text takes; Japanese letters take two.
+    """Return the number of columns of a text in a monospaced font; Japanese letters take two.
 
     >>> columns("ab赤")
     4
@@ -97,7 +97,7 @@ def columns(text: str) -> int:
 
 
 def wrap(text: str, most_columns: int, most_lines: int) -> tuple[str, ...]:
-    """The text in lines, broken after spaces and operators; too long a word is cut; the end of too long a text is `…`.
+    """Wrap a text after spaces and operators; words that are too long are cut, and lines beyond the last become `…`.
 
     >>> wrap("AND(distance >= 0.5, distance < 2)", 22, 3)
     ('AND(distance >= 0.5,', 'distance < 2)')
@@ -122,7 +122,7 @@ def wrap(text: str, most_columns: int, most_lines: int) -> tuple[str, ...]:
 
 
 def wrap_whole(text: str, most_columns: int, most_lines: int) -> tuple[str, ...]:
-    """The text in lines without anything cut: a longer one has longer lines, and at last more of them.
+    """Wrap a text without cutting anything: a longer one has longer lines, and at last more of them.
 
     >>> wrap_whole("one two three four", 9, 2)
     ('one two three', 'four')
@@ -136,7 +136,7 @@ def wrap_whole(text: str, most_columns: int, most_lines: int) -> tuple[str, ...]
 
 
 def _pieces(text: str, most_columns: int) -> list[str]:
-    """The text cut wherever a line may end; together the pieces are the text."""
+    """Cut the text wherever a line may end; joined, the pieces are the text."""
     pieces = []
     for whole in _BREAKABLE.findall(text):
         rest = whole

@@ -1,4 +1,4 @@
-"""Writes diagrams as .svg, .pdf or .png."""
+"""Writes diagrams as .svg, .pdf or .png, marble diagrams as .txt too, and metadata into such files and GIFs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _MOST_PIXELS = 40_000_000
 
 
 def write_diagram(pages: Sequence[Page], path: str | os.PathLike[str]) -> list[str]:
-    """Write diagram pages into a file whose suffix tells the format; returns warnings for the user.
+    """Write diagram pages into a file whose suffix gives the format; return warnings for the user.
 
     The file appears whole or not at all. An .svg or .png stacks all pages into one picture; a .pdf has one page each.
 
@@ -48,7 +48,7 @@ def write_diagram(pages: Sequence[Page], path: str | os.PathLike[str]) -> list[s
 
 
 def target_of(path: str | os.PathLike[str], what: str, suffixes: Sequence[str]) -> tuple[Path, str]:
-    """The file to write and its suffix; raises SheetsError when the suffix names no format that can be made."""
+    """Return the file to write and its suffix; raise SheetsError when the suffix names no possible format."""
     target = Path(path)
     suffix = target.suffix.casefold()
     if suffix not in suffixes:
@@ -62,7 +62,7 @@ def target_of(path: str | os.PathLike[str], what: str, suffixes: Sequence[str]) 
 def render_diagram(
     pages: Sequence[Page], suffix: str, *, legend: bool = True, about: Mapping[str, str] | None = None
 ) -> tuple[bytes, list[str]]:
-    """The bytes of a diagram file of that suffix, and warnings for the user.
+    """Return the bytes of a diagram file of that suffix, and warnings for the user.
 
     Args:
         pages: what is drawn.
@@ -84,7 +84,7 @@ def render_diagram(
 
 
 def stack(pages: Sequence[Page]) -> tuple[str, float, float]:
-    """All pages in one SVG, one below the other under their headings; and its width and height in points."""
+    """Stack all pages in one SVG under their headings; return it with its width and height in points."""
     pieces: list[str] = []
     x = y = column = highest = 0.0
     for page in pages:
@@ -135,7 +135,7 @@ def _pdf(pages: Sequence[Page], with_legend: bool, about: Mapping[str, str]) -> 
 
 
 def _title(pages: Sequence[Page]) -> str:
-    """All their titles; behind one that is a sentence stands no comma."""
+    """Join the titles of all pages; no comma follows one that is a sentence."""
     return ", ".join(dict.fromkeys(page.title for page in pages)).replace("., ", ". ")
 
 
@@ -143,7 +143,7 @@ MARBLE_SUFFIXES = (".svg", ".pdf", ".png", ".txt")
 
 
 def write_marbles(scores: Sequence[MarbleDiagram], path: str | os.PathLike[str]) -> list[str]:
-    """Write marble diagrams into a file whose suffix tells the format; returns warnings for the user.
+    """Write marble diagrams into a file whose suffix gives the format; return warnings for the user.
 
     An .svg or .png stacks all into one picture, a .pdf has A4 pages. What the diagrams are about stands in the file's
     metadata, and as their foot in the picture.
@@ -164,7 +164,7 @@ def write_marbles(scores: Sequence[MarbleDiagram], path: str | os.PathLike[str])
 
 
 def text_of(scores: Sequence[MarbleDiagram], width: int = 110) -> str:
-    """All diagrams as plain text, each under its title."""
+    """Return all diagrams as plain text, each under its title."""
     return "\n".join(
         "\n".join([score.title, *marble_text(score, width), *filter(None, [clean(score.foot)]), ""]) for score in scores
     )
@@ -177,7 +177,7 @@ _END = b"\x3b"
 
 
 def words_of(about: Mapping[str, str]) -> str:
-    """As one line of text.
+    """Return metadata as one line of text.
 
     >>> words_of({"Workbook": "greeter.xlsx", "Seed": "7"})
     'Workbook: greeter.xlsx; Seed: 7'
@@ -186,19 +186,19 @@ def words_of(about: Mapping[str, str]) -> str:
 
 
 def metadata(about: Mapping[str, str]) -> str:
-    """As an element for an SVG."""
+    """Return metadata as an element for an SVG."""
     told = "".join(f'<entry name="{escape(clean(n))}">{escape(clean(v))}</entry>' for n, v in about.items())
     return f'<metadata><about xmlns="urn:rrp-sheets:about">{told}</about></metadata>' if told else ""
 
 
 def svg_with(svg: str, about: Mapping[str, str]) -> str:
-    """An SVG of ours with that in it, behind its description."""
+    """Insert metadata into an SVG of ours, behind its description."""
     begin, found, rest = svg.partition("</desc>\n")
     return f"{begin}{found}{metadata(about)}{rest}" if found else svg
 
 
 def png_with(png: bytes, texts: Mapping[str, str]) -> bytes:
-    """A PNG with texts in it (as iTXt chunks), which image programs show."""
+    """Insert texts into a PNG as iTXt chunks, which image programs show."""
     begin = _SIGNATURE + _HEAD
     chunks = b""
     for name, content in texts.items():
@@ -208,7 +208,7 @@ def png_with(png: bytes, texts: Mapping[str, str]) -> bytes:
 
 
 def gif_with(gif: bytes, about: Mapping[str, str]) -> bytes:
-    """A GIF with that in it, as XMP; one that does not end as it should is left as it is."""
+    """Insert metadata into a GIF as XMP; one that does not end as it should is left as it is."""
     if not gif.endswith(_END) or not about:
         return gif
     told = escape(clean(words_of(about)))

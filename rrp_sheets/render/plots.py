@@ -1,6 +1,6 @@
-"""The numbers of a run as small plots over one time axis, with what happened meanwhile above them; as SVG.
+"""Plots of a run's numbers over one time axis, with lanes of events above them, as SVG.
 
-Every plot has one line, so that nothing is told by colour alone; what happened has a shape of its own for each kind.
+Every plot has one line, and every kind of event has a shape of its own, so that nothing depends on colour alone.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _MOST_NOTES = 400  # of a lane
 
 @dataclass(frozen=True)
 class Curve:
-    """A numeric stream, or a number of its records.
+    """Numeric stream, or a numeric field of a stream's records.
 
     Attributes:
         name: as people see it.
@@ -54,7 +54,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class PlotNote:
-    """Something that happened at `t` seconds, until `until`, in the lane of that name (see `LANES`)."""
+    """Event at `t` seconds, until `until`, in the lane of that name (see `LANES`)."""
 
     t: float
     until: float
@@ -71,7 +71,7 @@ def draw_plots(
     foot: str = "", more: str = "", about: Mapping[str, str] | None = None, legend: tuple[str, str] | None = None,
     language: str = "en",
 ) -> tuple[str, float, float]:  # fmt: skip
-    """The picture as SVG, and its width and height in points.
+    """Return the picture as SVG, and its width and height in points.
 
     Args:
         title: above it.
@@ -121,7 +121,7 @@ def _legend(names: tuple[str, str] | None) -> Iterator[str]:
 
 
 class _Scale:
-    """Where a time stands."""
+    """Conversion of times (s) to horizontal positions."""
 
     def __init__(self, seconds: float) -> None:
         self.seconds = seconds
@@ -136,7 +136,7 @@ class _Scale:
 
 
 def _step(about: float) -> float:
-    """A round number that is not smaller.
+    """Return a round number that is not smaller.
 
     >>> _step(0.23), _step(6.0), _step(70)
     (0.5, 10.0, 100.0)
@@ -157,7 +157,7 @@ def _upright(x: float, top: float, bottom: float, looks: str) -> str:
 
 
 def _lane(scale: _Scale, lane: str, name: str, notes: Sequence[PlotNote], y: float) -> Iterator[str]:
-    """A lane of what happened: a shape for each, and its words where there is room for them."""
+    """Draw a lane of events: a shape for each, and its words where there is room for them."""
     count = f"  {len(notes)}" if len(notes) > 1 else ""
     yield text(14, y + 11, f"{name}{count}", SMALL_PT, bold=True)
     free = 0.0
@@ -247,7 +247,7 @@ def _name(curve: Curve, words_of: Texts, top: float) -> Iterator[str]:
 
 
 def _unbroken(points: Sequence[tuple[float, float]]) -> Iterator[list[tuple[float, float]]]:
-    """The stretches of a curve between its gaps.
+    """Yield the stretches of a curve between its gaps.
 
     >>> [len(run) for run in _unbroken([(0, 1), (0.1, 1), (0.2, 1), (9, 1), (9.1, 1)])]
     [3, 2]

@@ -1,4 +1,4 @@
-"""One plain sentence per row."""
+"""Sentences that describe the rows of a workbook, one for each row."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rrp_sheets.render.words import Named, Wording, shown
 
 
 class Rows:
-    """Makes the sentences of a workbook's rows."""
+    """Maker of the sentences for a workbook's rows."""
 
     def __init__(self, graph: Graph, workbook: Workbook, texts: Texts) -> None:
         self.graph = graph
@@ -24,14 +24,14 @@ class Rows:
         self.makers = {s.output: s for b in graph.behaviours for s in b.steps}
 
     def sentence(self, step: Step) -> str:
-        """A row in words, also of a row that is switched off."""
+        """Return a row in words, also one that is switched off."""
         said = one_stop(self.bare_sentence(step))
         if not step.row.on:
             return self.texts.get("row.off", sentence=said)
         return said if step.active else self.texts.get("row.unfed", sentence=said)
 
     def bare_sentence(self, step: Step, *, unnamed: bool = False) -> str:
-        """A row in words, as if it were on; `unnamed`: without the name of its result."""
+        """Return a row in words, as if it were on; `unnamed`: without the name of its result."""
         kind, get = step.connector.name, self.texts.get
         values = self._values(step)
         if unnamed:
@@ -54,7 +54,7 @@ class Rows:
         return _capital(own.format_map(_Places(values)))
 
     def _entry(self, step: Step) -> str:
-        """The entry of a connector that has several ways of being used."""
+        """Return the catalogue entry for a connector that can be used in several ways."""
         name = f"row.{step.connector.name}"
         formula, more = bool(step.row.formula.text), len(set(step.inputs)) > 1
         for suffix, holds in (("_key", formula), ("_count", not formula), ("_reset", more), ("_one", not more)):
@@ -74,7 +74,7 @@ class Rows:
         return get("row.filter", **{**values, "input": get("name.it")})
 
     def sentence_of_subscribe(self, step: Step, *, event: str) -> str:
-        """What a `subscribe` does, and that a blank stops it where blanks may come."""
+        """Return the sentence of a `subscribe`; where blanks may come, it adds what they stop."""
         said = self._action(step, event)
         stream = self.graph.streams[step.output]
         blank = any(self.contents.get(i, Content()).may_be_blank for i in step.inputs)
@@ -83,7 +83,7 @@ class Rows:
         return self.texts.get("row.stops", sentence=said, does=device_stops(stream, self.texts))
 
     def _sends_blanks(self, step: Step) -> bool:
-        """Whether a `subscribe` sends nothing but blanks."""
+        """Return whether a `subscribe` sends nothing but blanks."""
         formula = step.row.formula.text
         if formula:
             return is_blank(formula)
@@ -101,7 +101,7 @@ class Rows:
         return get("row.subscribe_formula", event=event, work=wording.work(formula), does=self.does(step))
 
     def does(self, step: Step) -> str:
-        """What the actuator of a `subscribe` does."""
+        """Return the action of a `subscribe` in words."""
         if self._sends_blanks(step):
             return device_stops(self.graph.streams[step.output], self.texts)
         sensors = {s: None for i in step.inputs for s in self.contents.get(i, Content()).sensors}
@@ -109,7 +109,7 @@ class Rows:
         return device_says(self.graph.streams[step.output], self.texts, source)
 
     def event(self, step: Step) -> str:
-        """When a row does something."""
+        """Return the event that triggers a row, in words."""
         get = self.texts.get
         inputs = list(dict.fromkeys(step.inputs))
         triggers = inputs if step.connector.is_sink and not step.row.formula.text else inputs[:1]
@@ -128,11 +128,11 @@ class Rows:
         return get("event.latest", event=event, others=self.texts.listed(others)) if others else event
 
     def is_sensor(self, stream: str) -> bool:
-        """Whether a sensor feeds the stream."""
+        """Return whether a stream is that of a sensor."""
         return self.graph.streams[stream].kind is StreamKind.SENSOR
 
     def noun(self, stream: str) -> str:
-        """A stream's name in quotes; for an anonymous stream the row that makes it."""
+        """Return a stream's name in quotes; for an anonymous stream the row that makes it."""
         found = self.graph.streams[stream]
         if found.kind is StreamKind.DONE:
             actuator = found.name.removesuffix("done").rstrip()
@@ -143,7 +143,7 @@ class Rows:
         return self.texts.get("name.result", n=maker.number if maker else "?")
 
     def wording(self, step: Step, *, pronoun: bool = False) -> Wording:
-        """How the formula of a row is put into words; `pronoun`: the first input is "it"."""
+        """Return the wording for a row's formula; `pronoun`: the first input is "it"."""
         names: dict[str, Named] = {}
         for place, stream in enumerate(step.inputs):
             is_it = pronoun and place == 0
@@ -158,7 +158,7 @@ class Rows:
         return Wording(self.texts, names, self.helpers, self.fields)
 
     def _values(self, step: Step) -> dict[str, str]:
-        """What the templates of rows may name."""
+        """Return the values that templates of rows may name."""
         nouns = [self.noun(i) for i in dict.fromkeys(step.inputs)]
         named = bool(self.graph.streams[step.output].name)
         output = self.noun(step.output) if named else ""
@@ -174,7 +174,7 @@ class Rows:
         return {**plain, **{name.capitalize(): _capital(value) for name, value in plain.items()}}
 
     def named(self, noun: str) -> str:
-        """What a sentence says of its result's name, or that it needs none."""
+        """Return the phrase for the name of a result; an empty noun gives the phrase for none."""
         return self.texts.get("row.as", name=noun) if noun else self.texts.get("row.as_nothing")
 
     def _pace(self, step: Step) -> str:
@@ -188,14 +188,14 @@ class Rows:
 
 
 class _Places(dict[str, str]):
-    """A third party's template may name places that we do not know: they stay empty."""
+    """Values for the template of a third party's connector; places that are not known stay empty."""
 
     def __missing__(self, name: str) -> str:
         return ""
 
 
 def one_stop(text: str) -> str:
-    """The text with one full stop where a quotation that has its own ends a sentence.
+    """Remove the full stop after a quotation that ends with one.
 
     >>> one_stop("Say “It is time.”. Then wait.")
     'Say “It is time.” Then wait.'
@@ -204,5 +204,5 @@ def one_stop(text: str) -> str:
 
 
 def _capital(text: str) -> str:
-    """The text with a capital letter at its start; a quoted name stays as it is."""
+    """Return the text with a capital letter at its start; a quoted name stays as it is."""
     return text[:1].upper() + text[1:]

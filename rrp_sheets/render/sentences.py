@@ -1,4 +1,4 @@
-"""A behaviour in plain words: one sentence per row, and one paragraph that joins what belongs together."""
+"""Describes a behaviour in plain words: a sentence for each row, and a paragraph that joins related rows."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def explain(
     *,
     language: str = "en",
 ) -> list[BehaviourText]:
-    """All behaviours (or some) in plain words."""
+    """Describe all behaviours (or some) in plain words."""
     words = texts(language)
     rows = Rows(graph, workbook, words)
     chosen = graph.behaviours if behaviours is None else behaviours
@@ -66,7 +66,7 @@ def explain_text(
     *,
     language: str = "en",
 ) -> str:
-    """The same as one text for the terminal."""
+    """Describe behaviours in plain words, as one text for the terminal."""
     words = texts(language)
     blocks = []
     for said in explain(graph, workbook, robot, behaviours, language=language):
@@ -124,7 +124,7 @@ def _actuator(stream: Stream, words: Texts) -> str:
 
 
 class _Chain:
-    """The rows that are on, in order, with who reads what; so that long sheets are told in linear time."""
+    """Active rows in order, with the readers of each stream, so that long sheets take linear time."""
 
     def __init__(self, steps: list[Step]) -> None:
         self._after = {id(a): b for a, b in pairwise(steps)}
@@ -134,11 +134,11 @@ class _Chain:
                 self._readers.setdefault(stream, []).append(step)
 
     def after(self, step: Step) -> Step | None:
-        """The row after a row."""
+        """Return the row that follows a row."""
         return self._after.get(id(step))
 
     def only_use(self, stream: str, by: Step) -> bool:
-        """Whether a row alone reads a stream."""
+        """Return whether no other row reads a stream."""
         return all(step is by for step in self._readers.get(stream, ()))
 
 
@@ -168,13 +168,13 @@ def _paragraph(behaviour: BehaviourGraph, active: list[Step], rows: Rows, words:
 
 
 def _follows(step: Step, before: Step) -> bool:
-    """Whether a row takes nothing but the result of the row before it, so that the result may be called "it"."""
+    """Return whether a row takes only the result of the row before it, so that the result may be called "it"."""
     alone = set(step.inputs) == {before.output}
     return alone and before.connector.name in _JOINED and step.connector.name in (*_JOINED, "subscribe")
 
 
 def _when(test: Step, act: Step, chained: bool, chain: _Chain, rows: Rows, words: Texts) -> str:
-    """A filter and the one row that takes what it lets through, in one sentence."""
+    """Return a filter and the one row that takes its output as one sentence."""
     condition = rows.wording(test, pronoun=chained).condition(test.row.formula.text)
     if act.connector.is_sink:
         return rows.sentence_of_subscribe(act, event=words.get("chain.does", condition=condition))
@@ -196,12 +196,12 @@ def _sentence(step: Step, before: Step | None, chain: _Chain, rows: Rows, words:
 
 
 def _name(step: Step, chain: _Chain, rows: Rows) -> str:
-    """What is said of the result's name."""
+    """Return the phrase for the name of the result, or for none."""
     return rows.named(rows.noun(step.output) if _needs_name(step, chain, rows) else "")
 
 
 def _needs_name(step: Step, chain: _Chain, rows: Rows) -> bool:
-    """Whether the result has a name, and a later sentence uses it and not just "it"."""
+    """Return whether the result has a name that a later sentence uses instead of "it"."""
     following = chain.after(step)
     is_it = step.connector.name == "map" and following is not None and _follows(following, step)
     if is_it and following is not None and chain.only_use(step.output, following):

@@ -1,4 +1,4 @@
-"""What the diagrams look like: colours, fonts, sizes (points). Kinds differ by shape too, for grey printers."""
+"""Style of the diagrams: colours, fonts, sizes (points). Kinds differ by shape too, for grey printers."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ LEAST_SCALE = LEAST_PT / MONO_PT
 
 @dataclass(frozen=True)
 class Wrapping:
-    """How formulas are set.
+    """Line lengths and limits for the formulas in boxes.
 
     Attributes:
         columns: characters per line.

@@ -1,4 +1,4 @@
-"""Draws boxes and arrows as SVG. Every user's text is escaped; every id is ours."""
+"""Draws boxes and arrows as SVG. Users' texts are escaped; all ids are made by the program."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def draw_svg(
     chosen: bool = False,
     words: Texts | None = None,
 ) -> str:
-    """The picture of a drawing; `prefix` starts every id, title and description are for screen readers.
+    """Return a drawing as SVG; `prefix` starts every id, title and description are for screen readers.
 
     With `chosen` the boxes can be chosen in a page: they have a role and a name of their own.
     """
@@ -61,7 +61,7 @@ def draw_svg(
 
 
 def frame(body: str, wide: float, high: float, *, ident: str, title: str, description: str, role: str = "img") -> str:
-    """An SVG picture of that size in points, with title and description for screen readers."""
+    """Return an SVG picture of that size in points, with title and description for screen readers."""
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide:.0f}pt" height="{high:.0f}pt" '
         f'viewBox="0 0 {_n(wide)} {_n(high)}" role="{role}" aria-labelledby="{ident}-title {ident}-desc">\n'
@@ -74,7 +74,7 @@ def text(
     x: float, y: float, words: str, size: float, *,
     fill: str = INK, mono: bool = False, bold: bool = False, italic: bool = False, middle: bool = False,
 ) -> str:  # fmt: skip
-    """A line of text."""
+    """Draw a line of text."""
     looks = [
         f'font-family="{escape(MONO if mono else SANS)}" font-size="{size:g}" fill="{fill}" xml:space="preserve"',
         'font-weight="bold"' if bold else "",
@@ -85,7 +85,7 @@ def text(
 
 
 def draw_icon(icon: str, x: float, y: float, colour: str, scale: float = 0.95) -> str:
-    """A connector's icon with its upper left corner at that place."""
+    """Draw a connector's icon with its upper left corner at that place."""
     elements = icon or '<circle cx="6" cy="6" r="4"/>'
     elements = elements.replace('class="f"', f'fill="{colour}" stroke="none"')
     return (
@@ -95,7 +95,7 @@ def draw_icon(icon: str, x: float, y: float, colour: str, scale: float = 0.95) -
 
 
 def draw_arrow(way: Way, arrow: Arrow, prefix: str) -> str:
-    """An arrow along its way; its group tells the ids of the boxes at its ends."""
+    """Draw an arrow along its path; its group holds the ids of the boxes at its ends."""
     colour = OFF_LINE if arrow.off else FILL_AND_LINE["done"][1] if arrow.world else EDGE
     dashes = f' stroke-dasharray="{DASHES}"' if arrow.off or arrow.world else ""
     kind = "arrow off" if arrow.off else "arrow world" if arrow.world else "arrow"
@@ -126,7 +126,7 @@ _SPOKEN = {"sensor": "sensor", "stream": "stream", "actuator": "actuator", "done
 
 
 def draw_box(box: Box, centre: Point, prefix: str, *, chosen: bool = False, words: Texts | None = None) -> str:
-    """A box with its centre at that place, as a group with a stable id."""
+    """Draw a box with its centre at that place, as a group with a stable id."""
     said = words or texts()
     about = f' data-row="{box.row}"' if box.kind == "row" else f' data-stream="{escape(clean(box.stream))}"'
     if box.kind != "row":
@@ -150,7 +150,7 @@ def draw_box(box: Box, centre: Point, prefix: str, *, chosen: bool = False, word
 
 
 def _told(box: Box, words: Texts) -> str:
-    """What a box is, in words: for who points at it, and for screen readers."""
+    """Return a box in words, for its tooltip and for screen readers."""
     if not box.row:
         kind = _SPOKEN.get(box.kind) if box.name else None
         return words.get(f"diagram.told.{kind}", name=box.name) if kind else ""
@@ -162,7 +162,7 @@ def _told(box: Box, words: Texts) -> str:
 
 
 def draw_flag(number: int, x: float, y: float) -> str:
-    """The flag of a problem; it stands at the upper right corner of its row."""
+    """Draw the flag of a problem with its number."""
     return (
         f'<path d="M{_n(x)} {_n(y)}h15l-3.6 5.5 3.6 5.5h-15z" fill="{FLAG}" stroke="#fff" stroke-width="0.6"/>'
         f'<path d="M{_n(x)} {_n(y - 0.3)}v16" stroke="{FLAG}" stroke-width="1.5"/>'
@@ -239,7 +239,7 @@ def _row(box: Box, centre: Point, off: str) -> str:
 
 
 def draw_badge(number: int, x: float, y: float, high: float, colour: str) -> str:
-    """The dark left end of a row's box with its number."""
+    """Draw the dark left end of a row's box with its number."""
     size = 9 if number < 100 else 7.5 if number < 1000 else 6
     shape = f"M{_n(x + 3)} {_n(y)}H{_n(x + 17)}V{_n(y + high)}H{_n(x + 3)}a3 3 0 0 1 -3 -3V{_n(y + 3)}a3 3 0 0 1 3 -3z"
     digits = text(x + 8.6, y + 12.6, str(number), size, fill="#fff", bold=True, middle=True)
@@ -267,5 +267,5 @@ def _xy(point: Point) -> str:
 
 
 def _n(value: float) -> str:
-    """A coordinate with at most one decimal, and no minus zero."""
+    """Format a coordinate with at most one decimal, and no minus zero."""
     return f"{round(value, 1) + 0:g}" if abs(value) < 100_000 else f"{value:.1f}"

@@ -1,4 +1,4 @@
-"""Typst sets pages into PDF and PNG, with fonts that come along and not with those of the machine, where possible."""
+"""Typesets pages into PDF and PNG with Typst, where possible with bundled fonts and not the machine's."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _compiled(typst: Any, files: Mapping[str, bytes], form: str, options: Mappin
 
 
 def scripts_without_font(text: str) -> list[str]:
-    """The scripts in a text for which no font comes along, so that the machine's fonts have to do.
+    """Return the scripts in a text for which no font is bundled, so that the machine's fonts are needed.
 
     >>> scripts_without_font("Distance – α“é” ≥ 2")
     []

@@ -1,4 +1,4 @@
-"""Puts formulas into words where they are simple, and quotes them where they are not: never a wrong paraphrase."""
+"""Puts simple formulas into words and quotes the others, so that no paraphrase is wrong."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Named:
 
 
 class _NotSimple(Exception):
-    """The formula is better quoted than described."""
+    """Raised for a formula that is better quoted than described."""
 
 
 class Wording:
@@ -56,7 +56,7 @@ class Wording:
         self.helpers = helpers
 
     def condition(self, formula: str) -> str:
-        """A filter's formula: `“Distance” is under 0.5 m`."""
+        """Return a filter's formula in words: `“Distance” is under 0.5 m`."""
         if not shown(formula):
             return self.texts.get("condition.missing")
         if key(shown(formula)) in self.helpers and key(shown(formula)) not in self.names:
@@ -67,7 +67,7 @@ class Wording:
             return self.texts.get("condition.holds", formula=shown(formula))
 
     def work(self, formula: str) -> str:
-        """What a formula gives, as something to do: `take its distance`."""
+        """Return a formula in words as an action: `take its distance`."""
         if not shown(formula):
             return self.texts.get("value.missing")
         if key(shown(formula)) in self.helpers and key(shown(formula)) not in self.names:
@@ -79,7 +79,7 @@ class Wording:
             return self.texts.get("value.work", formula=code)
 
     def says_words(self, formula: str) -> str:
-        """The constant text that a formula is, in words; empty when it is something else."""
+        """Return the constant text that a formula is, in words; empty when it is something else."""
         try:
             tree = _parse(formula)
         except _NotSimple:
@@ -159,7 +159,7 @@ class Wording:
         return between or self.texts.listed([self._condition(p) for p in parts], joiner)
 
     def _between(self, parts: list[ast.expr]) -> str:
-        """`x >= 0.5 and x < 2` is the same as `0.5 <= x < 2`."""
+        """Return `x >= 0.5 and x < 2` in the words for `0.5 <= x < 2`; empty for other conditions."""
         if len(parts) != 2 or not all(isinstance(p, ast.Compare) and len(p.ops) == 1 for p in parts):
             return ""
         low, high = parts
@@ -200,7 +200,7 @@ class Wording:
         return get(f"condition.{_COMPARED[op]}", what=what, n=shown_value)
 
     def _subject(self, tree: ast.expr) -> tuple[str, str, str]:
-        """The noun of an input or of its field, its unit, and its kind."""
+        """Return the noun of an input or of its field, its unit, and its kind."""
         if isinstance(tree, ast.Name) and key(tree.id) in self.names:
             named = self.names[key(tree.id)]
             return named.noun, named.content.unit, ""
@@ -222,7 +222,7 @@ class Wording:
 
 
 def shown(formula: str) -> str:
-    """The formula on one line and without its leading `=`."""
+    """Return the formula on one line and without its leading `=`."""
     return " ".join(formula.split()).removeprefix("=").lstrip()
 
 
@@ -234,7 +234,7 @@ def _parse(formula: str) -> ast.expr:
 
 
 def _called(tree: ast.expr) -> str:
-    """The key of the function that is called, or empty."""
+    """Return the key of the function that is called, or an empty text."""
     return key(tree.func.id) if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) else ""
 
 
@@ -253,5 +253,5 @@ def _number(value: object, unit: str) -> str:
 
 
 def _spaced(name: str) -> str:
-    """`ballToDistance` → `ball to distance`."""
+    """Separate the words of a name: `ballToDistance` → `ball to distance`."""
     return re.sub(r"(?<=[a-z])([A-Z])", lambda m: " " + m[1].lower(), name).replace("_", " ")

@@ -1,4 +1,4 @@
-"""What an entry of the catalogue is."""
+"""Form of the catalogue's entries: severity, title, and templates of message and remedy."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import Enum
 
 
 class Severity(Enum):
-    """An error keeps the workbook from running; a warning is shown; information is only told."""
+    """Severity of a finding: an error keeps the workbook from running, a warning or information does not."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -16,7 +16,7 @@ class Severity(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Code:
-    """An entry: `message` and `remedy` are templates for `str.format`; the remedy says what to do."""
+    """Entry of the catalogue: `message` and `remedy` are templates for `str.format`; the remedy says what to do."""
 
     id: str
     severity: Severity

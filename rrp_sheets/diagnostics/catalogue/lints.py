@@ -1,4 +1,4 @@
-"""LINT…: what can be seen before the run: rows that work, but surely not as they are meant."""
+"""LINT…: rows that work, but probably not as they are meant."""
 
 from rrp_sheets.diagnostics.catalogue.code import Code, Severity
 

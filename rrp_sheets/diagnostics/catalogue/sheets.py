@@ -1,4 +1,4 @@
-"""SHEET…: what stands in the sheets cannot be understood as it is, or is probably not meant; TEST…: rows of test sheets."""
+"""SHEET…: findings on what stands in the sheets; TEST…: on the rows of test sheets."""
 
 from rrp_sheets.diagnostics.catalogue.code import Code, Severity
 

@@ -1,1 +1,1 @@
-"""Drawing what changed in a behaviour: on its diagram, what came, what went and what is another one now."""
+"""Diagrams of the changes in a behaviour: added, removed and changed rows and streams."""

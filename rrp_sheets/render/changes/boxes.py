@@ -1,4 +1,4 @@
-"""From the changed rows of a behaviour to boxes and arrows."""
+"""Boxes and arrows made from the changed rows of a behaviour."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _REMARK_COLUMNS = 30
 
 @dataclass(frozen=True)
 class BoxLine:
-    """A line in a box: its sign, its words, how they are set."""
+    """Line in a box: its sign, its words, and whether it is set in a monospaced font."""
 
     sign: str
     words: Line
@@ -28,12 +28,12 @@ class BoxLine:
 
 @dataclass(frozen=True)
 class ChangeBox(Box):
-    """A box that says what became of it.
+    """Box with the sign of its change.
 
     Attributes:
         sign: of the row or the stream.
         heading: the connector, or the stream's name in lines.
-        told: what stands below it.
+        told: the lines below the heading.
     """
 
     sign: str = ""
@@ -43,7 +43,7 @@ class ChangeBox(Box):
 
 @dataclass(frozen=True)
 class ChangeArrow(Arrow):
-    """An arrow that came or went; `labelled` when neither of its ends says so."""
+    """Arrow with the sign of its change; `labelled` when neither of its ends has the same sign."""
 
     sign: str = ""
     labelled: bool = False
@@ -53,7 +53,7 @@ def make_change_drawing(
     rows: Sequence[ChangedRow], streams: Mapping[str, ChangedStream], ids: Mapping[str, str], notes: Mapping[str, str],
     part: int = 1,
 ) -> Drawing:  # fmt: skip
-    """The boxes and arrows of some rows.
+    """Return the boxes and arrows of some rows.
 
     Args:
         rows: in their order.
@@ -149,7 +149,7 @@ def _formula(row: ChangedRow) -> list[BoxLine]:
 
 
 def _both(words: ComparableText, mono: bool = True) -> list[BoxLine]:
-    """Before and after, each in lines under its sign."""
+    """Return the text before and after, each in lines under its sign."""
     out = []
     for sign, runs in ((REMOVED, words.was()), (ADDED, words.now())):
         lines = marked_lines(runs or ((True, "blank"),), _COLUMNS, _LINES, wrap_whole)

@@ -1,4 +1,4 @@
-"""Texts of which some words are marked, in lines."""
+"""Wraps texts in which some words are marked."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SetInLines = Callable[[str, int, int], tuple[str, ...]]
 def marked_lines(
     runs: Sequence[Run], most_columns: int, most_lines: int, set_in_lines: SetInLines = wrap
 ) -> tuple[Line, ...]:
-    """A text in lines, with the same words marked; `set_in_lines` says whether it may be cut.
+    """Wrap a text and keep the marks on its words; `set_in_lines` decides whether it may be cut.
 
     >>> marked_lines(((False, "steady < "), (True, "20")), 22, 3)
     (((False, 'steady < '), (True, '20')),)
@@ -45,5 +45,5 @@ def marked_lines(
 
 
 def plain(line: Line) -> str:
-    """The words of a line."""
+    """Return the text of a line without its marks."""
     return "".join(text for _, text in line)

@@ -1,4 +1,4 @@
-"""The diagrams of what changed: which rows are drawn, in which parts, and how to read them."""
+"""Diagram pages of the changes in a behaviour: the rows that are drawn, the division into parts, the legend."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _KINDS = ((ADDED, "new"), (REMOVED, "gone"), (CHANGED, "changed"), (SAME, "as be
 
 
 def draw_changes(behaviour: ChangedBehaviour, number: int = 1, timeout: float = TIMEOUT) -> list[Page]:
-    """Draw what changed in a behaviour: the changed rows and those that they are joined with.
+    """Draw the changes in a behaviour: the changed rows and those that they are connected to.
 
     Args:
         behaviour: with all rows of both workbooks.
@@ -45,7 +45,7 @@ def draw_changes(behaviour: ChangedBehaviour, number: int = 1, timeout: float = 
 
 
 def drawn_rows(behaviour: ChangedBehaviour) -> list[ChangedRow]:
-    """All rows of a short behaviour; of a long one those that changed, and those beside them in the graph."""
+    """Return all rows of a short behaviour; of a long one the changed rows and their neighbours in the graph."""
     rows = behaviour.rows
     if len(rows) <= MOST_ROWS:
         return list(rows)
@@ -66,7 +66,7 @@ def _streams(row: ChangedRow) -> set[str]:
 
 
 def _left_out(behaviour: ChangedBehaviour, shown: Sequence[ChangedRow]) -> str:
-    """Which rows are not drawn, in words."""
+    """Return the rows that are not drawn, in words."""
     ids = {r.id for r in shown}
     numbers = [r.number for r in behaviour.rows if r.id not in ids and not r.sign]
     more = sum(1 for r in behaviour.rows if r.id not in ids and r.sign)
@@ -75,7 +75,7 @@ def _left_out(behaviour: ChangedBehaviour, shown: Sequence[ChangedRow]) -> str:
 
 
 def ranges(numbers: Iterable[int]) -> str:
-    """Row numbers in words.
+    """Return row numbers in words.
 
     >>> ranges([2, 3, 4, 7]), ranges([5])
     ('rows 2–4 and 7', 'row 5')
@@ -94,7 +94,7 @@ def ranges(numbers: Iterable[int]) -> str:
 
 
 def _parts(rows: Sequence[ChangedRow], behaviour: ChangedBehaviour) -> list[tuple[ChangedRow, ...]]:
-    """Consecutive rows, cut where few streams go across, and never at an unnamed one if that can be helped."""
+    """Split rows where few streams are cut, and at an anonymous one only if there is no other place."""
     parts, start = [], 0
     while len(rows) - start > MOST_ROWS:
         cuts = range(start + MOST_ROWS // 2, start + MOST_ROWS + 1)
@@ -133,7 +133,7 @@ def _page(
 
 
 def _notes(behaviour: ChangedBehaviour, rows: Sequence[ChangedRow]) -> dict[str, str]:
-    """Where the streams come from that rows of this part read and rows elsewhere make."""
+    """Return the origins of the streams that rows of this part read and rows elsewhere make, by stream."""
     here = {r.id for r in rows}
     made = {link.stream for r in rows for link in r.gives}
     read = {link.stream for r in rows for link in r.takes} - made
@@ -151,7 +151,7 @@ def _told(rows: Sequence[ChangedRow]) -> str:
 
 
 def legend_page(title: str) -> Page:
-    """How to read the pictures, under the names of both workbooks."""
+    """Return the legend of the pictures as a page under the given title."""
     x, parts = 8.0, []
     for sign, word in _KINDS:
         thick = {ADDED: 2.2, REMOVED: 1.4, CHANGED: 1.7}.get(sign, 0.9)

@@ -1,4 +1,4 @@
-"""Draws the boxes and arrows of a change. What came, went or changed differs by line and sign, not by colour only."""
+"""Draws the boxes and arrows of a change as SVG. Changes differ by line and sign, not by colour only."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ MARGIN = PADDING + SIGN
 
 
 def draw_change(drawing: Drawing, layout: Layout, *, prefix: str, title: str, description: str) -> str:
-    """The picture of a change; `prefix` starts every id."""
+    """Return the picture of a change as SVG; `prefix` starts every id."""
     wide, high = layout.width + 2 * MARGIN, layout.height + 2 * MARGIN
     arrows = {(a.tail, a.head): a for a in drawing.arrows}
     parts, labels = [], []
@@ -51,7 +51,7 @@ def draw_change(drawing: Drawing, layout: Layout, *, prefix: str, title: str, de
 
 
 def draw_change_box(box: ChangeBox, centre: Point, prefix: str) -> str:
-    """A box with its centre at that place, and its sign at its upper right corner."""
+    """Draw a box with its centre at that place, and its sign at its upper right corner."""
     draw = _row if box.kind == "row" else _dot if box.kind == "anonymous" else _stream
     inside = draw(box, centre)
     if box.sign:
@@ -66,7 +66,7 @@ def draw_change_box(box: ChangeBox, centre: Point, prefix: str) -> str:
 
 
 def draw_sign(sign: str, centre: Point, size: float = SIGN) -> str:
-    """A plus on a filled disc, a minus on an empty one, a wave on a filled square."""
+    """Draw the sign of a change: a plus on a filled disc, a minus on an empty one, a wave on a filled square."""
     (x, y), colour = centre, LINE[sign]
     if sign == CHANGED:
         shape = (
@@ -89,7 +89,7 @@ def draw_sign(sign: str, centre: Point, size: float = SIGN) -> str:
 
 def _line(x: float, y: float, line: Line, size: float, *, fill: str, gone: bool, mono: bool = False,
           bold: bool = False, italic: bool = False, middle: bool = False) -> str:  # fmt: skip
-    """A line of text; what is marked in it is struck out where it is `gone`, else bold and underlined."""
+    """Draw a line of text; what is marked in it is struck out where it is `gone`, else bold and underlined."""
     mark = 'text-decoration="line-through"' if gone else 'font-weight="bold" text-decoration="underline"'
     spans = "".join(f"<tspan {mark}>{escape(w)}</tspan>" if marked else escape(w) for marked, w in line)
     looks = [
@@ -192,7 +192,7 @@ def _arrow(way: Way, arrow: ChangeArrow) -> str:
 
 
 def _middle(points: list[Point]) -> Point:
-    """The middle of the middle piece of a spline."""
+    """Return the middle of the middle piece of a spline."""
     pieces = (len(points) - 1) // 3
     start = (pieces // 2) * 3
     a, b, c, d = points[start : start + 4]

@@ -1,4 +1,4 @@
-"""The ethics pack: what a board asks of a workbook, as data and as an accessible PDF (design: 7-exchange)."""
+"""The ethics pack: the information that an ethics board asks for, as data and as an accessible PDF."""
 
 from rrp_sheets.render.pack.front import Print
 from rrp_sheets.render.pack.make import make_pack

@@ -1,4 +1,4 @@
-"""What the robot may do: its texts, its movements and their speeds, and what happens when two rows compete."""
+"""Actions of the robot in the ethics pack: its texts, movements and speeds, and rows that compete for a part."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _LEGS, _VOICE = "legs", "voice"
 
 
 def says(source: Source) -> tuple[Said, ...]:
-    """The texts that rows can say; rows that say the same in the same voice share a line."""
+    """Return the texts that rows can say; rows that say the same in the same voice share a line."""
     lines: dict[tuple[tuple[str, ...], str], list[Driver]] = {}
     for driver in source.drivers:
         if speaks(driver.stream) and not driver.stops:
@@ -35,7 +35,7 @@ def says(source: Source) -> tuple[Said, ...]:
 
 
 def speaks(stream: Stream) -> bool:
-    """Whether an actuator stream lets the robot say a text."""
+    """Return whether an actuator stream lets the robot say a text."""
     return stream.device is not None and (stream.device.type.takes == "text" or _says_its_setting(stream.device.type))
 
 
@@ -61,17 +61,17 @@ def _voice(source: Source, stream: Stream) -> str:
 
 
 def _talks_with_its_arms(stream: Stream) -> bool:
-    """Whether small gestures go with what it says."""
+    """Return whether small gestures accompany the speech of an actuator stream."""
     return speaks(stream) and stream.settings.get("gestures") is True
 
 
 def all_texts(said: Iterable[Said]) -> list[str]:
-    """Every text once."""
+    """Return every text once, in order of appearance."""
     return list(dict.fromkeys(text for line in said for text in line.words))
 
 
 def acts(source: Source) -> tuple[Act, ...]:
-    """A line for every other actuator stream that rows drive."""
+    """Return a line for every actuator stream that rows drive and that does not speak."""
     by_stream: dict[str, list[Driver]] = {}
     for driver in source.drivers:
         if not speaks(driver.stream):
@@ -80,7 +80,7 @@ def acts(source: Source) -> tuple[Act, ...]:
 
 
 def makes(source: Source) -> tuple[Said, ...]:
-    """The gestures that rows can make and the postures that they can take, with their streams."""
+    """Return the gestures that rows can make and the postures that they can take, with their streams."""
     lines: dict[tuple[tuple[str, ...], str], list[Driver]] = {}
     for driver in source.drivers:
         names = tuple(_named_movements(source, driver)) if not driver.stops else ()
@@ -93,7 +93,7 @@ def makes(source: Source) -> tuple[Said, ...]:
 
 
 def _named_movements(source: Source, driver: Driver) -> list[str]:
-    """The names of gestures or postures that a row can send, or that its stream is set to."""
+    """Return the names of gestures or postures that a row can send, or that its stream is set to."""
     if driver.stream.device is None:
         return []
     kind = driver.stream.device.type
@@ -115,7 +115,7 @@ def _act(source: Source, drivers: list[Driver]) -> Act:
 
 
 def moving_parts(source: Source) -> list[str]:
-    """The parts of the body that rows can move."""
+    """Return the parts of the body that rows can move."""
     drivers = [d for d in source.drivers if not d.stops]
     used = {r for d in drivers for r in parts_of(source, [d])}
     if any(_talks_with_its_arms(d.stream) for d in drivers):
@@ -124,13 +124,13 @@ def moving_parts(source: Source) -> list[str]:
 
 
 def walkers(source: Source) -> list[str]:
-    """The actuator streams that let the robot walk."""
+    """Return the actuator streams that let the robot walk."""
     found = [d.stream for d in source.drivers if d.stream.device and "forward" in d.stream.device.type.settings]
     return list(dict.fromkeys(clean(s.name) for s in found))
 
 
 def cautions(source: Source) -> tuple[Labelled, ...]:
-    """Whether it walks, and whether it could fall."""
+    """Return the cautions about walking and falling."""
     get, walking = source.get, walkers(source)
     legs = list(
         dict.fromkeys(clean(d.stream.name) for d in source.drivers if _LEGS in parts_of(source, [d]) and not d.stops)
@@ -141,7 +141,7 @@ def cautions(source: Source) -> tuple[Labelled, ...]:
 
 
 def rivals(source: Source) -> tuple[Rival, ...]:
-    """The parts that more than one row drives, with these rows by priority."""
+    """Return the parts that more than one row drives, with these rows by priority."""
     found: dict[str, list[Driver]] = {}
     for driver in source.drivers:
         if not driver.stops:
@@ -163,7 +163,7 @@ _ORDER = ("head", "left arm", "right arm", "legs", "eyes", "voice", "memory", "a
 
 
 def parts_of(source: Source, drivers: Sequence[Driver]) -> list[str]:
-    """The parts of the robot that rows which drive one actuator stream use, the moving ones first."""
+    """Return the parts of the robot that rows of one actuator stream use, the moving ones first."""
     stream = drivers[0].stream
     if stream.device is None:
         return []
@@ -175,7 +175,7 @@ def parts_of(source: Source, drivers: Sequence[Driver]) -> list[str]:
 
 
 def top_speed(source: Source, drivers: Sequence[Driver]) -> str:
-    """How fast an actuator stream moves the robot at most, in words; empty when it moves nothing."""
+    """Return the top speed at which an actuator stream moves the robot, in words; empty when it moves nothing."""
     stream, robot = drivers[0].stream, source.checked.robot
     if stream.device is None:
         return ""
@@ -196,7 +196,7 @@ def top_speed(source: Source, drivers: Sequence[Driver]) -> str:
 
 
 def _way(source: Source, stream: Stream) -> str:
-    """How far one command lets it walk: its settings, or their bounds when the value decides."""
+    """Return how far one command lets the robot walk: its settings, or their bounds when the value decides."""
     assert stream.device is not None
     settings = stream.device.type.settings
     values = {name: stream.settings.get(name) for name in ("forward", "left", "turn")}
@@ -208,7 +208,7 @@ def _way(source: Source, stream: Stream) -> str:
 
 
 def _gestures(source: Source, drivers: Sequence[Driver]) -> list[Gesture]:
-    """The gestures that a stream can be told to make; none when they are not all known."""
+    """Return the gestures that a stream can be told to make; none when they are not all known."""
     stream, motions = drivers[0].stream, source.checked.robot.motions
     setting = stream.device.type.settings.get("name") if stream.device else None
     if setting is None or setting.kind != "gesture":
@@ -224,7 +224,7 @@ def _gestures(source: Source, drivers: Sequence[Driver]) -> list[Gesture]:
 
 
 def _fastest(robot: Robot, stream: Stream, gesture: Gesture) -> float:
-    """The largest speed (rad/s) that a gesture has, begun and ended in the posture in which runs begin."""
+    """Return the top speed (rad/s) of a gesture, begun and ended in the posture in which runs begin."""
     tempo = stream.settings.get("tempo")
     start = dict(robot.data["postures"][robot.data["robot"]["start_posture"]])
     frames = gesture.timed(float(tempo) if isinstance(tempo, (int, float)) and tempo else None)
@@ -237,7 +237,7 @@ def _fastest(robot: Robot, stream: Stream, gesture: Gesture) -> float:
 
 
 def _joints(source: Source, drivers: Sequence[Driver]) -> list[str]:
-    """The joints that an actuator stream moves: those of its setting, or of all its parts."""
+    """Return the joints that an actuator stream moves: those of its setting, or of all its parts."""
     robot = source.checked.robot
     named = key(str(drivers[0].stream.settings.get("joint") or ""))
     if named in robot.joints:
@@ -249,5 +249,5 @@ def _joints(source: Source, drivers: Sequence[Driver]) -> list[str]:
 
 
 def _through_the_room(robot: Robot, joints: Iterable[str]) -> list[str]:
-    """The joints by which something moves through the room: not fingers, and not what turns the hand in its place."""
+    """Return the joints that move a limb or the head: not fingers, and not those that turn the hand in place."""
     return [j for j in joints if robot.joints[key(j)].unit == "rad" and _IN_PLACE not in key(j)]

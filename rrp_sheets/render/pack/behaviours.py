@@ -1,4 +1,4 @@
-"""The behaviours: diagrams, sentences and the table, row by row, under the comments of the sheet."""
+"""Behaviours in the ethics pack: diagrams, sentences and the table, row by row, under the sheet's comments."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Draw = Callable[..., tuple[tuple[Figure, ...], list[str]]]
 def behaviour_parts(
     source: Source, changes: Changes | None, *, drawn: bool = True
 ) -> tuple[tuple[BehaviourPart, ...], Pictures]:
-    """All behaviours in the order of the sheets, and their diagrams."""
+    """Return the parts of all behaviours in the order of the sheets, and their diagrams."""
     pictures: Pictures = {}
     draw: Draw = partial(_figures, pictures=pictures) if drawn else lambda *_: ((), [])
     written = {key(b.name): b for b in source.checked.workbook.behaviours}
@@ -70,7 +70,7 @@ def _part(
 
 
 def _lists(source: Source, said: BehaviourText) -> tuple[str, str]:
-    """What a behaviour takes in, and what it acts on."""
+    """Return the sensors and the actuators of a behaviour, in words."""
     takes_in, acts_on = (
         source.words.get(f"behaviour.{kind}", list=source.listed(names))
         if names
@@ -83,7 +83,7 @@ def _lists(source: Source, said: BehaviourText) -> tuple[str, str]:
 def _figures(
     source: Source, graph: BehaviourGraph, flags: Mapping[int, list[int]], marks: Mapping[int, str], pictures: Pictures
 ) -> tuple[tuple[Figure, ...], list[str]]:
-    """The diagrams, and in words why there are none."""
+    """Return the diagrams, and in words why there are none."""
     if not graph.steps:
         return (), [source.get("behaviours.empty")]
     if len(graph.steps) > MOST_DRAWN:

@@ -1,4 +1,4 @@
-"""What the authors state in the Protocol sheet: consent, withdrawal, and every field that stands nowhere else."""
+"""Statements of the authors in the Protocol sheet: consent, withdrawal, and fields shown nowhere else."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _ELSEWHERE = (
 
 
 def consent(source: Source) -> tuple[Labelled, ...]:
-    """Consent, withdrawal and deletion: what the authors state, and what the program does."""
+    """Return consent, withdrawal and deletion: the authors' statements, and what the program does."""
     get = source.get
     lines = []
     for entry in ("consent", "withdrawal", "deletion"):
@@ -35,7 +35,7 @@ def consent(source: Source) -> tuple[Labelled, ...]:
 
 
 def statements(source: Source) -> tuple[Labelled, ...]:
-    """The fields of the Protocol sheet that stand nowhere else in the pack."""
+    """Return the fields of the Protocol sheet that stand nowhere else in the pack."""
     protocol = source.checked.workbook.protocol
     elsewhere = {key(name) for name in _ELSEWHERE}
     return tuple(
@@ -46,12 +46,12 @@ def statements(source: Source) -> tuple[Labelled, ...]:
 
 
 def unstated(source: Source) -> list[str]:
-    """Which fields that a board asks for the Protocol sheet does not have."""
+    """Return the fields that a board asks for and the Protocol sheet lacks."""
     wanted = [*_WANTED, "Consent", *([TOLD] if source.buttons else [])]
     return [name for name in wanted if not source.protocol(name)]
 
 
 def missing(source: Source) -> str:
-    """The same in words; empty when it has them all."""
+    """Return the lacking fields in words; empty when there are none."""
     lacks = unstated(source)
     return source.get("consent.missing", list=source.listed(lacks)) if lacks else ""

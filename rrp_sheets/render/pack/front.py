@@ -1,4 +1,4 @@
-"""The first page, by which a reader in a hurry can judge: title block, summary, boxes, numbers."""
+"""First page of the ethics pack, for a quick judgement: title block, summary, boxes, numbers."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _FIELDS = (
 
 @dataclass(frozen=True)
 class Print:
-    """What is known of this print besides the workbook: its file's name, the day, the program's version."""
+    """Data of this print besides the workbook: its file's name, the day, the program's version."""
 
     name: str
     day: str
@@ -31,7 +31,7 @@ class Print:
 
 
 def facts(source: Source, this: Print) -> tuple[Labelled, ...]:
-    """The title block below title and purpose."""
+    """Return the title block below title and purpose."""
     get, limit = source.get, source.checked.run.time_limit_us
     lines = [Labelled(get(f"fact.{entry}"), text) for entry, n in _FIELDS if (text := source.protocol(n))]
     return (
@@ -45,7 +45,7 @@ def facts(source: Source, this: Print) -> tuple[Labelled, ...]:
 
 
 def summary(source: Source, said: Sequence[Said]) -> str:
-    """What the robot does, in three sentences."""
+    """Describe the robot's behaviour in three sentences."""
     get, limit = source.get, source.checked.run.time_limit_us
     occasions, can = _occasions(source), _can(source, said)
     sentences = (
@@ -80,7 +80,7 @@ def _shortened(source: Source, things: Sequence[str]) -> str:
 
 
 def glance(source: Source, said: Sequence[Said]) -> tuple[Labelled, ...]:
-    """The six boxes."""
+    """Return the six boxes of the first page."""
     get = source.get
     boxes = {
         "senses": _senses(source), "keeps": _keeps(source), "says": _says(source, said), "moves": _moves(source),
@@ -135,7 +135,7 @@ def _stops(source: Source) -> str:
 
 
 def numbers(source: Source, said: Sequence[Said], tests: Sequence[TestSheetResult]) -> tuple[Labelled, ...]:
-    """The workbook in numbers; the label is what is counted."""
+    """Return the workbook in numbers, each labelled with what it counts."""
     get = source.get
     rows = [s for _, s in source.active if s.row.on]
     drives = {d.stream.id for d in source.drivers}
@@ -151,5 +151,5 @@ def numbers(source: Source, said: Sequence[Said], tests: Sequence[TestSheetResul
 
 
 def title_of(source: Source, name: str) -> str:
-    """The Protocol's title; without one the file's name."""
+    """Return the Protocol's title; without one the file's name."""
     return clean(source.protocol("Title")) or clean(name.rsplit(".", 1)[0]) or name

@@ -1,4 +1,4 @@
-"""A workbook's ethics pack: everything in it, as data."""
+"""Makes a workbook's ethics pack as data, with its tables of devices, helpers, gestures and scene."""
 
 from __future__ import annotations
 
@@ -37,16 +37,16 @@ def make_pack(
     draft: bool = False,
     drawn: bool = True,
 ) -> tuple[Pack, Pictures]:
-    """The pack of a checked workbook, and its diagrams by the names under which it asks for them.
+    """Make the pack of a checked workbook, and its diagrams by the names under which it refers to them.
 
     Args:
         reading: as it was read.
         checked: the same, checked; it may have errors.
         this: of this print.
         language: of the program's own words.
-        tests: what the workbook's tests amounted to.
-        tests_note: what there is to say about all of them.
-        changes: what is different from the approved version.
+        tests: the results of the workbook's test sheets.
+        tests_note: a remark on all of them.
+        changes: the differences from the approved version.
         draft: whether it is marked as one on every page; one with errors always is.
         drawn: whether it has diagrams; without them it is only text.
     """
@@ -102,7 +102,7 @@ TableRows = Sequence[Sequence[str]]
 
 
 def sheets(source: Source) -> tuple[Sheet, ...]:
-    """The tables that have rows."""
+    """Return the tables that have rows."""
     made = [_devices(source), _helpers(source), *_tables(source), _gestures(source), _scene(source)]
     return tuple(sheet for sheet in made if sheet.rows)
 
@@ -117,7 +117,7 @@ def _sheet(
 
 
 def _devices(source: Source) -> Sheet:
-    """Every device stream that rows which are on take in or drive."""
+    """Return the table of the device streams that active rows take in or drive."""
     used = dict.fromkeys([*source.sensors, *(d.stream.id for d in source.drivers)])
     rows = []
     for stream in (source.checked.graph.streams[s] for s in used):

@@ -1,4 +1,4 @@
-"""What stands in the ethics pack: plain data in words, without layout; `templates/print/pack.typ` sets it."""
+"""Data of the ethics pack: plain data in words, without layout; `templates/print/pack.typ` sets it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Ref:
 
 @dataclass(frozen=True)
 class Sensed:
-    """Something that the robot perceives: the streams that carry it, through what, and what the rows get."""
+    """Sensor streams, the channel of the sensor, the sentence of what it notices, and the values that rows get."""
 
     streams: str
     through: str
@@ -41,7 +41,7 @@ class Sensed:
 
 @dataclass(frozen=True)
 class Said:
-    """What one or several rows can say and how, or which gestures they can make and by which stream.
+    """Texts that rows can say and their voice, or gestures that rows can make and their stream.
 
     `words` has ‹…› where the run decides.
     """
@@ -73,7 +73,7 @@ class Rival:
 
 @dataclass(frozen=True)
 class Hand:
-    """Something that the operator does: the rows that take it in, and what they can lead to."""
+    """Button of the operator: the rows that take it in, and what they can lead to."""
 
     name: str
     used: tuple[Ref, ...]
@@ -103,7 +103,7 @@ class OpenFinding:
 
 @dataclass(frozen=True)
 class TestSheetResult:
-    """A test sheet of the workbook: whether it passes today, and what came instead."""
+    """Result of a test sheet of the workbook: whether it passes today, and its failures."""
 
     name: str
     passed: bool
@@ -172,7 +172,7 @@ class BehaviourPart:
 
 @dataclass(frozen=True)
 class Sheet:
-    """A table of the workbook; `note` stands above it, `mono` has the columns that hold formulas, `widths` compare."""
+    """Table of the workbook; `note` stands above it, `mono` has the columns of formulas, `widths` are relative."""
 
     title: str
     note: str
@@ -196,7 +196,7 @@ class VersionDifference:
 
 @dataclass(frozen=True)
 class Changes:
-    """What is different from the approved version.
+    """Differences from the approved version.
 
     Attributes:
         intro: which version was compared.
@@ -216,7 +216,7 @@ class Changes:
 
 @dataclass(frozen=True)
 class Pack:
-    """The whole pack.
+    """Contents of the whole ethics pack.
 
     Attributes:
         language: its code.

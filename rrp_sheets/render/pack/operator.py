@@ -1,4 +1,4 @@
-"""What the operator drives by hand, and how a run ends."""
+"""Controls of the operator in the ethics pack, and the ways in which a run ends."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ TOLD = "Participants are told"
 
 
 def hand(source: Source) -> tuple[Hand, ...]:
-    """A line for every button of the operator's that rows take in."""
+    """Return a line for every button of the operator that rows take in."""
     return tuple(
         Hand(source.label(stream), source.sensors[stream], _leads_to(source, stream)) for stream in source.buttons
     )
 
 
 def _leads_to(source: Source, stream: str) -> str:
-    """The actuators that a value can reach, not counting what follows when one of them has ended."""
+    """Return the actuators that a value can reach, not counting what follows when one of them has ended."""
     reached, acts = {stream}, dict[str, None]()
     for behaviour in source.checked.graph.behaviours:
         for step in sorted(behaviour.steps, key=lambda s: s.rank):
@@ -33,7 +33,7 @@ def _leads_to(source: Source, stream: str) -> str:
 
 
 def always(source: Source) -> tuple[str, ...]:
-    """What the operator can do in every run, whatever the rows are."""
+    """Return the actions that the operator has in every run, whatever the rows are."""
     entries = ["sends", "types", "switches", "pauses", "edits", "scene"]
     if not any(source.channel(source.checked.graph.streams[s]) == "microphone" for s in source.sensors):
         entries.remove("types")
@@ -41,7 +41,7 @@ def always(source: Source) -> tuple[str, ...]:
 
 
 def stops(source: Source) -> tuple[Stopping, ...]:
-    """The ways in which a run ends."""
+    """Return the ways in which a run ends."""
     get, limit = source.get, source.checked.run.time_limit_us
     lines = [Stopping(get("stop.button"), get("stop.button_how"))]
     how = get("stop.limit_how", limit=source.words.duration(limit)) if limit else get("stop.limit_none")

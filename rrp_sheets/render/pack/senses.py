@@ -1,4 +1,4 @@
-"""What is sensed, and what is kept of it."""
+"""Sensors in the ethics pack, and the data that is kept."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rrp_sheets.render.pack.source import Source, capital
 
 
 def sensed(source: Source) -> tuple[Sensed, ...]:
-    """A line for every sensor stream that rows take in; the operator's buttons share one."""
+    """Return a line for every sensor stream that rows take in; the operator's buttons share one."""
     lines = [_line(source, stream, used) for stream, used in source.sensors.items() if not source.is_button(stream)]
     if source.buttons:
         names = [clean(source.checked.graph.streams[s].name) for s in source.buttons]
@@ -38,7 +38,7 @@ def _values(source: Source, stream: str) -> str:
 
 
 def merged(refs: list[Ref]) -> tuple[Ref, ...]:
-    """References to the same behaviour as one, its rows in order."""
+    """Merge references to the same behaviour, with its rows in order."""
     rows: dict[str, set[int]] = {}
     for ref in refs:
         rows.setdefault(ref.behaviour, set()).update(ref.rows)
@@ -46,29 +46,29 @@ def merged(refs: list[Ref]) -> tuple[Ref, ...]:
 
 
 def channels(source: Source) -> set[str]:
-    """Through what the robot perceives."""
+    """Return the channels of the sensors that rows take in, such as `camera`."""
     return {source.channel(source.checked.graph.streams[s]) for s in source.sensors}
 
 
 def keeps_pictures(source: Source) -> bool:
-    """Whether pictures of the robot's camera are kept."""
+    """Return whether pictures of the robot's camera are kept."""
     return "camera" in channels(source) and source.checked.run.keeps_pictures
 
 
 def sees_faces(source: Source) -> bool:
-    """Whether a sensor looks for faces."""
+    """Return whether a sensor looks for faces."""
     return any(
         "person" in source.device_entry(source.checked.graph.streams[s]).get("shows", ()) for s in source.sensors
     )
 
 
 def remembers_faces(source: Source) -> bool:
-    """Whether a row lets the robot remember a face."""
+    """Return whether a row lets the robot remember a face."""
     return any(d.stream.device and "memory" in d.stream.device.type.resources for d in source.drivers)
 
 
 def kept(source: Source) -> tuple[Labelled, ...]:
-    """What is stored, where, and for how long: the program's own list, then what the authors say."""
+    """Return the data that is stored, where and for how long: the program's own list, then the authors' statements."""
     get, through = source.get, channels(source)
     pictures = "none" if "camera" not in through else "kept" if keeps_pictures(source) else "not"
     speaks = any("voice" in d.stream.device.type.resources for d in source.drivers if d.stream.device)

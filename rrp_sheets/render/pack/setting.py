@@ -1,4 +1,4 @@
-"""Setting the pack: its data and the words of the template go to Typst."""
+"""Typesets the pack: its data and the words of the template go to Typst."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Paper = Literal["a4", "letter"]
 
 
 def set_pack(pack: Pack, pictures: Pictures, paper: Paper = "a4") -> tuple[bytes, list[str]]:
-    """The PDF's bytes, and what it lacks (a font, say), in words.
+    """Return the pack as a PDF, and warnings in words, of a missing font for example.
 
     Raises:
         SheetsError: Typst could not set it.

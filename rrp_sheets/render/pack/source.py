@@ -1,4 +1,4 @@
-"""What the parts of the pack are made from: the checked workbook, its sheets, and the words of a language."""
+"""Source of the pack's parts: the checked workbook in a language, and the texts that its rows can say."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ class Driver:
 
     @property
     def kind(self) -> str:
-        """The device's name in the catalogue; empty when it is not known."""
+        """Name of the device in the catalogue; empty when it is not known."""
         return self.stream.device.type.name if self.stream.device else ""
 
 
 @dataclass(frozen=True)
 class Source:
-    """A workbook that is printed, and the language for that."""
+    """Workbook to be printed, with the words of the language for that."""
 
     reading: Reading
     checked: Checked
@@ -57,29 +57,29 @@ class Source:
     rows: Rows = field(repr=False)
 
     def get(self, entry: str, /, **values: object) -> str:
-        """A text of the pack."""
+        """Return a text of the pack."""
         return self.words.get(f"pack.{entry}", **values)
 
     def count(self, entry: str, n: int, **values: object) -> str:
-        """A text that has a form of its own for one: the entry with `_one`."""
+        """Return a text that has a form of its own for one: the entry with `_one`."""
         return self.get(f"{entry}_one" if n == 1 else entry, n=f"{n:,}", **values)
 
     def protocol(self, name: str) -> str:
-        """A field of the Protocol sheet, on several lines if it has them."""
+        """Return a field of the Protocol sheet, on several lines if it has them."""
         return self.checked.workbook.protocol.text(name)
 
     @cached_property
     def speech(self) -> SpeechTexts:
-        """The texts that rows can say."""
+        """Finder of the texts that rows can say."""
         return SpeechTexts(self.checked)
 
     @cached_property
     def findings(self) -> list[Diagnostic]:
-        """What is open: errors and warnings, in the order of their flags."""
+        """Errors and warnings of the check, in the order of their flags."""
         return [d for d in self.checked.report if d.severity is not Severity.INFO]
 
     def flags(self, behaviour: str) -> dict[int, list[int]]:
-        """The numbers of the findings in a behaviour (by key), by row."""
+        """Return the numbers of the findings in a behaviour (by key), by row."""
         found: dict[int, list[int]] = {}
         for number, d in enumerate(self.findings, 1):
             if d.address and key(d.address.sheet) == behaviour:
@@ -88,12 +88,12 @@ class Source:
 
     @cached_property
     def active(self) -> list[tuple[str, Step]]:
-        """The rows that take part, with their behaviour's name."""
+        """Active rows, with their behaviour's name."""
         return [(clean(b.name), s) for b in self.checked.graph.behaviours for s in b.steps if s.active]
 
     @cached_property
     def drivers(self) -> list[Driver]:
-        """The rows that drive actuators."""
+        """Active rows that drive actuators."""
         facts, streams = self.checked.facts, self.checked.graph.streams
         return [
             Driver(name, s, streams[s.output], s.ref in facts and facts[s.ref].known.kind == BLANK)
@@ -103,7 +103,7 @@ class Source:
 
     @cached_property
     def sensors(self) -> dict[str, tuple[Ref, ...]]:
-        """The sensor streams that rows take in, each with those rows."""
+        """Sensor streams that rows take in, each with those rows."""
         found: dict[str, list[tuple[str, Step]]] = {}
         for name, step in self.active:
             for stream in dict.fromkeys(step.inputs):
@@ -112,54 +112,54 @@ class Source:
         return {stream: refs(rows) for stream, rows in found.items()}
 
     def device_entry(self, stream: Stream) -> Mapping[str, Any]:
-        """What the catalogue says about a sensor, as it stands in the file."""
+        """Return the entry of a sensor in the catalogue file; empty when there is none."""
         name = stream.device.type.name if stream.device else ""
         return next((s for s in self.checked.robot.data["sensor"] if s["name"] == name), {})
 
     def channel(self, stream: Stream) -> str:
-        """Through what a sensor perceives: `camera`, `touch`, `microphone` or another entry of `pack.channel`."""
+        """Return the channel of a sensor: `camera`, `touch`, `microphone` or another entry of `pack.channel`."""
         return channel(self.checked.robot, stream.device.type if stream.device else None)
 
     def is_button(self, stream: str) -> bool:
-        """Whether a sensor stream is a button of the operator's."""
+        """Return whether a sensor stream is a button of the operator."""
         device = self.checked.graph.streams[stream].device
         return device is not None and device.type.name == BUTTON
 
     @cached_property
     def buttons(self) -> list[str]:
-        """The operator's buttons that rows take in: ids of streams."""
+        """Ids of the operator's button streams that rows take in."""
         return [s for s in self.sensors if self.is_button(s)]
 
     def label(self, stream: str) -> str:
-        """What stands on a button."""
+        """Return the label of a button, by default the name of its stream."""
         found = self.checked.graph.streams[stream]
         return clean(str(found.settings.get("label") or found.name))
 
     def quoted(self, names: Iterable[str], joiner: str = "and") -> str:
-        """`“a”, “b” and “c”`."""
+        """Return `“a”, “b” and “c”`."""
         return self.words.listed([self.words.get("name.quoted", name=n) for n in names], joiner)
 
     def presses(self) -> str:
-        """`the operator presses “a” or “b”`: what the buttons that rows take in tell."""
+        """Return `the operator presses “a” or “b”`, with the buttons that rows take in."""
         return self.get("summary.presses", list=self.quoted((self.label(s) for s in self.buttons), "or"))
 
     def listed(self, things: Sequence[str]) -> str:
-        """`a, b and c`."""
+        """Return `a, b and c`."""
         return self.words.listed(list(things))
 
     def listed_cells(self, cells: Iterable[Cell]) -> str:
-        """The names in a cell, as they are typed: `a, b`."""
+        """Return the names in a cell, as they are typed: `a, b`."""
         return self.words.in_a_row([clean(c.text) for c in cells])
 
     def fields(self, kind: DeviceType) -> list[str]:
-        """What the value of a sensor consists of: its fields with their units."""
+        """Return the fields of a sensor's value with their units."""
         names = kind.words(self.words.language).fields
         said = [(names[key(f.name)][0], f.unit) for f in kind.payload.fields] if kind.payload else []
         return [self.get("sensed.field", name=name, unit=unit) if unit else name for name, unit in said]
 
 
 def refs(rows: Iterable[tuple[str, Step]]) -> tuple[Ref, ...]:
-    """The rows, behaviour by behaviour."""
+    """Group rows by their behaviour."""
     found: dict[str, list[int]] = {}
     for name, step in rows:
         found.setdefault(name, []).append(step.number)
@@ -167,12 +167,12 @@ def refs(rows: Iterable[tuple[str, Step]]) -> tuple[Ref, ...]:
 
 
 def driver_refs(drivers: Iterable[Driver]) -> tuple[Ref, ...]:
-    """The same, of drivers."""
+    """Group the rows of drivers by their behaviour."""
     return refs((d.behaviour, d.step) for d in drivers)
 
 
 def capital(text: str) -> str:
-    """The text with a capital letter at its start."""
+    """Return the text with a capital letter at its start."""
     return text[:1].upper() + text[1:]
 
 
@@ -188,14 +188,14 @@ SpokenTexts = dict[str, None]
 
 @dataclass(frozen=True)
 class _Env:
-    """What the names of a formula stand for: streams, and a helper's parameters."""
+    """Meanings of the names in a formula: streams, and a helper's parameters."""
 
     streams: Mapping[str, str]
     given: Mapping[str, tuple[ast.expr, _Env]]
 
 
 class SpeechTexts:
-    """Finds the texts of a checked workbook's rows."""
+    """Finder of the texts that a checked workbook's rows can say."""
 
     def __init__(self, checked: Checked) -> None:
         self._checked = checked
@@ -208,7 +208,7 @@ class SpeechTexts:
         self._found: dict[str, SpokenTexts] = {}
 
     def texts_of(self, step: Step) -> list[str]:
-        """The texts that a row can send to its actuator; none when it only sends blanks."""
+        """Return the texts that a row can send to its actuator; none when it only sends blanks."""
         found: SpokenTexts = {}
         if step.row.formula.text:
             found = self._of_formula(step, 0)
@@ -311,7 +311,7 @@ class SpeechTexts:
 
     @staticmethod
     def _joined(parts: list[SpokenTexts]) -> SpokenTexts:
-        """All ways of joining; where they would be too many, the part with the most stands as one of several."""
+        """Return all combinations of the parts; where they are too many, the largest part becomes `‹a | b›`."""
         lists = [list(part) or [""] for part in parts]
         while math.prod(map(len, lists)) > MOST:
             longest = max(lists, key=len)
@@ -324,7 +324,7 @@ class SpeechTexts:
         return known | dict.fromkeys(env.given, UNKNOWN)
 
     def _source(self, tree: ast.AST, env: _Env) -> str:
-        """A short name for what is not known: a field, an input, or dots."""
+        """Return a short name for what is not known: a field, an input, or dots."""
         if isinstance(tree, ast.Attribute):
             inner = self._source(tree.value, env)
             return f"{inner}.{tree.attr}" if inner != "…" else tree.attr
@@ -339,7 +339,7 @@ def _open(name: str) -> SpokenTexts:
 
 
 def _shown(values: Iterable[Value]) -> SpokenTexts:
-    """The values as they would be said; blanks and records are not. An empty text may be joined to others."""
+    """Return the values as spoken, without blanks and records; an empty text stays, as it may be joined to others."""
     return {
         value if isinstance(value, str) else show(value): None
         for value in values

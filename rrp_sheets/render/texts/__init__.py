@@ -1,4 +1,4 @@
-"""The words of diagrams and explanations: one catalogue per language (`en.toml`)."""
+"""Texts of diagrams and explanations: one catalogue per language (`en.toml`)."""
 
 from __future__ import annotations
 
@@ -22,36 +22,36 @@ class Texts:
     entries: Mapping[str, str]
 
     def has(self, name: str) -> bool:
-        """Whether there is such an entry."""
+        """Return whether there is an entry of that name."""
         return name in self.entries
 
     def get(self, entry: str, /, **values: object) -> str:
-        """An entry with its places filled; a missing entry is a KeyError."""
+        """Return an entry with its places filled; a missing entry is a KeyError."""
         text = self.entries[entry]
         return text.format(**values) if values else text
 
     def listed(self, things: Sequence[str], joiner: str = "and") -> str:
-        """`a, b and c`; `joiner` is `and` or `or` for nouns, `all` or `any` for conditions."""
+        """Return `a, b and c`; `joiner` is `and` or `or` for nouns, `all` or `any` for conditions."""
         start = self.entries["list.comma"].join(things[:-1])
         return self.entries[f"list.{joiner}"].join(filter(None, [start, *things[-1:]]))
 
     def in_a_row(self, things: Sequence[str]) -> str:
-        """`a, b, c`."""
+        """Return `a, b, c`."""
         return self.entries["list.comma"].join(things)
 
     def sentences(self, sentences: Sequence[str]) -> str:
-        """Sentences one after the other, as a paragraph."""
+        """Join sentences to a paragraph."""
         return self.entries["list.sentence"].join(sentences)
 
     def duration(self, us: int) -> str:
-        """A duration (µs): `10 s`."""
+        """Return a duration (µs) in words: `10 s`."""
         number, unit = show_duration(us).split(" ")
         return self.get(f"duration.{unit}", n=number)
 
 
 @lru_cache(maxsize=8)
 def texts(language: str = "en") -> Texts:
-    """The catalogue of a language; raises SheetsError when there is none."""
+    """Return the catalogue of a language; raise SheetsError when there is none."""
     if language not in LANGUAGES:
         raise SheetsError(f"There are no texts in the language “{language}”.", f"There are: {', '.join(LANGUAGES)}.")
     tables = tomllib.loads((Path(__file__).parent / f"{language}.toml").read_text(encoding="utf-8"))
