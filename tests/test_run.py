@@ -150,7 +150,7 @@ def test_no_process_is_left_behind(who, tmp_path):
     for line in process.stdout:
         if "Head tracker" in line:
             break
-    engine, simulator = (child_of(process.pid, f"rrp_sheets.{name}.child") for name in ("runs", "sim"))
+    engine, simulator = (child_of(process.pid, f"rrp_sheets.{name}") for name in ("runs.engine_child", "sim.child"))
     left = {engine, simulator, *children(engine), *children(simulator)}
     assert len(left) == 4, "each has a guard"
     os.kill(process.pid if who == "program" else engine, signal.SIGKILL)  # it dies without a word: the others notice

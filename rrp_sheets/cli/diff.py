@@ -108,6 +108,7 @@ def _text(path: Path) -> str:
 
 
 def _show(found: Compared, form: str, as_json: bool, output: Path | None, quiet: bool) -> None:
+    from rrp_sheets.compare.as_json import as_dict
     from rrp_sheets.compare.as_text import as_text, verdict
 
     comparison = found.comparison
@@ -115,7 +116,7 @@ def _show(found: Compared, form: str, as_json: bool, output: Path | None, quiet:
     if output is not None:
         _write(output, made)
     if as_json:
-        click.echo(json.dumps(comparison.as_dict(), ensure_ascii=False, indent=2))
+        click.echo(json.dumps(as_dict(comparison), ensure_ascii=False, indent=2))
     elif output is not None:
         click.echo(f"{verdict(comparison)} Written: {output}")
     elif form:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from rrp_sheets.compare.tokens import FormulaPiece
-
-SCHEMA = 1  # of the JSON; grows when an entry changes its meaning or goes
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,35 +83,3 @@ class Comparison:
     def others(self) -> Sequence[Change]:
         """Changes that do not alter the behaviour."""
         return [c for c in self.changes if not c.effect]
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the data that `diff --json` prints."""
-        from rrp_sheets.compare.wording import say
-
-        changes = []
-        for c in self.changes:
-            entry = {**asdict(c), "row_before": c.rows[0] or None, "row_after": c.rows[1] or None, "text": say(c)}
-            del entry["rows"]
-            entry["pieces"] = [{"kind": p.kind, "text": p.text} for p in c.pieces]
-            changes.append(entry)
-        return {
-            "schema": SCHEMA,
-            "same_behaviour": self.same,
-            "first": asdict(self.first),
-            "second": asdict(self.second),
-            "changes": changes,
-        }
-
-    @classmethod
-    def from_dict(cls, told: Mapping[str, Any]) -> Comparison:
-        """Restore a comparison from the data of :meth:`as_dict`."""
-        derived = ("row_before", "row_after", "text")
-        changes = [
-            Change(**{
-                **{name: value for name, value in entry.items() if name not in derived},
-                "rows": (entry["row_before"] or 0, entry["row_after"] or 0),
-                "pieces": tuple(FormulaPiece(p["kind"], p["text"]) for p in entry["pieces"]),
-            })
-            for entry in told["changes"]
-        ]  # fmt: skip
-        return cls(ComparedWorkbook(**told["first"]), ComparedWorkbook(**told["second"]), tuple(changes))

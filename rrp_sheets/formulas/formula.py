@@ -181,7 +181,7 @@ class _Parser(Values):
     def leftover(self, node: ast.expr) -> NoReturn:
         if self.now.text in (",", ";") and self.now.kind == "sign":
             hints.bare_separator(self.tokens, self.i)
-        hints.leftover(self.tokens, self.i, self.typed)
+        hints.leftover(self.tokens, self.i)
 
     def expression(self) -> ast.expr:
         return self.deeper(self._conditional)

@@ -171,7 +171,7 @@ def keyword(tokens: list[Token], i: int) -> NoReturn:
     raise syntax(now, Phrase("“{text}” belongs to a program", text=now.text), _ADVICE)
 
 
-def leftover(tokens: list[Token], i: int, typed: str) -> NoReturn:
+def leftover(tokens: list[Token], i: int) -> NoReturn:
     """Raise the problem of a token that cannot stand behind a complete value."""
     before, now = tokens[i - 1], tokens[i]
     if now.kind == "sign":

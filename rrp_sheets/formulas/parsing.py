@@ -308,7 +308,7 @@ class Values(ABC):
             self.refuse("A generator", "Write the brackets [ ] around it.", self.now.start, self.now.end)
         if self.now.kind == "end":
             self.fail("a closing bracket is missing", Phrase("Add the closing bracket {closer}.", closer=closer), start)
-        hints.leftover(self.tokens, self.i, self.typed)
+        hints.leftover(self.tokens, self.i)
 
     def _text_with_values(self, token: Token) -> ast.expr:
         values: list[ast.expr] = []

@@ -32,7 +32,6 @@ PAIRS = {
 }
 _ESCAPES = {"n": "\n", "t": "\t", "\\": "\\", '"': '"', "'": "'", "\n": ""}
 _CODED = {"x": 2, "u": 4, "U": 8}
-_HEX = re.compile(r"[0-9a-fA-F]+")
 
 
 def closing(typed: str, at: int) -> int:

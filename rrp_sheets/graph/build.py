@@ -114,7 +114,7 @@ class _Builder:
             self.failed = self.failed or not usable
             if row.on:  # "above" skips rows that are switched off
                 drives = connector is not None and connector.is_sink
-                above = inputs if drives else (self.names.output_id(row, connector),)
+                above = inputs if drives else (self.names.output_id(row),)
                 above_refused = drives and refused
         return steps
 

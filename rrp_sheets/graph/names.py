@@ -56,7 +56,7 @@ class Names:
                 if row.on is on and row.output and not (connector and connector.is_sink):
                     self.made.setdefault(key(row.output.text), row)
 
-    def output_id(self, row: Row, connector: Connector | None) -> str:
+    def output_id(self, row: Row) -> str:
         """Return the id of a row's output, even of a faulty row, so that the rows after it can still be drawn."""
         if row.output:
             return self._ordinary(row.output, f"{self.sheet}!{key(row.output.text)}")

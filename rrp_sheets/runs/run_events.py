@@ -149,7 +149,12 @@ def _show_state(
     view.state(us, State(joints, tuple(base), tuple(eyes), saying, places, by, *room))
 
 
+def _show_missed(view: RunView, us: int, count: int) -> None:
+    view.happening(us, Notice("note", f"{count:,} values came faster than they can be shown. The record has them all."))
+
+
 _SHOWN: dict[str, Callable[..., None]] = {
+    "missed": _show_missed,
     "acted": lambda view, us, *act: view.acted(us, OperatorAction(*act)),
     "refused": lambda view, *words: view.refused(*words),
     "rested": lambda view, summary, broken: view.rested(Summary(**summary), _broken(broken)),

@@ -32,7 +32,7 @@ class NonBlockingWriter:
     def __init__(self, link: socket.socket) -> None:
         self._link = link
         self._waiting = bytearray()
-        self.missed = 0
+        self._missed, self._missed_us = 0, 0  # events that were left out, and when the last of them came
         self.gone = False
 
     def post(self, message: list[Any]) -> None:
@@ -41,9 +41,9 @@ class NonBlockingWriter:
             self._waiting += line(message)
 
     def post_event(self, message: list[Any]) -> None:
-        """Append an event to the buffer, unless too much waits already."""
+        """Append an event, whose second part is its time in µs, to the buffer, unless too much waits already."""
         if len(self._waiting) > MOST_WAITING:
-            self.missed += 1
+            self._missed, self._missed_us = self._missed + 1, message[1]
         else:
             self.post(message)
 
@@ -54,9 +54,8 @@ class NonBlockingWriter:
 
     def flush(self) -> None:
         """Send what can be sent without waiting."""
-        if self.missed and len(self._waiting) < MOST_WAITING // 2:
-            self.post(["missed", self.missed])
-            self.missed = 0
+        if len(self._waiting) < MOST_WAITING // 2:
+            self._post_missed()
         if self._waiting and not self.gone:
             try:
                 del self._waiting[: self._link.send(self._waiting, socket.MSG_DONTWAIT)]
@@ -65,8 +64,14 @@ class NonBlockingWriter:
             except OSError:
                 self._leave()
 
+    def _post_missed(self) -> None:
+        if self._missed:
+            self.post(["missed", self._missed_us, self._missed])
+            self._missed = 0
+
     def finish(self) -> None:
         """Send everything, waiting for the watcher."""
+        self._post_missed()
         try:
             self._link.sendall(self._waiting)
             self._waiting.clear()

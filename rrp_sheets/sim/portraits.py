@@ -196,7 +196,6 @@ def studied(portrait: Portrait, models: FaceModels) -> list[Features]:
 
 Floats = NDArray[np.floating[Any]]
 SIDE = 192  # pixels of the finished picture
-FINER = 1
 EDGE = 0.012  # softness of edges, as a part of half the picture
 
 
@@ -204,10 +203,9 @@ class _Canvas:
     """A picture that is being painted, with the coordinates of its pixels."""
 
     def __init__(self, seed: int) -> None:
-        n = SIDE * FINER
-        along = ((np.arange(n, dtype=np.float32) + 0.5) / n * 2 - 1).astype(np.float32)
+        along = ((np.arange(SIDE, dtype=np.float32) + 0.5) / SIDE * 2 - 1).astype(np.float32)
         self.x, self.y = np.meshgrid(along, -along)
-        self.picture: Floats = np.ones((n, n, 3), np.float32)
+        self.picture: Floats = np.ones((SIDE, SIDE, 3), np.float32)
         self._chance = np.random.default_rng(seed)
 
     def paint(self, mask: Floats, colour: RGB | Floats) -> None:

@@ -35,9 +35,10 @@ def _marbles(place: str, behaviour: str, rows: list[int], window: list[float | N
 
 def _compare(first: str, second: str) -> dict[str, Any]:
     from rrp_sheets.compare import compare
+    from rrp_sheets.compare.as_json import as_dict
     from rrp_sheets.compare.opening import open_checked
 
-    return compare(open_checked(Path(first)), open_checked(Path(second))).as_dict()
+    return as_dict(compare(open_checked(Path(first)), open_checked(Path(second))))
 
 
 def _lookback(place: str, what: str, number: int) -> str:

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from rrp_sheets.compare.as_json import from_dict
 from rrp_sheets.compare.changes import Comparison
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.worker_process import RestartingWorker, WorkerError, WorkerProcess
@@ -55,7 +56,7 @@ class QueryWorker:
 
     def compare(self, first: Path, second: Path) -> Comparison:
         """Compare two workbooks by what they mean."""
-        return Comparison.from_dict(self._ask(f"{first.name} and {second.name}", "compare", str(first), str(second)))
+        return from_dict(self._ask(f"{first.name} and {second.name}", "compare", str(first), str(second)))
 
     def lookback(self, place: Path, what: str, number: int = 0) -> str:
         """Return a part of a run, to be looked back at; see `lookback.answer`."""

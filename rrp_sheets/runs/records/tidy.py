@@ -35,7 +35,6 @@ class Seconds(float):
 
 
 SENT = "sent by hand"  # the kind of a value that somebody sent into a sensor stream
-TRACE = "trace.jsonl"
 TELL_APART = ("run", "participant", "condition")
 _MOST_FIELDS = 500  # columns of a table: more is no record of ours
 _FIRST = ("time_s", "kind", "stream", "row", "value", "message", "blank")

@@ -16,8 +16,6 @@ from rrp_sheets.render.legend import draw_legend
 from rrp_sheets.render.pack.setting import set_pack
 from rrp_sheets.runs.worker_loop import serve
 
-Choice = tuple[str, str, str, str]
-
 
 @lru_cache(maxsize=2)
 def _gathered(path: str, digest: str, against: str, language: str) -> Gathered:
