@@ -292,7 +292,8 @@ def test_a_world_in_lockstep_goes_with_the_wall_clock():
     made.stop()
     assert world.stopped and observer.told == [Notice("note", "ready")]
     assert world.steps == [n * 1_000_000 // 30 for n in range(1, len(world.steps) + 1)]
-    assert 2 <= len(world.steps) <= 16
+    took = time.monotonic() - before  # it goes on until it is stopped, which may be late on a busy machine
+    assert 2 <= len(world.steps) <= took * 30 + 1
     assert world.got[:2] == [("print", 1), ("print", 12)]
 
 
