@@ -11,14 +11,14 @@ from pathlib import Path
 from rrp_sheets import __version__
 from rrp_sheets.checks import Checked, check_workbook
 from rrp_sheets.compare import Change, Comparison, compare
-from rrp_sheets.compare.opening import open_checked
-from rrp_sheets.compare.wording import place, value
+from rrp_sheets.compare.as_text import place, value
+from rrp_sheets.compare.side import open_checked
 from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.render.pack import Changes, Pack, Print, TestSheetResult, VersionDifference, make_pack
 from rrp_sheets.render.pack.behaviours import Pictures
-from rrp_sheets.render.pack.setting import Paper, set_pack
+from rrp_sheets.render.pack.make import Paper, set_pack
 from rrp_sheets.render.texts import Texts, texts
 from rrp_sheets.testing import CaseResult, run_tests
 from rrp_sheets.testing.result_text import failure_lines

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rrp_sheets import api
 from rrp_sheets.compare import Comparison
-from rrp_sheets.compare.wording import say
+from rrp_sheets.compare.as_text import say
 
 BASE = """
 ## Tracking

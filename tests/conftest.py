@@ -106,7 +106,7 @@ def pytest_sessionfinish(session, exitstatus):
 @pytest.fixture(autouse=True)
 def _no_limit_here(monkeypatch):
     """A command that is called within this process must not take the memory of all other tests."""
-    monkeypatch.setattr("rrp_sheets.runs.process_limits.limit_memory", lambda *_: None)
+    monkeypatch.setattr("rrp_sheets.runs.worker_loop.limit_memory", lambda *_: None)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 from rrp_sheets import api
 from rrp_sheets.checks import Checked
 from rrp_sheets.devices import load_robot
-from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.engine import FrameEngine
 from rrp_sheets.engine.frame_runner import run_loop
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.trace import stream_label

@@ -12,8 +12,7 @@ from rrp_sheets.sim.camera import Image
 from rrp_sheets.sim.face_memory import FaceMemory
 from rrp_sheets.sim.face_models import Features
 from rrp_sheets.sim.figures import CLOTHES, CompoundShape
-from rrp_sheets.sim.heads import Heads
-from rrp_sheets.sim.looks import FACES
+from rrp_sheets.sim.heads import FACES, Heads
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.people import body
 from rrp_sheets.sim.portraits import studied

@@ -7,10 +7,9 @@ import json
 import pytest
 
 from rrp_sheets.checks import Checked
-from rrp_sheets.engine.event_queue import MOST_WAITING, EventQueue
-from rrp_sheets.engine.events import EventEngine
-from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.engine import EventEngine, FrameEngine
 from rrp_sheets.engine.plan import make_plan
+from rrp_sheets.engine.realtime import MOST_WAITING, EventQueue
 from rrp_sheets.errors import RunBroken
 from tests.play import check, example, play, rows
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from rrp_sheets.cli.plain import plain_text
+from rrp_sheets.cli.terminal import plain_text
 
 STEERING = ("\x1b]", "\x07", "\x9b", "\u202e", "\u2066", "\x1b[2J", "\x1b[8m")
 BAD = "a\x1b]0;title\x07b\x1b[2Jc\x1b[8md\x9b31me\u202ef\u2066g"

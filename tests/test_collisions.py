@@ -22,7 +22,7 @@ from rrp_sheets.devices.trajectory import Planner
 from rrp_sheets.model.names import key
 from rrp_sheets.sim.body import Body
 from rrp_sheets.sim.gait import STEP_TIME, FootPlace, Gait, Legs, Standing
-from rrp_sheets.sim.pointing import Pointing
+from rrp_sheets.sim.tracker import Pointing
 
 ROBOT = load_robot()
 HOME = {joint: float(angle) for joint, angle in ROBOT.data["postures"]["StandInit"].items()}

@@ -317,7 +317,7 @@ def test_an_unknown_suffix_is_refused(tmp_path):
 
 
 def test_a_missing_japanese_font_is_told(tmp_path, monkeypatch):
-    monkeypatch.setattr("rrp_sheets.render.typeset.FONTS", tmp_path / "none")
+    monkeypatch.setattr("rrp_sheets.render.measure.FONTS", tmp_path / "none")
     graph = graph_of(*JAPANESE)
     (warning,) = write_diagram(draw_diagram(graph, graph.behaviours[0]), tmp_path / "x.png")
     assert "Japanese font" in warning

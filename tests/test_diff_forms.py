@@ -18,7 +18,7 @@ from rrp_sheets import api
 from rrp_sheets.cli.diff import text_form
 from rrp_sheets.cli.main import group
 from rrp_sheets.compare.as_html import as_html
-from rrp_sheets.compare.opening import open_workbook
+from rrp_sheets.compare.side import open_workbook
 from rrp_sheets.resources import bundled
 
 WORKBOOKS = sorted(bundled("workbooks").glob("*.xlsx"))

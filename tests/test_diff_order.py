@@ -9,7 +9,7 @@ from compared import BASE, compare, told
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rrp_sheets.compare.wording import say
+from rrp_sheets.compare.as_text import say
 
 # ---- what the order of rows does
 

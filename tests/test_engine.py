@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from play import check, findings, play, rows
 
-from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.engine import FrameEngine
 from rrp_sheets.engine.frame_runner import run_loop
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.model.names import key

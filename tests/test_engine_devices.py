@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 from play import check, example, play, rows
 
-from rrp_sheets.engine.events import EventEngine
-from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.engine import EventEngine, FrameEngine
 from rrp_sheets.engine.plan import make_plan
 
 YAW, PITCH = "Head yaw", "Head pitch"

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from play import Played, check
 from play import rows as workbook
 
-from rrp_sheets.engine.events import EventEngine
-from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.engine import EventEngine, FrameEngine
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.model.names import argument_name, key
 

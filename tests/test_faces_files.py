@@ -29,7 +29,7 @@ from rrp_sheets.sim import face_models
 from rrp_sheets.sim.face_memory import FaceMemory, read_memory, write_memory
 from rrp_sheets.sim.face_models import FaceModels
 from rrp_sheets.sim.faces import Faces
-from rrp_sheets.sim.looks import FACES, Looks
+from rrp_sheets.sim.heads import FACES, Looks
 from rrp_sheets.sim.portraits import drawn, from_file, read_picture
 from rrp_sheets.web.robotmodel import face_picture, robot_model
 

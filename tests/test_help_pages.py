@@ -19,7 +19,7 @@ from rrp_sheets.cli.formula import command as formula_command
 from rrp_sheets.devices import load_robot
 from rrp_sheets.diagnostics import CODES, Severity
 from rrp_sheets.diagnostics.page import PAGES, completed, load_page, parse_page
-from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.engine import FrameEngine
 from rrp_sheets.engine.frame_runner import run_loop
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.formulas import compile_formula, make_scope

@@ -27,11 +27,10 @@ from rrp_sheets.model.values import Failure
 from rrp_sheets.topics.connector_marbles import marbles, workbook
 from rrp_sheets.topics.connectors import IN_USE, one_connector
 from rrp_sheets.topics.devices import DONE_EXAMPLE
-from rrp_sheets.topics.finding import TOPICS
+from rrp_sheets.topics.finding import EXAMPLES, TOPICS
+from rrp_sheets.topics.finding import WORDS as OTHER_WORDS
 from rrp_sheets.topics.functions import examples, typed
 from rrp_sheets.topics.scene_page import EXAMPLE, TIMES
-from rrp_sheets.topics.word_pages import EXAMPLES
-from rrp_sheets.topics.word_pages import WORDS as OTHER_WORDS
 from rrp_sheets.topics.workbooks import checked
 
 WIDEST = 100

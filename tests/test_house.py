@@ -6,8 +6,8 @@ import pytest
 from house import Measure, measures
 
 CEILINGS = {
-    "lines of Python": 71_177,
-    "modules": 501,
+    "lines of Python": 70_788,
+    "modules": 452,
     "docstrings that begin as a question": 84,
     "lines of README": 130,
     "modules under 40 lines that only one other imports": 0,

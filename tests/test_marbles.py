@@ -16,15 +16,23 @@ from hypothesis import strategies as st
 from rrp_sheets import api
 from rrp_sheets.cli.marbles import command
 from rrp_sheets.connectors import connectors
-from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.engine import FrameEngine
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.trace import TraceWriter
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import DONE
-from rrp_sheets.render.marble_diagram import Bar, Group, Lane, Marble, MarbleDiagram
+from rrp_sheets.render.marble_diagram import (
+    Bar,
+    Group,
+    Lane,
+    Marble,
+    MarbleDiagram,
+    fitting,
+    labels,
+    marble_text,
+    nice_step,
+)
 from rrp_sheets.render.marble_drawing import draw_marbles
-from rrp_sheets.render.marble_text import marble_text, nice_step
-from rrp_sheets.render.marble_values import fitting, labels
 from rrp_sheets.render.measure import columns
 from rrp_sheets.render.output import write_marbles
 from rrp_sheets.render.style import LANDSCAPE, LEAST_SCALE

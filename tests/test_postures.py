@@ -11,7 +11,7 @@ pytest.importorskip("cv2")
 
 from rrp_sheets.devices import load_robot
 from rrp_sheets.model.exchange import Command, DeviceUse
-from rrp_sheets.sim.actuators.posture import route
+from rrp_sheets.sim.actuators.keyframed import route
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.world import SimWorld
 

@@ -15,8 +15,8 @@ from rrp_sheets import api
 from rrp_sheets.checks import check_workbook
 from rrp_sheets.printing import make
 from rrp_sheets.render.pack import Pack, Print, make_pack
+from rrp_sheets.render.pack.make import set_pack
 from rrp_sheets.render.pack.model import Labelled
-from rrp_sheets.render.pack.setting import set_pack
 from rrp_sheets.resources import bundled
 
 GOLDEN = Path(__file__).parent / "golden" / "print"

@@ -21,7 +21,7 @@ from werkzeug.test import TestResponse
 
 from rrp_sheets import api
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.web.records.making import made
+from rrp_sheets.web.records.run_store import made
 
 OTHER = HEADER | {"participant": "P-02", "workbook": "1" * 64, "condition": "Warm"}
 OURS = {"X-RRP": "grid", "Origin": HOME}

@@ -21,10 +21,9 @@ from play import check, rows
 
 from rrp_sheets import api
 from rrp_sheets.engine.command_queue import CommandQueue
-from rrp_sheets.engine.events import EventEngine
-from rrp_sheets.engine.observer import RunObserver
+from rrp_sheets.engine.engine import EventEngine
 from rrp_sheets.engine.plan import make_plan
-from rrp_sheets.engine.ports import Arrivals
+from rrp_sheets.engine.ports import Arrivals, RunObserver
 from rrp_sheets.engine.realtime import RealtimeAdapter
 from rrp_sheets.engine.realtime_runner import RealtimeRunner
 from rrp_sheets.errors import RunBroken

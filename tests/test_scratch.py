@@ -12,12 +12,12 @@ from pathlib import Path
 import pytest
 
 from rrp_sheets.processes import ChildProcess
-from rrp_sheets.web.temp_dirs import scratch
+from rrp_sheets.web.serving import scratch
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="nobody can tell there which folder is in use")
 KILLED = """
 import os, pathlib, signal
-from rrp_sheets.web.temp_dirs import scratch
+from rrp_sheets.web.serving import scratch
 with scratch() as folder:
     (folder / "table.csv").write_text("P-01")
     os.kill(os.getpid(), signal.SIGKILL)

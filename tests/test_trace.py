@@ -7,7 +7,7 @@ import json
 import pytest
 from play import check, rows
 
-from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.engine import FrameEngine
 from rrp_sheets.engine.frame_runner import run_loop
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.trace import TraceWriter, read_trace

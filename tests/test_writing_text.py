@@ -30,7 +30,7 @@ from rrp_sheets.workbook.editing import (
 )  # fmt: skip
 from rrp_sheets.workbook.maker import make_workbook
 from rrp_sheets.workbook.raw_rows import to_rows
-from rrp_sheets.workbook.text_cells import from_csv, from_markdown, to_csv, to_markdown
+from rrp_sheets.workbook.text_books import from_csv, from_markdown, to_csv, to_markdown
 from rrp_sheets.workbook.text_patch import csv_text, write_csv, write_markdown
 
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))

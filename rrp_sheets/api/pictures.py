@@ -13,7 +13,7 @@ from rrp_sheets.api.workbooks import check, read
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
     from rrp_sheets.render.marble_diagram import MarbleDiagram
-    from rrp_sheets.render.pack.setting import Paper
+    from rrp_sheets.render.pack.make import Paper
     from rrp_sheets.testing import TestReport
 
 

@@ -140,7 +140,7 @@ def diff(first: Path | str, second: Path | str) -> Comparison:
     True
     """
     from rrp_sheets.compare import compare
-    from rrp_sheets.compare.opening import open_checked
+    from rrp_sheets.compare.side import open_checked
 
     return compare(open_checked(Path(first)), open_checked(Path(second)))
 

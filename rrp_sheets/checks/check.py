@@ -9,9 +9,8 @@ from pathlib import Path
 
 from rrp_sheets.checks.facts import Fact
 from rrp_sheets.checks.formulas import Compiled, check_formulas
-from rrp_sheets.checks.keeping import check_kept
 from rrp_sheets.checks.lints import lint
-from rrp_sheets.checks.protocol import RunPlan, check_protocol
+from rrp_sheets.checks.protocol import RunPlan, check_kept, check_protocol
 from rrp_sheets.checks.tests import Case, MakeScope, check_tests, switchable
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import Robot, load_robot, robot_names
@@ -27,8 +26,8 @@ from rrp_sheets.formulas import Formula, make_scope
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.graph import Graph, Stream, StreamKind
 from rrp_sheets.graph.build import build_graph
+from rrp_sheets.graph.device_table import divided_phrase, doubtful_phrase, understand
 from rrp_sheets.graph.names import DONE_DEVICE
-from rrp_sheets.graph.settings import divided_phrase, doubtful_phrase, understand
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.names import Proposals, argument_name, key, nearest
 from rrp_sheets.model.scene_actions import ROW_ABOVE, SceneAction

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 from rrp_sheets.checks.abstract_values import NUMBER, TEXT, TRUTH
 from rrp_sheets.checks.examples import Examples, Trouble
 from rrp_sheets.checks.facts import Fact, sensor_fact
-from rrp_sheets.checks.telling import tell
 from rrp_sheets.connectors import Parameter
 from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
@@ -349,3 +348,10 @@ class _Calls:
 
     def _shown(self, k: str) -> str:
         return f"{self.helpers[k].shown} ({self.cells[k].address.cell})"
+
+
+def tell(report: Report, cell: Cell, problem: FormulaProblem) -> None:
+    """Report a formula's problem, and the others of the same formula, at its cell."""
+    for one in problem.every:
+        span = (one.column, one.column + one.length) if one.column >= 0 else None
+        report.add(one.code, cell.address, span=span, fixes=(), **one.details)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rrp_sheets.cli.bundled import opened
+from rrp_sheets.cli.terminal import opened
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.languages import LANGUAGES
 

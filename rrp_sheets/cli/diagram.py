@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from rrp_sheets.cli.bundled import WorkbookArgument
+from rrp_sheets.cli.terminal import WorkbookArgument
 from rrp_sheets.model.languages import LANGUAGES
 
 

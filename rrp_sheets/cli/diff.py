@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rrp_sheets.cli.bundled import opened
+from rrp_sheets.cli.terminal import opened
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.names import key
 from rrp_sheets.workbook import Reading
@@ -95,7 +95,7 @@ def _form(as_html: bool, as_svg: bool, output: Path | None) -> str:
 
 
 def _text(path: Path) -> str:
-    from rrp_sheets.compare.opening import open_workbook
+    from rrp_sheets.compare.side import open_workbook
 
     pass
 
@@ -128,7 +128,7 @@ def _show(found: Compared, form: str, as_json: bool, output: Path | None, quiet:
 def _made(found: Compared, form: str) -> str:
     """The page, or the picture."""
     from rrp_sheets.compare.as_html import as_html
-    from rrp_sheets.runs.process_limits import lift_limit
+    from rrp_sheets.runs.worker_loop import lift_limit
 
     lift_limit()  # no formula is looked at any more, and drawing may take what memory it needs
     return found.svg() if form == "svg" else as_html(found.comparison, found.html())

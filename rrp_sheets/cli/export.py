@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from rrp_sheets.cli.waiting import told
+from rrp_sheets.cli.terminal import told
 
 
 @click.command(name="export")

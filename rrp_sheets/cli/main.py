@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 import click
 
 from rrp_sheets import __version__
-from rrp_sheets.cli.plain import plain_output
+from rrp_sheets.cli.terminal import plain_output
 from rrp_sheets.errors import RunBroken, SheetsError, UnreadableFile
 
 _COMMANDS = {
@@ -99,9 +99,9 @@ def main() -> None:
     try:
         plain_output()
         if not _UNLIMITED.intersection(sys.argv[1:2]):
-            from rrp_sheets.runs import process_limits
+            from rrp_sheets.runs import worker_loop
 
-            process_limits.limit_memory()
+            worker_loop.limit_memory()
         sys.exit(group(prog_name="rrp-sheets", standalone_mode=False))
     except click.ClickException as error:
         error.show()

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from rrp_sheets.cli.waiting import told
+from rrp_sheets.cli.terminal import told
 from rrp_sheets.model.durations import parse_duration
 
 

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import click
 
-from rrp_sheets.cli.bundled import WorkbookArgument
-from rrp_sheets.cli.waiting import told
+from rrp_sheets.cli.terminal import WorkbookArgument, told
 
 
 @click.command(name="pack")

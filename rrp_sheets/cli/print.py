@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from rrp_sheets.cli.bundled import WorkbookArgument, home_of
+from rrp_sheets.cli.terminal import WorkbookArgument, home_of
 from rrp_sheets.model.languages import LANGUAGES
 
 
@@ -35,7 +35,7 @@ def command(
     from rrp_sheets.cli.check import print_findings
     from rrp_sheets.cli.main import fail
     from rrp_sheets.printing import HasErrors, print_pack
-    from rrp_sheets.runs.process_limits import lift_limit
+    from rrp_sheets.runs.worker_loop import lift_limit
 
     home = home_of(click.get_current_context())
     beside = home / file.name if home else file

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from rrp_sheets.cli.bundled import WorkbookArgument, is_bundle, runs_of
+from rrp_sheets.cli.terminal import WorkbookArgument, is_bundle, runs_of
 
 if TYPE_CHECKING:
     from rrp_sheets.runs.replay import Replayed

@@ -12,10 +12,9 @@ from types import FrameType
 
 import click
 
-from rrp_sheets.cli.bundled import WorkbookArgument, home_of
 from rrp_sheets.cli.check import print_findings
 from rrp_sheets.cli.main import BROKEN, INTERRUPTED, mute
-from rrp_sheets.cli.plain import plain_text
+from rrp_sheets.cli.terminal import WorkbookArgument, home_of, plain_text
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.exchange import DONE, Notice
 from rrp_sheets.model.values import Failure, Record, Value, show

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rrp_sheets.cli.waiting import told
+from rrp_sheets.cli.terminal import told
 
 if TYPE_CHECKING:
     from rrp_sheets.runs.records.deleting import Deletion
@@ -147,7 +147,7 @@ def _confirmed(participant: str) -> bool:
 
 def _table(found: Sequence[RunMetadata]) -> list[str]:
     from rrp_sheets.render.measure import clean, columns
-    from rrp_sheets.runs.records.wording import ended, length
+    from rrp_sheets.runs.records.listing import ended, length
 
     rows = [_HEADS]
     for f in found:

@@ -49,8 +49,7 @@ def command(folder: Path, port: int | None, lan: bool, no_browser: bool, sign_ou
     """
     from rrp_sheets.web.app import create_app
     from rrp_sheets.web.identity import Links, folder_secret
-    from rrp_sheets.web.serving import bind, make_server
-    from rrp_sheets.web.temp_dirs import scratch
+    from rrp_sheets.web.serving import bind, make_server, scratch
 
     folder, page = _place(folder)
     door = _ask_password() if lan else None

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rrp_sheets.cli.bundled import WorkbookArgument
 from rrp_sheets.cli.main import INTERRUPTED, UNREADABLE
+from rrp_sheets.cli.terminal import WorkbookArgument
 
 if TYPE_CHECKING:
     from rrp_sheets.testing import CaseResult, TestReport
@@ -94,7 +94,7 @@ def _show(report: TestReport) -> None:
 
 
 def _show_case(report: TestReport, result: CaseResult) -> None:
-    from rrp_sheets.render.marble_text import marble_text
+    from rrp_sheets.render.marble_diagram import marble_text
     from rrp_sheets.testing.case_marbles import around_failures
     from rrp_sheets.testing.result_text import counted, failure_lines, fault_lines
 

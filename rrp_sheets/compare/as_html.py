@@ -5,9 +5,8 @@ from __future__ import annotations
 import html
 from collections.abc import Iterable, Sequence
 
-from rrp_sheets.compare.as_text import cautions, counted, shown_source, verdict
+from rrp_sheets.compare.as_text import cautions, counted, one_line, place, shorten, shown_source, value, verdict
 from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison
-from rrp_sheets.compare.wording import one_line, place, shorten, value
 from rrp_sheets.resources import bundled
 
 MOST = 2_000  # rows of each table: a browser shows no more with ease

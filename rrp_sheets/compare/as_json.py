@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
+from rrp_sheets.compare.as_text import say
 from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison
 from rrp_sheets.compare.tokens import FormulaPiece
-from rrp_sheets.compare.wording import say
 
 SCHEMA = 1  # grows when an entry changes its meaning or goes
 

@@ -15,8 +15,7 @@ from dataclasses import replace
 
 from rrp_sheets.checks import Checked
 from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison
-from rrp_sheets.compare.detail import detail
-from rrp_sheets.compare.lists import gesture_changes, scene_changes, table_changes, test_changes
+from rrp_sheets.compare.detail import detail, gesture_changes, scene_changes, table_changes, test_changes
 from rrp_sheets.compare.match import Match, helper_meaning, match
 from rrp_sheets.compare.rows import RENAMED, WRITTEN, row_changes
 from rrp_sheets.compare.side import DeviceView, Side

@@ -1,18 +1,25 @@
-"""Changed behaviours of a comparison, row by row and stream by stream, as they are drawn."""
+"""Changed behaviours as they are drawn, and changes of sheets that are lists: scene, tests and tables."""
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
 
 from rrp_sheets.compare.changes import Change
-from rrp_sheets.compare.match import Match
+from rrp_sheets.compare.match import Match, Pairs
+from rrp_sheets.compare.rows import WRITTEN
 from rrp_sheets.compare.side import BehaviourView, DeviceView, RowView, Side
-from rrp_sheets.compare.tokens import helpers_in
+from rrp_sheets.compare.tokens import as_typed, helpers_in
 from rrp_sheets.formulas import HelperDef
 from rrp_sheets.model import changed as c
+from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.changed import ChangedBehaviour, ChangedRow, ChangedStream, ComparableText, Link, same
+from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
+from rrp_sheets.model.workbook import TestRow
+from rrp_sheets.workbook.cleaning import clean_name
 
 _SHOWN = frozenset(("changed", "on", "off"))  # kinds that make a row a changed one
 _BLANK = "blank"
@@ -197,3 +204,281 @@ def _kind(side: Side, stream: str, driven: bool) -> str:
     if view is not None and view.found is not None:
         return view.found.type.kind
     return "actuator" if driven else "stream" if "!" in stream else "sensor"
+
+
+_HALF = 0.5
+TEST = "a test says what must come out; it changes nothing of it"
+
+
+@dataclass(frozen=True)
+class ListRow:
+    """Row of a list: the meaning and the text of each cell, by the cell's name."""
+
+    sheet: str
+    row: int
+    meaning: Mapping[str, Hashable]
+    said: Mapping[str, str]
+    notes: str = ""
+    time: float = 0.0
+
+    @property
+    def whole(self) -> tuple[tuple[str, Hashable], ...]:
+        """Meanings of all cells, to compare whole rows."""
+        return tuple(self.meaning.items())
+
+
+@dataclass(frozen=True)
+class ListKind:
+    """Rules by which rows of one kind of sheet are paired and their changes reported.
+
+    Attributes:
+        keys: cells that together tell a line from others, the best first.
+        effect: whether a change alters the behaviour.
+        note: why it does not.
+        ordered: whether the order of the lines matters.
+    """
+
+    part: str
+    keys: Sequence[tuple[str, ...]]
+    effect: bool = True
+    note: str = ""
+    ordered: bool = False
+
+
+def scene_changes(first: Side, second: Side, found: Match) -> list[Change]:
+    """Return the changes of the scene: what happens in the simulated world, and when."""
+    kind = ListKind(
+        "scene", (("time", "thing", "does"), ("thing", "does", "value"), ("time", "thing"), ("thing", "does"))
+    )
+    old, new = _scene(first), _scene(second)
+    if first.workbook.scene is None and second.workbook.scene is None:
+        return []
+    if not old and not new:  # a scene without rows is an empty world, none at all is the default scene
+        if (first.workbook.scene is None) == (second.workbook.scene is None):
+            return []
+        word = "removed" if second.workbook.scene is None else "added"
+        return [Change(word, "sheet", "Scene", before="" if word == "added" else "empty",
+                       after="empty" if word == "added" else "")]  # fmt: skip
+    out, pairs = list_changes(old, new, kind, found.turned)
+    timed = Pairs(len(old), len(new))  # the same pairs, each list in the order of its times
+    places = [{i: n for n, i in enumerate(sorted(range(len(s)), key=lambda i: (s[i].time, i)))} for s in (old, new)]
+    lines = {}
+    for i, j in pairs.to.items():
+        timed.add(places[0][i], places[1][j])
+        lines[places[0][i]] = old[i], new[j]
+    for n in sorted(timed.moved(found.turned)):
+        a, b = lines[n]
+        if a.time == b.time:  # else its time is told
+            out.append(_change(kind, "moved", a, b, note="of several things at one time another comes first"))
+    return out
+
+
+def _scene(side: Side) -> list[ListRow]:
+    actions = {a.row: a for a in side.checked.scene or ()}
+    lines = []
+    for row in side.workbook.scene or ():
+        cells = {"time": row.time, "thing": row.thing, "does": row.does, "value": row.value}
+        place = row.thing.address
+        us = parse_duration(row.time.text, bare="s")
+        meaning: dict[str, Hashable] = {n: key(c.text) for n, c in cells.items()}
+        action = actions.get(place.row)
+        if action is not None:
+            rest = {f.name: getattr(action, f.name) for f in fields(action) if f.name not in ("thing", "row", "kind")}
+            verb, values = rest.pop("verb"), rest.pop("values")
+            meaning |= {"time": repr(rest), "does": verb, "value": repr(sorted(values.items()))}
+        time = us / 1e6 if us is not None else math.inf
+        lines.append(ListRow(place.sheet, place.row, meaning, _said(cells), side.note(place.sheet, place.row), time))
+    return lines
+
+
+def _said(cells: Mapping[str, Cell]) -> dict[str, str]:
+    return {n: c.text for n, c in cells.items()}
+
+
+def gesture_changes(first: Side, second: Side, found: Match) -> list[Change]:
+    """Return the changes of the user's own gestures."""
+    kind = ListKind("gesture", (("name", "time"), ("name",)))
+    return list_changes(_gestures(first), _gestures(second), kind, found.turned)[0]
+
+
+def _gestures(side: Side) -> list[ListRow]:
+    lines = []
+    for row in side.workbook.gestures:
+        cells = {"name": row.name, "time": row.time}
+        meaning: dict[str, Hashable] = {"name": key(row.name.text), "time": _duration(row.time, "s")}
+        meaning |= {k: _angle(c.text) for k, c in sorted(row.joints.items())}
+        place = row.name.address
+        said = _said(cells) | {k: c.text for k, c in row.joints.items()}
+        lines.append(ListRow(place.sheet, place.row, meaning, said, side.note(place.sheet, place.row)))
+    return lines
+
+
+def _duration(cell: Cell, bare: str) -> Hashable:
+    us = parse_duration(cell.text, bare=bare)
+    return key(cell.text) if us is None else us
+
+
+def _angle(text: str) -> Hashable:
+    """Return a joint's value in radians; the text's key when it is no number."""
+    bare = text.strip().removesuffix("rad").strip()
+    degrees = bare.endswith("°")
+    try:
+        value = float(bare.removesuffix("°"))
+    except ValueError:
+        return key(text)
+    return round(math.radians(value) if degrees else value, 9)
+
+
+def test_changes(first: Side, second: Side, found: Match) -> list[Change]:
+    """Return the changes of the test sheets, which never alter the behaviour."""
+    kind = ListKind("test", (("time", "stream", "send"), ("time", "stream"), ("stream", "send", "expect"),
+                         ("time", "expect")), effect=False, note=TEST)  # fmt: skip
+    old, new = ({key(t.name): t for t in side.workbook.tests} for side in (first, second))
+    out: list[Change] = []
+    for k in dict.fromkeys([*new, *old]):
+        mine, other = old.get(k), new.get(k)
+        if mine is None or other is None:
+            sheet = mine or other
+            assert sheet is not None
+            count = f"{len(sheet.rows)} rows"
+            word, before, after = ("added", "", count) if mine is None else ("removed", count, "")
+            out.append(Change(word, "sheet", sheet.name, before=before, after=after, effect=False, note=TEST))
+        rename = found.streams.of
+        lines = [_test(mine.name, r, rename, first) for r in mine.rows] if mine else []
+        now = [_test(other.name, r, lambda s: s, second) for r in other.rows] if other else []
+        out += list_changes(lines, now, kind, found.turned)[0]
+    return out
+
+
+def _test(sheet: str, row: TestRow, rename: Callable[[str], str], side: Side) -> ListRow:
+    cells = {"time": row.time, "stream": row.stream, "send": row.send, "expect": row.expect}
+    home, mark, name = row.stream.text.partition("!")
+    stream = f"{key(home)}!{key(name)}" if mark else key(home)
+    if not mark and stream not in side.streams:  # an ordinary stream without its sheet: that of the first that has it
+        stream = next((i for i in side.streams if i.endswith(f"!{stream}") and "!#" not in i), stream)
+    meaning: dict[str, Hashable] = {
+        "time": _duration(row.time, "ms"),
+        "stream": rename(stream),
+        "send": as_typed(row.send.text),
+        "expect": as_typed(row.expect.text),
+    }
+    number = row.time.address.row
+    return ListRow(sheet, number, meaning, _said(cells), side.note(sheet, number))
+
+
+def table_changes(first: Side, second: Side, found: Match) -> list[Change]:
+    """Return the changes of the user's own sheets that formulas name as tables."""
+    out: list[Change] = []
+    old, new = first.workbook.tables, second.workbook.tables
+    names = {key(n): n for side in (first, second) for n in side.workbook.sheets}
+    for k in dict.fromkeys([*new, *old]):
+        name = names.get(k, k)
+        if k not in old or k not in new:
+            word, table = ("added", new[k]) if k in new else ("removed", old[k])
+            count = f"{max(len(table) - 1, 0)} rows"
+            before, after = ("", count) if word == "added" else (count, "")
+            out.append(Change(word, "table", name, before=before, after=after))
+            continue
+        out += _table(name, old[k], new[k], found.turned)
+    return out
+
+
+def _table(name: str, old: Sequence[Sequence[str]], new: Sequence[Sequence[str]], turned: bool) -> list[Change]:
+    heads = [tuple(h for h in table[0]) if table else () for table in (old, new)]
+    kind = ListKind("table", (tuple(key(h) for h in heads[1][:1]),), ordered=True)
+    out, _ = list_changes(_table_lines(name, old, heads[0]), _table_lines(name, new, heads[1]), kind, turned)
+    mine, other = ([key(h) for h in head] for head in heads)
+    if mine != other:
+        before, after = (", ".join(h) for h in heads)
+        out.insert(0, Change("changed", "table", name, rows=(1, 1), what="columns", before=before, after=after))
+    return out
+
+
+def _table_lines(name: str, table: Sequence[Sequence[str]], head: Sequence[str]) -> list[ListRow]:
+    keys = [key(h) or f"column {i}" for i, h in enumerate(head, 1)]
+    lines = []
+    for number, row in enumerate(table[1:], 2):
+        said = dict(zip(keys, row, strict=False))
+        lines.append(ListRow(name, number, {k: _plain(t) for k, t in said.items()}, said))
+    return lines
+
+
+def _plain(text: str) -> Hashable:
+    """Return a cell of a table as formulas get it: `1.0` is 1, `true` is TRUE; texts as they are."""
+    if text.casefold() in ("true", "false"):
+        return text.casefold()
+    try:
+        return float(text) if text and text[0] in "+-.0123456789" and "_" not in text else text
+    except ValueError:
+        return text
+
+
+# ---- any list
+
+
+def list_changes(
+    old: Sequence[ListRow], new: Sequence[ListRow], kind: ListKind, turned: bool
+) -> tuple[list[Change], Pairs]:
+    """Return the changes of a list and the pairs of its rows; swapping the lists gives the same pairs."""
+    pairs = _pair(new, old, kind).inverse() if turned else _pair(old, new, kind)
+    moved = pairs.moved(turned) if kind.ordered else set()
+    placed: list[tuple[int, int, list[Change]]] = []
+    for i, j in pairs.to.items():
+        placed.append((new[j].row, 1, _line(kind, old[i], new[j], i in moved)))
+    placed += [(new[j].row, 1, [_change(kind, "added", None, new[j])]) for j in pairs.right]
+    placed += [(old[i].row, 2, [_change(kind, "removed", old[i], None)]) for i in pairs.left]
+    placed.sort(key=lambda entry: entry[:2])
+    return [change for _, _, found in placed for change in found], pairs
+
+
+def _pair(old: Sequence[ListRow], new: Sequence[ListRow], kind: ListKind) -> Pairs:
+    pairs = Pairs(len(old), len(new))
+    if kind.ordered:
+        pairs.in_order([n.whole for n in old], [n.whole for n in new])
+    pairs.by_key(old, new, lambda n: n.whole, lambda n: n.whole)
+    if kind.ordered:
+        pairs.between(lambda i, j: _alike(old[i], new[j]) >= _HALF)
+    for names in kind.keys:
+
+        def of(line: ListRow, names: tuple[str, ...] = names) -> Hashable:
+            return tuple(line.meaning.get(n, "") for n in names) if names else None
+
+        pairs.by_key(old, new, of, of)
+    pairs.by_likeness(old, new, lambda n: [e for e in n.whole if e[1] not in ("", ())], _alike, _HALF)
+    return pairs
+
+
+def _alike(a: ListRow, b: ListRow) -> float:
+    names = {**a.meaning, **b.meaning}
+    filled = [n for n in names if a.meaning.get(n) or b.meaning.get(n)]
+    return sum(a.meaning.get(n) == b.meaning.get(n) for n in filled) / max(len(filled), 1)
+
+
+def _line(kind: ListKind, a: ListRow, b: ListRow, moved: bool) -> list[Change]:
+    out = []
+    for n in dict.fromkeys([*a.said, *b.said]):
+        before, after = a.said.get(n, ""), b.said.get(n, "")
+        if a.meaning.get(n, "") != b.meaning.get(n, ""):
+            out.append(_change(kind, "changed", a, b, n, before, after))
+        elif clean_name(before) != clean_name(after):
+            out.append(_change(kind, "written", a, b, n, before, after, note=WRITTEN))
+    if moved and a.row != b.row:
+        out.append(_change(kind, "moved", a, b))
+    if a.notes != b.notes:
+        out.append(_change(kind, "notes", a, b, "notes", a.notes, b.notes))
+    return out
+
+
+def _change(kind: ListKind, word: str, a: ListRow | None, b: ListRow | None, what: str = "", before: str = "",
+            after: str = "", note: str = "") -> Change:  # fmt: skip
+    view = b or a
+    assert view is not None
+    if a is None or b is None:
+        text = " | ".join(t for t in view.said.values())
+        before, after = ("", text) if a is None else (text, "")
+    rows = (a.row if a else 0, b.row if b else 0)
+    effect = kind.effect and word not in ("written", "notes")
+    note = note or ("" if effect or word == "notes" else kind.note)
+    return Change(
+        word, kind.part, view.sheet, rows=rows, what=what, before=before, after=after, effect=effect, note=note
+    )

@@ -8,8 +8,7 @@ from dataclasses import replace
 from functools import cached_property
 
 from rrp_sheets.compare.changes import Change
-from rrp_sheets.compare.match import Match
-from rrp_sheets.compare.pairing import out_of_order
+from rrp_sheets.compare.match import Match, out_of_order
 from rrp_sheets.compare.side import BehaviourView, RowView, Side, formula_name
 from rrp_sheets.compare.tokens import meanings, pieces, shape
 from rrp_sheets.diagnostics.phrase import Phrase

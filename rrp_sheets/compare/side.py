@@ -1,12 +1,14 @@
-"""One of two compared workbooks: its rows, resolved as far as the graph has them, devices, helpers and notes."""
+"""One of two compared workbooks: its file opened, as git passes it too, and its contents resolved."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 
-from rrp_sheets.checks import Checked
+from rrp_sheets.checks import Checked, check_workbook
 from rrp_sheets.compare.tokens import helpers_in, meanings, shape_of
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import FoundDevice
@@ -16,8 +18,8 @@ from rrp_sheets.graph import Step, Stream
 from rrp_sheets.graph.device_table import DeviceTable
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.values import Value
-from rrp_sheets.model.workbook import Behaviour, Row
-from rrp_sheets.workbook import Reading
+from rrp_sheets.model.workbook import Behaviour, Row, Workbook
+from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.headers import recognise
 
 
@@ -218,3 +220,43 @@ class Side:
 def formula_name(stream: str) -> str:
     """Return the key of the name that a stream has in formulas."""
     return key(argument_name(stream))
+
+
+_KNOWN = {".xlsx", ".xlsm", ".xltm", ".xlam", ".xls", ".ods", ".md", ".markdown", ".csv", ".tsv"}
+_HEAD = 8_192  # bytes that tell a format
+
+
+def open_workbook(path: Path) -> Reading:
+    """Read a workbook of any file name; without a known ending, its first bytes decide the format.
+
+    The null device, which git gives for a file that is not there, is a workbook without sheets.
+
+    Raises:
+        UnreadableFile: when it cannot be read at all, or is refused.
+    """
+    if str(path) == os.devnull:
+        return Reading(Workbook("nothing", ()), Report(), "", "none")
+    return read(path, _format(path))
+
+
+def open_checked(path: Path) -> tuple[Reading, Checked]:
+    """Read and check a workbook, without lints."""
+    reading = open_workbook(path)
+    return reading, check_workbook(reading.workbook, reading.report, lints=False)
+
+
+def _format(path: Path) -> str:
+    """Return the ending for the format that the first bytes show, if the file's own is unknown; else empty."""
+    if path.suffix.casefold() in _KNOWN or "\0" in str(path) or not path.is_file():
+        return ""
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD)
+    except OSError:
+        return ""
+    if b"\0" in head[:4] or head.startswith(b"PK"):
+        return ""
+    lines = [line.strip() for line in head.decode("utf-8", "replace").splitlines() if line.strip()]
+    if any(line.startswith("## ") for line in lines) and any(line.startswith("|") for line in lines):
+        return ".md"
+    return ".csv" if lines and any(mark in lines[0] for mark in ",;\t") else ""

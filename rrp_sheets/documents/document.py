@@ -11,14 +11,12 @@ from pathlib import Path
 
 from rrp_sheets.documents.grid import Grid
 from rrp_sheets.documents.journal import Journal, Version
-from rrp_sheets.documents.opening import take_over
-from rrp_sheets.documents.refusals import must_have
-from rrp_sheets.documents.requests import made_for, requests_now
+from rrp_sheets.documents.requests import made_for, must_have, requests_now
 from rrp_sheets.documents.row_changes import CellText, Changed, Refused, SheetChange
 from rrp_sheets.documents.sheet_edits import SheetEdits
 from rrp_sheets.documents.steps import Sheets, blocks, bring, cell_edits, make_sheet_step, put_texts, remove, shift
 from rrp_sheets.documents.undo import Batch, Cells, Moved, RemoveRows, RestoreRows, SheetIn, SheetStep, Step, Steps
-from rrp_sheets.documents.workfile import WorkFile
+from rrp_sheets.documents.workfile import WorkFile, take_over
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import Reading
 from rrp_sheets.workbook.edits import Edit, SetCell

@@ -1,4 +1,4 @@
-"""The requests of pages for which edits are made.
+"""The requests of pages for which edits are made, and refusals of edits in words.
 
 A page that got no answer sends a request again, with the same id, so its edit must not be made twice. The ids stand in
 the journal beside the edits, which are made together or not at all: so this holds also when the server was killed.
@@ -7,12 +7,15 @@ the journal beside the edits, which are made together or not at all: so this hol
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
 from contextvars import ContextVar
 from threading import Lock
 from typing import Generic, TypeVar
+
+from rrp_sheets.documents.grid import Grid
+from rrp_sheets.documents.row_changes import Clash, Refused
 
 _ANSWERS = 500  # that are kept for pages that ask again
 _NOW: ContextVar[tuple[str, ...]] = ContextVar("requests", default=())
@@ -68,3 +71,23 @@ class Answers(Generic[Answer]):
             raise
         mine.set_result(answer)
         return answer
+
+
+_AGAIN = "Look at it, and change it again if you still want to."
+
+
+def must_have(grid: Grid, rows: Iterable[str]) -> None:
+    """Refuse when one of the rows is gone."""
+    if not all(grid.has(row) for row in rows):
+        raise Refused("A row that this changes was deleted meanwhile.", _AGAIN)
+
+
+def clash(grid: Grid, clashes: list[Clash]) -> Refused:
+    """Return the refusal for cells that somebody has changed meanwhile."""
+    first = clashes[0]
+    by = first.by or "Someone"
+    where = f"{grid.name}, row {grid.number(first.row)}"
+    return Refused(
+        f"{by} has changed this cell meanwhile ({where}): it is “{first.theirs}” now; yours was “{first.mine}”.",
+        _AGAIN, tuple(clashes),
+    )  # fmt: skip

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import groupby
 
 from rrp_sheets.documents.grid import Grid
-from rrp_sheets.documents.refusals import clash, must_have
+from rrp_sheets.documents.requests import clash, must_have
 from rrp_sheets.documents.row_changes import CellText, Changed, Clash, Refused, SheetChange
 from rrp_sheets.documents.sheet_references import renamed_cells, run_cell, run_names
 from rrp_sheets.documents.undo import (

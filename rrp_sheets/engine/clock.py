@@ -1,4 +1,4 @@
-"""The run's clock: virtual time in whole microseconds, as a reactivex scheduler that settles frames.
+"""The run's clock, a reactivex scheduler of virtual time in whole µs, and the heartbeat that a watchdog reads.
 
 Within a frame actions are ordered by (rank, due time, sequence): the graph settles in topological order, and a timer
 that is due acts at its connector's place, after the values of its own instant have reached it. From frame to frame
@@ -10,14 +10,12 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable, Collection
 from datetime import UTC, datetime, timedelta
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from reactivex.abc import DisposableBase, ScheduledAction
 from reactivex.disposable import Disposable, SingleAssignmentDisposable
 from reactivex.scheduler.periodicscheduler import PeriodicScheduler
 from reactivex.typing import AbsoluteTime, RelativeTime
-
-from rrp_sheets.engine.heartbeat import NO_ROW, RANK, Heartbeat, new_cell
 
 _EPOCH = datetime.fromtimestamp(0, UTC)
 MOST_AT_ONCE = 30_000
@@ -120,3 +118,22 @@ class FrameClock(PeriodicScheduler):
 
         self.push(due, _LAST, act)
         return Disposable(cancel)
+
+
+INSTANT, SETTLING, RANK = range(3)
+"""Places: how many instants (frames) have begun; 1 while one settles, else 0; the rank of the row being worked out."""
+PLACES = 3
+NO_ROW = -1
+
+
+class Heartbeat(Protocol):
+    """Whole numbers by place: a list, or a memory view."""
+
+    def __getitem__(self, place: int, /) -> int: ...
+
+    def __setitem__(self, place: int, number: int, /) -> None: ...
+
+
+def new_cell() -> Heartbeat:
+    """A cell that nobody watches."""
+    return [0, 0, NO_ROW]

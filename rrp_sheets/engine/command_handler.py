@@ -18,7 +18,7 @@ from rrp_sheets.diagnostics import Report
 from rrp_sheets.engine.command_queue import CommandQueue, OperatorCommand
 from rrp_sheets.engine.engine import Engine
 from rrp_sheets.engine.live_edits import Editor
-from rrp_sheets.engine.observer import RunObserver
+from rrp_sheets.engine.ports import RunObserver
 from rrp_sheets.engine.scene import SceneEntities
 from rrp_sheets.engine.value_injector import ValueInjector
 from rrp_sheets.errors import RunBroken, SheetsError

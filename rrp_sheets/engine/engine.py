@@ -1,4 +1,4 @@
-"""Base of all engines: the wired rows of a plan, the engine's own devices, and behaviours that switch on and off.
+"""The two engines and their base: the wired rows of a plan, built-in devices, behaviours that switch on and off.
 
 An engine decides only at which instants values enter and the graph settles.
 """
@@ -17,8 +17,7 @@ from reactivex.disposable import CompositeDisposable
 from rrp_sheets.connectors.wiring import ConnectorContext
 from rrp_sheets.devices.scene_words import draw_scene
 from rrp_sheets.engine.builtin_devices import MIN_DELAY_US, BuiltinDevices
-from rrp_sheets.engine.clock import FrameClock
-from rrp_sheets.engine.heartbeat import INSTANT, NO_ROW, RANK, SETTLING, Heartbeat
+from rrp_sheets.engine.clock import INSTANT, NO_ROW, RANK, SETTLING, FrameClock, Heartbeat
 from rrp_sheets.engine.plan import Plan
 from rrp_sheets.engine.scene import SceneTriggers
 from rrp_sheets.engine.streams import LiveStream
@@ -28,6 +27,9 @@ from rrp_sheets.formulas.pick import Picker
 from rrp_sheets.graph import Step, Stream
 from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.values import Failure, Value
+
+__all__ = ["FrameEngine", "Observer"]
+
 
 _FRAMES_PER_ROW = 8  # Python frames that one row of a chain takes at most, so that 500 rows do not overflow
 _VALUES_PER_ROW = 60  # that many in one instant, if all rows have so many, are not yet called too many
@@ -350,3 +352,41 @@ class LiveRow:
         """Evaluate the row's present formula; connectors keep this function while the formula may change."""
         assert self._evaluate is not None
         return self._evaluate(*values)
+
+
+class FrameEngine(Engine):
+    """Every frame: the sensors' values enter at one instant, the graph settles, commands come out."""
+
+    def settle(self, now_us: int, arrivals: Iterable[tuple[str, Value]]) -> list[Command]:
+        """One frame: let the values enter, settle the graph, and return the commands for the actuators."""
+        return self._instant(now_us, arrivals)
+
+
+class EventEngine(Engine):
+    """Every event is an instant of its own, and so is every timer.
+
+    Attributes:
+        halted: whether the run is to stop: timers that are due are then left where they are.
+    """
+
+    halted: Callable[[], bool] = staticmethod(lambda: False)
+
+    def settle(self, now_us: int, arrivals: Iterable[tuple[str, Value]]) -> list[Command]:
+        """Let what is due by now act, then each value enter and settle; the commands of all of it, in order."""
+        now_us = max(now_us, self.clock.us)  # what was stamped by another thread may come a moment late
+        commands: list[Command] = []
+        for arrival in arrivals:
+            self._catch_up(now_us, commands)
+            if self.ended_by:
+                return commands
+            commands += self._instant(now_us, (arrival,))
+        self._catch_up(now_us + 1, commands)
+        if self._sent or self._commands:  # what people sent, and what a behaviour that they switched off leaves
+            commands += self._instant(now_us, ())
+        self.clock.begin(now_us)
+        return commands
+
+    def _catch_up(self, before_us: int, commands: list[Command]) -> None:
+        """Let the timers that are due before a time act, each at its own."""
+        while not self.ended_by and not self.halted() and (due := self.clock.next_due) is not None and due < before_us:
+            commands += self._instant(due, ())

@@ -8,9 +8,8 @@ from collections.abc import Callable, Collection, Sequence
 from rrp_sheets.engine.command_handler import CommandHandler
 from rrp_sheets.engine.command_queue import CommandQueue
 from rrp_sheets.engine.engine import Engine
-from rrp_sheets.engine.observer import RunObserver
 from rrp_sheets.engine.pacing import FramePacer, SnapshotThrottle
-from rrp_sheets.engine.ports import Arrivals, World
+from rrp_sheets.engine.ports import Arrivals, RunObserver, World
 from rrp_sheets.model.exchange import Notice
 from rrp_sheets.model.scene_actions import SceneAction
 

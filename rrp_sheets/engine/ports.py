@@ -1,4 +1,4 @@
-"""Interfaces between the engines and a world, which is a simulator, a test, or a robot."""
+"""Interfaces of the engines: to a world (a simulator, a test, or a robot), and to the observers of a run."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-from rrp_sheets.model.exchange import Command, DeviceUse, Notice, WorldSnapshot
+from rrp_sheets.model.exchange import Command, DeviceUse, Notice, OperatorAction, WorldSnapshot
 from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import Value
 
 if TYPE_CHECKING:
-    from rrp_sheets.engine.event_queue import EventQueue
+    from rrp_sheets.engine.engine import Engine
     from rrp_sheets.engine.pacing import SnapshotThrottle
+    from rrp_sheets.engine.realtime import EventQueue
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,4 +109,58 @@ class LiveWorld(Protocol):
 
     def close(self) -> Sequence[Notice] | None:
         """Let everything go, the robot in its safe rest; returns what happened meanwhile."""
+        ...
+
+
+class RunObserver:
+    """Observer of a run's loop, which the loop also asks whether to stop; subclass it."""
+
+    def happening(self, us: int, happening: Notice) -> None:
+        """Something besides the events."""
+
+    def frame(self, us: int) -> None:
+        """A frame is over, or some 30 ms of an event loop."""
+
+    def acted(self, us: int, act: OperatorAction) -> None:
+        """Somebody did something, after the frame of `us`."""
+
+    def refused(self, kind: str, message: str, remedy: str) -> None:
+        """Report that a command (`send`, `apply`, …) cannot be carried out."""
+
+    def paused(self, us: int, is_paused: bool) -> None:
+        """The run stands still, or goes on."""
+
+    def standing(self, us: int) -> None:
+        """Nothing goes on: the run is paused, or very slow. Told now and then, as a sign of life."""
+
+    def shown(self, us: int, shown: WorldSnapshot) -> None:
+        """The world, for a display."""
+
+    def stopped(self) -> bool:
+        """Return whether the run should stop now; asked after each frame."""
+        return False
+
+
+class Runner(Protocol):
+    """A run that has been started, whichever its engine."""
+
+    @property
+    def engine(self) -> Engine:
+        """Give access to the rows that this run works out."""
+        ...
+
+    def go(self, until_us: int, observer: RunObserver) -> tuple[int, str]:
+        """Run until the time is over, a row ends the run or the user stops; the time (µs) and how it ended.
+
+        Raises:
+            RunBroken: when a device has broken.
+        """
+        ...
+
+    def stop(self) -> list[Notice]:
+        """Bring everything to its rest, in bounded time; what could not be stopped is reported.
+
+        Raises:
+            RunBroken: when something broke while stopping.
+        """
         ...

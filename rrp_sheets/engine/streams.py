@@ -9,8 +9,7 @@ from reactivex import Observable
 from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
 from reactivex.disposable import Disposable
 
-from rrp_sheets.engine.clock import FrameClock
-from rrp_sheets.engine.heartbeat import RANK
+from rrp_sheets.engine.clock import RANK, FrameClock
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.values import Value
 

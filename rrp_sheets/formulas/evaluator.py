@@ -16,13 +16,12 @@ from typing import Any
 from asteval import Interpreter
 
 from rrp_sheets.diagnostics.phrase import Phrase
-from rrp_sheets.formulas.compare import NUMBERS, ORDER, compare, same
 from rrp_sheets.formulas.functions.define import bounded, listing, shown, weighed
 from rrp_sheets.formulas.functions.maths import power
 from rrp_sheets.formulas.functions.table_functions import members_of
 from rrp_sheets.formulas.limits import DEEPEST_HELPERS, LARGEST_NUMBER, LONGEST_LIST, STEPS
 from rrp_sheets.formulas.nodes import IfError, Join, Pick, Switch
-from rrp_sheets.formulas.operations import arithmetic, at_place, field, formatted
+from rrp_sheets.formulas.operations import NUMBERS, ORDER, arithmetic, at_place, compare, field, formatted, same
 from rrp_sheets.formulas.pick import Picker
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, problem_of
 from rrp_sheets.formulas.scope import HelperDef

@@ -5,8 +5,8 @@ from __future__ import annotations
 import random
 from collections.abc import Sequence
 
-from rrp_sheets.formulas.compare import same
 from rrp_sheets.formulas.limits import Charge, free
+from rrp_sheets.formulas.operations import same
 from rrp_sheets.model.values import Value
 
 

@@ -1,15 +1,16 @@
-"""Model of marble diagrams from any source: streams with their values over time, and the rows between them."""
+"""Model of marble diagrams from any source, and the diagrams as plain text for terminals."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream, StreamKind
 from rrp_sheets.model.durations import show_duration
 from rrp_sheets.model.names import key, nearest
-from rrp_sheets.model.values import Value
+from rrp_sheets.model.values import Record, Value, show
+from rrp_sheets.render.measure import clean, columns
 
 KINDS = {
     StreamKind.SENSOR: "sensor", StreamKind.ORDINARY: "stream", StreamKind.ACTUATOR: "actuator",
@@ -248,3 +249,195 @@ def chosen(
             raise SheetsError(message, f"The time goes from 0 s to {score.last_us / 1e6:g} s.")
         cut.append(score.between(begin, end))
     return [s for s in cut if s.groups]
+
+
+_FEW = 4
+_LONGEST = 120  # letters; more stand on no marble
+
+
+def labels(value: Value) -> Iterator[str]:
+    """Yield a value in words, from the longest form to the shortest that is still useful.
+
+    >>> list(labels(0.98632)), list(labels(None)), list(labels(True))
+    (['0.986', '0.99', '1'], ['blank', '–'], ['TRUE'])
+    """
+    if value is None:
+        yield from ("blank", "–")
+    elif isinstance(value, bool):
+        yield show(value)
+    elif isinstance(value, (int, float)):
+        whole = isinstance(value, float) and 1_000 <= abs(value) < 1_000_000
+        yield from dict.fromkeys((f"{value:.0f}",) if whole else (show(value), f"{value:.2g}", f"{value:.1g}"))
+    elif isinstance(value, Record):
+        yield from _fields(value)
+    elif isinstance(value, str):
+        yield clean(value[:_LONGEST])
+    else:
+        yield clean(show(value, _LONGEST))
+
+
+def _fields(record: Record) -> Iterator[str]:
+    """Yield the fields of a record that are filled: all of them, then fewer."""
+    if record.type.name == "Done":
+        done = short(record.values.get("value")) if record.values.get("value") is not None else "done"
+        yield done if record.values.get("completed") is not False else f"stopped: {done}"
+        return
+    told = [(n, v) for n, v in record.as_dict().items() if v not in (None, "")]
+    if len(told) <= _FEW:  # of few fields the texts say most: the zone of a touch, a word
+        told.sort(key=lambda item: not isinstance(item[1], str))
+    parts = [short(v) if isinstance(v, str) else f"{clean(n)} {short(v)}" for n, v in told]
+    for count in range(len(parts), 0, -1):
+        yield ", ".join(parts[:count])[:_LONGEST]
+
+
+def short(value: Value) -> str:
+    r"""Return a value as it stands on a marble that has room.
+
+    >>> short(0.123456), short(None), short("Hello\n you"), short(True)
+    ('0.123', 'blank', 'Hello you', 'TRUE')
+    """
+    return next(labels(value), "")
+
+
+def fitting(value: Value, room: float, measure: Callable[[str], float] = columns, least: float = 4) -> str:
+    """Return the value as far as it fits into `room`; a text may be cut; empty when nothing useful would be left.
+
+    >>> fitting("Can you touch my hand?", 9), fitting(0.98632, 4), fitting("Hello", 2)
+    ('Can you…', '0.99', '')
+    """
+    for words in labels(value):
+        if measure(words) <= room:
+            return words
+    if isinstance(value, Record):
+        value = next((v for v in value.values.values() if isinstance(v, str) and v), None)
+    if not isinstance(value, (str, list, tuple)) or room < least:
+        return ""
+    return cut(short(value), room, measure)
+
+
+def cut(words: str, room: float, measure: Callable[[str], float] = columns) -> str:
+    """Return a text cut so that it fits with a `…`; empty when nothing of it would be left."""
+    if measure(words) <= room:
+        return words
+    while words and measure(words + "…") > room:
+        words = words[:-1]
+    return words.rstrip() + "…" if words.strip() else ""
+
+
+_SIGNS = {"sensor": "□", "stream": "○", "anonymous": "·", "actuator": "▣", "done": "◇"}
+_LABEL = 20
+_MOST_LABEL = 30
+
+
+def marble_text(score: MarbleDiagram, width: int = 100) -> list[str]:
+    """Return the lines of a marble diagram: a time axis, a line for each stream, and the marks.
+
+    Args:
+        score: what is drawn.
+        width: columns that may be taken.
+    """
+    if not score.groups:
+        return []
+    longest = max((columns(_label(lane)) for lane in score.lanes), default=0)
+    label = min(max(_LABEL, longest + 1), _MOST_LABEL)
+    room = max(20, width - label - 1)
+    scale = _Scale(score.first_us, max(score.last_us, score.first_us + 1), room)
+    lines = [" " * label + _axis(scale)]
+    lines += [_fit(_label(lane), label) + _line(lane, scale) for lane in score.lanes]
+    marks = _marks(score.marks, scale)
+    if marks:
+        lines += [" " * label + line for line in marks]
+    return [line.rstrip() for line in lines]
+
+
+class _Scale:
+    """Conversion of times to columns."""
+
+    def __init__(self, first: int, last: int, room: int) -> None:
+        self.first, self.last, self.room = first, last, room
+
+    def at(self, us: int) -> int:
+        return min(self.room - 1, round((us - self.first) * (self.room - 1) / (self.last - self.first)))
+
+
+def _label(lane: Lane) -> str:
+    return f"{_SIGNS.get(lane.kind, '○')} {clean(lane.label or lane.id.partition('!')[2])}"
+
+
+def _fit(text: str, wide: int) -> str:
+    while columns(text) > wide - 1:
+        text = text[:-2].rstrip() + "…"
+    return text + " " * (wide - columns(text))
+
+
+def nice_step(span: float, most: int) -> float:
+    """Return a round distance between the labels of an axis that needs at most `most` of them.
+
+    >>> nice_step(10, 6), nice_step(1.3, 10)
+    (2.0, 0.2)
+    """
+    step = 1e-3
+    while True:
+        for factor in (1, 2, 5):
+            if span / (step * factor) <= most:
+                return round(step * factor, 9)
+        step *= 10
+
+
+def seconds_label(seconds: float) -> str:
+    """Return the label of a time: `0 s`, `2.5 s`."""
+    return f"{round(seconds, 3):g} s"
+
+
+def _axis(scale: _Scale) -> str:
+    step = nice_step((scale.last - scale.first) / 1e6, max(2, scale.room // 12))
+    line = [" "] * (scale.room + 8)
+    number = -(-scale.first // round(step * 1e6))
+    while number * step * 1e6 <= scale.last:
+        text = seconds_label(number * step)
+        at = scale.at(round(number * step * 1e6))
+        line[at : at + len(text)] = text
+        number += 1
+    return "".join(line)
+
+
+def _line(lane: Lane, scale: _Scale) -> str:
+    """Return a stream's line with as much of each value as fits before the next; several in one place: `●2`."""
+    places: dict[int, list[Marble]] = {}
+    for marble in lane.marbles:
+        places.setdefault(scale.at(marble.us), []).append(marble)
+    starts = sorted(places)
+    line, column = "", 0
+    for at, following in zip(starts, [*starts[1:], scale.room + 6], strict=False):
+        line += "─" * (at - column)
+        shown = _mark(places[at], following - at - 1)
+        line += shown
+        column = max(at, column) + columns(shown)
+    return line + "─" * (scale.room - column)
+
+
+def _mark(marbles: Sequence[Marble], room: int) -> str:
+    if any(m.error for m in marbles):
+        return "✗"
+    if len(marbles) == 1:
+        return fitting(marbles[0].value, room) or "●"
+    text = f"({' '.join(short(m.value) for m in marbles)})"
+    if columns(text) <= room:
+        return text
+    return "●" + (str(len(marbles)) if len(marbles) < 10 else "+") if room >= 2 else "●"
+
+
+def _marks(marks: Sequence[tuple[int, str]], scale: _Scale) -> list[str]:
+    """Return the pointers below the lines: `▲ row 9`."""
+    rows: list[str] = []
+    for us, words in sorted(marks):
+        if not scale.first <= us <= scale.last:
+            continue
+        at, text = scale.at(us), f"▲ {clean(words)}"
+        for i, row in enumerate(rows):
+            if columns(row) < at:
+                rows[i] = row + " " * (at - columns(row)) + text
+                break
+        else:
+            rows.append(" " * at + text)
+    return rows[:5]

@@ -8,9 +8,18 @@ from itertools import pairwise
 
 from rrp_sheets.model.values import show
 from rrp_sheets.render.diagram import Page
-from rrp_sheets.render.marble_diagram import Bar, Group, Lane, Marble, MarbleDiagram
-from rrp_sheets.render.marble_text import nice_step, seconds_label
-from rrp_sheets.render.marble_values import cut, fitting, short
+from rrp_sheets.render.marble_diagram import (
+    Bar,
+    Group,
+    Lane,
+    Marble,
+    MarbleDiagram,
+    cut,
+    fitting,
+    nice_step,
+    seconds_label,
+    short,
+)
 from rrp_sheets.render.measure import clean, escape, width, wrap
 from rrp_sheets.render.style import (
     BADGE,

@@ -12,14 +12,12 @@ from pathlib import Path
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.diagram import Page
 from rrp_sheets.render.legend import draw_legend
-from rrp_sheets.render.marble_diagram import MarbleDiagram
+from rrp_sheets.render.marble_diagram import MarbleDiagram, marble_text
 from rrp_sheets.render.marble_drawing import draw_marbles
-from rrp_sheets.render.marble_text import marble_text
-from rrp_sheets.render.measure import clean, escape
+from rrp_sheets.render.measure import clean, escape, typeset
 from rrp_sheets.render.style import NAME_PT, PADDING, PAGE, SMALL_PT, SOFT
 from rrp_sheets.render.svg import frame, text
 from rrp_sheets.render.texts import texts
-from rrp_sheets.render.typeset import typeset
 from rrp_sheets.workbook.atomic import write_atomically
 
 SUFFIXES = (".svg", ".pdf", ".png")

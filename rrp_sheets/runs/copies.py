@@ -15,14 +15,14 @@ from rrp_sheets.resources import bundled
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
-    from rrp_sheets.workbook.offers import Offers
+    from rrp_sheets.workbook.style import Offers
 
 MADE = ("guided", "empty")
 
 
 def offers(robot: Robot) -> Offers:
     """Return the names that a workbook for this robot offers in its drop-downs."""
-    from rrp_sheets.workbook.offers import Offers
+    from rrp_sheets.workbook.style import Offers
 
     everyday = [c for c in connectors() if not c.advanced] + [c for c in connectors() if c.advanced]
     joints = tuple(j.name for j in robot.joints.values())

@@ -16,17 +16,16 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any
 
+from rrp_sheets.engine.clock import PLACES
 from rrp_sheets.engine.command_queue import CommandQueue, OperatorCommand
-from rrp_sheets.engine.heartbeat import PLACES
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.values import show
 from rrp_sheets.private import only_for_this_user
 from rrp_sheets.processes import Lines, SharedCell
-from rrp_sheets.runs.process_limits import lift_limit
 from rrp_sheets.runs.run_events import RunEventSender, pack_result, unpack_settings
 from rrp_sheets.runs.view import Summary
 from rrp_sheets.runs.wire import NonBlockingWriter, pack_error, pack_finding
-from rrp_sheets.runs.worker_loop import begin
+from rrp_sheets.runs.worker_loop import begin, lift_limit
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked

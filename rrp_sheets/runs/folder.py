@@ -1,22 +1,25 @@
-"""Folder of a run: making and finishing it, and the descriptions of its files."""
+"""Folder of a run: making and finishing it, its files, and the files that a workbook needs beside it."""
 
 from __future__ import annotations
 
 import os
 import re
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rrp_sheets.checks import Checked
+from rrp_sheets.checks.check import folder_of
+from rrp_sheets.devices.own_robot import FOLDER, files_of
+from rrp_sheets.devices.sound_files import BadSoundError, look_at
 from rrp_sheets.engine.file_lock import lock_folder, locked, unlock
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.private import private_folder
 from rrp_sheets.render.output import gif_with, png_with, svg_with, words_of
-from rrp_sheets.runs.beside import material, own_catalogue
+from rrp_sheets.resources import bundled
 from rrp_sheets.runs.records.metadata import stamp_of
 
 if TYPE_CHECKING:
@@ -213,3 +216,40 @@ def stamp_pictures(place: Path) -> None:
                 os.replace(half, path)
             finally:
                 half.unlink(missing_ok=True)
+
+
+def sounds(checked: Checked) -> list[str]:
+    """Return the names of the sound files that the settings of devices name."""
+    names: dict[str, None] = {}
+    for device in checked.workbook.devices:
+        found = checked.robot.find(device.device.text)
+        for k, cell in device.settings.items() if found else ():
+            setting = found.type.settings.get(k) if found else None
+            if setting is not None and setting.kind == "sound file" and cell and cell.text.strip():
+                names[cell.text.strip()] = None
+    return list(names)
+
+
+def material(checked: Checked) -> tuple[dict[str, Path], list[str]]:
+    """Return the sounds and pictures by name, and in words what cannot be found of them."""
+    files: dict[str, Path] = {}
+    lacks = []
+    folder = folder_of(checked.workbook)
+    for name in sounds(checked):
+        try:
+            look_at(folder, name)
+            files[name] = folder / name
+        except BadSoundError as problem:
+            lacks.append(f"The sound “{name}” {problem}.")
+    for action in checked.scene or ():
+        if picture := action.values.get("picture"):
+            files[Path(picture).name] = Path(picture)
+    return files, lacks
+
+
+def own_catalogue(checked: Checked) -> Iterator[tuple[str, Path]]:
+    """Yield the files of a catalogue that came with the workbook, with their names beside it; none of a bundled one."""
+    robot = checked.robot
+    if robot.folder != bundled("robots") / robot.name:
+        for path in files_of(robot):
+            yield f"{FOLDER}/{robot.name}/{path.name}", path

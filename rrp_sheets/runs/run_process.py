@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.engine.heartbeat import INSTANT, NO_ROW, RANK, SETTLING, Heartbeat
+from rrp_sheets.engine.clock import INSTANT, NO_ROW, RANK, SETTLING, Heartbeat
 from rrp_sheets.engine.trace import notice_entry
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.exchange import Notice

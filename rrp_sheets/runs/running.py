@@ -18,16 +18,13 @@ from rrp_sheets.devices.catalogue import Robot
 from rrp_sheets.devices.default_scene import default_scene
 from rrp_sheets.devices.scene import scene_end_us
 from rrp_sheets.devices.scene_words import draw_scene
+from rrp_sheets.engine.clock import Heartbeat
 from rrp_sheets.engine.command_handler import buttons, label_of, switched
 from rrp_sheets.engine.command_queue import CommandQueue
-from rrp_sheets.engine.engine import Engine
-from rrp_sheets.engine.events import EventEngine
-from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.engine import Engine, EventEngine, FrameEngine
 from rrp_sheets.engine.frame_runner import FrameRunner
-from rrp_sheets.engine.heartbeat import Heartbeat
-from rrp_sheets.engine.observer import Runner, RunObserver
 from rrp_sheets.engine.plan import Plan, make_plan
-from rrp_sheets.engine.ports import World
+from rrp_sheets.engine.ports import Runner, RunObserver, World
 from rrp_sheets.engine.realtime import RealtimeAdapter
 from rrp_sheets.engine.realtime_runner import RealtimeRunner
 from rrp_sheets.engine.trace import TraceWriter, stream_label

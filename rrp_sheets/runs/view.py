@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.engine.observer import RunObserver
+from rrp_sheets.engine.ports import RunObserver
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.exchange import State, WorldSnapshot
 from rrp_sheets.model.values import Failure, Value

@@ -1,4 +1,4 @@
-"""Request loop of a worker process, which has a memory limit and answers errors too.
+"""Request loop and memory limit of a worker process, which answers errors too.
 
 It ends when its connection closes. The other side is `worker_process`.
 """
@@ -13,7 +13,6 @@ from typing import Any
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.processes import Lines, end_with_starter, line
-from rrp_sheets.runs.process_limits import limit_memory
 from rrp_sheets.runs.wire import pack_error
 
 
@@ -52,3 +51,29 @@ def serve(do: Mapping[str, Callable[..., Any]]) -> None:
     link = begin()
     for name, *arguments in Lines(link):
         link.sendall(line(answer(lambda: do[name](*arguments))))  # noqa: B023  # made at once
+
+
+try:
+    import resource
+except ImportError:  # Windows has no such limit: there only the watchdog holds a process in check
+    resource = None  # type: ignore[assignment]
+
+MOST_MEMORY = 3 << 29
+"""Bytes of address space for a process that evaluates formulas: some five times what the largest workbooks need."""
+
+
+def limit_memory(most: int = MOST_MEMORY) -> None:
+    """Limit the memory of this process and of those that it starts; exceeding it raises a MemoryError.
+
+    macOS accepts the limit but does not enforce it.
+    """
+    if resource is not None:
+        hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+        resource.setrlimit(resource.RLIMIT_AS, (most if hard < 0 else min(most, hard), hard))
+
+
+def lift_limit() -> None:
+    """Remove the memory limit of this process, when it evaluates no more formulas."""
+    if resource is not None:
+        hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+        resource.setrlimit(resource.RLIMIT_AS, (hard, hard))

@@ -16,7 +16,7 @@ from typing import Any
 
 from rrp_sheets.diagnostics import Diagnostic, Report
 from rrp_sheets.diagnostics.catalogue import Severity
-from rrp_sheets.engine.heartbeat import NO_ROW, PLACES, RANK
+from rrp_sheets.engine.clock import NO_ROW, PLACES, RANK
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.processes import ChildProcess, Lines, SharedCell, cpu_clock, line
 from rrp_sheets.runs.wire import unpack_error, unpack_finding

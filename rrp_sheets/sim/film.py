@@ -12,7 +12,7 @@ from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import Record, Value
 from rrp_sheets.sim.camera import FilmCamera, Image, Shot
 from rrp_sheets.sim.messages import Spec
-from rrp_sheets.sim.paths import Point
+from rrp_sheets.sim.motion import Point
 from rrp_sheets.sim.stage import FRONT
 
 if TYPE_CHECKING:

@@ -13,9 +13,8 @@ from rrp_sheets.model.values import Value
 from rrp_sheets.sim import figures
 from rrp_sheets.sim.colours import BALL_COLOURS, RGB, parse_colour
 from rrp_sheets.sim.face_traits import HEAD
-from rrp_sheets.sim.heads import Heads
-from rrp_sheets.sim.looks import Looks
-from rrp_sheets.sim.paths import Circle, LinePath, Point, Still
+from rrp_sheets.sim.heads import Heads, Looks
+from rrp_sheets.sim.motion import Circle, LinePath, Point, Still
 from rrp_sheets.sim.people import body, is_seated
 from rrp_sheets.sim.solids import Cylinder, Solid, SolidBox, Sphere
 

@@ -26,10 +26,9 @@ from rrp_sheets.sim.face_models import FaceModels
 from rrp_sheets.sim.faces import Faces
 from rrp_sheets.sim.falling import Falling
 from rrp_sheets.sim.film import STALE_US, Film
-from rrp_sheets.sim.heads import Heads
+from rrp_sheets.sim.heads import Heads, Looks
 from rrp_sheets.sim.hearing import Hearing
 from rrp_sheets.sim.keyframes import Motions
-from rrp_sheets.sim.looks import Looks
 from rrp_sheets.sim.messages import Outcome, Spec, State, WorldSnapshot
 from rrp_sheets.sim.portraits import studied
 from rrp_sheets.sim.recording import Recording

@@ -12,8 +12,8 @@ from rrp_sheets.checks.expecting import Expectation
 from rrp_sheets.checks.tests import Case, CaseRow
 from rrp_sheets.diagnostics.phrase import Phrase, listed
 from rrp_sheets.formulas import Formula
-from rrp_sheets.formulas.compare import same
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
+from rrp_sheets.formulas.operations import same
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.testing.frames import TOLERANCE, Frames
 from rrp_sheets.testing.results import Event, Fault, RowResult, failure_words

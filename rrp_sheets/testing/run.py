@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from rrp_sheets.checks import Checked
 from rrp_sheets.checks.tests import Case, CaseRow
-from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.engine import FrameEngine
 from rrp_sheets.engine.plan import Plan, make_plan
 from rrp_sheets.engine.trace import stream_label
 from rrp_sheets.engine.value_injector import Sender, ended_now, sensed_now

@@ -73,7 +73,7 @@ def _events(row: str) -> list[tuple[int, Value]]:
 
 
 def _played(connector: Connector, events: Mapping[str, Sequence[tuple[int, Value]]]) -> list[tuple[int, Value]]:
-    from rrp_sheets.engine.frame import FrameEngine
+    from rrp_sheets.engine.engine import FrameEngine
     from rrp_sheets.engine.frame_runner import run_loop
     from rrp_sheets.engine.plan import make_plan
 

@@ -79,7 +79,7 @@ def _example(connector: Connector) -> Iterator[str]:
 
 
 def _sentence(connector: Connector) -> str:
-    from rrp_sheets.render.rows import Rows
+    from rrp_sheets.render.sentences import Rows
     from rrp_sheets.render.texts import texts
 
     book = checked(workbook(connector))

@@ -1,4 +1,4 @@
-"""Finds the help on a topic, or on the name of a connector, a function, a device or a finding."""
+"""Finds the help on a topic, on a word of the sheets, or on the name of a connector, function, device or finding."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.topics.layout import from_markdown, titled
+from rrp_sheets.topics.workbooks import grids
 
 _WORDS = ("words", "stream", "streams", "event", "events", "field", "fields", "frame", "seed", "rad", "trace", "units")
 TOPICS = ("connectors", "formulas", "functions", "devices", "scene", "tests", "codes")
@@ -30,7 +32,8 @@ def text_on(name: str, others: Sequence[str] = ()) -> Iterator[str]:
         SheetsError: when there is nothing on it, with the nearest name proposed.
     """
     from rrp_sheets.model.names import key
-    from rrp_sheets.topics.word_pages import WORDS, word
+
+    pass
 
     topic = _SYNONYMS.get(key(name), key(name))
     if topic == "" or topic in TOPICS:
@@ -94,10 +97,75 @@ def _unknown(name: str, others: Sequence[str]) -> SheetsError:
     from rrp_sheets.diagnostics import CODES
     from rrp_sheets.formulas.functions import library
     from rrp_sheets.model.names import nearest
-    from rrp_sheets.topics.word_pages import WORDS
+
+    pass
 
     found = list(load_robot().names.values())
     devices = [*(f.name for f in found), *(f"{f.name} done" for f in found if f.type.kind == "actuator")]
     guess = nearest(name, [*TOPICS, *WORDS, *connectors().names(), *library().names(), *devices, *CODES, *others])
     remedy = f"Did you mean {guess}?" if guess else f"Try: {', '.join(TOPICS)}."
     return SheetsError(f"There is no help on “{name}”.", remedy)
+
+
+WORDS = (
+    "helpers", "priority", "total", "protocol", "engine", "keys", "glossary",
+    "sheets", "robot", "serve", "records", "ethics", "compare", "bundles", "systems",
+)  # fmt: skip
+EXAMPLES = {
+    "helpers": """
+## Helpers
+| Name | Inputs | Formula |
+|---|---|---|
+| limit | | 0.8 |
+| near | distance | distance < limit |
+
+## Tracking
+| Input streams | Connector | Formula | Output stream |
+|---|---|---|---|
+| Red ball | filter | near(redBall.distance) | Close ball |
+| Close ball | subscribe | | Head tracker |
+""",
+    "priority": """
+## Talk
+| Input streams | Connector | Formula | Output stream | Priority |
+|---|---|---|---|---|
+| Start | subscribe | "Hello, I am a robot." | Say | |
+| Touch | subscribe | "That is my head." | Say | 5 |
+
+## Devices
+| Stream | Device | Label |
+|---|---|---|
+| Start | Operator button | Start |
+""",
+    "total": """
+## Counting
+| Input streams | Connector | Formula | Output stream |
+|---|---|---|---|
+| Touch | accumulate | total + 1 | Touches |
+| Touches | subscribe | | Say |
+""",
+    "protocol": """
+## Protocol
+| Field | Value |
+|---|---|
+| Title | Follow the ball |
+| Purpose | Does a child look where the robot looks? |
+| Engine | frame |
+| Seed | 7 |
+| Time limit | 5 min |
+
+## Tracking
+| Input streams | Connector | Formula | Output stream |
+|---|---|---|---|
+| Red ball | subscribe | | Head tracker |
+""",
+}
+"""A workbook for each word that needs one; a test holds that they are in order."""
+
+
+def word(name: str) -> Iterator[str]:
+    """Yield the meaning of a word of the sheets, with an example where one helps."""
+    path = Path(__file__).parent / f"{name}.md"
+    yield from from_markdown(path.read_text(encoding="utf-8"))
+    if name in EXAMPLES:
+        yield titled("For example", *grids(EXAMPLES[name]), between="\n\n")

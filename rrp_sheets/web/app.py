@@ -14,6 +14,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs.worker_process import CheckWorker
 from rrp_sheets.web.editing import make_editing
+from rrp_sheets.web.gridpage import picture
 from rrp_sheets.web.helping import make_helping
 from rrp_sheets.web.identity import Links, cookie_name
 from rrp_sheets.web.live.routes import make_live
@@ -21,7 +22,6 @@ from rrp_sheets.web.live.run_manager import RunManager
 from rrp_sheets.web.login import make_login
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.pages import MessagePage, RefusedPage, show
-from rrp_sheets.web.pictures import picture
 from rrp_sheets.web.posing import make_posing
 from rrp_sheets.web.records.routes import make_records
 from rrp_sheets.web.requests import workbook_or_404

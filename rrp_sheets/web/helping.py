@@ -20,7 +20,7 @@ from rrp_sheets.topics.finding import text_on
 from rrp_sheets.topics.functions import one_helper
 from rrp_sheets.topics.layout import Block, paragraph
 from rrp_sheets.topics.search import HelpEntry, all_names, known, near, search
-from rrp_sheets.web.browserwords import of_help
+from rrp_sheets.web.completions import of_help
 from rrp_sheets.web.requests import RoomOf
 
 MOST = 6  # topics at once

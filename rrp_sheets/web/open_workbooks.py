@@ -14,7 +14,7 @@ from rrp_sheets.documents.journal import Journal
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.worker_process import CheckWorker
 from rrp_sheets.web.sse import EventStream
-from rrp_sheets.web.testing.tester import Tester
+from rrp_sheets.web.testing.results import Tester
 from rrp_sheets.web.workbook_session import WorkbookSession
 
 MOST_LISTENERS = 32  # event streams at once, for all workbooks

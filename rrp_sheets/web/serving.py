@@ -1,19 +1,27 @@
-"""HTTP server: its sockets, threads and limits, and the addresses at which it can be reached."""
+"""HTTP server: its sockets, threads and limits, its addresses, and its temporary folders."""
 
 from __future__ import annotations
 
 import contextlib
 import ipaddress
+import os
 import select
+import shutil
 import socket
+import stat
 import sys
-from collections.abc import Sequence
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any
 
 import ifaddr
 from flask import Flask
 from waitress.server import create_server
 
+from rrp_sheets.engine.file_lock import is_locked, locked
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.records.query_worker import MOST_OF_ALL
 from rrp_sheets.web.connections import MOST_CONNECTIONS, Channel, Dispatcher
@@ -127,3 +135,32 @@ def _leads_here(address: str) -> bool:
     except ValueError:
         return False
     return not (known.is_loopback or known.is_link_local or known.is_unspecified)
+
+
+_PREFIX = "rrp-sheets-server-"
+_NEW_S = 5  # so long may a server take from making its folder to holding it
+
+
+@contextmanager
+def scratch() -> Iterator[Path]:
+    """Put the temporary files of this process and its children into a folder of their own during the block."""
+    system = tempfile.gettempdir()
+    with tempfile.TemporaryDirectory(prefix=_PREFIX, ignore_cleanup_errors=True) as name, locked(Path(name)):
+        if is_locked(Path(name)):  # else nobody can tell which of the others are in use
+            _remove_abandoned(Path(system))
+        before, tempfile.tempdir = tempfile.tempdir, name
+        try:
+            yield Path(name)
+        finally:
+            tempfile.tempdir = before
+
+
+def _remove_abandoned(system: Path) -> None:
+    """Remove the folders that servers of this user left behind."""
+    limit = time.time() - _NEW_S
+    for folder in system.glob(f"{_PREFIX}*"):
+        with suppress(OSError):
+            about = folder.lstat()
+            ours = stat.S_ISDIR(about.st_mode) and about.st_uid == os.getuid() and about.st_mtime < limit
+            if ours and not is_locked(folder):
+                shutil.rmtree(folder, ignore_errors=True)

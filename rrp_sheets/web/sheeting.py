@@ -1,4 +1,4 @@
-"""Routes of the tabs: adding, renaming, moving, duplicating and deleting sheets."""
+"""The tabs of a workbook, and their routes: adding, renaming, moving, duplicating and deleting sheets."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ from collections.abc import Callable
 from flask import Blueprint, Response, abort, jsonify, request
 
 from rrp_sheets.documents import Changed, Document, Refused
+from rrp_sheets.documents.sheet_edits import proposed_name
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
-from rrp_sheets.web.pages import show
+from rrp_sheets.web.pages import Addable, Strip, Tab, show
 from rrp_sheets.web.requests import Asked, json_body, number_of, text_of, workbook_or_404
 from rrp_sheets.web.security import visitor
 from rrp_sheets.web.sessions import clean_name
-from rrp_sheets.web.sheet_tabs import NAME, strip_of
 from rrp_sheets.web.workbook_repository import WorkbookRepository
 from rrp_sheets.web.workbook_session import WorkbookSession
+from rrp_sheets.workbook.template import SINGLE, TITLES
 
 MOST_NAMED = 12  # places that are told before a sheet is deleted
 _COLUMNS = 2_000  # letters of a new table's columns
@@ -110,3 +111,33 @@ def _delete(room: WorkbookSession, document: Document, author: str, given: Asked
 _ACTIONS: dict[str, Callable[[WorkbookSession, Document, str, Asked], Changed | None]] = {
     "add": _add, "rename": _rename, "move": _move, "duplicate": _duplicate, "delete": _delete,
 }  # fmt: skip
+
+
+NAME = 200  # letters of a name that is looked at; those of a sheet are fewer, which is told
+_HELP = {
+    "behaviour": "what the robot does, one step a row",
+    "devices": "names for sensors and actuators, with their settings",
+    "helpers": "calculations and numbers for several formulas",
+    "scene": "what happens in the simulator",
+    "gestures": "movements of your own, as keyframes",
+    "test": "values to send, and what must come out",
+    "protocol": "what the session is for, and how it runs",
+    "table": "a table of your own, for formulas",
+}
+
+
+def strip_of(document: Document, name: str, sheet: str, *, live: bool = False) -> Strip:
+    """Build the row of tabs, with one sheet selected."""
+    kinds = {n: g.kind for n, g in document.grids.items()} | dict.fromkeys(document.own, "")
+    sheet = document.current(sheet)
+    addable = () if live or document.read_only else tuple(_addable(kinds))
+    return Strip(name, sheet, tuple(Tab(n, kind, n == sheet) for n, kind in kinds.items()), addable, live)
+
+
+def _addable(kinds: dict[str, str]) -> list[Addable]:
+    there = set(kinds.values())
+    return [
+        Addable(kind, title, _HELP[kind], proposed_name(kind, kinds))
+        for kind, title in TITLES.items()
+        if kind not in SINGLE or kind not in there
+    ]

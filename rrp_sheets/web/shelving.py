@@ -15,9 +15,8 @@ from rrp_sheets.documents.tutorial import begin
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.private import private_folder
 from rrp_sheets.runs.bundle import form
-from rrp_sheets.runs.bundle.catalogues import catalogue_note
 from rrp_sheets.runs.bundle.form import is_device
-from rrp_sheets.runs.bundle.unpacking import Bundle, is_zip, unpack
+from rrp_sheets.runs.bundle.unpacking import Bundle, catalogue_note, is_zip, unpack
 from rrp_sheets.runs.records.listing import runs_place
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
 from rrp_sheets.web.pages import show

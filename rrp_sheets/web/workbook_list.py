@@ -12,8 +12,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs.records.metadata import RunMetadata
 from rrp_sheets.web.pages import Card, LastRun, ProblemCount, ShelfPage, Unreadable
-from rrp_sheets.web.records.run_store import RunStore
-from rrp_sheets.web.records.telling import line_of, when
+from rrp_sheets.web.records.run_store import RunStore, line_of, when
 from rrp_sheets.web.workbook_repository import (
     MOST_FILES,
     SUFFIXES,

@@ -19,8 +19,7 @@ from rrp_sheets.web.broadcaster import Broadcaster, Place
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.sse import EventStream, message
 from rrp_sheets.web.statics import build_id
-from rrp_sheets.web.testing.results import RoomTests
-from rrp_sheets.web.testing.tester import Tester
+from rrp_sheets.web.testing.results import RoomTests, Tester
 
 
 class WorkbookSession(Broadcaster):

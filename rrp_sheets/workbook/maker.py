@@ -12,10 +12,10 @@ from rrp_sheets.model.names import key
 from rrp_sheets.workbook import style
 from rrp_sheets.workbook.atomic import write_atomically
 from rrp_sheets.workbook.headers import Recognised, recognise
-from rrp_sheets.workbook.offers import Offers
-from rrp_sheets.workbook.pack import packed
+from rrp_sheets.workbook.package import packed
 from rrp_sheets.workbook.raw import RawCell, RawSheet
 from rrp_sheets.workbook.sheet_maker import SheetMaker
+from rrp_sheets.workbook.style import Offers
 
 _FORBIDDEN = re.compile(r"[\[\]:*?/\\\x00-\x1f]")
 _TITLE_LENGTH = 31

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook.maker import make_workbook
-from rrp_sheets.workbook.offers import Offers
+from rrp_sheets.workbook.style import Offers
 
 _READ_ME = (
     "Your robot's protocol",

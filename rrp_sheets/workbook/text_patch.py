@@ -23,10 +23,13 @@ from rrp_sheets.workbook.text_books import (
     SUFFIXES,
     csv_delimiter,
     csv_hint,
+    from_csv,
+    from_markdown,
     markdown_pieces,
     natural,
+    to_csv,
+    to_markdown,
 )
-from rrp_sheets.workbook.text_cells import from_csv, from_markdown, to_csv, to_markdown
 
 _LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+\Z")
 

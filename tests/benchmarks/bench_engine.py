@@ -16,7 +16,7 @@ from asteval import Interpreter
 from play import example, rows
 
 from rrp_sheets import api
-from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.engine import FrameEngine
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.trace import TraceWriter
 from rrp_sheets.formulas import read_formula

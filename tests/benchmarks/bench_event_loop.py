@@ -14,7 +14,7 @@ import time
 import pytest
 from play import check, rows
 
-from rrp_sheets.engine.events import EventEngine
+from rrp_sheets.engine.engine import EventEngine
 from rrp_sheets.engine.frame_runner import RunObserver
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.realtime_runner import RealtimeRunner

@@ -24,7 +24,7 @@ from portraits import FACE, Studio
 from rrp_sheets.devices import load_robot
 from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.sim.faces import SAME
-from rrp_sheets.sim.looks import FACES
+from rrp_sheets.sim.heads import FACES
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.world import SimWorld
 

@@ -23,7 +23,7 @@ from rrp_sheets.devices.trajectory import joint_limits
 from rrp_sheets.diagnostics.phrase import Phrase, sentences
 from rrp_sheets.formulas.problems import kind_of
 from rrp_sheets.graph import Step, Stream
-from rrp_sheets.graph.settings import understand
+from rrp_sheets.graph.device_table import understand
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Record, Value, show

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from rrp_sheets.render.device_sentences import device_says
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack import acts as doing
-from rrp_sheets.render.pack import consent, senses
+from rrp_sheets.render.pack import people, senses
 from rrp_sheets.render.pack.model import Labelled, Said, TestSheetResult
 from rrp_sheets.render.pack.source import Source, capital
 
@@ -147,7 +147,7 @@ def numbers(source: Source, said: Sequence[Said], tests: Sequence[TestSheetResul
     lines = [Labelled(get(f"number.{name}"), f"{n:,}") for name, n in counted.items()]
     result = get("number.tests_of", passed=passed, n=len(tests)) if tests else get("no_tests")
     lines.append(Labelled(get("number.tests"), result))
-    return (*lines, Labelled(get("number.open"), f"{len(source.findings) + len(consent.unstated(source)):,}"))
+    return (*lines, Labelled(get("number.open"), f"{len(source.findings) + len(people.unstated(source)):,}"))
 
 
 def title_of(source: Source, name: str) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Literal
 
 from rrp_sheets.checks import Checked
 from rrp_sheets.devices import Setting
@@ -11,13 +13,14 @@ from rrp_sheets.devices.spoken import DeviceWords
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value, show
-from rrp_sheets.render.measure import clean
-from rrp_sheets.render.pack import acts, consent, front, operator, senses
+from rrp_sheets.render.legend import draw_legend
+from rrp_sheets.render.measure import clean, typeset
+from rrp_sheets.render.pack import acts, front, people, senses
 from rrp_sheets.render.pack.behaviours import Pictures, behaviour_parts
 from rrp_sheets.render.pack.front import Print
 from rrp_sheets.render.pack.model import Changes, OpenFinding, Pack, Sheet, TestSheetResult
 from rrp_sheets.render.pack.source import Source
-from rrp_sheets.render.rows import Rows
+from rrp_sheets.render.sentences import Rows
 from rrp_sheets.render.texts import texts
 from rrp_sheets.workbook import Reading
 
@@ -60,20 +63,20 @@ def make_pack(
             language=language, title=front.title_of(source, this.name), status=_status(source, draft),
             version=clean(source.protocol("Version")), reference=clean(source.protocol("Ethics reference")),
             mode=get("mode"), digest=reading.digest, authors=_authors(source), purpose=source.protocol("Purpose"),
-            facts=front.facts(source, this), happens=source.protocol(consent.HAPPENS),
+            facts=front.facts(source, this), happens=source.protocol(people.HAPPENS),
             summary=front.summary(source, said), glance=front.glance(source, said),
             numbers=front.numbers(source, said, tests),
             findings=tuple(_finding(source, n, d) for n, d in enumerate(source.findings[:MOST_FINDINGS], 1)),
             findings_left_out=get("more", n=left) if left > 0 else "",
             sensed=senses.sensed(source), kept=senses.kept(source), says=said, says_note=get("says.by_hand"),
             makes=acts.makes(source), acts=acts.acts(source), cautions=acts.cautions(source),
-            rivals=acts.rivals(source), hand=operator.hand(source),
+            rivals=acts.rivals(source), hand=people.hand(source),
             hand_title=get("hand.title" if source.buttons else "hand.title_none"),
-            hand_note=get("hand.note" if source.buttons else "hand.note_none"), always=operator.always(source),
-            told=source.protocol(operator.TOLD), stops=operator.stops(source), tests=tuple(tests),
+            hand_note=get("hand.note" if source.buttons else "hand.note_none"), always=people.always(source),
+            told=source.protocol(people.TOLD), stops=people.stops(source), tests=tuple(tests),
             tests_note=tests_note,
-            behaviours=behaviours, sheets=sheets(source), changes=changes, consent=consent.consent(source),
-            statements=consent.statements(source), missing=consent.missing(source),
+            behaviours=behaviours, sheets=sheets(source), changes=changes, consent=people.consent(source),
+            statements=people.statements(source), missing=people.missing(source),
             signatures=tuple(get(f"signatures.{who}") for who in ("researcher", "board", "operator")),
         ),
         pictures,
@@ -191,3 +194,26 @@ def _scene(source: Source) -> Sheet:
     heads = [source.get(f"c.{name}") for name in ("time", "thing", "does", "value")]
     note = source.get("material.scene_note")
     return _sheet(source, source.get("material.scene"), heads, rows, widths=(1, 1, 1, 2), note=note)
+
+
+Paper = Literal["a4", "letter"]
+
+
+def set_pack(pack: Pack, pictures: Pictures, paper: Paper = "a4") -> tuple[bytes, list[str]]:
+    """Return the pack as a PDF, and warnings in words, of a missing font for example.
+
+    Raises:
+        SheetsError: Typst could not set it.
+    """
+    words = texts(pack.language)
+    legend, wide, _ = draw_legend(pack.language)
+    own = {name.removeprefix("pack."): text for name, text in words.entries.items() if name.startswith("pack.")}
+    data = {
+        "paper": {"a4": "a4", "letter": "us-letter"}[paper],
+        "t": own,
+        "quoted": own["says.quoted"],
+        "page_n_of_m": words.get("page.n_of_m"),
+        "legend": {"title": words.get("legend.title"), "alt": words.get("legend.alt"), "width": wide},
+        "pack": asdict(pack),
+    }
+    return typeset("pack.typ", data, {**pictures, "legend.svg": legend}, "pdf")

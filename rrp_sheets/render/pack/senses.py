@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rrp_sheets.checks.keeping import FIELD, kept_kinds, names_of, unnamed
+from rrp_sheets.checks.protocol import FIELD, kept_kinds, names_of, unnamed
 from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.render.device_sentences import device_says
 from rrp_sheets.render.measure import clean

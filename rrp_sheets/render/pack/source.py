@@ -12,7 +12,7 @@ from typing import Any
 
 from rrp_sheets.checks import Checked
 from rrp_sheets.checks.abstract_values import BLANK, UNKNOWN, AbstractValue
-from rrp_sheets.checks.keeping import channel
+from rrp_sheets.checks.protocol import channel
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.devices import DeviceType
 from rrp_sheets.diagnostics import Diagnostic
@@ -25,7 +25,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record, Value, show
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack.model import Ref
-from rrp_sheets.render.rows import Rows
+from rrp_sheets.render.sentences import Rows
 from rrp_sheets.render.texts import Texts
 from rrp_sheets.workbook import Reading
 

@@ -16,10 +16,10 @@ from typing import Any
 from rrp_sheets.checks import Checked, check_workbook
 from rrp_sheets.devices.own_robot import files_of
 from rrp_sheets.errors import SheetsError, UnreadableFile
-from rrp_sheets.runs.beside import material
 from rrp_sheets.runs.bundle import form
 from rrp_sheets.runs.bundle.form import is_safe
 from rrp_sheets.runs.bundle.versions import versions
+from rrp_sheets.runs.folder import material
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.atomic import refuse_open_file
 from rrp_sheets.workbook.package import BROKEN_ZIP

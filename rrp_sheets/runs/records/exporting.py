@@ -7,10 +7,10 @@ from pathlib import Path
 
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.stamp import Stamp
+from rrp_sheets.render.measure import typeset
 from rrp_sheets.render.output import png_with, target_of, words_of
 from rrp_sheets.render.plots import Curve, PlotNote, draw_plots
 from rrp_sheets.render.texts import texts
-from rrp_sheets.render.typeset import typeset
 from rrp_sheets.runs.records.metadata import TRACE, facts_of, stamp_of
 from rrp_sheets.runs.records.replacing import refuse_other_table
 from rrp_sheets.runs.records.table import write_csv, write_xlsx

@@ -36,7 +36,7 @@ def _marbles(place: str, behaviour: str, rows: list[int], window: list[float | N
 def _compare(first: str, second: str) -> dict[str, Any]:
     from rrp_sheets.compare import compare
     from rrp_sheets.compare.as_json import as_dict
-    from rrp_sheets.compare.opening import open_checked
+    from rrp_sheets.compare.side import open_checked
 
     return as_dict(compare(open_checked(Path(first)), open_checked(Path(second))))
 

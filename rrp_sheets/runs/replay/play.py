@@ -9,9 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rrp_sheets.diagnostics.phrase import Phrase
-from rrp_sheets.engine.engine import Engine
-from rrp_sheets.engine.events import EventEngine
-from rrp_sheets.engine.frame import FrameEngine
+from rrp_sheets.engine.engine import Engine, EventEngine, FrameEngine
 from rrp_sheets.engine.plan import Plan
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.graph import StreamKind

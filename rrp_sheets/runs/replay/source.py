@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rrp_sheets import __version__
 from rrp_sheets.checks import Checked
-from rrp_sheets.compare.opening import open_checked
+from rrp_sheets.compare.side import open_checked
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.engine.plan import Plan, make_plan
 from rrp_sheets.engine.trace import stream_label

@@ -1,14 +1,15 @@
-"""Newest value of every row and stream; values are formatted only when they are sent to pages."""
+"""The streams of a run, and the newest value of every row and stream, formatted when they are sent."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from rrp_sheets.model.values import Value
 from rrp_sheets.runs.formatting import told
-from rrp_sheets.web.live.streams import StreamInfo
+from rrp_sheets.runs.view import RunStart
 
 _FORGIVEN_US = 1_000_000  # a row's error is shown for at least so long, although a value comes
 _LONGEST = 200  # letters of an error's message
@@ -107,3 +108,36 @@ def _row(entry: LatestValue) -> Told:
 
 def _stream(entry: LatestValue) -> Told:
     return {"v": told(entry.value, entry.unit), "at": entry.us / 1e6, "n": entry.count, "kind": entry.kind}
+
+
+@dataclass(frozen=True, slots=True)
+class StreamInfo:
+    """Name of a stream on the pages, and its kind (sensor, stream, actuator, done or anonymous)."""
+
+    name: str
+    kind: str
+
+
+def known_streams(start: RunStart) -> dict[str, StreamInfo]:
+    """Return the streams of a run by their ids.
+
+    The sheet's name is part of a stream's name only when two sheets have a stream of that name.
+    """
+    plain = Counter(label.partition("!")[2] or label for label in start.streams.values())
+    known = {}
+    for stream, label in start.streams.items():
+        _, _, name = label.partition("!")
+        if name.startswith("#"):
+            known[stream] = StreamInfo(label, "anonymous")
+        elif name:
+            known[stream] = StreamInfo(name if plain[name] == 1 else label, "stream")
+        else:
+            known[stream] = StreamInfo(label, _kind(stream, label, start))
+    return known
+
+
+def _kind(stream: str, label: str, start: RunStart) -> str:
+    if stream in start.actuators:
+        return "actuator"
+    ends = {f"{name} done".casefold() for name in start.actuators.values()}
+    return "done" if label.casefold() in ends else "sensor"

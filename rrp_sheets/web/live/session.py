@@ -13,7 +13,7 @@ from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.runs.formatting import clock, unit_of
 from rrp_sheets.runs.run_process import RunOutcome, RunProcess
 from rrp_sheets.runs.view import RunSettings, Summary
-from rrp_sheets.web.browserwords import in_browser
+from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.live.log import Line
 from rrp_sheets.web.live.run_state import RunState
 from rrp_sheets.web.sse import message

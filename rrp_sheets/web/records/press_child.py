@@ -13,7 +13,7 @@ from typing import Any
 
 from rrp_sheets.printing import Gathered, HasErrors, gather
 from rrp_sheets.render.legend import draw_legend
-from rrp_sheets.render.pack.setting import set_pack
+from rrp_sheets.render.pack.make import set_pack
 from rrp_sheets.runs.worker_loop import serve
 
 

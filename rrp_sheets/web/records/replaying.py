@@ -20,11 +20,9 @@ from rrp_sheets.runs.marbles import WORKBOOK
 from rrp_sheets.runs.records.metadata import TRACE
 from rrp_sheets.runs.replay.apart import Stopped, replay_apart
 from rrp_sheets.web.open_workbooks import OpenWorkbooks
-from rrp_sheets.web.records.comparing import path_of
+from rrp_sheets.web.records.comparing import moment, path_of
 from rrp_sheets.web.records.record_pages import Choice, RunLine
-from rrp_sheets.web.records.run_store import RunStore
-from rrp_sheets.web.records.telling import line_of
-from rrp_sheets.web.records.versions import moment
+from rrp_sheets.web.records.run_store import RunStore, line_of
 from rrp_sheets.web.workbook_repository import WorkbookRepository, addressable
 
 _LONGEST_REF = 400

@@ -11,9 +11,9 @@ from markupsafe import Markup
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.folder import describe
+from rrp_sheets.runs.records.listing import clock, length
 from rrp_sheets.runs.records.metadata import RunMetadata, newest_first
 from rrp_sheets.runs.records.query_worker import QueryWorker
-from rrp_sheets.runs.records.wording import clock, length
 from rrp_sheets.web.records.record_pages import (
     Download,
     EditedRow,
@@ -24,8 +24,7 @@ from rrp_sheets.web.records.record_pages import (
     RunLine,
     RunsPage,
 )
-from rrp_sheets.web.records.run_store import PICTURES, RunStore
-from rrp_sheets.web.records.telling import line_of, when
+from rrp_sheets.web.records.run_store import PICTURES, RunStore, line_of, when
 from rrp_sheets.web.workbook_repository import WorkbookRepository
 
 A_PAGE = 100  # runs

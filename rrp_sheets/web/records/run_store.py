@@ -1,14 +1,19 @@
-"""Access to the runs recorded beside the workbooks of a folder, by name; no name leads out of it."""
+"""Access to the runs of a folder by name, none of which leads out of it; what their pages say of each."""
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from datetime import date, datetime, timedelta
 from pathlib import Path
+from typing import BinaryIO
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.records.listing import ended, length
 from rrp_sheets.runs.records.metadata import RUNS, RunMetadata, facts_of, run_names
-from rrp_sheets.web.workbook_repository import printable
+from rrp_sheets.web.records.record_pages import RunLine
+from rrp_sheets.web.workbook_repository import addressable, printable
 
 PICTURES = {"strip.png": "image/png", "film.gif": "image/gif", "diagram.svg": "image/svg+xml"}
 _WAV = "audio/wav"
@@ -76,3 +81,61 @@ def kind_of(name: str) -> str:
     if name.endswith(".wav") and name[0] != ".":
         return _WAV
     return PICTURES.get(name) or _OTHERS.get(name, "")
+
+
+def made(name: str, make: Callable[[Path], object]) -> BinaryIO:
+    """Have `make` write a file, and return it open; it is deleted when it is closed.
+
+    Raises:
+        SheetsError: the error of `make`; if the temporary folder cannot be written, the message names it.
+    """
+    with tempfile.TemporaryDirectory(prefix="rrp-sheets-") as folder:
+        target = Path(folder) / name
+        try:
+            make(target)
+        except SheetsError as error:
+            if folder not in error.message:
+                raise
+            why = error.message.rpartition("(")[2].partition(")")[0] if "(" in error.message else ""
+            raise SheetsError(
+                f"There is no room for this file in “{Path(folder).parent}”, where files are made before they are "
+                f"sent{f' ({why})' if why else ''}.",
+                "Make room there, on the computer on which the program runs, and try again.",
+            ) from None
+        return target.open("rb")  # stays readable when its name is gone
+
+
+MODES = ("simulated", "pilot", "real")
+_STATES = {"time": "good", "end run": "good", "stopped": "stopped", "going": "going", "unreadable": "unreadable"}
+
+
+def when(moment: datetime | None, today: date | None = None) -> str:
+    """Format a time relative to today.
+
+    >>> when(datetime(2026, 11, 21, 9, 5), date(2026, 11, 21)), when(datetime(2026, 11, 2, 9, 5), date(2026, 11, 21))
+    ('today 09:05', '2 November, 09:05')
+    """
+    if moment is None:
+        return ""
+    today = today or datetime.now().date()
+    if moment.date() == today:
+        return f"today {moment:%H:%M}"
+    if moment.date() == today - timedelta(days=1):
+        return f"yesterday {moment:%H:%M}"
+    year = "" if moment.year == today.year else f" {moment.year}"
+    return f"{moment.day} {moment:%B}{year}, {moment:%H:%M}"
+
+
+def line_of(facts: RunMetadata, books: Collection[str]) -> RunLine:
+    """Format a run for a list; `books` are the workbooks of the folder."""
+    why = " ".join(filter(None, (facts.why, facts.remedy)))
+    if facts.ended == "cut":
+        why = "The program or the computer ended in the middle. What was recorded until then can be looked at."
+    moment = when(facts.began) or ("" if facts.readable else printable(facts.run))
+    return RunLine(
+        run=printable(facts.run), opens=facts.readable and addressable(facts.run), when=moment or printable(facts.run),
+        workbook=facts.workbook, book=facts.workbook if facts.workbook in books else "",
+        who=", ".join(filter(None, (facts.participant, facts.condition))), operator=facts.operator,
+        mode=facts.mode if facts.mode in MODES else "", length=length(facts.seconds) if facts.seconds else "",
+        state=_STATES.get(facts.ended, "broken"), ended=ended(facts), why=why, errors=sum(facts.errors.values()),
+    )  # fmt: skip

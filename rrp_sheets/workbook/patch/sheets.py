@@ -149,7 +149,7 @@ def new_sheet(package: PackageEdit, name: str, rows: Sequence[Sequence[str]], li
     """Make a sheet; the package's styles get what they lack for it."""
     from openpyxl import Workbook
 
-    from rrp_sheets.workbook.pack import packed
+    from rrp_sheets.workbook.package import packed
     from rrp_sheets.workbook.sheet_maker import SheetMaker
 
     texts = [[str(text) for text in row] for row in rows]
