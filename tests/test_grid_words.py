@@ -156,6 +156,26 @@ def test_suggestions_are_offered_when_the_words_come_after_the_editor_was_opened
     grid.press("Escape")
 
 
+def test_words_are_fetched_only_when_they_have_changed(shelf: Books) -> None:
+    grid = shelf.open()
+    grid.checked()
+    asked: list[str] = []
+    grid.page.on("request", lambda request: asked.append(request.url) if request.url.endswith("/vocabulary") else None)
+    grid.go("F2")
+    grid.page.evaluate(
+        "() => { window.checks = 0; document.getElementById('listen').addEventListener('checked', () => window.checks++); }"
+    )
+    grid.type("only a note")
+    grid.page.wait_for_function("() => window.checks > 0")
+    grid.page.wait_for_selector("#panels:not([aria-busy=true])")
+    assert not asked
+    grid.go("E2")
+    grid.type("Length")
+    until(grid.page, lambda: asked)
+    assert "Length" in grid.offered("B3", "Len")
+    assert len(asked) <= 2, "once for each check at most"
+
+
 def test_suggestions_leave_what_is_wrong_with_the_cell_in_sight(shelf: Books) -> None:
     grid = shelf.open({**TRACKING, "Try": [SHEETS["Try"][0], ["0", "Dista", "1", "", ""]]}, sheet="Try")
     grid.page.wait_for_selector("td[aria-invalid=true]")

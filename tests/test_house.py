@@ -6,7 +6,7 @@ import pytest
 from house import Measure, measures
 
 CEILINGS = {
-    "lines of Python": 70_788,
+    "lines of Python": 70_803,
     "modules": 452,
     "docstrings that begin as a question": 84,
     "lines of README": 130,

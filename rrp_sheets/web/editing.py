@@ -82,9 +82,8 @@ def _add_pages(pages: Blueprint, room_of: RoomOf) -> None:
 
     @pages.get("/book/<name>/vocabulary")
     def words(name: str) -> Response:
-        from rrp_sheets.web.completions import vocabulary
-
-        return jsonify(vocabulary(room_of(name).analysis()))
+        text, digest = room_of(name).words()
+        return Response(text, mimetype="application/json", headers={"ETag": f'"{digest}"'})
 
 
 def _add_events(pages: Blueprint, room_of: RoomOf, open_workbooks: OpenWorkbooks) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -16,6 +18,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.worker_process import CheckWorker
 from rrp_sheets.web.analysis import Analysis, analyse, no_analysis
 from rrp_sheets.web.broadcaster import Broadcaster, Place
+from rrp_sheets.web.completions import vocabulary
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.sse import EventStream, message
 from rrp_sheets.web.statics import build_id
@@ -31,6 +34,7 @@ class WorkbookSession(Broadcaster):
         self._worker = worker
         self._again = threading.Event()
         self._look = no_analysis()
+        self._words: tuple[Analysis, str, str] | None = None
         self._makers: dict[str, RowRenderer] = {}
         self._checker: threading.Thread | None = None
         self._answers: Answers[dict[str, Any]] = Answers()
@@ -52,6 +56,18 @@ class WorkbookSession(Broadcaster):
         if not seen.checked:
             self.check_soon(only_first=True)
         return seen
+
+    def words(self) -> tuple[str, str]:
+        """Return the words that are suggested, as JSON, and a digest of them; made once for each check."""
+        seen = self.analysis()
+        with self._lock:
+            kept = self._words
+        if kept is None or kept[0] is not seen:
+            text = json.dumps(vocabulary(seen), separators=(",", ":"))
+            kept = seen, text, hashlib.sha256(text.encode()).hexdigest()[:16]
+            with self._lock:
+                self._words = kept
+        return kept[1], kept[2]
 
     def maker(self, sheet: str) -> RowRenderer:
         """Return the renderer of a sheet's rows, updated with the newest check, locks and test results."""
@@ -201,7 +217,7 @@ class WorkbookSession(Broadcaster):
 
     def _checked(self) -> dict[str, Any]:
         """Return the result of the check apart from the rows: the version and the number of errors."""
-        return {"version": self.document.version, "errors": self.analysis().errors}
+        return {"version": self.document.version, "errors": self.analysis().errors, "words": self.words()[1]}
 
     # ---- people
 

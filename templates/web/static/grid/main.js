@@ -16,6 +16,7 @@ import { tests } from "./tests.js";
 const scroll = document.getElementById("grid-scroll");
 const listen = document.getElementById("listen");
 const page = identity();
+let wordsDigest = ""; // of the suggested words that are here
 const grid = scroll.querySelector("[role=grid]") ? new Grid(scroll, page) : null;
 
 diagram(document.getElementById("panels"));
@@ -33,7 +34,7 @@ if (grid) {
   tabs(grid, listen);
   renewed(grid, listen);
   tests(grid, listen);
-  fetchWords();
+  if (document.getElementById("panels").ariaBusy !== "true") fetchWords(); // else they come with the check
   fetchRest(grid).catch(() => {}).then(() => {
     grid.complete();
     document.body.toggleAttribute("data-ready", true);
@@ -69,15 +70,18 @@ async function fetchRest({ table, server }) {
 listen.addEventListener("grid", (event) => {
   grid?.server.receive(JSON.parse(event.detail.data));
 });
-listen.addEventListener("checked", async () => {
+listen.addEventListener("checked", async ({ detail }) => {
   if (!("orphan" in document.body.dataset)) htmx.trigger("#panels", "recheck"); // else its sheet is gone
-  await fetchWords();
+  if (JSON.parse(detail.data).words !== wordsDigest) await fetchWords();
   document.getElementById("panels").removeAttribute("aria-busy");
 });
 
 async function fetchWords() {
   const response = await fetch(`${grid.server.url}/vocabulary`);
-  if (response.ok) grid.words = await response.json();
+  if (response.ok) {
+    grid.words = await response.json();
+    wordsDigest = response.headers.get("ETag")?.replaceAll('"', "");
+  }
   grid.editor.renew();
   document.body.toggleAttribute("data-words", true); // what can be suggested is here
 }
