@@ -16,7 +16,7 @@ from rrp_sheets.workbook.editing import Edit, InsertRows, SetCell, edit, read_sh
 
 MOST_ROUNDS = 100
 Chosen = Mapping[str, int]
-"""Which fix (counted from 1) of the findings of a code is wanted."""
+"""Number of the chosen fix, counted from 1, for the findings of a code."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,9 +18,9 @@ from rrp_sheets.model.workbook import Protocol, Workbook
 
 ENGINES = ("frame", "event loop")
 FORGETS, KEEPS = "ends with the run", "kept"
-"""What Face memory may say."""
+"""Values of the field Face memory."""
 NOT_KEPT = "not kept"
-"""What Camera pictures may say besides `kept`."""
+"""Values of the field Camera pictures besides `kept`."""
 PHYSICS_RATE = 240  # Hz; frames are whole steps of the physics
 
 

@@ -13,7 +13,7 @@ from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import RecordType, Value
 
 Given = Formula | Value
-"""What gives a value: a formula without inputs, worked out when it is sent, or the value itself."""
+"""Source of a value: a formula without inputs, evaluated when it is sent, or the value itself."""
 
 
 @dataclass(frozen=True)

@@ -127,7 +127,7 @@ class Report:
 
 
 OF_CELLS = ("SHEET006", "SHEET007", "SHEET016")
-"""What stands in the cell is not what was meant, so nothing else is said about that cell."""
+"""Codes that make all other findings of the same cell meaningless: its text is not what the user meant."""
 OF_ROWS = ("SHEET017",)
 """The row's cells stand in wrong columns, so nothing else is said about that row."""
 _OF_INPUTS = ("CONN003", "CONN004", "CONN009")
@@ -138,13 +138,13 @@ _MISSING = ("GRAPH001", "GRAPH006", "GRAPH011")
 _UNDECLARED = ("GRAPH001", "GRAPH006", "GRAPH007", "GRAPH009", "DEV008")
 _UNKNOWN_HELPER = ("FORM001", "FORM004", "FORM005", "FORM014")
 _UNREAD_SHEETS = {"devices": _UNDECLARED, "helpers": _UNKNOWN_HELPER}
-"""What is missed everywhere when such a sheet, or a cell of it, cannot be read."""
+"""Codes that follow everywhere, by the kind of the sheet that cannot be read wholly."""
 _MISSED_BEHAVIOUR = ("PROT004", "DEV010")
 _UNNAMED = {"DEV005": _UNDECLARED, "FORM016": _UNKNOWN_HELPER, "FORM024": ("FORM007", "FORM017")}
 """A row of Devices or Helpers, or a column of a table, without a name: whoever wants it misses it."""
 _SCENE_ROW = ("SCENE001", "SCENE002", "SCENE003", "SCENE004", "SCENE007", "SCENE008")
 _OF_SCENE_ROWS = ("SCENE005", "SCENE009", "SCENE010")
-"""What has come, and what has gone, is not known as long as rows of the scene are wrong."""
+"""Codes that are left out while rows of the scene have errors: which things are in the room is not known then."""
 _WRONG_ROWS = ("CONN", "GRAPH", "FORM", "DEV", "SHEET", "PROT")
 _AS_WRONG = ("CONN010", "DEV007", "GRAPH011", "GRAPH014", "FORM012")  # warnings, but what is meant is another row
 _OF_WRONG_ROWS = ("TEST002", "TEST011", "SCENE006", "SCENE007", "DEV009", "LINT")

@@ -14,7 +14,7 @@ from rrp_sheets.model.workbook import Workbook
 from rrp_sheets.workbook.kinds.own_tables import words
 
 Texts = Callable[[Address], str]
-"""What is typed in a cell."""
+"""Text of a cell, as it was typed."""
 _SEPARATORS = re.compile(r"([,;\n])")
 
 

@@ -19,7 +19,7 @@ from reactivex.typing import AbsoluteTime, RelativeTime
 
 _EPOCH = datetime.fromtimestamp(0, UTC)
 MOST_AT_ONCE = 30_000
-"""How many values all streams together may have in one frame. Rows that double what they get, one after the other or in
+"""Most values that all streams may have in one frame. Rows that double what they get, one after the other or in
 a circle through a done stream, reach it within a few rows or frames; a workbook of many rows may have more."""
 _LAST = 1 << 30  # the rank of actions that come from reactivex's own operators: after all rows
 _State = TypeVar("_State")

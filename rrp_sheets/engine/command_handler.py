@@ -30,7 +30,7 @@ from rrp_sheets.model.values import show, to_json
 from rrp_sheets.model.workbook import SceneRow
 
 _BY_HAND = ("SCENE005", "SCENE009", "SCENE010")
-"""What the row alone does not know: what is there by now."""
+"""Codes of findings that depend on the things that are in the room by now, and not on the row alone."""
 FARTHEST = 20.0  # m: nothing stands farther from the robot
 SLOWEST, FASTEST = 0.1, 100.0
 

@@ -25,7 +25,7 @@ __all__ = ["StreamKind", "build_graph"]
 
 SHORTEST_US = 50_000  # a bare number below this was surely meant in seconds
 _FORMULA = re.compile(r"""["'<>=&+*/^()]|\w\.\w|^\d""")
-"""What stands in formulas and durations, and in no connector's name."""
+"""Matches formulas and durations, and no connector's name."""
 _ELSEWHERE = {
     "scan": "accumulate", "reduce": "accumulate", "count": "accumulate", "sum": "accumulate", "distinct": "once",
     "first": "once", "take": "once", "throttlefirst": "throttle", "debounce": "timeout", "select": "map",
@@ -33,7 +33,7 @@ _ELSEWHERE = {
     "concat": "merge", "distinctuntilchange": "changes", "change": "changes", "wait": "delay",
     "buffer": "sample", "interval": "sample",
 }  # fmt: skip
-"""What other reactive software and newcomers call our connectors."""
+"""Names that other reactive software and newcomers use for the connectors."""
 _IN_SIMULATION = {
     "sensor": "In a simulated run it gives nothing.",
     "actuator": "In a simulated run its commands are done at once, as not completed.",

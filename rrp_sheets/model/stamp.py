@@ -12,7 +12,7 @@ _NAMES = {
     "ended": "Ended",
 }  # fmt: skip
 _WHOLE = ("time", "stopped", "end run")
-"""How a run ends that is no broken-off one."""
+"""Ends of a run that are not failures."""
 
 
 _COLUMNS = {"digest": "workbook_sha256"}

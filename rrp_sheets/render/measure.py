@@ -26,7 +26,7 @@ _WIDTHS = (
     500, 500, 500, 334, 260, 334, 584,
 )  # fmt: skip
 OTHER_FACES = 1.25
-"""How much wider a line may be than `width` says, in a browser that has none of those faces (DejaVu Sans, Verdana)."""
+"""Factor by which a line may exceed `width`, in a browser that has none of those faces (DejaVu Sans, Verdana)."""
 _OTHER = 640  # any further narrow character
 _MONO = 602
 _WIDE = 1000

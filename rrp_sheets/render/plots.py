@@ -63,7 +63,7 @@ class PlotNote:
 
 
 LANES = ("said", "heard", "button", "mark", "by_hand", "note", "error")
-"""What happened, by kind, in the order in which the lanes stand above the plots."""
+"""Kinds of notes, in the order of their lanes above the plots."""
 
 
 def draw_plots(

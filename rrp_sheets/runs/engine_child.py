@@ -35,7 +35,7 @@ ALONE_WITHIN = 5.0  # s of its processor time: when the program has gone, the re
 ALONE_STILL_WITHIN = 60.0  # s that it may wait then for the simulator, which brings the robot to rest
 ENDING_TOLD_WITHIN = 2.0  # s, for the program to say why the simulator has ended
 ORPHANED = "the end of the program that had started it"
-"""Who stopped a run whose program has died, as the record tells it."""
+"""Name under which the record says that a run was stopped by the end of its program."""
 
 
 class _RunReporter(RunEventSender):

@@ -21,7 +21,7 @@ from rrp_sheets.sim.body import Pose, Vector
 Image = NDArray[np.uint8]
 NEAR, FAR = 0.03, 12.0  # m
 AHEAD, ASIDE = (-1.5, -0.6, 2.6), (0.1, -1.8, 2.5)
-"""Where the light comes from: for the robot's own pictures from behind it, so that faces before it are lit; for the
+"""Directions of the light: for the robot's own pictures from behind it, so that faces before it are lit; for the
 film from its right."""
 AMBIENT, DIFFUSE, SPECULAR = 0.68, 0.38, 0.03
 RUG = 0.85  # m, radius of the rug that the robot stands on

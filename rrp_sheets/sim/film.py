@@ -30,7 +30,7 @@ RECENT_US = 700_000  # a detection is shown so long, unless the sensor's next pi
 STALE_US = 100_000  # the robot's own picture may be older by so much than the one from outside
 PAUSED_US = 1_000_000  # an actuator that had no command for so long begins something new
 SPEAKS, BEGINS, SHINES, NOTED, TOLD = 2.0, 1.5, 1.0, 0.5, 0.2
-"""What makes a moment worth showing: speech, a command that changes, other eyes, a note, anything else."""
+"""Weights of what makes a moment worth showing: speech, a command that changes, other eyes, a note, anything else."""
 SEES, SAYS = 1.0, 1.0  # as much: that something is seen, that it speaks, without being new
 POSED, FAR = 7.0, 1.2  # as much: that arms or head are so far (rad) from where they are when it stands
 AFTERWARDS = 3.0  # and so much less, when the run is over

@@ -16,7 +16,7 @@ BEATS, STATE = range(2)
 """Places of the simulator's heartbeat: a number that grows while it goes on; what it does."""
 PLACES = 2
 IDLE, BUSY, OPENING = range(3)
-"""What it does: waits for a request, carries one out or brings the robot to rest, makes the world."""
+"""States of the simulator: waits for a request, carries one out or brings the robot to rest, makes the world."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ from rrp_sheets.render.marble_diagram import Bar, Group, Lane, Marble, MarbleDia
 from rrp_sheets.render.marble_drawing import draw_marbles
 
 MARK_US = 100_000
-"""What one place of a row of marbles stands for."""
+"""Time, in µs, that one place in a row of marbles represents."""
 _MARBLES = re.compile(r"[-\w]*-[-\w]*")
 _AFTER_US = 1_000_000
 _NAMES = ("First", "Second", "Third", "Fourth")

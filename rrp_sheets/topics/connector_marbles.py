@@ -14,7 +14,7 @@ from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.topics.workbooks import checked
 
 MARK_MS = 100
-"""What one place of a row of marbles stands for."""
+"""Time, in ms, that one place in a row of marbles represents."""
 _AFTER_MS = 1_000  # what may still come after the last marble
 _MARBLES = re.compile(r"[-\w]*-[-\w]*")
 _NAMES = ("First", "Second", "Third", "Fourth")

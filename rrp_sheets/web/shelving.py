@@ -59,7 +59,7 @@ def make_shelving(repository: WorkbookRepository, open_workbooks: OpenWorkbooks)
 
 
 Done = tuple[str, str]
-"""What was done, in words, and the file that is there now; empty for none."""
+"""Result of an action in words, and the file that exists now; empty for none."""
 
 
 def _new(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Done:

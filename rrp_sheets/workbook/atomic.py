@@ -40,7 +40,7 @@ def refuse_workbook(target: Path, source: Path) -> None:
 
 
 Stamp = tuple[int, int, int]
-"""What shows that a file was changed: time of the last change (ns), size in bytes, number of the file itself."""
+"""Identity of a file's state: time of the last change (ns), size in bytes, number of the file itself."""
 
 
 def stamp_of(path: Path) -> Stamp:

@@ -14,7 +14,7 @@ from rrp_sheets.workbook.raw import unreadable
 from rrp_sheets.workbook.xml_stream import Budget, Handler, XmlReader
 
 BROKEN_ZIP = (zipfile.BadZipFile, OSError, EOFError, ValueError, RuntimeError, NotImplementedError, zlib.error)
-"""What the zip library raises of a file that is damaged, cut off, protected, or compressed in an unusual way."""
+"""Exceptions of the zip library for a file that is damaged, cut off, protected, or compressed in an unusual way."""
 _OLE = bytes.fromhex("d0cf11e0a1b11ae1")
 _MB = 1_000_000
 _ENCRYPTED_NAME = "EncryptedPackage".encode("utf-16-le")

@@ -121,7 +121,7 @@ def column(kind: str, header: str, choices: frozenset[str] = frozenset()) -> Col
 
 
 _LISTS = re.compile(r"Lists(?: for drop-downs(?: \d+)?)?")
-"""What the sheet with the drop-downs' entries is called."""
+"""Name of the sheet with the entries of the drop-downs."""
 
 
 @dataclass(frozen=True, slots=True)

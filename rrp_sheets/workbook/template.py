@@ -148,7 +148,7 @@ TITLES = {
     "behaviour": "Behaviour", "devices": "Devices", "helpers": "Helpers", "scene": "Scene", "gestures": "Gestures",
     "test": "Test", "protocol": "Protocol", "table": "Table",
 }  # fmt: skip
-"""What each kind is called; the order is that of the sheets in a new workbook."""
+"""Name of each kind; the order is that of the sheets in a new workbook."""
 SINGLE = frozenset(("devices", "helpers", "scene", "gestures", "protocol"))
 """Kinds of which a workbook has one."""
 _JOINTS = (

@@ -20,7 +20,7 @@ from rrp_sheets.workbook.raw import Extent, Finding, RawCell, RawSheet, unreadab
 
 CELL_END = re.compile(r"(?<!\\)\|")
 DELIMITERS = ",;\t"
-"""What may stand between the fields of a CSV file."""
+"""Delimiters that the fields of a CSV file may have."""
 _BREAK = re.compile(r"(\\*)(<br\s*/?>)", re.IGNORECASE)
 _CODE_MARK = re.compile(r"\\*`")
 _DANGEROUS = ("=", "+", "-", "@", "\t")

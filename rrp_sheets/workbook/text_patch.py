@@ -262,7 +262,7 @@ def sheet_named(names: Sequence[str], sheet: str) -> str:
 
 Rows = Sequence[Sequence[str]]
 NO_FILE_NAME = re.compile(r"[/\\\x00-\x1f]|^[.~ ]|[. ]$")
-"""What keeps a sheet's name from being a file's."""
+"""Matches a sheet's name that cannot be a file's name."""
 
 
 def markdown_text(sheets: Mapping[str, Rows]) -> str:

@@ -130,7 +130,7 @@ _SAY = {
     ROW: ("would have come from another row", "came from another row"),
     ORDER: ("would have come in another order", "came in another order"),
 }  # fmt: skip
-"""What became of an event, by the kind of its difference: with another workbook, and with the one that ran."""
+"""Wordings of an event's difference, by its kind: with another workbook, and with the one that ran."""
 
 
 def _plain(text: str, role: str) -> str:

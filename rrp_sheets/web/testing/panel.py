@@ -19,7 +19,7 @@ _WORDS = {
     LATE: "was not reached in time", NOW: "the lesson to do now", LATER: "not yet",
 }  # fmt: skip
 _DONE = {HOLDS: "done", FAILS: "does not hold any more"}
-"""What is said of lessons instead."""
+"""Words for lessons instead."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ QUICK = 2.0
 PATIENT = 60.0
 """Seconds for tests that somebody has asked for."""
 HOLDS, FAILS, IDLE, WAITS, LATE = "holds", "fails", "idle", "waits", "late"
-"""What became of a test: its rows hold, or not; it expects nothing; it has errors; it was not reached in time."""
+"""States of a test: its rows hold, or not; it expects nothing; it has errors; it was not reached in time."""
 
 
 @dataclass(frozen=True)

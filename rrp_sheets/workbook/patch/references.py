@@ -113,7 +113,7 @@ def adapted(formula: str, sheet: str, edit: RowEdit, moves: Moves) -> str:
 SPARE = 50
 """Blank rows below the last filled one that are covered too when something grows."""
 LISTS = "List_"
-"""What the names of our lists begin with; the user's own names stay as they are."""
+"""Prefix of the names of generated lists; the user's own names stay as they are."""
 _FORMULAS = ("formula", "formula1", "formula2", "f")
 
 
