@@ -37,7 +37,7 @@ class RobotPanel(Panel):
 
     def picture(self) -> Any:
         """The robot's picture as it is on the screen, without the frame that shows the focus."""
-        data = self.page.locator("#robot3d canvas").screenshot()
+        data = screenshot(self.page)
         return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"), dtype=int)[8:-8, 8:-8]
 
 
@@ -195,9 +195,14 @@ def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: Ro
     canvas.press("0")
 
 
+def screenshot(page: Any) -> bytes:
+    """The robot's picture as a PNG. That of a locator waits for two frames of a page that draws 3D in software."""
+    return page.screenshot(clip=some(page.locator("#robot3d canvas").bounding_box))
+
+
 def drawn(page: Any) -> Any:
     """The robot's picture as it is on the screen: red, green and blue, each (height, width)."""
-    picture = page.locator("#robot3d canvas").screenshot()
+    picture = screenshot(page)
     return np.moveaxis(np.asarray(Image.open(io.BytesIO(picture)).convert("RGB"), dtype=int), 2, 0)
 
 

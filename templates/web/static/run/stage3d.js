@@ -13,7 +13,9 @@ const NEAR = 2.3; // m from the robot: things farther away need not be in the pi
 const LONGEST = 300; // ms, of the way from one state to the next
 const AWAY = 2.62; // rad: how far somebody who looks away turns
 const HELD = 1200; // ms after it was let go a thing is where one put it; by then the world has told that it is there
-const SLOW = 28; // ms between two pictures: below that often, the picture is drawn coarser
+const SLOW = 28; // ms between two pictures: more than that often, and the picture is drawn coarser
+const TOO_SLOW = 100; // ms for one picture: more than that, and the page rests as long before the next one
+const LONGEST_REST = 1000; // ms: a tab that was in the background has not been drawn for long
 
 export class Stage {
   /** `hand` may move things: `limits` and what is told of it, see drag3d.js. */
@@ -177,14 +179,21 @@ export class Stage {
     return tall.map(({ object: { position } }) => [position.x, position.y]);
   }
 
-  /** Draw soon. */
+  /** Draw soon; where pictures take long, the page gets as much time for everything else (Stop, above all). */
   ask() {
     if (this.asked || document.hidden || !this.seen) return;
     this.canvas.dataset.state = "moving";
-    this.asked = requestAnimationFrame((time) => {
-      this.asked = 0;
+    this.asked = true;
+    if (this.rest) setTimeout(() => this.next(), this.rest);
+    else this.next();
+  }
+
+  next() {
+    requestAnimationFrame((time) => {
+      this.asked = false;
       const more = this.step();
       this.measure(time, more);
+      requestAnimationFrame((later) => { this.rest = later - time > TOO_SLOW ? Math.min(later - time, LONGEST_REST) : 0; });
       if (more) this.ask();
       else if (!this.asked) this.canvas.dataset.state = "still";
     });
