@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 
 from rrp_sheets import api
 from rrp_sheets.documents import CellText, Document, Refused
-from rrp_sheets.documents.journal import Journal
-from rrp_sheets.documents.requests import made_for
-from rrp_sheets.documents.undo import Cells
+from rrp_sheets.documents.journal import Journal, made_for
+from rrp_sheets.documents.steps import Cells
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.editing import edit
 from rrp_sheets.workbook.edits import AddSheet, DeleteRows, InsertRows, SetCell

@@ -14,7 +14,7 @@ from rrp_sheets.documents import Document, Refused
 from rrp_sheets.documents.journal import Journal
 from rrp_sheets.model.cells import Address
 from rrp_sheets.web.analysis import Analysis, no_analysis
-from rrp_sheets.web.editing import make_fix
+from rrp_sheets.web.views.sheet import make_fix
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.maker import make_workbook
 

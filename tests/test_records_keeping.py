@@ -21,7 +21,7 @@ from werkzeug.test import TestResponse
 
 from rrp_sheets import api
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.web.records.run_store import made
+from rrp_sheets.web.runs.run_store import made
 
 OTHER = HEADER | {"participant": "P-02", "workbook": "1" * 64, "condition": "Warm"}
 OURS = {"X-RRP": "grid", "Origin": HOME}
@@ -97,7 +97,7 @@ def test_the_marbles_that_are_shown_can_be_taken_along(client: FlaskClient) -> N
 
 def test_a_long_record_is_not_waited_for(client: FlaskClient, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = get(client, "/runs/2-b").text
-    monkeypatch.setattr("rrp_sheets.web.records.run_list._LONG", 100)
+    monkeypatch.setattr("rrp_sheets.web.runs.run_list._LONG", 100)
     page = get(client, "/runs/2-b").text
     assert "data-reading" in page and "It is being read" in page and "What happened" not in page
     assert "/runs/2-b/trace.csv" in page and 'id="marbles"' not in page

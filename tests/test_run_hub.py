@@ -17,14 +17,13 @@ from rrp_sheets.model.exchange import Notice, OperatorAction, State
 from rrp_sheets.model.values import Failure, record_from_mapping
 from rrp_sheets.runs.view import RunStart
 from rrp_sheets.runs.worker_process import CheckWorker, Findings
-from rrp_sheets.web import open_workbooks as desk_module
 from rrp_sheets.web.app import create_app
-from rrp_sheets.web.live.run_manager import RunManager
-from rrp_sheets.web.live.run_state import RunState
-from rrp_sheets.web.live.session import RunOptions
-from rrp_sheets.web.open_workbooks import OpenWorkbooks
-from rrp_sheets.web.sse import EventStream, message
-from rrp_sheets.web.workbook_session import WorkbookSession
+from rrp_sheets.web.collab import workbook_session as desk_module
+from rrp_sheets.web.collab.broadcaster import EventStream, message
+from rrp_sheets.web.collab.workbook_session import OpenWorkbooks, WorkbookSession
+from rrp_sheets.web.run.run_manager import RunManager
+from rrp_sheets.web.run.run_session import RunOptions
+from rrp_sheets.web.run.run_state import RunState
 from rrp_sheets.workbook.maker import make_workbook
 
 START = RunStart(
@@ -293,7 +292,7 @@ def hear(page: EventStream, words: str) -> str:
 
 def test_a_picture_is_told_by_its_number_and_who_joins_hears_how_old_it_is(run_state: RunState, monkeypatch) -> None:
     now = 100.0
-    monkeypatch.setattr("rrp_sheets.web.live.run_state.time", SimpleNamespace(monotonic=lambda: now))
+    monkeypatch.setattr("rrp_sheets.web.run.run_state.time", SimpleNamespace(monotonic=lambda: now))
     run_state.state(0, State({}, (), (), "", {}))
     run_state.picture(0, b"first")
     run_state.picture(0, b"second")

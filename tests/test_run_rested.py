@@ -15,10 +15,10 @@ from rrp_sheets.runs.running import run
 from rrp_sheets.runs.view import RunSettings, RunView, Summary
 from rrp_sheets.runs.worker_process import CheckWorker
 from rrp_sheets.topics.connector_marbles import ScriptedWorld
-from rrp_sheets.web.live.run_manager import RunManager
-from rrp_sheets.web.live.session import RunOptions, failed
-from rrp_sheets.web.open_workbooks import OpenWorkbooks
-from rrp_sheets.web.sse import EventStream
+from rrp_sheets.web.collab.broadcaster import EventStream
+from rrp_sheets.web.collab.workbook_session import OpenWorkbooks
+from rrp_sheets.web.run.run_manager import RunManager
+from rrp_sheets.web.run.run_session import RunOptions, failed
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.maker import make_workbook
 

@@ -13,7 +13,7 @@ from flask.testing import FlaskClient
 from rrp_sheets.connectors import connectors
 from rrp_sheets.testing.example import example_score
 from rrp_sheets.topics.connector_marbles import marbles
-from rrp_sheets.web.helping import marble_picture
+from rrp_sheets.web.views.help import marble_picture
 
 NAMES = sorted({c.name for c in connectors()})
 

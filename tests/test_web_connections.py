@@ -18,8 +18,8 @@ import pytest
 from busy import crowded
 from test_killed_server import HEADER, Served, wait_for
 
+from rrp_sheets.web.collab.workbook_session import MOST_HERE
 from rrp_sheets.web.connections import MOST_OF_ONE
-from rrp_sheets.web.open_workbooks import MOST_HERE
 from rrp_sheets.web.serving import THREADS, bind, make_server
 from rrp_sheets.workbook.maker import make_workbook
 

@@ -23,7 +23,7 @@ from flask import Flask
 from rrp_sheets.cli.main import group
 from rrp_sheets.runs.worker_process import CheckWorker
 from rrp_sheets.web.app import create_app
-from rrp_sheets.web.identity import Links, cookie_name, folder_secret
+from rrp_sheets.web.security import OneTimeTokens, cookie_name, folder_secret
 from rrp_sheets.web.workbook_repository import WorkbookRepository
 
 
@@ -38,7 +38,7 @@ def folder(tmp_path: Path) -> Path:
 
 def opened(folder: Path) -> tuple[Flask, str]:
     """The application, and the token of a link."""
-    links = Links()
+    links = OneTimeTokens()
     return create_app(folder, TOKEN, links=links), links.new()
 
 
@@ -100,7 +100,7 @@ def test_a_cookie_of_another_folder_is_not_enough(folder: Path) -> None:
 
 
 def test_links_are_used_once_also_at_the_same_moment() -> None:
-    links = Links()
+    links = OneTimeTokens()
     token = links.new()
     with ThreadPoolExecutor(8) as pool:
         assert sum(pool.map(links.use, [token] * 200)) == 1

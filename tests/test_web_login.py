@@ -16,9 +16,8 @@ from flask.testing import FlaskClient
 from werkzeug.test import TestResponse
 
 from rrp_sheets.web.app import create_app
-from rrp_sheets.web.identity import Links
 from rrp_sheets.web.password import Password
-from rrp_sheets.web.security import Lan
+from rrp_sheets.web.security import Lan, OneTimeTokens
 from rrp_sheets.web.serving import bind, make_server
 
 WORDS = "green otter lamp"
@@ -134,7 +133,7 @@ def test_it_answers_only_to_the_names_that_were_printed(client: FlaskClient, hos
 
 def test_a_link_opens_only_on_this_computer(folder: Path) -> None:
     near, far = "http://127.0.0.1:8000", {"REMOTE_ADDR": "192.168.0.20"}
-    links = Links()
+    links = OneTimeTokens()
     client, token = create_app(folder, TOKEN, LAN, links=links).test_client(), links.new()
     asked = {"base_url": near, "headers": {"Accept": "*/*"}}
     assert client.get(f"/?token={token}", environ_overrides=far, **asked).status_code == 403

@@ -48,12 +48,12 @@ def command(folder: Path, port: int | None, lan: bool, no_browser: bool, sign_ou
     (or made, when you type none), or is the first line of the file that RRP_SHEETS_PASSWORD_FILE names.
     """
     from rrp_sheets.web.app import create_app
-    from rrp_sheets.web.identity import Links, folder_secret
+    from rrp_sheets.web.security import OneTimeTokens, folder_secret
     from rrp_sheets.web.serving import bind, make_server, scratch
 
     folder, page = _place(folder)
     door = _ask_password() if lan else None
-    links = Links()
+    links = OneTimeTokens()
     secret, why_not = folder_secret(folder, renew=sign_out)
     if why_not:
         _tell(f"After a restart of the server, open a new link: {why_not}.")

@@ -10,12 +10,29 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from rrp_sheets.documents.grid import Grid
-from rrp_sheets.documents.journal import Journal, Version
-from rrp_sheets.documents.requests import made_for, must_have, requests_now
+from rrp_sheets.documents.journal import Journal, Version, made_for, requests_now
 from rrp_sheets.documents.row_changes import CellText, Changed, Refused, SheetChange
 from rrp_sheets.documents.sheet_edits import SheetEdits
-from rrp_sheets.documents.steps import Sheets, blocks, bring, cell_edits, make_sheet_step, put_texts, remove, shift
-from rrp_sheets.documents.undo import Batch, Cells, Moved, RemoveRows, RestoreRows, SheetIn, SheetStep, Step, Steps
+from rrp_sheets.documents.steps import (
+    Batch,
+    Cells,
+    Moved,
+    RemoveRows,
+    RestoreRows,
+    SheetIn,
+    Sheets,
+    SheetStep,
+    Step,
+    Steps,
+    blocks,
+    bring,
+    cell_edits,
+    make_sheet_step,
+    must_have,
+    put_texts,
+    remove,
+    shift,
+)
 from rrp_sheets.documents.workfile import WorkFile, take_over
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import Reading

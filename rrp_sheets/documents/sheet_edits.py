@@ -8,8 +8,7 @@ from pathlib import Path
 
 from rrp_sheets.documents.row_changes import Changed, Refused
 from rrp_sheets.documents.sheet_references import renamed_cells, users
-from rrp_sheets.documents.steps import Sheets, added
-from rrp_sheets.documents.undo import SheetIn, SheetNamed, SheetOut, SheetPlaced, SheetStep
+from rrp_sheets.documents.steps import SheetIn, SheetNamed, SheetOut, SheetPlaced, Sheets, SheetStep, added
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.workbook.edits import AddSheet

@@ -7,8 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from rrp_sheets.documents.grid import Grid, make_grid
-from rrp_sheets.documents.journal import Identities, Journal, Version
-from rrp_sheets.documents.requests import requests_now
+from rrp_sheets.documents.journal import Identities, Journal, Version, requests_now
 from rrp_sheets.documents.row_changes import Changed, Refused, SheetChange
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key

@@ -13,24 +13,20 @@ from werkzeug.exceptions import HTTPException
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs.worker_process import CheckWorker
-from rrp_sheets.web.editing import make_editing
-from rrp_sheets.web.gridpage import picture
-from rrp_sheets.web.helping import make_helping
-from rrp_sheets.web.identity import Links, cookie_name
-from rrp_sheets.web.live.routes import make_live
-from rrp_sheets.web.live.run_manager import RunManager
-from rrp_sheets.web.login import make_login
-from rrp_sheets.web.open_workbooks import OpenWorkbooks
-from rrp_sheets.web.pages import MessagePage, RefusedPage, show
-from rrp_sheets.web.posing import make_posing
-from rrp_sheets.web.records.routes import make_records
+from rrp_sheets.web.collab.workbook_session import OpenWorkbooks
+from rrp_sheets.web.models import MessagePage, RefusedPage, show
 from rrp_sheets.web.requests import workbook_or_404
-from rrp_sheets.web.security import Lan, UsedLink, init_app
-from rrp_sheets.web.sessions import Sessions
-from rrp_sheets.web.sheeting import make_sheeting
-from rrp_sheets.web.shelving import make_shelving
+from rrp_sheets.web.run.run_manager import RunManager
+from rrp_sheets.web.security import Lan, OneTimeTokens, Sessions, UsedLink, cookie_name, init_app
 from rrp_sheets.web.statics import build_id, serve_statics
-from rrp_sheets.web.workbook_list import shelf_page
+from rrp_sheets.web.views.gestures import make_posing
+from rrp_sheets.web.views.help import make_helping
+from rrp_sheets.web.views.login import make_login
+from rrp_sheets.web.views.recordings import make_records
+from rrp_sheets.web.views.run_panel import make_live
+from rrp_sheets.web.views.sheet import make_editing, picture
+from rrp_sheets.web.views.tabs import make_sheeting
+from rrp_sheets.web.views.workbook_list import make_shelving, shelf_page
 from rrp_sheets.web.workbook_repository import WorkbookRepository, printable
 
 _NEW_LINK = (
@@ -63,7 +59,7 @@ def create_app(
     secret: str,
     lan: Lan | None = None,
     *,
-    links: Links | None = None,
+    links: OneTimeTokens | None = None,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Flask:
     """Create the application that shows the workbooks of a folder.
@@ -88,7 +84,7 @@ def create_app(
     open_workbooks = OpenWorkbooks(folder, worker)
     repository = WorkbookRepository(folder, worker)
     sessions = Sessions()
-    init_app(app, secret, lan, sessions, links or Links())
+    init_app(app, secret, lan, sessions, links or OneTimeTokens())
     if lan is not None:
         app.register_blueprint(make_login(lan, sessions, cookie_name(secret), tell))
     _answer_errors(app, folder)

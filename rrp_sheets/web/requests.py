@@ -10,9 +10,8 @@ from typing import Any
 from flask import abort, request
 from werkzeug.exceptions import BadRequest
 
-from rrp_sheets.web.open_workbooks import OpenWorkbooks
+from rrp_sheets.web.collab.workbook_session import OpenWorkbooks, WorkbookSession
 from rrp_sheets.web.workbook_repository import WorkbookRepository, refuse_text
-from rrp_sheets.web.workbook_session import WorkbookSession
 
 Asked = dict[str, Any]
 _HALF = re.compile(rb"\\u[dD][89a-fA-F]")  # how JSON writes half a letter, which browsers do only for a lone one

@@ -19,7 +19,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.truths import truth_of
 from rrp_sheets.web.analysis import Analysis
 from rrp_sheets.web.completions import in_browser
-from rrp_sheets.web.pages import Head
+from rrp_sheets.web.models import Head
 from rrp_sheets.workbook.headers import KINDS as SHEET_KINDS
 
 KINDS = {

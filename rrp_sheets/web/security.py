@@ -1,11 +1,22 @@
-"""Access control: a browser needs a link, or with `--lan` the password; requests of other sites are refused."""
+"""Access control: a browser needs a link, or with `--lan` the password; requests of other sites are refused.
+
+Here are the checks of requests, the secret of each folder, links for one use, and the sessions of those who logged in.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import ipaddress
+import os
 import re
+import secrets
+import sys
+import tempfile
+import threading
+from collections import OrderedDict, deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 from flask import Flask, Response, abort, g, redirect, request, url_for
 from markupsafe import escape
@@ -13,9 +24,7 @@ from werkzeug.exceptions import Forbidden
 from werkzeug.wrappers import Response as AnyResponse
 
 from rrp_sheets.web import connections
-from rrp_sheets.web.identity import Links, cookie_name, is_same
 from rrp_sheets.web.password import Password
-from rrp_sheets.web.sessions import Person, Sessions
 from rrp_sheets.web.statics import HEADERS, KEPT, plain_name
 
 HOSTS = ("127.0.0.1", "localhost")
@@ -43,7 +52,7 @@ class UsedLink(Forbidden):
     """Error for a link that does not work: another browser has used it, or the server was restarted since."""
 
 
-def init_app(app: Flask, secret: str, lan: Lan | None, sessions: Sessions, links: Links) -> None:
+def init_app(app: Flask, secret: str, lan: Lan | None, sessions: Sessions, links: OneTimeTokens) -> None:
     """Install the access checks and the security headers of all responses.
 
     Args:
@@ -92,7 +101,7 @@ def visitor() -> Person:
     return g.get("person") or Person()
 
 
-def _opened(token: str, links: Links, cookie: str, secret: str, *, is_owner: bool) -> AnyResponse:
+def _opened(token: str, links: OneTimeTokens, cookie: str, secret: str, *, is_owner: bool) -> AnyResponse:
     """Answer a link: redirect to the page without the token, and set the cookie if the browser has none.
 
     Raises:
@@ -171,3 +180,167 @@ def _is_foreign() -> bool:
 
 def _own_origin() -> str:
     return f"{request.scheme}://{request.headers.get('Host', '').casefold()}"
+
+
+_MOST_LINKS = 50  # that nobody has used yet; the oldest is no longer good then
+_SECRET = re.compile(r"[\w-]{43}")
+
+
+class OneTimeTokens:
+    """Tokens of links that work for one browser each. Safe to use from several threads."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._unused: deque[str] = deque(maxlen=_MOST_LINKS)
+
+    def new(self) -> str:
+        """Create a token for another link."""
+        token = secrets.token_urlsafe(32)
+        with self._lock:
+            self._unused.append(token)
+        return token
+
+    def use(self, given: str) -> bool:
+        """Return whether this is the token of an unused link, and mark it as used."""
+        with self._lock:
+            found = [token for token in self._unused if is_same(given, token)]
+            for token in found:
+                self._unused.remove(token)
+        return bool(found)
+
+
+def is_same(given: str, secret: str) -> bool:
+    """Compare two texts in constant time, so that the time tells nothing about the secret."""
+    return secrets.compare_digest(given.encode("utf-8", "replace"), secret.encode())
+
+
+def cookie_name(secret: str) -> str:
+    """Return a cookie name that differs for each folder: browsers share cookies between the ports of a host."""
+    return f"rrp-sheets-{hashlib.sha256(secret.encode()).hexdigest()[:8]}"
+
+
+def folder_secret(folder: Path, *, renew: bool = False) -> tuple[str, str]:
+    """Return the secret that identifies a folder's browsers, kept in a file that only this user can read.
+
+    It stands in the user's own folder for such data and not beside the workbooks, which others may share or copy.
+
+    Args:
+        folder: whose workbooks are served.
+        renew: make another one, so that every browser needs a new link.
+
+    Returns:
+        The secret, and why it could not be kept; that is empty when it was.
+    """
+    name = hashlib.sha256(os.fsencode(folder.resolve())).hexdigest()[:32]
+    path = _state_folder() / "rrp-sheets" / "servers" / name
+    if not renew and (kept := _read(path)):
+        return kept, ""
+    secret = secrets.token_urlsafe(32)
+    try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        handle, half = tempfile.mkstemp(dir=path.parent)  # with mode 0600
+        with os.fdopen(handle, "w", encoding="ascii") as file:
+            file.write(secret)
+        os.replace(half, path)
+    except OSError as error:
+        return secret, f"{path.parent} cannot be written ({error.strerror})"
+    return secret, ""
+
+
+def _read(path: Path) -> str:
+    """Read the secret from a file; empty when there is none, or when others may have read or written it."""
+    try:
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0))
+        with os.fdopen(handle, encoding="ascii") as file:
+            about = os.fstat(handle)
+            if os.name == "posix" and (about.st_mode & 0o077 or about.st_uid != os.getuid()):
+                return ""
+            text = file.read(100)
+    except (OSError, UnicodeDecodeError):
+        return ""
+    return text if _SECRET.fullmatch(text) else ""
+
+
+def _state_folder() -> Path:
+    """Return the user's folder for application state: as XDG_STATE_HOME says, or the platform's equivalent."""
+    home = Path(os.path.expanduser("~"))
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local")
+    if sys.platform == "darwin":
+        return home / "Library" / "Application Support"
+    return Path(os.environ.get("XDG_STATE_HOME") or home / ".local" / "state")
+
+
+LONGEST_NAME = 40
+_MOST = 500
+
+
+@dataclass(frozen=True, slots=True)
+class Person:
+    """User who may see the pages.
+
+    Attributes:
+        name: as the others see it; empty for a browser on this computer, whose user types it on the page.
+        key: identifies the login; it is not the secret, and grants no access.
+        address: from which the login came.
+    """
+
+    name: str = ""
+    key: str = ""
+    address: str = ""
+
+
+class Sessions:
+    """Login sessions of a server, by the hash of their secret. Safe to use from several threads."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._people: OrderedDict[str, Person] = OrderedDict()
+
+    def open(self, name: str, address: str) -> tuple[str, Person]:
+        """Open a session; return its secret and its user. A name in use at another address becomes `Anna (2)`.
+
+        So nobody can impersonate another user, or undo another user's edits.
+        """
+        secret = secrets.token_urlsafe(32)
+        with self._lock:
+            taken = {p.name.casefold() for p in self._people.values() if p.address != address}
+            count, wanted = 1, name
+            while wanted.casefold() in taken:
+                count += 1
+                wanted = f"{name} ({count})"
+            person = Person(wanted, _key(secret), address)
+            self._people[person.key] = person
+            while len(self._people) > _MOST:
+                self._people.popitem(last=False)
+        return secret, person
+
+    def find(self, secret: str) -> Person | None:
+        """Return the user of a session; None if there is none, or it was ended."""
+        with self._lock:
+            return self._people.get(_key(secret))
+
+    def is_open(self, person: Person) -> bool:
+        """Return whether a user's session has not been ended."""
+        with self._lock:
+            return person.key in self._people
+
+    def close(self, person: Person) -> None:
+        """End a session."""
+        with self._lock:
+            self._people.pop(person.key, None)
+
+
+def clean_name(given: str) -> str:
+    r"""Clean a name for display: one line, without control or invisible characters.
+
+    >>> clean_name("  Anna\u202e \n Lee\x1b[31m "), clean_name("\u200b")
+    ('Anna Lee[31m', '')
+    """
+    letters = "".join(c if c.isprintable() else " " if c.isspace() else "" for c in given)
+    return " ".join(letters.split())[:LONGEST_NAME].strip()
+
+
+def _key(secret: str) -> str:
+    """Hash a secret: lookups by hash take a time that tells nothing about the secret."""
+    return hashlib.sha256(secret.encode("utf-8", "replace")).hexdigest()

@@ -24,8 +24,8 @@ from waitress.server import create_server
 from rrp_sheets.engine.file_lock import is_locked, locked
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.records.query_worker import MOST_OF_ALL
+from rrp_sheets.web.collab.workbook_session import MOST_LISTENERS
 from rrp_sheets.web.connections import MOST_CONNECTIONS, Channel, Dispatcher
-from rrp_sheets.web.open_workbooks import MOST_LISTENERS
 
 THREADS = MOST_LISTENERS + MOST_OF_ALL + 8  # each page that listens keeps one, and the others are for requests
 LARGEST_BODY = 8_500_000  # bytes; what is larger is refused while it comes, so that it fills no disk

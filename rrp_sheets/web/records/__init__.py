@@ -1,1 +1,1 @@
-"""Pages of recorded runs, kept versions, comparisons, and the printed protocol."""
+"""Worker processes that print protocols and pack bundles."""

@@ -14,10 +14,10 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.records.listing import clock
 from rrp_sheets.runs.records.metadata import RunMetadata
 from rrp_sheets.runs.records.query_worker import QueryWorker
-from rrp_sheets.web.records.deleting import add_deleting
-from rrp_sheets.web.records.record_pages import RunLine
-from rrp_sheets.web.records.run_list import seconds_of
-from rrp_sheets.web.records.run_store import RunStore, line_of, made
+from rrp_sheets.web.runs.record_pages import RunLine
+from rrp_sheets.web.runs.run_list import seconds_of
+from rrp_sheets.web.runs.run_store import RunStore, line_of, made
+from rrp_sheets.web.views.run_deletion import add_deleting
 from rrp_sheets.web.workbook_repository import WorkbookRepository
 
 WITHIN = 150.0  # s: a table of a long run takes its time

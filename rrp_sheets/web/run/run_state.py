@@ -19,8 +19,8 @@ from rrp_sheets.model.exchange import Notice, OperatorAction, State
 from rrp_sheets.model.values import Failure, Record, Value
 from rrp_sheets.runs.formatting import clock
 from rrp_sheets.runs.view import RunStart, RunView, Summary
-from rrp_sheets.web.live.latest_values import LatestValues, StreamInfo, known_streams
-from rrp_sheets.web.live.log import Line, RunLog
+from rrp_sheets.web.run.latest_values import LatestValues, StreamInfo, known_streams
+from rrp_sheets.web.run.log import Line, RunLog
 
 Told = dict[str, Any]
 _COMMAND = re.compile(r"See `rrp-sheets help ([^`]+)`")  # of the terminal; here there is a Help to open

@@ -8,10 +8,9 @@ from typing import Any
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.formatting import clock
-from rrp_sheets.web.live.session import RunOptions, RunSession
-from rrp_sheets.web.open_workbooks import OpenWorkbooks
-from rrp_sheets.web.sse import message
-from rrp_sheets.web.workbook_session import WorkbookSession
+from rrp_sheets.web.collab.broadcaster import message
+from rrp_sheets.web.collab.workbook_session import OpenWorkbooks, WorkbookSession
+from rrp_sheets.web.run.run_session import RunOptions, RunSession
 
 NONE: dict[str, Any] = {"phase": "none", "book": ""}
 

@@ -19,10 +19,10 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.marbles import WORKBOOK
 from rrp_sheets.runs.records.metadata import TRACE
 from rrp_sheets.runs.replay.apart import Stopped, replay_apart
-from rrp_sheets.web.open_workbooks import OpenWorkbooks
-from rrp_sheets.web.records.comparing import moment, path_of
-from rrp_sheets.web.records.record_pages import Choice, RunLine
-from rrp_sheets.web.records.run_store import RunStore, line_of
+from rrp_sheets.web.collab.workbook_session import OpenWorkbooks
+from rrp_sheets.web.runs.record_pages import Choice, RunLine
+from rrp_sheets.web.runs.run_store import RunStore, line_of
+from rrp_sheets.web.views.comparison import moment, path_of
 from rrp_sheets.web.workbook_repository import WorkbookRepository, addressable
 
 _LONGEST_REF = 400

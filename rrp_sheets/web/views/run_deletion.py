@@ -11,8 +11,8 @@ from flask import Blueprint, render_template, request
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.records.query_worker import QueryWorker
-from rrp_sheets.web.records.record_pages import RunLine
-from rrp_sheets.web.records.run_store import RunStore, line_of
+from rrp_sheets.web.runs.record_pages import RunLine
+from rrp_sheets.web.runs.run_store import RunStore, line_of
 from rrp_sheets.web.workbook_repository import WorkbookRepository, printable
 
 _MOST_RUNS = 500  # that are chosen one by one

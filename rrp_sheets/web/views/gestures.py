@@ -14,16 +14,14 @@ from rrp_sheets.devices.trajectory import Planner
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.grid import Grid
-from rrp_sheets.documents.undo import Cells, RestoreRows
+from rrp_sheets.documents.steps import Cells, RestoreRows
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
-from rrp_sheets.web.open_workbooks import OpenWorkbooks
+from rrp_sheets.web.collab.workbook_session import OpenWorkbooks, WorkbookSession
 from rrp_sheets.web.requests import json_body, text_of, workbook_or_404
-from rrp_sheets.web.security import visitor
-from rrp_sheets.web.sessions import clean_name
+from rrp_sheets.web.security import clean_name, visitor
 from rrp_sheets.web.workbook_repository import WorkbookRepository
-from rrp_sheets.web.workbook_session import WorkbookSession
 
 RATE = 30  # pictures a second
 BETWEEN = 1.0  # s between a pose and the one before

@@ -18,12 +18,12 @@ from rrp_sheets.documents.journal import Version
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.languages import LANGUAGES, language_code
 from rrp_sheets.render.texts import texts
-from rrp_sheets.web.open_workbooks import OpenWorkbooks
-from rrp_sheets.web.pages import pieces
-from rrp_sheets.web.records.comparing import choices, path_of
-from rrp_sheets.web.records.protocol_printer import ProtocolPrinter, Wanted
-from rrp_sheets.web.records.record_pages import PrintPage, ProtocolPart, show
-from rrp_sheets.web.records.run_store import RunStore
+from rrp_sheets.web.collab.workbook_session import OpenWorkbooks
+from rrp_sheets.web.models import pieces
+from rrp_sheets.web.runs.protocol_printer import ProtocolPrinter, Wanted
+from rrp_sheets.web.runs.record_pages import PrintPage, ProtocolPart, show
+from rrp_sheets.web.runs.run_store import RunStore
+from rrp_sheets.web.views.comparison import choices, path_of
 from rrp_sheets.web.workbook_repository import WorkbookRepository, printable, refuse_text
 
 PAPERS = {"a4": "A4", "letter": "Letter"}

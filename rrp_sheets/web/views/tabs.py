@@ -9,13 +9,11 @@ from flask import Blueprint, Response, abort, jsonify, request
 from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.sheet_edits import proposed_name
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.web.open_workbooks import OpenWorkbooks
-from rrp_sheets.web.pages import Addable, Strip, Tab, show
+from rrp_sheets.web.collab.workbook_session import OpenWorkbooks, WorkbookSession
+from rrp_sheets.web.models import Addable, SheetTabs, Tab, show
 from rrp_sheets.web.requests import Asked, json_body, number_of, text_of, workbook_or_404
-from rrp_sheets.web.security import visitor
-from rrp_sheets.web.sessions import clean_name
+from rrp_sheets.web.security import clean_name, visitor
 from rrp_sheets.web.workbook_repository import WorkbookRepository
-from rrp_sheets.web.workbook_session import WorkbookSession
 from rrp_sheets.workbook.template import SINGLE, TITLES
 
 MOST_NAMED = 12  # places that are told before a sheet is deleted
@@ -32,7 +30,7 @@ def make_sheeting(repository: WorkbookRepository, open_workbooks: OpenWorkbooks)
     def tabs(name: str, sheet: str) -> str:
         document = room_of(name).document
         sheet = _known(document, sheet)
-        return show(strip_of(document, name, sheet, live=request.args.get("live") == "yes"))
+        return show(sheet_tabs(document, name, sheet, live=request.args.get("live") == "yes"))
 
     @pages.get("/book/<name>/sheets/about/<sheet>")
     def about(name: str, sheet: str) -> Response:
@@ -126,12 +124,12 @@ _HELP = {
 }
 
 
-def strip_of(document: Document, name: str, sheet: str, *, live: bool = False) -> Strip:
+def sheet_tabs(document: Document, name: str, sheet: str, *, live: bool = False) -> SheetTabs:
     """Build the row of tabs, with one sheet selected."""
     kinds = {n: g.kind for n, g in document.grids.items()} | dict.fromkeys(document.own, "")
     sheet = document.current(sheet)
     addable = () if live or document.read_only else tuple(_addable(kinds))
-    return Strip(name, sheet, tuple(Tab(n, kind, n == sheet) for n, kind in kinds.items()), addable, live)
+    return SheetTabs(name, sheet, tuple(Tab(n, kind, n == sheet) for n, kind in kinds.items()), addable, live)
 
 
 def _addable(kinds: dict[str, str]) -> list[Addable]:

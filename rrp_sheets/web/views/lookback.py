@@ -15,8 +15,8 @@ from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.runs.records.query_worker import QueryWorker
-from rrp_sheets.web.records.record_pages import RunLine
-from rrp_sheets.web.records.run_store import RunStore, line_of
+from rrp_sheets.web.runs.record_pages import RunLine
+from rrp_sheets.web.runs.run_store import RunStore, line_of
 from rrp_sheets.web.workbook_repository import WorkbookRepository
 
 

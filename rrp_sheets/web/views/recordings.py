@@ -16,17 +16,17 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs.records.export_child import PROGRAM
 from rrp_sheets.runs.records.query_worker import QueryWorker
-from rrp_sheets.web.open_workbooks import OpenWorkbooks
-from rrp_sheets.web.records import comparing as kept
-from rrp_sheets.web.records.comparing import compare_page, drawn_changes
-from rrp_sheets.web.records.exports import WITHIN, add_keeping
-from rrp_sheets.web.records.lookback import add_lookback
-from rrp_sheets.web.records.printing import add_paper
-from rrp_sheets.web.records.record_pages import show
-from rrp_sheets.web.records.replaying import add_replay
-from rrp_sheets.web.records.run_list import marbles_page, record_page, runs_page
-from rrp_sheets.web.records.run_store import RunStore, made
+from rrp_sheets.web.collab.workbook_session import OpenWorkbooks
 from rrp_sheets.web.requests import RoomOf, workbook_or_404
+from rrp_sheets.web.runs.record_pages import show
+from rrp_sheets.web.runs.run_list import marbles_page, record_page, runs_page
+from rrp_sheets.web.runs.run_store import RunStore, made
+from rrp_sheets.web.views import comparison as kept
+from rrp_sheets.web.views.comparison import compare_page, drawn_changes
+from rrp_sheets.web.views.exports import WITHIN, add_keeping
+from rrp_sheets.web.views.lookback import add_lookback
+from rrp_sheets.web.views.printing import add_paper
+from rrp_sheets.web.views.replay import add_replay
 from rrp_sheets.web.workbook_repository import WorkbookRepository, printable
 
 _WORD = re.compile("[0-9a-f]{16}")

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar
 
 from flask import render_template
 from markupsafe import Markup
 
+from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.model.truths import FALSE_WORDS
 from rrp_sheets.render.sentences import BehaviourText
 from rrp_sheets.web.testing.panel import TestsPanel
@@ -185,7 +187,7 @@ class Addable:
 
 
 @dataclass(frozen=True, slots=True)
-class Strip:
+class SheetTabs:
     """Row of tabs below a sheet.
 
     Attributes:
@@ -264,7 +266,7 @@ class GridPage:
     examples: bool
     rows: Markup
     count: int
-    strip: Strip
+    strip: SheetTabs
     vocabulary: Markup
     panels: Panels
     read_only: str = ""
@@ -298,7 +300,7 @@ class RefusedPage:
     remedy: str
 
 
-Page = ShelfPage | GridPage | Strip | Panels | MessagePage | RefusedPage
+Page = ShelfPage | GridPage | SheetTabs | Panels | MessagePage | RefusedPage
 
 
 def show(page: Page) -> str:
@@ -328,3 +330,21 @@ def pieces(text: str) -> tuple[TextPiece, ...]:
         found += [TextPiece(text[end : match.start()]), TextPiece(match[2].strip(), code=True)]
         end = match.end()
     return tuple(p for p in (*found, TextPiece(text[end:])) if p.text)
+
+
+def counts(findings: Iterable[Diagnostic]) -> tuple[ProblemCount, ...]:
+    """Count the errors and the warnings among the findings, in words."""
+    found = [d.severity.value for d in findings]
+    total = {kind: found.count(kind) for kind in ("error", "warning")}
+    return tuple(ProblemCount(kind, plural(n, kind)) for kind, n in total.items() if n) or (
+        ProblemCount("none", "no problems"),
+    )
+
+
+def plural(count: int, word: str) -> str:
+    """Format a count with its word.
+
+    >>> plural(1, "row"), plural(1200, "row")
+    ('1 row', '1,200 rows')
+    """
+    return f"{count:,} {word}{'' if count == 1 else 's'}"

@@ -14,7 +14,7 @@ from rrp_sheets.runs.folder import describe
 from rrp_sheets.runs.records.listing import clock, length
 from rrp_sheets.runs.records.metadata import RunMetadata, newest_first
 from rrp_sheets.runs.records.query_worker import QueryWorker
-from rrp_sheets.web.records.record_pages import (
+from rrp_sheets.web.runs.record_pages import (
     Download,
     EditedRow,
     LogLine,
@@ -24,7 +24,7 @@ from rrp_sheets.web.records.record_pages import (
     RunLine,
     RunsPage,
 )
-from rrp_sheets.web.records.run_store import PICTURES, RunStore, line_of, when
+from rrp_sheets.web.runs.run_store import PICTURES, RunStore, line_of, when
 from rrp_sheets.web.workbook_repository import WorkbookRepository
 
 A_PAGE = 100  # runs

@@ -13,11 +13,11 @@ from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.runs.formatting import clock, unit_of
 from rrp_sheets.runs.run_process import RunOutcome, RunProcess
 from rrp_sheets.runs.view import RunSettings, Summary
+from rrp_sheets.web.collab.broadcaster import message
+from rrp_sheets.web.collab.workbook_session import WorkbookSession
 from rrp_sheets.web.completions import in_browser
-from rrp_sheets.web.live.log import Line
-from rrp_sheets.web.live.run_state import RunState
-from rrp_sheets.web.sse import message
-from rrp_sheets.web.workbook_session import WorkbookSession
+from rrp_sheets.web.run.log import Line
+from rrp_sheets.web.run.run_state import RunState
 
 TELL_EVERY = 0.1  # seconds: as often as pages are told at most
 _WORK_SHARE = 4.0  # times as long as telling takes, the telling rests: a long sheet must leave the server time

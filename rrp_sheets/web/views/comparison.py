@@ -22,13 +22,11 @@ from rrp_sheets.documents.journal import Version
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.marbles import WORKBOOK
 from rrp_sheets.runs.records.query_worker import QueryWorker
-from rrp_sheets.web.open_workbooks import OpenWorkbooks
-from rrp_sheets.web.records.record_pages import Choice, ComparePage, VersionLine, VersionsPage
-from rrp_sheets.web.records.run_store import RunStore, line_of, when
-from rrp_sheets.web.security import visitor
-from rrp_sheets.web.sessions import clean_name
+from rrp_sheets.web.collab.workbook_session import OpenWorkbooks, WorkbookSession
+from rrp_sheets.web.runs.record_pages import Choice, ComparePage, VersionLine, VersionsPage
+from rrp_sheets.web.runs.run_store import RunStore, line_of, when
+from rrp_sheets.web.security import clean_name, visitor
 from rrp_sheets.web.workbook_repository import WorkbookRepository, addressable, refuse_text
-from rrp_sheets.web.workbook_session import WorkbookSession
 
 _MOST_RUNS = 40
 _GONE = "Choose another one from the list."

@@ -10,15 +10,14 @@ from werkzeug.exceptions import BadRequest
 
 from rrp_sheets.devices import robot_names
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.web.gridpage import run_page
-from rrp_sheets.web.live.run_manager import RobotBusy, RunManager
-from rrp_sheets.web.live.session import FOREVER, RunOptions, RunSession
-from rrp_sheets.web.open_workbooks import OpenWorkbooks
-from rrp_sheets.web.pages import show
+from rrp_sheets.web.collab.workbook_session import OpenWorkbooks
+from rrp_sheets.web.models import show
 from rrp_sheets.web.requests import Asked, RoomOf, json_body, number_of, text_of, truth_of, workbook_or_404
 from rrp_sheets.web.robotmodel import face_picture, robot_json
-from rrp_sheets.web.security import visitor
-from rrp_sheets.web.sessions import clean_name
+from rrp_sheets.web.run.run_manager import RobotBusy, RunManager
+from rrp_sheets.web.run.run_session import FOREVER, RunOptions, RunSession
+from rrp_sheets.web.security import clean_name, visitor
+from rrp_sheets.web.views.sheet import run_page
 from rrp_sheets.web.workbook_repository import WorkbookRepository
 
 SPEEDS = (0.0, 0.5, 1.0, 2.0, 4.0)

@@ -10,7 +10,7 @@ from flask import render_template
 from markupsafe import Markup
 
 from rrp_sheets.render.pack.model import Pack
-from rrp_sheets.web.pages import TextPiece
+from rrp_sheets.web.models import TextPiece
 
 
 @dataclass(frozen=True, slots=True)

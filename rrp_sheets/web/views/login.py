@@ -15,8 +15,7 @@ from flask import Blueprint, abort, g, redirect, render_template, request, url_f
 from werkzeug.wrappers import Response as AnyResponse
 
 from rrp_sheets.web.password import LONGEST
-from rrp_sheets.web.security import Lan
-from rrp_sheets.web.sessions import Sessions, clean_name
+from rrp_sheets.web.security import Lan, Sessions, clean_name
 
 Answer = AnyResponse | tuple[str, int] | tuple[str, int, dict[str, str]]
 

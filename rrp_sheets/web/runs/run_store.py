@@ -12,7 +12,7 @@ from typing import BinaryIO
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.records.listing import ended, length
 from rrp_sheets.runs.records.metadata import RUNS, RunMetadata, facts_of, run_names
-from rrp_sheets.web.records.record_pages import RunLine
+from rrp_sheets.web.runs.record_pages import RunLine
 from rrp_sheets.web.workbook_repository import addressable, printable
 
 PICTURES = {"strip.png": "image/png", "film.gif": "image/gif", "diagram.svg": "image/svg+xml"}

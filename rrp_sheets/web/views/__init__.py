@@ -1,0 +1,1 @@
+"""Views: one blueprint for each topic, with its routes."""
