@@ -60,7 +60,7 @@ def serving(folder: Path, lan: Lan | None = None) -> Iterator[str]:
     try:
         yield f"http://127.0.0.1:{server.effective_port}"
     finally:
-        app.extensions["close"]()
+        app.extensions["services"].open_workbooks.close()
         server.close()
         server.task_dispatcher.shutdown(timeout=1)
 

@@ -218,12 +218,9 @@ def test_formulas_are_not_evaluated_in_the_server(
 
 
 def _room(client: FlaskClient):  # type: ignore[no-untyped-def]
-    """The room behind the pages, as the grid's routes have it."""
-    view = client.application.view_functions["records.versions"]
-    cells = dict(zip(view.__code__.co_freevars, view.__closure__, strict=True))
-    room_of = cells["room_of"].cell_contents
-    with client.application.test_request_context(base_url=HOME):
-        return room_of("good.md")
+    """The session behind the pages, as the grid's routes have it."""
+    services = client.application.extensions["services"]
+    return services.open_workbooks.room(services.repository.path("good.md"))
 
 
 def told(listener) -> list[str]:  # type: ignore[no-untyped-def]

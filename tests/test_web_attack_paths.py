@@ -89,7 +89,7 @@ def test_no_name_that_is_sent_leads_out_of_the_folder(client: Any, place: Path) 
     before = {n: c for n, c in contents(place).items() if not n.startswith("inside")}
     for key in FORMS:
         endpoint, _, action = key.partition(" ")
-        address = f"/shelf/{action}" if endpoint == "shelving.act" else f"/book/{BOOK}/versions/{action}"
+        address = f"/shelf/{action}" if endpoint == "workbooks.act" else f"/book/{BOOK}/versions/{action}"
         for field in ("book", "name", "template", "title", "version"):
             if field not in FORMS[key]:
                 continue
@@ -124,7 +124,7 @@ def test_an_upload_is_stored_under_its_last_name_only(client: Any, place: Path) 
 
 def test_sheets_are_only_those_of_the_workbook(client: Any, app: Flask) -> None:
     for key in JSON:
-        if key.startswith("editing.change") and "sheet" in JSON[key]:
+        if key.startswith("sheet.change") and "sheet" in JSON[key]:
             for sheet in ("../x", "", "Nothing", SHEET.upper() + "\0"):
                 sent = {**JSON[key], "sheet": sheet}
                 answer = client.post(f"/book/{BOOK}/{key.split()[1]}", base_url=HOME, headers=OURS, json=sent)
@@ -145,7 +145,7 @@ def test_no_question_leads_out_of_the_folder(app: Flask, client: Any, place: Pat
     assert len(asked) > 10, "where questions are read from has changed"
     before = contents(place)
     for way in ways(app):
-        for trick in [] if way.post or way.key == "editing.events" else QUESTIONS:
+        for trick in [] if way.post or way.key == "sheet.events" else QUESTIONS:
             text = trick.encode("utf-8", "surrogatepass")
             answer = client.get(f"{way.address()}?{urlencode(dict.fromkeys(sorted(asked), text))}", base_url=HOME)
             assert answer.status_code < 500, (way.key, trick[:40])

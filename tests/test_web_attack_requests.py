@@ -127,7 +127,7 @@ def test_headers_that_name_another_method_or_place_are_ignored(client: Any, all_
             for name in ("X-HTTP-Method-Override", "X-Method-Override", "X-HTTP-Method"):
                 headers = {**OURS, name: "POST"}
                 answer = client.get(f"{way.address()}?_method=POST", base_url=HOME, headers=headers)
-                assert answer.status_code in (404, 405) or way.key.startswith("live.act"), way
+                assert answer.status_code in (404, 405) or way.key.startswith("run_panel.act"), way
     assert contents(folder) == before
 
 
@@ -153,7 +153,7 @@ def test_every_answer_bears_the_protecting_headers(client: Any, app: Flask, all_
     for way in all_ways:
         answers = [send(strangers, way, {}), client.open(way.address(), method="PUT", base_url=HOME, headers=OURS)]
         answers.append(client.get("/", headers={"Host": "evil.example"}))
-        if not way.post and way.key != "editing.events":
+        if not way.post and way.key != "sheet.events":
             answers.append(send(client, way, {}))
         for answer in answers:
             headers = answer.headers
@@ -165,7 +165,7 @@ def test_every_answer_bears_the_protecting_headers(client: Any, app: Flask, all_
             assert headers["Referrer-Policy"] == "same-origin" and "Access-Control-Allow-Origin" not in headers
             kept = headers.get("Cache-Control", "")
             assert "no-store" in kept or (
-                way.key in ("static", "vendor", "live.model") and answer.status_code == 200
+                way.key in ("static", "vendor", "run_panel.model") and answer.status_code == 200
             ), way
             answer.close()
 

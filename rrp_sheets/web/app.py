@@ -1,4 +1,4 @@
-"""Flask application: its routes, and the pages for errors."""
+"""Flask application: its blueprints, and the pages for errors."""
 
 from __future__ import annotations
 
@@ -6,29 +6,41 @@ import errno
 from collections.abc import Callable
 from pathlib import Path
 
-from flask import Flask, Response, abort, request
+from flask import Flask
 from jinja2 import StrictUndefined
 from werkzeug.exceptions import HTTPException
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs.worker_process import CheckWorker
-from rrp_sheets.web.collab.workbook_session import OpenWorkbooks
+from rrp_sheets.web import security, statics
 from rrp_sheets.web.models import MessagePage, RefusedPage, show
-from rrp_sheets.web.requests import workbook_or_404
-from rrp_sheets.web.run.run_manager import RunManager
-from rrp_sheets.web.security import Lan, OneTimeTokens, Sessions, UsedLink, cookie_name, init_app
-from rrp_sheets.web.statics import build_id, serve_statics
-from rrp_sheets.web.views.gestures import make_posing
-from rrp_sheets.web.views.help import make_helping
-from rrp_sheets.web.views.login import make_login
-from rrp_sheets.web.views.recordings import make_records
-from rrp_sheets.web.views.run_panel import make_live
-from rrp_sheets.web.views.sheet import make_editing, picture
-from rrp_sheets.web.views.tabs import make_sheeting
-from rrp_sheets.web.views.workbook_list import make_shelving, shelf_page
-from rrp_sheets.web.workbook_repository import WorkbookRepository, printable
+from rrp_sheets.web.security import Access, Lan, OneTimeTokens, UsedLink
+from rrp_sheets.web.services import make_services, services
+from rrp_sheets.web.views import (
+    comparison,
+    exports,
+    gestures,
+    help,
+    login,
+    lookback,
+    printing,
+    recordings,
+    replay,
+    run_deletion,
+    run_panel,
+    sheet,
+    tabs,
+    workbook_list,
+)
+from rrp_sheets.web.workbook_repository import printable
 
+BLUEPRINTS = (
+    workbook_list.blueprint, sheet.blueprint, tabs.blueprint, gestures.blueprint, run_panel.blueprint,
+    recordings.blueprint, exports.blueprint, run_deletion.blueprint, lookback.blueprint, replay.blueprint,
+    comparison.blueprint, printing.blueprint, help.blueprint,
+)  # fmt: skip
+"""Those of the views; with `--lan` that of `login` too."""
 _NEW_LINK = (
     "Go to the window where rrp-sheets serve runs and press Enter. Open the new link that it prints. If there is no "
     "such window, restart the server."
@@ -71,77 +83,44 @@ def create_app(
         links: each lets one browser on this computer in.
         tell: called with one line for each login or wrong password.
     """
-    templates = bundled("templates", "web")
-    app = Flask("rrp_sheets.web", template_folder=str(templates), static_folder=None)
-    serve_statics(app, templates / "static")
+    app = Flask("rrp_sheets.web", template_folder=str(bundled("templates", "web")), static_folder=None)
     app.config["MAX_CONTENT_LENGTH"] = 8_000_000
     app.config["MAX_FORM_MEMORY_SIZE"] = 8_000_000
     app.jinja_env.undefined = StrictUndefined
     app.jinja_env.trim_blocks = app.jinja_env.lstrip_blocks = True
-    app.jinja_env.globals["known"] = lambda endpoint: endpoint in app.view_functions
-    app.jinja_env.globals["program"] = build_id
-    worker = CheckWorker()
-    open_workbooks = OpenWorkbooks(folder, worker)
-    repository = WorkbookRepository(folder, worker)
-    sessions = Sessions()
-    init_app(app, secret, lan, sessions, links or OneTimeTokens())
-    if lan is not None:
-        app.register_blueprint(make_login(lan, sessions, cookie_name(secret), tell))
-    _answer_errors(app, folder)
-    run_manager = RunManager(open_workbooks)
-    app.extensions.update(
-        going=run_manager.going, writing=run_manager.writing, forget=run_manager.forget, close=open_workbooks.close
-    )
-    app.register_blueprint(make_editing(repository, open_workbooks))
-    app.register_blueprint(make_sheeting(repository, open_workbooks))
-    app.register_blueprint(make_live(repository, open_workbooks, run_manager))
-    app.register_blueprint(make_posing(repository, open_workbooks, run_manager.joints))
-    app.register_blueprint(make_shelving(repository, open_workbooks))
-    app.register_blueprint(make_records(repository, open_workbooks))
-    app.register_blueprint(make_helping(workbook_or_404(repository, open_workbooks)))
-
-    @app.get("/")
-    def shelf() -> str:
-        return show(shelf_page(repository, sort=request.args.get("sort", "")))
-
-    @app.get("/book/<name>/diagram/<int:number>.svg")
-    def diagram(name: str, number: int) -> Response:
-        if not repository.has(name):
-            abort(404)
-        opened = repository.open(name)
-        behaviours = opened.look.graph.behaviours
-        if not 1 <= number <= len(behaviours):
-            abort(404)
-        return Response(picture(opened, behaviours[number - 1]), mimetype="image/svg+xml")
-
+    app.jinja_env.globals["program"] = statics.build_id
+    app.extensions["services"] = make_services(folder, CheckWorker())
+    statics.init_app(app)
+    security.init_app(app, Access(secret, lan, links or OneTimeTokens(), tell))
+    for blueprint in BLUEPRINTS if lan is None else (*BLUEPRINTS, login.blueprint):
+        app.register_blueprint(blueprint)
+    app.register_error_handler(SheetsError, _show_refusal)
+    app.register_error_handler(OSError, _show_system_error)
+    app.register_error_handler(HTTPException, _show_http_error)
     return app
 
 
-def _answer_errors(app: Flask, folder: Path) -> None:
-    @app.errorhandler(SheetsError)
-    def tell(error: SheetsError) -> tuple[str, int]:
-        return show(MessagePage("This cannot be shown", error.message, error.remedy, reload=True)), 422
+def _show_refusal(error: SheetsError) -> tuple[str, int]:
+    return show(MessagePage("This cannot be shown", error.message, error.remedy, reload=True)), 422
 
-    @app.errorhandler(OSError)
-    def no_room(error: OSError) -> tuple[str, int]:
-        if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS):
-            why = f"The computer where the server runs cannot write: {error.strerror}."
-            room = "Let it be written there" if error.errno == errno.EROFS else "Make room there"
-            return show(MessagePage("This cannot be done now", why, f"{room}, and try it again.", reload=True)), 507
-        path = Path(error.filename) if isinstance(error.filename, str) else None
-        if path is None or not path.is_relative_to(folder):
-            raise error
-        # a workbook or a run that another program has replaced or locked meanwhile
-        why = f"“{printable(path.name)}” cannot be used as it is now: {error.strerror}."
-        return show(
-            MessagePage("This cannot be done now", why, "Look at the folder, and try it again.", reload=True)
-        ), 422
 
-    @app.errorhandler(HTTPException)
-    def explain(error: HTTPException) -> tuple[str, int]:
-        code = error.code or 500
-        if isinstance(error, UsedLink):
-            return show(RefusedPage(*_USED)), code
-        if code in _REFUSALS:
-            return show(RefusedPage(*_REFUSALS[code])), code
-        return show(MessagePage(*_MESSAGES.get(code, _MESSAGES[404 if code < 500 else 500]))), code
+def _show_system_error(error: OSError) -> tuple[str, int]:
+    if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS):
+        why = f"The computer where the server runs cannot write: {error.strerror}."
+        room = "Let it be written there" if error.errno == errno.EROFS else "Make room there"
+        return show(MessagePage("This cannot be done now", why, f"{room}, and try it again.", reload=True)), 507
+    path = Path(error.filename) if isinstance(error.filename, str) else None
+    if path is None or not path.is_relative_to(services().repository.folder):
+        raise error
+    # a workbook or a run that another program has replaced or locked meanwhile
+    why = f"“{printable(path.name)}” cannot be used as it is now: {error.strerror}."
+    return show(MessagePage("This cannot be done now", why, "Look at the folder, and try it again.", reload=True)), 422
+
+
+def _show_http_error(error: HTTPException) -> tuple[str, int]:
+    code = error.code or 500
+    if isinstance(error, UsedLink):
+        return show(RefusedPage(*_USED)), code
+    if code in _REFUSALS:
+        return show(RefusedPage(*_REFUSALS[code])), code
+    return show(MessagePage(*_MESSAGES.get(code, _MESSAGES[404 if code < 500 else 500]))), code

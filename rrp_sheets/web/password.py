@@ -1,14 +1,18 @@
-"""Password of a server that others can reach: kept only as a hash, compared in constant time."""
+"""Password of a server that others can reach, kept only as a hash; the limit on wrong passwords."""
 
 from __future__ import annotations
 
 import hashlib
 import hmac
+import ipaddress
 import secrets
 import threading
+import time
 import unicodedata
-from collections.abc import Iterator
+from collections import OrderedDict, deque
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 from rrp_sheets.errors import SheetsError
 
@@ -96,3 +100,85 @@ def easy_words() -> list[str]:
     256
     """
     return _EASY.split()
+
+
+FREE = 5  # wrong ones without a wait
+_LONGEST_WAIT = 300.0  # seconds
+_FORGOTTEN = 1800.0  # seconds after which an address begins anew
+_MANY = 60  # wrong ones of all addresses in _WINDOW seconds: then an address has to wait after its first already
+_WINDOW = 600.0
+_ADDRESSES = 5_000
+
+
+@dataclass
+class _Tried:
+    wrong: int = 0
+    last: float = 0.0
+    until: float = 0.0
+
+
+class LoginThrottle:
+    """Limit on wrong passwords, by address. Safe to use from several threads.
+
+    The first attempt of an address is always checked, so no flood from elsewhere locks anybody out.
+
+    Args:
+        now: a clock, in seconds.
+
+    >>> tries = LoginThrottle(lambda: 0.0)
+    >>> [tries.begin("10.0.0.7") for _ in range(7)]
+    [0, 0, 0, 0, 0, 2, 2]
+    """
+
+    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
+        self._now = now
+        self._lock = threading.Lock()
+        self._by_address: OrderedDict[str, _Tried] = OrderedDict()
+        self._all: deque[float] = deque(maxlen=_MANY)
+
+    def begin(self, address: str) -> int:
+        """Return the seconds that an address must wait; 0 if it may try, which counts as wrong until `right` is called.
+
+        So attempts at the same moment cannot bypass the limit.
+        """
+        now = self._now()
+        with self._lock:
+            one = self._by_address.setdefault(_who(address), _Tried())
+            self._by_address.move_to_end(_who(address))
+            while len(self._by_address) > _ADDRESSES:
+                self._by_address.popitem(last=False)
+            if now < one.until:
+                return max(1, round(one.until - now))
+            if now - one.last > _FORGOTTEN:
+                one.wrong = 0
+            free = 1 if self._flooded(now) else FREE
+            one.wrong, one.last = one.wrong + 1, now
+            self._all.append(now)
+            if one.wrong >= free:
+                one.until = now + min(_LONGEST_WAIT, 2.0 ** (one.wrong - free + 1))
+            return 0
+
+    def right(self, address: str) -> None:
+        """Forget the wrong attempts of an address that gave the password."""
+        with self._lock:
+            self._by_address.pop(_who(address), None)
+            if self._all:
+                self._all.pop()
+
+    def _flooded(self, now: float) -> bool:
+        return len(self._all) == _MANY and now - self._all[0] < _WINDOW
+
+
+def _who(address: str) -> str:
+    """Return the key under which an address is counted; for IPv6 its /64 network, where one user has many addresses.
+
+    >>> _who("10.0.0.7"), _who("2001:db8:1:2:3:4:5:6"), _who("?")
+    ('10.0.0.7', '2001:db8:1:2::/64', '?')
+    """
+    try:
+        known = ipaddress.ip_address(address.partition("%")[0])
+    except ValueError:
+        return address
+    if known.version == 4:
+        return address
+    return str(ipaddress.ip_network((known, 64), strict=False))

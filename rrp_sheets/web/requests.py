@@ -1,19 +1,22 @@
-"""Validation of requests: the JSON that a page sends, and the workbook that an address names."""
+"""Validation of requests: the JSON that a page sends, its author, and the workbook or run that an address names."""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
 from typing import Any
 
-from flask import abort, request
+from flask import Response, abort, request
 from werkzeug.exceptions import BadRequest
 
-from rrp_sheets.web.collab.workbook_session import OpenWorkbooks, WorkbookSession
-from rrp_sheets.web.workbook_repository import WorkbookRepository, refuse_text
+from rrp_sheets.documents import Document
+from rrp_sheets.web.collab.workbook_session import WorkbookSession
+from rrp_sheets.web.security import clean_name, visitor
+from rrp_sheets.web.services import services
+from rrp_sheets.web.workbook_repository import refuse_text
 
 Asked = dict[str, Any]
+_WORD = re.compile("[0-9a-f]{16}")
 _HALF = re.compile(rb"\\u[dD][89a-fA-F]")  # how JSON writes half a letter, which browsers do only for a lone one
 
 
@@ -63,20 +66,52 @@ def truth_of(sent: Asked, name: str) -> bool:
     return value
 
 
-RoomOf = Callable[[str], WorkbookSession]
+def sender_of(session: WorkbookSession, sent: Asked) -> tuple[str, str]:
+    """Return the page that sends a request, and its author; refused when the page belongs to another login."""
+    client = text_of(sent, "client")
+    author = author_of(sent, client)
+    if not session.is_of(client, visitor().key):  # nobody moves another's cursor, nor opens what another is editing
+        abort(403)
+    return client, author
 
 
-def workbook_or_404(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> RoomOf:
-    """Make the function that returns a workbook's session by name, or answers 404 if there is no such file.
+def author_of(sent: Asked, unnamed: str) -> str:
+    """Return the author of a request: the name given at login, else the one on the page, else `unnamed`."""
+    return visitor().name or clean_name(text_of(sent, "name")) or unnamed
 
-    A Markdown file that is no workbook is refused with SheetsError.
+
+def workbook_or_404(name: str) -> WorkbookSession:
+    """Return a workbook's session by name; answer 404 if there is no such file.
+
+    Raises:
+        SheetsError: it is a Markdown file that is no workbook, or cannot be read.
     """
+    repository, open_workbooks = services().repository, services().open_workbooks
+    if not repository.has(name):
+        abort(404)
+    if not open_workbooks.has(name):  # one that is open may have lost its last sheet, which undo brings back
+        refuse_text(repository, name)
+    return open_workbooks.room(repository.path(name))
 
-    def room_of(name: str) -> WorkbookSession:
-        if not repository.has(name):
-            abort(404)
-        if not open_workbooks.has(name):  # one that is open may have lost its last sheet, which undo brings back
-            refuse_text(repository, name)
-        return open_workbooks.room(repository.path(name))
 
-    return room_of
+def sheet_or_404(document: Document, sheet: str) -> str:
+    """Return the present name of a sheet that a page names; answer 404 when there is none."""
+    sheet = document.current(sheet)
+    if sheet not in document.grids and sheet not in document.own:
+        abort(404)
+    return sheet
+
+
+def run_or_404(run: str) -> str:
+    """Return the name of a recorded run; answer 404 if there is none of that name."""
+    if run not in services().runs.names():
+        abort(404)
+    return run
+
+
+def confirm_download(answer: Response) -> Response:
+    """Set a cookie that tells the page that the file it requested has arrived."""
+    word = request.args.get("made", "")
+    if _WORD.fullmatch(word):
+        answer.set_cookie(f"made-{word}", "1", max_age=60, samesite="Strict", path="/")
+    return answer

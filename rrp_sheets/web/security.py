@@ -14,17 +14,18 @@ import sys
 import tempfile
 import threading
 from collections import OrderedDict, deque
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
-from flask import Flask, Response, abort, g, redirect, request, url_for
+from flask import Flask, Response, abort, current_app, g, redirect, request, url_for
 from markupsafe import escape
 from werkzeug.exceptions import Forbidden
 from werkzeug.wrappers import Response as AnyResponse
 
 from rrp_sheets.web import connections
-from rrp_sheets.web.password import Password
+from rrp_sheets.web.password import LoginThrottle, Password
 from rrp_sheets.web.statics import HEADERS, KEPT, plain_name
 
 HOSTS = ("127.0.0.1", "localhost")
@@ -52,48 +53,48 @@ class UsedLink(Forbidden):
     """Error for a link that does not work: another browser has used it, or the server was restarted since."""
 
 
-def init_app(app: Flask, secret: str, lan: Lan | None, sessions: Sessions, links: OneTimeTokens) -> None:
-    """Install the access checks and the security headers of all responses.
-
-    Args:
-        app: the application.
-        secret: what the cookie of a browser on this computer holds.
-        lan: lets others in too.
-        sessions: of those who gave the password.
-        links: each lets one browser on this computer in, which gets the cookie then.
-    """
-    cookie = cookie_name(secret)
-    hosts = frozenset(host.casefold() for host in (*HOSTS, *(lan.hosts if lan else ())))
-
-    @app.before_request
-    def check() -> AnyResponse | None:
-        if _host() not in hosts:  # a foreign name that leads to this computer
-            abort(400)
-        if _is_foreign() or (request.method not in ("GET", "HEAD") and not _is_ours()):
-            abort(403)
-        here = lan is None or (_host() in HOSTS and _is_near(request.remote_addr))
-        given = request.cookies.get(cookie, "")
-        is_owner = here and is_same(given, secret)
-        if here and request.method == "GET" and "token" in request.args:
-            return _opened(request.args["token"], links, cookie, secret, is_owner=is_owner)
-        g.person = Person() if is_owner else sessions.find(given)
-        if g.person is None and not (lan and _is_for_everyone()):
-            return _sent_away(lan)
-        if g.person is not None:
-            connections.let_in(request.environ)
-        return None
-
-    @app.after_request
-    def finish(response: Response) -> Response:
-        response.headers.update(HEADERS)
-        if request.endpoint not in KEPT or response.status_code >= 400:
-            response.headers["Cache-Control"] = "no-store"
-        person: Person | None = g.get("person")
-        if person and person.key and response.mimetype == "text/event-stream":
-            response.response = _while_open(response.response, sessions, person)  # type: ignore[arg-type]
-        return response
-
+def init_app(app: Flask, access: Access) -> None:
+    """Install the access checks and the security headers of all responses."""
+    app.extensions["access"] = access
+    app.before_request(check)
+    app.after_request(_finish)
     app.jinja_env.globals["visitor"] = lambda: visitor().name
+
+
+def access() -> Access:
+    """Return the access settings of the application that answers the request."""
+    found: Access = current_app.extensions["access"]
+    return found
+
+
+def check() -> AnyResponse | None:
+    """Refuse or redirect a request that may not be answered; None for one that may."""
+    settings = access()
+    if _host() not in settings.hosts:  # a foreign name that leads to this computer
+        abort(400)
+    if _is_foreign() or (request.method not in ("GET", "HEAD") and not _is_ours()):
+        abort(403)
+    here = settings.lan is None or (_host() in HOSTS and _is_near(request.remote_addr))
+    given = request.cookies.get(settings.cookie, "")
+    is_owner = here and is_same(given, settings.secret)
+    if here and request.method == "GET" and "token" in request.args:
+        return _opened(settings, request.args["token"], is_owner=is_owner)
+    g.person = Person() if is_owner else settings.sessions.find(given)
+    if g.person is None and not (settings.lan and _is_for_everyone()):
+        return _sent_away(settings.lan)
+    if g.person is not None:
+        connections.let_in(request.environ)
+    return None
+
+
+def _finish(response: Response) -> Response:
+    response.headers.update(HEADERS)
+    if request.endpoint not in KEPT or response.status_code >= 400:
+        response.headers["Cache-Control"] = "no-store"
+    person: Person | None = g.get("person")
+    if person and person.key and response.mimetype == "text/event-stream":
+        response.response = _while_open(response.response, access().sessions, person)  # type: ignore[arg-type]
+    return response
 
 
 def visitor() -> Person:
@@ -101,7 +102,7 @@ def visitor() -> Person:
     return g.get("person") or Person()
 
 
-def _opened(token: str, links: OneTimeTokens, cookie: str, secret: str, *, is_owner: bool) -> AnyResponse:
+def _opened(settings: Access, token: str, *, is_owner: bool) -> AnyResponse:
     """Answer a link: redirect to the page without the token, and set the cookie if the browser has none.
 
     Raises:
@@ -114,12 +115,12 @@ def _opened(token: str, links: OneTimeTokens, cookie: str, secret: str, *, is_ow
         # clicked in another site's page: the browser sends the cookie only with what our own page asks for
         page = f'<!doctype html><meta http-equiv="refresh" content="0; url={escape(request.full_path)}">'
         return Response(page, mimetype="text/html")
-    if not links.use(token) and not is_owner:
+    if not settings.links.use(token) and not is_owner:
         raise UsedLink
-    place = url_for(request.endpoint, **(request.view_args or {})) if request.endpoint else url_for("shelf")
+    place = url_for(request.endpoint, **(request.view_args or {})) if request.endpoint else url_for("workbooks.shelf")
     response = redirect(place)
     if not is_owner:
-        response.set_cookie(cookie, secret, httponly=True, samesite="Strict")
+        response.set_cookie(settings.cookie, settings.secret, httponly=True, samesite="Strict")
     return response
 
 
@@ -329,6 +330,37 @@ class Sessions:
         """End a session."""
         with self._lock:
             self._people.pop(person.key, None)
+
+
+@dataclass(frozen=True)
+class Access:
+    """Access to one application; `app.extensions["access"]`, in a view `access()`.
+
+    Attributes:
+        secret: what the cookie of a browser on this computer holds.
+        lan: lets others in too, with a password.
+        links: each lets one browser on this computer in, which gets the cookie then.
+        tell: called with one line for each login or wrong password.
+        sessions: of those who gave the password.
+        throttle: limits wrong passwords.
+    """
+
+    secret: str
+    lan: Lan | None
+    links: OneTimeTokens
+    tell: Callable[[str], None]
+    sessions: Sessions = field(default_factory=Sessions)
+    throttle: LoginThrottle = field(default_factory=LoginThrottle)
+
+    @cached_property
+    def cookie(self) -> str:
+        """Name of the cookie."""
+        return cookie_name(self.secret)
+
+    @cached_property
+    def hosts(self) -> frozenset[str]:
+        """Names of this computer under which it answers."""
+        return frozenset(host.casefold() for host in (*HOSTS, *(self.lan.hosts if self.lan else ())))
 
 
 def clean_name(given: str) -> str:

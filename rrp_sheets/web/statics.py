@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 from flask import Flask, Response, send_from_directory
@@ -16,24 +15,31 @@ KEPT = ("static", "vendor")  # endpoints whose files a browser may keep: they ar
 _A_YEAR = 365 * 86_400  # seconds
 
 
-def serve_statics(app: Flask, folder: Path) -> None:
+def init_app(app: Flask) -> None:
     """Add the routes `/static/…` and `/vendor/…`; `url_for("static", filename=…)` adds the version."""
+    app.add_url_rule("/static/<path:filename>", "static", static)
+    app.add_url_rule("/vendor/<path:name>", "vendor", vendor)
+    app.url_defaults(_add_version)
 
-    @app.get("/static/<path:filename>")
-    def static(filename: str) -> Response:
-        name = plain_name(filename)
-        answer = send_from_directory(folder, name, max_age=_A_YEAR if name != filename else 0)
-        answer.cache_control.immutable = name != filename
-        return answer
 
-    @app.get("/vendor/<path:name>")
-    def vendor(name: str) -> Response:
-        return send_from_directory(vendored(), name, max_age=0)  # asked for each time, and sent when it has changed
+def static(filename: str) -> Response:
+    """Send a static file of our own."""
+    name = plain_name(filename)
+    answer = send_from_directory(
+        bundled("templates", "web", "static"), name, max_age=_A_YEAR if name != filename else 0
+    )
+    answer.cache_control.immutable = name != filename
+    return answer
 
-    @app.url_defaults
-    def add_version(endpoint: str, values: dict[str, Any]) -> None:
-        if endpoint == "static":
-            values["filename"] = f"{build_id()}/{values['filename']}"
+
+def vendor(name: str) -> Response:
+    """Send a file that the build has fetched; asked for each time, and sent when it has changed."""
+    return send_from_directory(vendored(), name, max_age=0)
+
+
+def _add_version(endpoint: str, values: dict[str, Any]) -> None:
+    if endpoint == "static":
+        values["filename"] = f"{build_id()}/{values['filename']}"
 
 
 def plain_name(filename: str) -> str:

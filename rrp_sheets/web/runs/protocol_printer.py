@@ -1,4 +1,4 @@
-"""Client of the printing process, which assembles and typesets protocols; the results are cached.
+"""Clients of the printing process, which typesets protocols (the results are cached), and of the packing process.
 
 A workbook may be untrusted, and its tests evaluate formulas: the server only reads what that process writes.
 """
@@ -23,6 +23,7 @@ from rrp_sheets.render.pack.model import Pack
 from rrp_sheets.runs.records.query_worker import QueryWorker
 
 T = TypeVar("T")
+_PACK_WITHIN = 90.0  # s; the tests of the workbook may take 20
 _WITHIN = 120.0  # s for one protocol; its tests alone may take 20, and a thousand rows fill 130 pages
 _KEPT = 8  # protocols, and as many PDFs
 _MOST_BYTES = 60_000_000
@@ -127,6 +128,21 @@ class ProtocolPrinter(QueryWorker):
             while len(self._made) > 2 * _KEPT:
                 self._made.popitem(last=False)
         return made
+
+
+class Packer(QueryWorker):
+    """Query worker that packs bundles; usable from any thread, one request at a time."""
+
+    def __init__(self) -> None:
+        super().__init__(_PACK_WITHIN, "rrp_sheets.web.records.bundling_child")
+
+    def pack(self, path: Path, runs: list[Path], target: Path) -> None:
+        """Create a bundle of a workbook and the runs in those folders.
+
+        Raises:
+            SheetsError: it cannot be made, or not in time.
+        """
+        self._ask(path.name, "pack", str(path), [str(run) for run in runs], str(target))
 
 
 def _content(path: Path) -> bytes:

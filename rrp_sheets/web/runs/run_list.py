@@ -13,7 +13,6 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.folder import describe
 from rrp_sheets.runs.records.listing import clock, length
 from rrp_sheets.runs.records.metadata import RunMetadata, newest_first
-from rrp_sheets.runs.records.query_worker import QueryWorker
 from rrp_sheets.web.runs.record_pages import (
     Download,
     EditedRow,
@@ -24,7 +23,8 @@ from rrp_sheets.web.runs.record_pages import (
     RunLine,
     RunsPage,
 )
-from rrp_sheets.web.runs.run_store import PICTURES, RunStore, line_of, when
+from rrp_sheets.web.runs.run_store import PICTURES, line_of, when
+from rrp_sheets.web.services import Services
 from rrp_sheets.web.workbook_repository import WorkbookRepository
 
 A_PAGE = 100  # runs
@@ -46,11 +46,9 @@ _KINDS = {
 }  # fmt: skip
 
 
-def runs_page(
-    runs: RunStore, repository: WorkbookRepository, book: str, words: str, first: int, participant: str = ""
-) -> RunsPage:
+def runs_page(services: Services, book: str, words: str, first: int, participant: str = "") -> RunsPage:
     """Build the list, from the newest to the oldest; `first` is how many are skipped."""
-    books = set(repository.names())
+    runs, books = services.runs, set(services.repository.names())
     every = newest_first(runs.facts(runs.names()))
     found = [
         f for f in every
@@ -73,14 +71,13 @@ def _has(facts: RunMetadata, words: str) -> bool:
     return all(word in place.casefold() for word in words.casefold().split())
 
 
-def record_page(
-    runs: RunStore, repository: WorkbookRepository, queries: QueryWorker, run: str, *, wait: bool = False
-) -> RecordPage:
+def record_page(services: Services, run: str, *, wait: bool = False) -> RecordPage:
     """Build the page of one run; raises SheetsError when there is none of that name.
 
     A record that takes long to be read is read only if `wait` is true; otherwise the page comes without its content,
     says so, and requests it again.
     """
+    runs, repository = services.runs, services.repository
     place = runs.place(run)
     facts = runs.facts([run])[0]
     books = set(repository.names())
@@ -93,7 +90,7 @@ def record_page(
     reading = "" if wait or not facts.readable or size < _LONG else f"{size / 1e6:,.0f} MB"
     if facts.readable and not reading:
         try:
-            told = queries.course(place)
+            told = services.queries.course(place)
         except SheetsError as error:
             trouble = f"{error.message} {error.remedy}"
     log = tuple(_log_line(entry) for entry in told.get("lines", ())[:_LOG])
@@ -188,16 +185,14 @@ def _edits(entries: Sequence[Mapping[str, Any]]) -> tuple[EditedRow, ...]:
     return tuple(found.values())
 
 
-def marbles_page(
-    runs: RunStore, queries: QueryWorker, run: str, asked: Mapping[str, Any], rows: list[int]
-) -> MarblesPage:
+def marbles_page(services: Services, run: str, asked: Mapping[str, Any], rows: list[int]) -> MarblesPage:
     """Build the marble diagrams that were asked for; raises SheetsError when there is no such run."""
-    place = runs.place(run)
+    place = services.runs.place(run)
     behaviour, first, last = (str(asked.get(name, ""))[:200] for name in ("behaviour", "from", "to"))
     spread = "spread" in asked
     trouble, told = "", {"behaviours": [], "behaviour": "", "rows": [], "seconds": 0, "pictures": [], "left_out": 0}
     try:
-        told = queries.marbles(place, behaviour, rows, (seconds_of(first), seconds_of(last)), spread)
+        told = services.queries.marbles(place, behaviour, rows, (seconds_of(first), seconds_of(last)), spread)
     except SheetsError as error:
         trouble = f"{error.message} {error.remedy}"
     if not trouble and not told["pictures"]:

@@ -1,4 +1,4 @@
-"""Comparison of two workbooks or kept versions: the choice of them, the page, and the drawn changes.
+"""Kept versions of a workbook, and the comparison of two workbooks or versions.
 
 A workbook is named by a reference: `book/NAME` as it is now, `version/ID/NAME`, or `run/RUN` for what ran.
 """
@@ -11,23 +11,28 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from datetime import datetime
+from io import BytesIO
 from pathlib import Path
 
-from flask import request, url_for
+from flask import Blueprint, Response, abort, request, send_file, url_for
 from markupsafe import Markup
 
 from rrp_sheets.compare.as_html import as_part
 from rrp_sheets.documents import Refused
 from rrp_sheets.documents.journal import Version
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.resources import bundled
 from rrp_sheets.runs.marbles import WORKBOOK
-from rrp_sheets.runs.records.query_worker import QueryWorker
-from rrp_sheets.web.collab.workbook_session import OpenWorkbooks, WorkbookSession
-from rrp_sheets.web.runs.record_pages import Choice, ComparePage, VersionLine, VersionsPage
-from rrp_sheets.web.runs.run_store import RunStore, line_of, when
+from rrp_sheets.web.collab.workbook_session import WorkbookSession
+from rrp_sheets.web.requests import confirm_download, workbook_or_404
+from rrp_sheets.web.runs.record_pages import Choice, ComparePage, VersionLine, VersionsPage, show
+from rrp_sheets.web.runs.run_store import line_of, when
 from rrp_sheets.web.security import clean_name, visitor
-from rrp_sheets.web.workbook_repository import WorkbookRepository, addressable, refuse_text
+from rrp_sheets.web.services import Services, services
+from rrp_sheets.web.workbook_repository import addressable, refuse_text
 
+blueprint = Blueprint("comparison", __name__)
+blueprint.after_request(confirm_download)
 _MOST_RUNS = 40
 _GONE = "Choose another one from the list."
 _DRAWN = frozenset(("behaviour", "row", "stream", "device", "helper"))  # parts that are seen on a diagram
@@ -37,45 +42,83 @@ _LATER = Markup(
 )
 
 
-def compare_page(
-    repository: WorkbookRepository,
-    open_workbooks: OpenWorkbooks,
-    runs: RunStore,
-    queries: QueryWorker,
-    refs: tuple[str, str],
-    asked_book: str,
-) -> ComparePage:
+@blueprint.get("/compare")
+def compare() -> str:
+    """Show the choice of two workbooks, and their differences when both are chosen."""
+    return show(compare_page(services(), _refs(), request.args.get("book", "")))
+
+
+@blueprint.get("/compare/drawn")
+def drawn_changes() -> str:
+    """Show the changes as diagrams, for a separate request, or a message why they cannot be drawn."""
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            paths = [path_of(services(), ref, Path(folder) / str(n)) for n, ref in enumerate(_refs())]
+            return Markup(services().drawer.drawn(*paths))  # of our own making, everything in it is escaped
+        except SheetsError as error:
+            return Markup('<p class="notice is-error" role="status">{} {}</p>').format(error.message, error.remedy)
+
+
+@blueprint.get("/compare/changes.css")
+def changes_style() -> Response:
+    """Send the style sheet of comparisons."""
+    return send_file(bundled("templates", "compare", "changes.css"), mimetype="text/css")
+
+
+@blueprint.get("/book/<name>/versions")
+def versions(name: str) -> str:
+    """Show the kept versions of a workbook."""
+    session = workbook_or_404(name)
+    session.poll()
+    return show(versions_page(session, name))
+
+
+@blueprint.post("/book/<name>/versions/<any(keep, restore):action>")
+def act(name: str, action: str) -> str:
+    """Keep the workbook as it is now, or restore a version."""
+    return show((_keep if action == "keep" else _restore)(workbook_or_404(name), name))
+
+
+@blueprint.get("/book/<name>/versions/<int:number>/file")
+def version_file(name: str, number: int) -> Response:
+    """Send a kept version."""
+    document = workbook_or_404(name).document
+    found = next((v for v in document.versions() if v.id == number), None)
+    content = document.version_content(number) if found else None
+    if found is None or content is None:
+        abort(404)
+    file = file_name(name, found)  # in any script: a header alone holds no Japanese letters
+    return send_file(BytesIO(content), mimetype="application/octet-stream", as_attachment=True, download_name=file)
+
+
+def _refs() -> tuple[str, str]:
+    return request.args.get("first", "")[:400], request.args.get("second", "")[:400]
+
+
+def compare_page(services: Services, refs: tuple[str, str], asked_book: str) -> ComparePage:
     """Build the page; the comparison itself is made when both workbooks are named."""
     first, second = refs
-    names = [n for n in repository.workbooks() if addressable(n)]
+    names = [n for n in services.repository.workbooks() if addressable(n)]
     books = [b for b in dict.fromkeys(filter(None, (asked_book, *map(_book_of, refs)))) if b in names]
-    groups = choices(repository, open_workbooks, runs, books, refs)
+    groups = choices(services, books, refs)
     words = {c.ref: f"{c.words} (as it is now)" if c.ref.startswith("book/") else c.words for _, g in groups for c in g}
     result, trouble = Markup(""), ""
     if first and second:
         try:
-            result = _result(repository, open_workbooks, runs, queries, refs, words)
+            result = _result(services, refs, words)
         except SheetsError as error:
             trouble = f"{error.message} {error.remedy}".strip()
     return ComparePage(tuple(groups), first, second, books[0] if len(books) == 1 else "", result, trouble)
 
 
-def choices(
-    repository: WorkbookRepository,
-    open_workbooks: OpenWorkbooks,
-    runs: RunStore,
-    books: Sequence[str],
-    refs: Sequence[str] = (),
-) -> list[tuple[str, tuple[Choice, ...]]]:
+def choices(services: Services, books: Sequence[str], refs: Sequence[str] = ()) -> list[tuple[str, tuple[Choice, ...]]]:
     """Return the choices, in groups: all workbooks, the kept versions of `books`, and workbooks as they ran."""
-    names = [n for n in repository.workbooks() if addressable(n)]
+    runs = services.runs
+    names = [n for n in services.repository.workbooks() if addressable(n)]
     groups: list[tuple[str, tuple[Choice, ...]]] = [
-        ("Workbooks as they are now", tuple(Choice(f"book/{n}", n) for n in names))
+        ("Workbooks as they are now", tuple(Choice(f"book/{n}", n) for n in names)),
+        *(kept_versions(services, book) for book in books),
     ]
-    for book in books:
-        kept = open_workbooks.room(repository.path(book)).document.versions()
-        found = tuple(Choice(f"version/{v.id}/{book}", f"{v.name}, {moment(v)}") for v in kept)
-        groups.append((f"Kept versions of {book}", found))
     ran = [line_of(f, names) for f in runs.facts(runs.names()[:300]) if f.readable]
     mine = [r for r in ran if not books or r.workbook in books or f"run/{r.run}" in refs][:_MOST_RUNS]
     groups.append(
@@ -84,23 +127,22 @@ def choices(
     return [group for group in groups if group[1]]
 
 
+def kept_versions(services: Services, book: str) -> tuple[str, tuple[Choice, ...]]:
+    """Return the kept versions of a workbook as a group of choices, with its title."""
+    kept = services.open_workbooks.room(services.repository.path(book)).document.versions()
+    return f"Kept versions of {book}", tuple(Choice(f"version/{v.id}/{book}", f"{v.name}, {moment(v)}") for v in kept)
+
+
 def _book_of(ref: str) -> str:
     kind, _, rest = ref.partition("/")
     return rest if kind == "book" else rest.partition("/")[2] if kind == "version" else ""
 
 
-def _result(
-    repository: WorkbookRepository,
-    open_workbooks: OpenWorkbooks,
-    runs: RunStore,
-    queries: QueryWorker,
-    refs: tuple[str, str],
-    words: dict[str, str],
-) -> Markup:
+def _result(services: Services, refs: tuple[str, str], words: dict[str, str]) -> Markup:
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        paths = [path_of(repository, open_workbooks, runs, ref, folder / str(n)) for n, ref in enumerate(refs)]
-        found = queries.compare(*paths)
+        paths = [path_of(services, ref, folder / str(n)) for n, ref in enumerate(refs)]
+        found = services.queries.compare(*paths)
     named = [
         replace(version, source=words.get(ref, version.source))
         for ref, version in zip(refs, (found.first, found.second), strict=True)
@@ -108,31 +150,13 @@ def _result(
     told = replace(found, first=named[0], second=named[1])
     drawn = any(c.part in _DRAWN for c in found.changes)
     return Markup(
-        as_part(told, _LATER.format(url_for("records.drawn_changes", first=refs[0], second=refs[1])) if drawn else "")
+        as_part(
+            told, _LATER.format(url_for("comparison.drawn_changes", first=refs[0], second=refs[1])) if drawn else ""
+        )
     )
 
 
-def drawn_changes(
-    repository: WorkbookRepository,
-    open_workbooks: OpenWorkbooks,
-    runs: RunStore,
-    drawer: QueryWorker,
-    refs: tuple[str, str],
-) -> Markup:
-    """Return the changes as diagrams, for a separate request, or a message why they cannot be drawn."""
-    with tempfile.TemporaryDirectory() as folder:
-        try:
-            paths = [
-                path_of(repository, open_workbooks, runs, ref, Path(folder) / str(n)) for n, ref in enumerate(refs)
-            ]
-            return Markup(drawer.drawn(*paths))  # of our own making, everything in it is escaped
-        except SheetsError as error:
-            return Markup('<p class="notice is-error" role="status">{} {}</p>').format(error.message, error.remedy)
-
-
-def path_of(
-    repository: WorkbookRepository, open_workbooks: OpenWorkbooks, runs: RunStore, ref: str, folder: Path
-) -> Path:
+def path_of(services: Services, ref: str, folder: Path) -> Path:
     """Return the path of the file that a reference names; a kept version is written into `folder`.
 
     Raises:
@@ -140,18 +164,19 @@ def path_of(
     """
     kind, _, rest = ref.partition("/")
     if kind == "book":
-        path = repository.path(rest)
-        refuse_text(repository, rest)
+        path = services.repository.path(rest)
+        refuse_text(services.repository, rest)
         return path.absolute()
     if kind == "run":
-        path = runs.place(rest) / WORKBOOK
+        path = services.runs.place(rest) / WORKBOOK
         if not path.is_file() or path.is_symlink():
             raise SheetsError("The workbook that ran was not kept with this run.", _GONE)
         return path
     number, _, book = rest.partition("/")
     if kind != "version" or not number.isdecimal():
         raise SheetsError("This cannot be compared.", _GONE)
-    content = open_workbooks.room(repository.path(book)).document.version_content(int(number[:15]))
+    session = services.open_workbooks.room(services.repository.path(book))
+    content = session.document.version_content(int(number[:15]))
     if content is None:
         raise SheetsError("There is no such version any more.", _GONE)
     folder.mkdir()
@@ -180,7 +205,7 @@ def versions_page(room: WorkbookSession, name: str, notice: str = "", *, failed:
     return VersionsPage(name, lines, room.document.why, notice, failed)
 
 
-def keep(room: WorkbookSession, name: str) -> VersionsPage:
+def _keep(room: WorkbookSession, name: str) -> VersionsPage:
     """Keep the workbook as it is now under the name that was sent."""
     title = " ".join(request.form.get("title", "").split())[:_LONGEST]
     try:
@@ -193,7 +218,7 @@ def keep(room: WorkbookSession, name: str) -> VersionsPage:
     return versions_page(room, name, f"Kept as “{title}”.")
 
 
-def restore(room: WorkbookSession, name: str) -> VersionsPage:
+def _restore(room: WorkbookSession, name: str) -> VersionsPage:
     """Restore a version; refused while a cell is being edited, whose text would be lost."""
     number = request.form.get("version", "")
     found = next((v for v in room.document.versions() if str(v.id) == number), None)

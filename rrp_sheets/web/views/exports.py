@@ -1,175 +1,121 @@
-"""Exports of recorded runs (plots, marble diagrams, tables), and the comparison of two runs."""
+"""Downloads: the files of a recording, plots, marble diagrams and tables made of recordings, and bundles."""
 
 from __future__ import annotations
 
+import tempfile
+import zipfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
 
-from flask import Blueprint, Response, abort, render_template, request, send_file
-from markupsafe import Markup
+from flask import Blueprint, Response, abort, request, send_file
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.records.listing import clock
-from rrp_sheets.runs.records.metadata import RunMetadata
-from rrp_sheets.runs.records.query_worker import QueryWorker
-from rrp_sheets.web.runs.record_pages import RunLine
+from rrp_sheets.web.requests import confirm_download, run_or_404
 from rrp_sheets.web.runs.run_list import seconds_of
-from rrp_sheets.web.runs.run_store import RunStore, line_of, made
-from rrp_sheets.web.views.run_deletion import add_deleting
-from rrp_sheets.web.workbook_repository import WorkbookRepository
+from rrp_sheets.web.runs.run_store import made
+from rrp_sheets.web.services import services
+from rrp_sheets.web.workbook_repository import printable
 
-WITHIN = 150.0  # s: a table of a long run takes its time
+blueprint = Blueprint("exports", __name__)
+blueprint.after_request(confirm_download)
 MOST_RUNS = 500  # in one table
-_PICTURES = {".svg": "image/svg+xml", ".png": "image/png", ".pdf": "application/pdf"}
-_TABLES = {
-    ".csv": "text/csv", ".xlsx": "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
+_MOST_BUNDLED = 20  # runs in one bundle
+_MOST_ZIP = 2_000_000_000  # bytes
+_SHOWN = ("image/png", "image/gif", "audio/wav")
+_TYPES = {
+    ".svg": "image/svg+xml", ".png": "image/png", ".pdf": "application/pdf", ".csv": "text/csv",
+    ".xlsx": "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
 }  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class Beside:
-    """Property of two runs; `same` when it is the same in both."""
-
-    name: str
-    values: tuple[str, str]
-    same: bool
-
-
-@dataclass(frozen=True, slots=True)
-class StreamPair:
-    """Stream in two runs: the number of values and the time of the first in words, each with whether it differs."""
-
-    name: str
-    kind: str
-    cells: tuple[tuple[str, bool], ...]
+@blueprint.get("/runs/<run>/file/<file>")
+def file(run: str, file: str) -> Response:
+    """Send one file of a run; all but PNG, GIF and WAV are attachments, so an SVG cannot be opened as a page."""
+    found, take = services().runs.files(run_or_404(run)).get(file), "take" in request.args
+    if found is None:
+        abort(404)
+    path, kind = found
+    attachment = take or kind not in _SHOWN
+    return send_file(path, mimetype=kind, as_attachment=attachment, download_name=f"{run}-{file}" if take else file)
 
 
-@dataclass(frozen=True, slots=True)
-class PairPage:
-    """Comparison of two runs side by side.
-
-    Attributes:
-        lines: the two, as lists show them.
-        same_book: whether the same workbook ran, by its SHA-256.
-        drawing: the plots of both runs in one picture, as trusted SVG.
-        trouble: why there is nothing to show.
-    """
-
-    template: ClassVar[str] = "runpair.html"
-    lines: tuple[RunLine, RunLine]
-    facts: tuple[Beside, ...]
-    same_book: bool
-    streams: tuple[StreamPair, ...]
-    drawing: Markup
-    trouble: str
+@blueprint.get("/runs/<run>/trace.csv")
+def trace_csv(run: str) -> Response:
+    """Send the events of a run as CSV."""
+    place = services().runs.place(run_or_404(run))
+    file = made("trace.csv", lambda target: _export([place], target))
+    return send_file(file, mimetype="text/csv", as_attachment=True, download_name=f"{run}.csv")
 
 
-def add_keeping(pages: Blueprint, repository: WorkbookRepository, runs: RunStore, exporter: QueryWorker) -> None:
-    """Add the routes for exports, for the comparison of two runs, and for deleting."""
-    _add_exports(pages, runs, exporter)
-
-    @pages.get("/runs/pair", endpoint="pair")
-    def two() -> str:
-        page = pair_page(runs, repository, exporter, request.args.getlist("run"))
-        return render_template(page.template, page=page)
-
-    add_deleting(pages, repository, runs, exporter)
-
-
-def _add_exports(pages: Blueprint, runs: RunStore, exporter: QueryWorker) -> None:
-    @pages.get("/runs/<run>/plots.<any(svg,png,pdf):form>", endpoint="plots")
-    def drawn(run: str, form: str) -> Response:
-        if run not in runs.names():
-            abort(404)
-        return _made(exporter, [runs.place(run)], f".{form}", f"{run}-plots", take="take" in request.args)
-
-    @pages.get("/runs/<run>/marbles.<any(svg,png,pdf):form>", endpoint="marbles_file")
-    def marbles(run: str, form: str) -> Response:
-        if run not in runs.names():
-            abort(404)
-        rows = [int(r) for r in request.args.getlist("row") if r.isdecimal() and len(r) < 7][:MOST_RUNS]
-        behaviour, *window = (request.args.get(name, "")[:300] for name in ("behaviour", "from", "to"))
-        asked = (str(runs.place(run)), behaviour, rows, [seconds_of(w) for w in window])
-        return _answered(f".{form}", f"{run}-marbles", True, lambda to: exporter.ask(run, "marbles", *asked, str(to)))
-
-    @pages.get("/runs/table.<any(csv,xlsx):kind>", endpoint="table")
-    def table(kind: str) -> Response:
-        chosen = request.args.getlist("run")[:MOST_RUNS]
-        if not chosen:
-            raise SheetsError("No run is chosen.", "Tick the runs that the table shall have.")
-        places = [runs.place(run) for run in dict.fromkeys(chosen)]
-        return _made(exporter, places, f".{kind}", places[0].name if len(places) == 1 else "runs", take=True)
+@blueprint.get("/runs/<run>/everything.zip")
+def everything(run: str) -> Response:
+    """Send all files of a run, and its events as CSV, in a zip."""
+    files = services().runs.files(run_or_404(run))
+    if sum(path.stat().st_size for path, _ in files.values()) > _MOST_ZIP:
+        raise SheetsError("This run is too large for a zip.", f"Copy the folder runs/{run} itself.")
+    packed = tempfile.TemporaryFile()  # noqa: SIM115  # the answer closes it
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED, compresslevel=3) as whole:
+        for name, (path, _) in files.items():
+            whole.write(path, f"{run}/{name}")
+        with tempfile.TemporaryDirectory() as folder:
+            target = Path(folder) / "trace.csv"
+            try:
+                _export([services().runs.place(run)], target)
+                whole.write(target, f"{run}/trace.csv")
+            except SheetsError:  # a record that cannot be read is taken along as it is
+                whole.writestr(f"{run}/trace-could-not-be-read.txt", "trace.jsonl is no whole record of a run.\n")
+    packed.seek(0)
+    return send_file(packed, mimetype="application/zip", as_attachment=True, download_name=f"{run}.zip")
 
 
-def _made(exporter: QueryWorker, places: Sequence[Path], suffix: str, name: str, *, take: bool) -> Response:
-    """Create an export, and send it."""
-    asked = [str(place) for place in places]
-    return _answered(suffix, name, take, lambda to: exporter.ask(places[0].name, "export", asked, str(to)))
+@blueprint.get("/runs/<run>/plots.<any(svg,png,pdf):form>")
+def plots(run: str, form: str) -> Response:
+    """Send the plots of a run as a picture or PDF."""
+    places = [services().runs.place(run_or_404(run))]
+    return _send(f".{form}", f"{run}-plots", lambda target: _export(places, target), take="take" in request.args)
 
 
-def _answered(suffix: str, name: str, take: bool, make: Callable[[Path], object]) -> Response:
+@blueprint.get("/runs/<run>/marbles.<any(svg,png,pdf):form>")
+def marbles(run: str, form: str) -> Response:
+    """Send the marble diagrams of a run as a picture or PDF."""
+    place = services().runs.place(run_or_404(run))
+    rows = [int(r) for r in request.args.getlist("row") if r.isdecimal() and len(r) < 7][:MOST_RUNS]
+    behaviour, *window = (request.args.get(name, "")[:300] for name in ("behaviour", "from", "to"))
+    asked = (str(place), behaviour, rows, [seconds_of(w) for w in window])
+    exporter = services().exporter
+    return _send(f".{form}", f"{run}-marbles", lambda target: exporter.ask(run, "marbles", *asked, str(target)))
+
+
+@blueprint.get("/runs/table.<any(csv,xlsx):kind>")
+def table(kind: str) -> Response:
+    """Send a table of the values of some runs."""
+    chosen = request.args.getlist("run")[:MOST_RUNS]
+    if not chosen:
+        raise SheetsError("No run is chosen.", "Tick the runs that the table shall have.")
+    places = [services().runs.place(run) for run in dict.fromkeys(chosen)]
+    name = places[0].name if len(places) == 1 else "runs"
+    return _send(f".{kind}", name, lambda target: _export(places, target))
+
+
+@blueprint.get("/book/<name>/bundle.zip")
+def bundle(name: str) -> Response:
+    """Send a bundle of a workbook; `run` names a run to include."""
+    repository, runs, packer = services().repository, services().runs, services().packer
+    wanted = request.args.getlist("run")[:_MOST_BUNDLED]
+    if not repository.has(name) or set(wanted) - set(runs.names()):
+        abort(404)
+    path = repository.path(name).absolute()
+    places = [runs.place(run).absolute() for run in wanted]
+    file = made("bundle.zip", lambda target: packer.pack(path, places, target))
+    shown = f"{printable(path.stem)}-bundle.zip"
+    return send_file(file, mimetype="application/zip", as_attachment=True, download_name=shown)
+
+
+def _export(places: Sequence[Path], target: Path) -> None:
+    services().exporter.ask(places[0].name, "export", [str(place) for place in places], str(target))
+
+
+def _send(suffix: str, name: str, make: Callable[[Path], object], *, take: bool = True) -> Response:
     """Send a temporary file that `make` writes to the path it is given."""
     file = made(f"made{suffix}", make)
-    kind = {**_PICTURES, **_TABLES}[suffix]
-    return send_file(file, mimetype=kind, as_attachment=take, download_name=f"{name}{suffix}")
-
-
-# ---- two runs
-
-
-def pair_page(runs: RunStore, repository: WorkbookRepository, exporter: QueryWorker, chosen: Sequence[str]) -> PairPage:
-    """Compare two runs.
-
-    Raises:
-        SheetsError: they are not two, or there is no such run.
-    """
-    names = list(dict.fromkeys(chosen))
-    if len(names) != 2:
-        raise SheetsError(f"{len(names) or 'No'} run{'' if len(names) == 1 else 's'} chosen.",
-                          "Tick two runs in the list of runs, and compare them.")  # fmt: skip
-    places = [runs.place(name) for name in names]
-    facts = sorted(runs.facts(names), key=lambda f: (f.began.timestamp() if f.began else 0.0, f.run))
-    places.sort(key=lambda p: [f.run for f in facts].index(p.name))
-    books = set(repository.names())
-    lines = (line_of(facts[0], books), line_of(facts[1], books))
-    told: dict[str, Any] = {"streams": [], "svg": ""}
-    trouble = ""
-    try:
-        told = exporter.ask(f"{names[0]} and {names[1]}", "pair", str(places[0]), str(places[1]))
-    except SheetsError as error:
-        trouble = f"{error.message} {error.remedy}"
-    same = bool(facts[0].digest) and facts[0].digest == facts[1].digest
-    return PairPage(
-        lines, tuple(_beside(facts, lines)), same, tuple(_stream(s) for s in told["streams"]), Markup(told["svg"]),
-        trouble,
-    )  # fmt: skip
-
-
-def _beside(facts: Sequence[RunMetadata], lines: Sequence[RunLine]) -> list[Beside]:
-    rows = [
-        ("Workbook", *(f.workbook for f in facts)), ("Participant", *(f.participant for f in facts)),
-        ("Condition", *(f.condition for f in facts)), ("Operator", *(f.operator for f in facts)),
-        ("Mode", *(f.mode for f in facts)), ("Length", *(line.length for line in lines)),
-        ("How it ended", *(line.ended for line in lines)),
-        ("Errors", *(f"{line.errors:,}" for line in lines)), ("Seed", *(f.seed for f in facts)),
-        ("Robot", *(f.robot for f in facts)), ("Program", *(f.program for f in facts)),
-        ("Workbook SHA-256", *(f.digest[:12] for f in facts)),
-    ]  # fmt: skip
-    return [Beside(name, (a, b), a == b) for name, a, b in rows if a or b]
-
-
-def _stream(told: dict[str, Any]) -> StreamPair:
-    counts, firsts = told["counts"], told["firsts"]
-    pairs = ([_many(c) for c in counts], [_at(t) for t in firsts])
-    cells = [(words, told_both[0] != told_both[1]) for told_both in pairs for words in told_both]
-    return StreamPair(str(told["name"]), str(told["kind"]), tuple(cells))
-
-
-def _many(count: int | None) -> str:
-    return "not in it" if count is None else f"{count:,}"
-
-
-def _at(seconds: float | None) -> str:
-    return "" if seconds is None else clock(seconds)
+    return send_file(file, mimetype=_TYPES[suffix], as_attachment=take, download_name=f"{name}{suffix}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from flask import Blueprint, Response, abort, jsonify
@@ -18,45 +18,34 @@ from rrp_sheets.documents.steps import Cells, RestoreRows
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
-from rrp_sheets.web.collab.workbook_session import OpenWorkbooks, WorkbookSession
-from rrp_sheets.web.requests import json_body, text_of, workbook_or_404
-from rrp_sheets.web.security import clean_name, visitor
-from rrp_sheets.web.workbook_repository import WorkbookRepository
+from rrp_sheets.web.requests import json_body, sender_of, text_of, workbook_or_404
+from rrp_sheets.web.services import services
 
+blueprint = Blueprint("gestures", __name__)
 RATE = 30  # pictures a second
 BETWEEN = 1.0  # s between a pose and the one before
 DIGITS = 2  # of an angle, rad
 Joints = Mapping[str, float]
 
 
-def make_posing(
-    repository: WorkbookRepository, open_workbooks: OpenWorkbooks, now: Callable[[WorkbookSession], Joints]
-) -> Blueprint:
-    """Make the blueprint with the routes; `now` returns the joints of a session's running robot, or none."""
-    pages = Blueprint("posing", __name__)
+@blueprint.get("/book/<name>/gesture/<sheet>/<row>")
+def play(name: str, sheet: str, row: str) -> Response:
+    """Send the joint angles of the gesture that a row belongs to."""
+    room = workbook_or_404(name)
+    grid = room.document.grids.get(sheet)
+    if grid is None or grid.kind != "gestures" or not grid.has(row):
+        abort(404)
+    return jsonify(_played(room.document.reading.workbook, _name(grid, row)))
 
-    room_of = workbook_or_404(repository, open_workbooks)
 
-    @pages.get("/book/<name>/gesture/<sheet>/<row>")
-    def play(name: str, sheet: str, row: str) -> Response:
-        room = room_of(name)
-        grid = room.document.grids.get(sheet)
-        if grid is None or grid.kind != "gestures" or not grid.has(row):
-            abort(404)
-        return jsonify(_played(room.document.reading.workbook, _name(grid, row)))
-
-    @pages.post("/book/<name>/pose")
-    def pose(name: str) -> Response:
-        room, given = room_of(name), json_body()
-        client, tag = text_of(given, "client"), text_of(given, "tag")
-        if not room.is_of(client, visitor().key):
-            abort(403)
-        author = visitor().name or clean_name(text_of(given, "name")) or client
-        sheet, row = text_of(given, "sheet"), text_of(given, "row")
-        joints = now(room)
-        return jsonify(room.change(client, author, tag, lambda document: _pose(document, author, sheet, row, joints)))
-
-    return pages
+@blueprint.post("/book/<name>/pose")
+def pose(name: str) -> Response:
+    """Write the joint angles of the robot that runs the workbook, or of its start posture, into a row."""
+    room, given = workbook_or_404(name), json_body()
+    tag, sheet, row = (text_of(given, field) for field in ("tag", "sheet", "row"))
+    client, author = sender_of(room, given)
+    joints = services().run_manager.joints(room)
+    return jsonify(room.change(client, author, tag, lambda document: _pose(document, author, sheet, row, joints)))
 
 
 def _name(grid: Grid, row: str) -> str:

@@ -21,8 +21,9 @@ from rrp_sheets.topics.functions import one_helper
 from rrp_sheets.topics.layout import Block, paragraph
 from rrp_sheets.topics.search import HelpEntry, all_names, known, near, search
 from rrp_sheets.web.completions import of_help
-from rrp_sheets.web.requests import RoomOf
+from rrp_sheets.web.requests import workbook_or_404
 
+blueprint = Blueprint("help", __name__)
 MOST = 6  # topics at once
 _HELPER = "helper:"  # before the name of a helper of the workbook that `book` names
 _PICTURED = "As marbles: time goes to the right"  # its text in the terminal has places instead
@@ -68,35 +69,30 @@ class HelpPiece:
     names: tuple[str, ...] = ()
 
 
-def make_helping(room_of: RoomOf) -> Blueprint:
-    """Make the blueprint with the route of the help panel."""
-    pages = Blueprint("help", __name__)
-
-    @pages.get("/help")
-    def on() -> str:
-        query = request.args.get("q", "")[:100].strip()
-        asked = [t[:100] for t in request.args.getlist("topic") if t.strip()][:MOST]
-        found = tuple(search(query))
-        tries = () if found else tuple(near(query))
-        if query and not asked:
-            asked = [found[0].name] if len(found) == 1 else []
-        book = request.args.get("book", "")
-        texts = (_helper(room_of, book, t) if t.startswith(_HELPER) else _topic(t) for t in dict.fromkeys(asked))
-        topics = tuple(blocks for blocks in texts if blocks)
-        if not topics and not query:
-            topics = (_topic(""),)
-        names = tuple(n.name for n in all_names())
-        piece = HelpPiece(topics, query, found, tries, names)
-        whole = request.headers.get("Sec-Fetch-Dest") == "document"  # a link of the panel, opened in a tab of its own
-        return render_template("helppage.html" if whole else piece.template, page=piece)
-
-    return pages
+@blueprint.get("/help")
+def on() -> str:
+    """Show help topics, those that were searched for included."""
+    query = request.args.get("q", "")[:100].strip()
+    asked = [t[:100] for t in request.args.getlist("topic") if t.strip()][:MOST]
+    found = tuple(search(query))
+    tries = () if found else tuple(near(query))
+    if query and not asked:
+        asked = [found[0].name] if len(found) == 1 else []
+    book = request.args.get("book", "")
+    texts = (_helper(book, t) if t.startswith(_HELPER) else _topic(t) for t in dict.fromkeys(asked))
+    topics = tuple(blocks for blocks in texts if blocks)
+    if not topics and not query:
+        topics = (_topic(""),)
+    names = tuple(n.name for n in all_names())
+    piece = HelpPiece(topics, query, found, tries, names)
+    whole = request.headers.get("Sec-Fetch-Dest") == "document"  # a link of the panel, opened in a tab of its own
+    return render_template("helppage.html" if whole else piece.template, page=piece)
 
 
-def _helper(room_of: RoomOf, book: str, asked: str) -> tuple[HelpBlock, ...]:
+def _helper(book: str, asked: str) -> tuple[HelpBlock, ...]:
     """Return the help on a helper of a workbook; empty when it has been renamed or deleted."""
     wanted = key(asked.removeprefix(_HELPER))
-    helpers = room_of(book).analysis().workbook.helpers
+    helpers = workbook_or_404(book).analysis().workbook.helpers
     found = next((h for h in helpers if key(argument_name(h.name.text)) == wanted), None)
     return tuple(_parts(one_helper(found))) if found else ()
 

@@ -14,10 +14,12 @@ from markupsafe import Markup
 from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
-from rrp_sheets.runs.records.query_worker import QueryWorker
+from rrp_sheets.web.requests import run_or_404
 from rrp_sheets.web.runs.record_pages import RunLine
-from rrp_sheets.web.runs.run_store import RunStore, line_of
-from rrp_sheets.web.workbook_repository import WorkbookRepository
+from rrp_sheets.web.runs.run_store import line_of
+from rrp_sheets.web.services import Services, services
+
+blueprint = Blueprint("lookback", __name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,66 +83,64 @@ class DrawnSheet:
     why: str
 
 
-def add_lookback(pages: Blueprint, repository: WorkbookRepository, runs: RunStore) -> None:
-    """Add the routes; they have a query worker of their own, so that the slider does not wait for other drawings."""
-    queries = QueryWorker()
-
-    def have(run: str) -> str:
-        if run not in runs.names():
-            abort(404)
-        return run
-
-    @pages.get("/runs/<run>/lookback")
-    def lookback(run: str) -> str:
-        page = lookback_page(runs, repository, queries, have(run))
-        return render_template(page.template, page=page)
-
-    @pages.get("/runs/<run>/lookback/overview.json", endpoint="lookback_overview")
-    def overview(run: str) -> Response:
-        return _json(queries, runs, have(run), "overview", 0)
-
-    @pages.get("/runs/<run>/lookback/<any(piece, poses):what>/<int:number>.json", endpoint="lookback_part")
-    def part(run: str, what: str, number: int) -> Response:
-        return _json(queries, runs, have(run), what, number)
-
-    @pages.get("/runs/<run>/lookback/picture/<int:number>.jpg", endpoint="lookback_picture")
-    def picture(run: str, number: int) -> Response:
-        data = base64.b64decode(queries.lookback(runs.place(have(run)), "picture", number))
-        if not data:
-            abort(404)
-        return Response(data, mimetype="image/jpeg")
-
-    @pages.get("/runs/<run>/lookback/diagram/<int:number>", endpoint="lookback_diagram")
-    def diagram(run: str, number: int) -> str:
-        try:
-            drawn = DrawnSheet(Markup(queries.lookback(runs.place(have(run)), "diagram", number)), "")
-        except SheetsError as error:
-            drawn = DrawnSheet(Markup(), f"{error.message} {error.remedy}")
-        return render_template(drawn.template, page=drawn)
+@blueprint.get("/runs/<run>/lookback")
+def page(run: str) -> str:
+    """Show the page; its parts are requested one after the other."""
+    made = lookback_page(services(), run_or_404(run))
+    return render_template(made.template, page=made)
 
 
-def _json(queries: QueryWorker, runs: RunStore, run: str, what: str, number: int) -> Response:
+@blueprint.get("/runs/<run>/lookback/overview.json")
+def overview(run: str) -> Response:
+    """Send the overview of the run."""
+    return part(run, "overview", 0)
+
+
+@blueprint.get("/runs/<run>/lookback/<any(piece, poses):what>/<int:number>.json")
+def part(run: str, what: str, number: int) -> Response:
+    """Send a piece of the recorded values or poses."""
+    place = services().runs.place(run_or_404(run))
     try:
-        return Response(queries.lookback(runs.place(run), what, number), mimetype="application/json")
+        return Response(services().lookback.lookback(place, what, number), mimetype="application/json")
     except SheetsError as error:
-        told = json.dumps({"trouble": f"{error.message} {error.remedy}"})
-        return Response(told, status=422, mimetype="application/json")
+        trouble = json.dumps({"trouble": f"{error.message} {error.remedy}"})
+        return Response(trouble, status=422, mimetype="application/json")
 
 
-def lookback_page(runs: RunStore, repository: WorkbookRepository, queries: QueryWorker, run: str) -> LookbackPage:
+@blueprint.get("/runs/<run>/lookback/picture/<int:number>.jpg")
+def picture(run: str, number: int) -> Response:
+    """Send a recorded camera picture."""
+    data = base64.b64decode(services().lookback.lookback(services().runs.place(run_or_404(run)), "picture", number))
+    if not data:
+        abort(404)
+    return Response(data, mimetype="image/jpeg")
+
+
+@blueprint.get("/runs/<run>/lookback/diagram/<int:number>")
+def diagram(run: str, number: int) -> str:
+    """Show the diagram of a behaviour, or why there is none."""
+    place = services().runs.place(run_or_404(run))
+    try:
+        drawn = DrawnSheet(Markup(services().lookback.lookback(place, "diagram", number)), "")
+    except SheetsError as error:
+        drawn = DrawnSheet(Markup(), f"{error.message} {error.remedy}")
+    return render_template(drawn.template, page=drawn)
+
+
+def lookback_page(services: Services, run: str) -> LookbackPage:
     """Build the page of a run; raises SheetsError when there is none of that name."""
-    facts = runs.facts([run])[0]
+    facts = services.runs.facts([run])[0]
     told: Mapping[str, Any] = {"sheets": [], "why": ""}
     trouble = "" if facts.readable else f"{facts.why} {facts.remedy}"
     if not trouble:
         try:
-            told = json.loads(queries.lookback(runs.place(run), "sheets"))
+            told = json.loads(services.lookback.lookback(services.runs.place(run), "sheets"))
         except SheetsError as error:
             told = {"sheets": [], "why": f"{error.message} {error.remedy}"}
     sheets = tuple(_sheet(number, sheet) for number, sheet in enumerate(told["sheets"]))
     ids = {f"{sheet.name}!{row.number}": row.ident for sheet in sheets for row in sheet.rows}
     return LookbackPage(
-        line_of(facts, set(repository.names())), facts.seconds, sheets,
+        line_of(facts, set(services.repository.names())), facts.seconds, sheets,
         Markup(json.dumps(ids, ensure_ascii=False).replace("<", "\\u003c")), trouble, str(told["why"]),
     )  # fmt: skip
 

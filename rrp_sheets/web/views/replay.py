@@ -1,30 +1,28 @@
-"""Replay of a recorded run with its own or another workbook: the page, the result, and the replay jobs."""
+"""Replay of a recorded run with its own or another workbook: the page and the result."""
 
 from __future__ import annotations
 
 import tempfile
-import threading
-import time
-from collections import OrderedDict
-from collections.abc import Callable, Hashable
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-from flask import Blueprint, abort, render_template, request, url_for
+from flask import Blueprint, render_template, request, url_for
 from markupsafe import Markup
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.marbles import WORKBOOK
 from rrp_sheets.runs.records.metadata import TRACE
-from rrp_sheets.runs.replay.apart import Stopped, replay_apart
-from rrp_sheets.web.collab.workbook_session import OpenWorkbooks
+from rrp_sheets.web.requests import run_or_404
 from rrp_sheets.web.runs.record_pages import Choice, RunLine
-from rrp_sheets.web.runs.run_store import RunStore, line_of
-from rrp_sheets.web.views.comparison import moment, path_of
+from rrp_sheets.web.runs.replay_jobs import ReplayJob
+from rrp_sheets.web.runs.run_store import line_of
+from rrp_sheets.web.services import Services, services
+from rrp_sheets.web.views.comparison import kept_versions, path_of
 from rrp_sheets.web.workbook_repository import WorkbookRepository, addressable
 
+blueprint = Blueprint("replay", __name__)
 _LONGEST_REF = 400
 
 
@@ -93,32 +91,29 @@ class ReplayResult:
     unknown: tuple[str, ...] = ()
 
 
-def add_replay(pages: Blueprint, repository: WorkbookRepository, open_workbooks: OpenWorkbooks, runs: RunStore) -> None:
-    """Add the routes of the page and of the result."""
-    replays = Replays()
-
-    def asked(run: str) -> str:
-        if run not in runs.names():
-            abort(404)
-        return request.args.get("with", "")[:_LONGEST_REF]
-
-    @pages.get("/runs/<run>/replay")
-    def replay(run: str) -> str:
-        page = replay_page(repository, open_workbooks, runs, run, asked(run))
-        return render_template(page.template, page=page)
-
-    @pages.get("/runs/<run>/replay/result")
-    def replayed(run: str) -> str:
-        piece = replay_result(repository, open_workbooks, runs, replays, run, asked(run))
-        return render_template(piece.template, page=piece)
+@blueprint.get("/runs/<run>/replay")
+def page(run: str) -> str:
+    """Show the page, which requests the replay itself."""
+    made = replay_page(services(), run_or_404(run), _asked())
+    return render_template(made.template, page=made)
 
 
-def replay_page(
-    repository: WorkbookRepository, open_workbooks: OpenWorkbooks, runs: RunStore, run: str, ref: str
-) -> ReplayPage:
+@blueprint.get("/runs/<run>/replay/result")
+def result(run: str) -> str:
+    """Show the result of a replay, or its progress; the first request starts it."""
+    made = replay_result(services(), run_or_404(run), _asked())
+    return render_template(made.template, page=made)
+
+
+def _asked() -> str:
+    """Return the reference of the other workbook; empty for the one that ran."""
+    return request.args.get("with", "")[:_LONGEST_REF]
+
+
+def replay_page(services: Services, run: str, ref: str) -> ReplayPage:
     """Build the page, which requests the replay itself."""
-    facts = runs.facts([run])[0]
-    names = [n for n in repository.workbooks() if addressable(n)]
+    facts = services.runs.facts([run])[0]
+    names = [n for n in services.repository.workbooks() if addressable(n)]
     line = line_of(facts, names)
     trouble = "" if facts.readable else f"{facts.why} {facts.remedy}".strip()
     if facts.ended == "going":
@@ -126,43 +121,34 @@ def replay_page(
     mine = [line.book] if line.book else []
     books = [*mine, *(n for n in names if n not in mine)]
     groups: list[tuple[str, tuple[Choice, ...]]] = [
-        ("Workbooks as they are now", tuple(Choice(f"book/{n}", n) for n in books))
+        ("Workbooks as they are now", tuple(Choice(f"book/{n}", n) for n in books)),
+        *(kept_versions(services, book) for book in mine),
     ]
-    for book in mine:
-        kept = open_workbooks.room(repository.path(book)).document.versions()
-        groups.append(
-            (
-                f"Kept versions of {book}",
-                tuple(Choice(f"version/{v.id}/{book}", f"{v.name}, {moment(v)}") for v in kept),
-            )
-        )
     return ReplayPage(line, trouble, tuple(g for g in groups if g[1]), ref)
 
 
-def replay_result(
-    repository: WorkbookRepository, open_workbooks: OpenWorkbooks, runs: RunStore, replays: Replays, run: str, ref: str
-) -> ReplayResult:
+def replay_result(services: Services, run: str, ref: str) -> ReplayResult:
     """Return the result of a replay, or its progress; the first request starts it."""
-    place = runs.place(run)
+    place = services.runs.place(run)
     named: dict[str, Any] = {"with": ref} if ref else {}
-    address = url_for("records.replayed", run=run, **named)
+    address = url_for("replay.result", run=run, **named)
     try:
-        stamp = _stamp(place, repository, ref)
+        stamp = _stamp(place, services.repository, ref)
 
         def other(stack: ExitStack) -> Path | None:
             if not ref:
                 return None
             folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-            return path_of(repository, open_workbooks, runs, ref, folder / "other")
+            return path_of(services, ref, folder / "other")
 
-        job = replays.job((run, ref, stamp), place, other)
+        job = services.replays.job((run, ref, stamp), place, other)
     except SheetsError as error:
         return ReplayResult(address, False, 0, f"{error.message} {error.remedy}".strip())
     if not job.over:
         return ReplayResult(address, True, round(100 * job.part))
     if job.trouble:
         return ReplayResult(address, False, 100, str(job.trouble))
-    return _told(job, address, repository, open_workbooks, runs, run, ref)
+    return _finished(job, address, services, run, ref)
 
 
 def _stamp(place: Path, repository: WorkbookRepository, ref: str) -> tuple[float, ...]:
@@ -184,18 +170,10 @@ def _stamp(place: Path, repository: WorkbookRepository, ref: str) -> tuple[float
     return tuple(found)
 
 
-def _told(
-    job: ReplayJob,
-    address: str,
-    repository: WorkbookRepository,
-    open_workbooks: OpenWorkbooks,
-    runs: RunStore,
-    run: str,
-    ref: str,
-) -> ReplayResult:
+def _finished(job: ReplayJob, address: str, services: Services, run: str, ref: str) -> ReplayResult:
     told: dict[str, Any] = job.account or {}
-    grids = _Grids(repository, open_workbooks, runs, run, ref)
-    look = url_for("records.lookback", run=run)
+    grids = _Grids(services, run, ref)
+    look = url_for("lookback.page", run=run)
 
     def lines(name: str) -> tuple[TimeLine, ...]:
         return tuple(TimeLine(t["when"], t["text"], f"{look}#t={t['us'] / 1e6:g}") for t in told[name])
@@ -213,17 +191,16 @@ def _told(
 class _Grids:
     """Grids of the replayed workbook, if it is in the folder unchanged, to link rows to."""
 
-    def __init__(
-        self, repository: WorkbookRepository, open_workbooks: OpenWorkbooks, runs: RunStore, run: str, ref: str
-    ) -> None:
+    def __init__(self, services: Services, run: str, ref: str) -> None:
+        repository = services.repository
         kind, _, name = ref.partition("/")
         self._book = name if kind == "book" else ""
         if not ref:
-            facts = runs.facts([run])[0]
+            facts = services.runs.facts([run])[0]
             if facts.workbook in repository.names() and addressable(facts.workbook):
                 digest = repository.open(facts.workbook).reading.digest
                 self._book = facts.workbook if digest == facts.digest else ""
-        self._grids = open_workbooks.room(repository.path(self._book)).document.grids if self._book else {}
+        self._grids = services.open_workbooks.room(repository.path(self._book)).document.grids if self._book else {}
 
     def address(self, row: str) -> str:
         """Return the link to a row (`Tracking!5`) in the grid; empty when it is not there."""
@@ -232,92 +209,4 @@ class _Grids:
         place = int(number) - grid.first if grid is not None and number.isdecimal() else -1
         if grid is None or not 0 <= place < len(grid.rows):
             return ""
-        return url_for("editing.book", name=self._book, sheet=sheet, _anchor=grid.rows[place])
-
-
-ASKED_WITHIN = 20.0  # s: a page that waits asks every half second
-_KEPT = 8  # accounts
-_MOST = 4  # that wait or go on: a page more is told to come later
-_Other = Callable[[ExitStack], "Path | None"]
-
-
-@dataclass
-class ReplayJob:
-    """Replay that is going on, or is over.
-
-    Attributes:
-        part: the progress, from 0 to 1.
-        account: the result, when it is over.
-        trouble: why there is no account, in words.
-        asked: the time of the last request of a page.
-        done: set when it is over.
-    """
-
-    part: float = 0.0
-    account: dict[str, Any] | None = None
-    trouble: str = ""
-    asked: float = field(default_factory=time.monotonic)
-    done: threading.Event = field(default_factory=threading.Event)
-
-    @property
-    def over(self) -> bool:
-        """True when the replay has ended, with a result or not."""
-        return self.done.is_set()
-
-
-class Replays:
-    """Replay jobs by record and workbook; they run one at a time."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._turn = threading.Lock()
-        self._jobs: OrderedDict[Hashable, ReplayJob] = OrderedDict()
-
-    def job(self, name: Hashable, place: Path, other: _Other) -> ReplayJob:
-        """Return the replay of that name; the first request starts it.
-
-        Args:
-            name: the same for the same record and the same workbook.
-            place: the run's folder.
-            other: returns the workbook's file, or None for the one that ran; the stack is closed at the end.
-
-        Raises:
-            SheetsError: when too many go on already.
-        """
-        with self._lock:
-            found = self._jobs.get(name)
-            if found is not None and not isinstance(found.trouble, _GivenUp):
-                found.asked = time.monotonic()
-                return found
-            if sum(not job.over for job in self._jobs.values()) >= _MOST:
-                raise SheetsError("Other replays are going on.", "Try it again in a minute.")
-            job = self._jobs[name] = ReplayJob()
-            for old in [n for n, j in self._jobs.items() if j.over][: max(0, len(self._jobs) - _KEPT)]:
-                del self._jobs[old]
-        threading.Thread(target=self._work, args=(job, place, other), name="replay", daemon=True).start()
-        return job
-
-    def _work(self, job: ReplayJob, place: Path, other: _Other) -> None:
-        def told(part: float) -> None:
-            job.part = part
-
-        def stopped() -> bool:
-            return time.monotonic() - job.asked > ASKED_WITHIN
-
-        try:
-            with self._turn, ExitStack() as stack:
-                account = replay_apart(place, other(stack), told, stopped)
-        except Stopped as error:
-            job.trouble = _GivenUp(f"{error.message} {error.remedy}")
-        except SheetsError as error:
-            job.trouble = f"{error.message} {error.remedy}".strip()
-        except OSError as error:
-            job.trouble = f"It cannot be read ({error.strerror})."
-        else:
-            job.account = account
-        finally:
-            job.done.set()
-
-
-class _GivenUp(str):
-    """Message of a replay that no page waited for any more; the next request starts it anew."""
+        return url_for("sheet.page", name=self._book, sheet=sheet, _anchor=grid.rows[place])

@@ -10,10 +10,12 @@ from typing import Any, ClassVar
 from flask import Blueprint, render_template, request
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.records.query_worker import QueryWorker
 from rrp_sheets.web.runs.record_pages import RunLine
 from rrp_sheets.web.runs.run_store import RunStore, line_of
-from rrp_sheets.web.workbook_repository import WorkbookRepository, printable
+from rrp_sheets.web.services import Services, services
+from rrp_sheets.web.workbook_repository import printable
+
+blueprint = Blueprint("run_deletion", __name__)
 
 _MOST_RUNS = 500  # that are chosen one by one
 _MOST_NAMED = 40
@@ -67,81 +69,64 @@ class DeletePage:
     failed: bool = False
 
 
-def add_deleting(pages: Blueprint, repository: WorkbookRepository, runs: RunStore, exporter: QueryWorker) -> None:
-    """Add the routes that ask for a confirmation and delete runs."""
+@blueprint.get("/runs/delete")
+def ask() -> str:
+    """Show what would be deleted and what stays, and ask for the confirmation."""
+    page = _asked_page(services(), *_asked(request.args.get("participant")))
+    return render_template(page.template, page=page)
 
-    @pages.get("/runs/delete", endpoint="delete")
-    def ask() -> str:
-        page = _asked_page(runs, repository, exporter, *_asked(request.args.get("participant")))
-        return render_template(page.template, page=page)
 
-    @pages.post("/runs/delete/now", endpoint="delete_now")
-    def do() -> str:
-        participant, names = _asked(request.form.get("participant"))
-        try:
-            page = _deleted_page(runs, repository, exporter, participant, names)
-        except SheetsError as error:  # told where it was asked for
-            page = DeletePage(participant, "", notice=f"{error.message} {error.remedy}", failed=True)
-        return render_template(page.template, page=page)
+@blueprint.post("/runs/delete/now")
+def delete() -> str:
+    """Delete runs, and show what was deleted."""
+    participant, names = _asked(request.form.get("participant"))
+    try:
+        page = _deleted_page(services(), participant, names)
+    except SheetsError as error:  # told where it was asked for
+        page = DeletePage(participant, "", notice=f"{error.message} {error.remedy}", failed=True)
+    return render_template(page.template, page=page)
 
 
 def _asked(participant: str | None) -> tuple[str, list[str]]:
     return (participant or "")[:300], request.values.getlist("run")[:_MOST_RUNS]
 
 
-def _asked_page(
-    runs: RunStore,
-    repository: WorkbookRepository,
-    exporter: QueryWorker,
-    participant: str,
-    names: list[str],
-    notice: str = "",
-) -> DeletePage:
+def _asked_page(services: Services, participant: str, names: list[str], notice: str = "") -> DeletePage:
     """Build the confirmation page; raises SheetsError when there are no such runs, or one is going."""
-    told = exporter.ask("This folder", "plan", str(runs.folder), participant, names, _busy(runs))
-    return _page(repository, participant, told, runs, notice, failed=bool(notice))
+    runs = services.runs
+    told = services.exporter.ask("This folder", "plan", str(runs.folder), participant, names, _busy(runs))
+    return _page(services, participant, told, notice, failed=bool(notice))
 
 
-def _deleted_page(
-    runs: RunStore, repository: WorkbookRepository, exporter: QueryWorker, participant: str, names: list[str]
-) -> DeletePage:
+def _deleted_page(services: Services, participant: str, names: list[str]) -> DeletePage:
     """Delete the runs, if the confirmation was typed and nothing has changed since the page was shown."""
     typed, expected = request.form.get("typed", "").strip(), request.form.getlist("shown")
     below = request.form.getlist("below")
     if typed != (participant or "delete"):
         what = f"The code {participant}" if participant else "The word “delete”"
-        return _asked_page(
-            runs, repository, exporter, participant, names, f"{what} was not typed; nothing was deleted."
-        )
+        return _asked_page(services, participant, names, f"{what} was not typed; nothing was deleted.")
     # what it was is told from what is there now: afterwards there is nothing to tell it from
+    runs = services.runs
     folder = str(runs.folder)
-    told = exporter.ask("This folder", "delete", folder, participant, names, _busy(runs), expected, below)
+    told = services.exporter.ask("This folder", "delete", folder, participant, names, _busy(runs), expected, below)
     if not told["deleted"]:
         notice = "Meanwhile there are other runs than were shown; nothing was deleted. Look again."
-        return _page(repository, participant, told, runs, notice, failed=True)
+        return _page(services, participant, told, notice, failed=True)
     runs.forget({str(run["run"]) for run in told["runs"]})
     count = len(told["runs"]) + sum(len(d["runs"]) for d in told.get("below", ()) if d["folder"] in below)
     notice = f"{count} run{'' if count == 1 else 's'} deleted{f' of {participant}' if participant else ''}."
     if told["begun"]:
         named = ", ".join(printable(str(n)) for n in told["begun"][:_MOST_NAMED])
         notice += f" Meanwhile there is another one, which stays: {named}. Delete again when it has ended."
-    return _page(repository, participant, told, runs, notice, failed=bool(told["begun"]))
+    return _page(services, participant, told, notice, failed=bool(told["begun"]))
 
 
 def _busy(runs: RunStore) -> list[str]:
     return [*runs.going(), *runs.writing()]
 
 
-def _page(
-    repository: WorkbookRepository,
-    participant: str,
-    told: Mapping[str, Any],
-    runs: RunStore,
-    notice: str,
-    *,
-    failed: bool,
-) -> DeletePage:
-    books = set(repository.names())
+def _page(services: Services, participant: str, told: Mapping[str, Any], notice: str, *, failed: bool) -> DeletePage:
+    books = set(services.repository.names())
     done = bool(told.get("deleted"))
     names = [str(run["run"]) for run in told["runs"]]
     below = told.get("below", ())
@@ -149,7 +134,7 @@ def _page(
     gone = [told, *(d for d in below if d["folder"] in ticked)] if done else [told]
     return DeletePage(
         participant=participant, word=participant or "delete",
-        lines=() if done else tuple(line_of(f, books) for f in runs.facts(names)),
+        lines=() if done else tuple(line_of(f, books) for f in services.runs.facts(names)),
         shown=(*names, *(f"{d['folder']}/{run['run']}" for d in below for run in d["runs"])), what=_what(gone),
         wiped=tuple(name for d in gone for name in d["faces_wiped"]),
         stays=tuple(_stays(participant, told, [d for d in below if done and d not in gone])),

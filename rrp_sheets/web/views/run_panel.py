@@ -10,15 +10,15 @@ from werkzeug.exceptions import BadRequest
 
 from rrp_sheets.devices import robot_names
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.web.collab.workbook_session import OpenWorkbooks
 from rrp_sheets.web.models import show
-from rrp_sheets.web.requests import Asked, RoomOf, json_body, number_of, text_of, truth_of, workbook_or_404
+from rrp_sheets.web.requests import Asked, author_of, json_body, number_of, text_of, truth_of, workbook_or_404
 from rrp_sheets.web.robotmodel import face_picture, robot_json
-from rrp_sheets.web.run.run_manager import RobotBusy, RunManager
+from rrp_sheets.web.run.run_manager import RobotBusy
 from rrp_sheets.web.run.run_session import FOREVER, RunOptions, RunSession
-from rrp_sheets.web.security import clean_name, visitor
+from rrp_sheets.web.services import services
 from rrp_sheets.web.views.sheet import run_page
-from rrp_sheets.web.workbook_repository import WorkbookRepository
+
+blueprint = Blueprint("run_panel", __name__)
 
 SPEEDS = (0.0, 0.5, 1.0, 2.0, 4.0)
 NOTE = 500  # letters of a note
@@ -29,104 +29,105 @@ MODES = ("simulated", "pilot")
 _SOUND = re.compile(r"(say|sound|person)-\d{3,6}\.wav")
 
 
-def make_live(repository: WorkbookRepository, open_workbooks: OpenWorkbooks, run_manager: RunManager) -> Blueprint:
-    """Make the blueprint with the routes of the run panel."""
-    pages = Blueprint("live", __name__)
+@blueprint.post("/book/<name>/run/stop")
+def stop(name: str) -> tuple[Response, int]:
+    """Stop the run, of whichever workbook it is; the workbook is not opened, as that may take long."""
+    if not services().repository.has(name):
+        abort(404)
+    by, session = _by(json_body()), services().run_manager.session
+    if session is None:
+        return jsonify({"message": "No run is going."}), 409
+    if session.is_going:  # else it has ended while Stop was pressed: nothing is wrong
+        session.stop(by)
+    return jsonify({}), 200
 
-    _add_stop(pages, repository, run_manager)
-    _add_panel(pages, workbook_or_404(repository, open_workbooks), run_manager)
-    _add_views(pages, run_manager)
-    return pages
+
+@blueprint.get("/book/<name>/run")
+@blueprint.get("/book/<name>/run/<sheet>")
+def panel(name: str, sheet: str = "") -> str:
+    """Show a sheet in the run panel; without a sheet, the first behaviour."""
+    room = workbook_or_404(name)
+    room.poll()
+    sheet = room.document.current(sheet)
+    if sheet and sheet not in room.document.grids:
+        abort(404)
+    return show(run_page(room, name, sheet))
 
 
-def _add_stop(pages: Blueprint, repository: WorkbookRepository, run_manager: RunManager) -> None:
-    @pages.post("/book/<name>/run/stop")
-    def stop(name: str) -> tuple[Response, int]:
-        """Stop the run, of whichever workbook it is; the workbook is not opened, as that may take long."""
-        if not repository.has(name):
-            abort(404)
-        by, session = _by(json_body()), run_manager.session
-        if session is None:
-            return jsonify({"message": "No run is going."}), 409
-        if session.is_going:  # else it has ended while Stop was pressed: nothing is wrong
-            session.stop(by)
+@blueprint.post("/book/<name>/run/start")
+def start(name: str) -> tuple[Response, int]:
+    """Start a run."""
+    room = workbook_or_404(name)
+    try:
+        services().run_manager.start(room, name, _wish(json_body()))
+    except RobotBusy as taken:
+        where = url_for("run_panel.panel", name=taken.book)
+        return jsonify({"message": f"{taken.message} {taken.remedy}", "book": taken.book, "where": where}), 409
+    except SheetsError as error:
+        return jsonify({"message": f"{error.message} {error.remedy}".strip()}), 409
+    return jsonify({"where": url_for("run_panel.panel", name=name)}), 200
+
+
+@blueprint.post("/book/<name>/run/<action>")
+def act(name: str, action: str) -> tuple[Response, int]:
+    """Act on the run of a workbook."""
+    room, sent, run_manager = workbook_or_404(name), json_body(), services().run_manager
+    if action not in (*_ACTIONS, "clear"):
+        abort(404)
+    if action == "clear":
+        run_manager.clear(room)
         return jsonify({}), 200
+    session = run_manager.session
+    if session is None or session.room is not room or not session.is_going:
+        return jsonify({"message": "No run of this workbook is going."}), 409
+    _ACTIONS[action](session, _by(sent), sent)
+    return jsonify({}), 200
 
 
-def _add_panel(pages: Blueprint, room_of: RoomOf, run_manager: RunManager) -> None:
-    @pages.get("/book/<name>/run")
-    @pages.get("/book/<name>/run/<sheet>")
-    def panel(name: str, sheet: str = "") -> str:
-        room = room_of(name)
-        room.poll()
-        sheet = room.document.current(sheet)
-        if sheet and sheet not in room.document.grids:
-            abort(404)
-        return show(run_page(room, name, sheet))
-
-    @pages.post("/book/<name>/run/start")
-    def start(name: str) -> tuple[Response, int]:
-        room = room_of(name)
-        try:
-            run_manager.start(room, name, _wish(json_body()))
-        except RobotBusy as taken:
-            where = url_for("live.panel", name=taken.book)
-            return jsonify({"message": f"{taken.message} {taken.remedy}", "book": taken.book, "where": where}), 409
-        except SheetsError as error:
-            return jsonify({"message": f"{error.message} {error.remedy}".strip()}), 409
-        return jsonify({"where": url_for("live.panel", name=name)}), 200
-
-    @pages.post("/book/<name>/run/<action>")
-    def act(name: str, action: str) -> tuple[Response, int]:
-        room, sent = room_of(name), json_body()
-        if action not in (*_ACTIONS, "clear"):
-            abort(404)
-        if action == "clear":
-            run_manager.clear(room)
-            return jsonify({}), 200
-        session = run_manager.session
-        if session is None or session.room is not room or not session.is_going:
-            return jsonify({"message": "No run of this workbook is going."}), 409
-        _ACTIONS[action](session, _by(sent), sent)
-        return jsonify({}), 200
+@blueprint.get("/run/now")
+def now() -> Response:
+    """Send the summary of the current run."""
+    return jsonify(services().run_manager.now())
 
 
-def _add_views(pages: Blueprint, run_manager: RunManager) -> None:
-    @pages.get("/run/now")
-    def now() -> Response:
-        return jsonify(run_manager.now())
+@blueprint.get("/run/eye.jpg")
+def eye() -> Response:
+    """Send the newest camera picture."""
+    session = services().run_manager.session
+    picture = session.eye() if session is not None and session.is_going else b""
+    return Response(picture, mimetype="image/jpeg") if picture else Response(status=204)
 
-    @pages.get("/run/eye.jpg")
-    def eye() -> Response:
-        picture = run_manager.session.eye() if run_manager.session is not None and run_manager.session.is_going else b""
-        return Response(picture, mimetype="image/jpeg") if picture else Response(status=204)
 
-    @pages.get("/run/sound/<file>")
-    def sound(file: str) -> Response:
-        session = run_manager.session
-        start = session.run_state.start if session is not None else None
-        if start is None or not _SOUND.fullmatch(file) or not (start.folder / file).is_file():
-            abort(404)
-        return send_file(start.folder / file, mimetype="audio/wav", conditional=True)
+@blueprint.get("/run/sound/<file>")
+def sound(file: str) -> Response:
+    """Send a sound of the current run, or of the last one."""
+    session = services().run_manager.session
+    start = session.run_state.start if session is not None else None
+    if start is None or not _SOUND.fullmatch(file) or not (start.folder / file).is_file():
+        abort(404)
+    return send_file(start.folder / file, mimetype="audio/wav", conditional=True)
 
-    @pages.get("/robot/model.json")
-    def model() -> Response:
-        name = request.args.get("robot", "nao")
-        text = robot_json(name if name in robot_names() else "nao")
-        return Response(text, mimetype="application/json", headers={"Cache-Control": "max-age=3600"})
 
-    @pages.get("/robot/face/<int:number>.png")
-    def face(number: int) -> Response:
-        """Return a drawn face, for the heads of people in the 3D view."""
-        picture = face_picture(number)
-        if not picture:
-            abort(404)
-        return Response(picture, mimetype="image/png", headers={"Cache-Control": "max-age=3600"})
+@blueprint.get("/robot/model.json")
+def model() -> Response:
+    """Send the model of a robot, for the 3D view."""
+    name = request.args.get("robot", "nao")
+    text = robot_json(name if name in robot_names() else "nao")
+    return Response(text, mimetype="application/json", headers={"Cache-Control": "max-age=3600"})
+
+
+@blueprint.get("/robot/face/<int:number>.png")
+def face(number: int) -> Response:
+    """Send a drawn face, for the heads of people in the 3D view."""
+    picture = face_picture(number)
+    if not picture:
+        abort(404)
+    return Response(picture, mimetype="image/png", headers={"Cache-Control": "max-age=3600"})
 
 
 def _by(sent: Asked) -> str:
     """Return the user's name: with a password the one given at login, else the one on the page."""
-    return visitor().name or clean_name(text_of(sent, "name")) or SOMEBODY
+    return author_of(sent, SOMEBODY)
 
 
 def _wish(sent: Asked) -> RunOptions:

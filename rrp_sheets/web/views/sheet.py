@@ -26,17 +26,19 @@ from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.render.diagram import draw_diagram
 from rrp_sheets.render.sentences import explain
 from rrp_sheets.render.svg import frame, text
+from rrp_sheets.web import completions
 from rrp_sheets.web.analysis import Analysis, no_analysis
 from rrp_sheets.web.collab.broadcaster import stream
-from rrp_sheets.web.collab.workbook_session import OpenWorkbooks, WorkbookSession
-from rrp_sheets.web.completions import in_browser, vocabulary
+from rrp_sheets.web.collab.workbook_session import WorkbookSession
+from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import GridPage, MessagePage, Panels, Problem, counts, show, words_of
-from rrp_sheets.web.requests import Asked, RoomOf, json_body, text_of, workbook_or_404
+from rrp_sheets.web.requests import Asked, json_body, sender_of, sheet_or_404, text_of, workbook_or_404
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.security import clean_name, visitor
+from rrp_sheets.web.services import services
 from rrp_sheets.web.testing.panel import panel_of
 from rrp_sheets.web.views.tabs import sheet_tabs
-from rrp_sheets.web.workbook_repository import CheckedWorkbook, WorkbookRepository, printable
+from rrp_sheets.web.workbook_repository import CheckedWorkbook, printable
 
 MOST_CELLS = 50_000
 MOST_NEW_ROWS = 5_000
@@ -47,111 +49,105 @@ _ROW_ID = re.compile(r"w[0-9a-f]{4,32}-[0-9]{1,9}", re.ASCII)
 _COLUMN = re.compile(r"[0-9]{1,5}", re.ASCII)
 PIECE = 1_000  # rows that are sent at once
 
-
-def make_editing(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Blueprint:
-    """Make the blueprint with the routes of the grid."""
-    pages = Blueprint("editing", __name__)
-
-    room_of = workbook_or_404(repository, open_workbooks)
-    _add_pages(pages, room_of)
-    _add_events(pages, room_of, open_workbooks)
-    _add_edits(pages, room_of)
-    return pages
+blueprint = Blueprint("sheet", __name__)
 
 
-def _add_pages(pages: Blueprint, room_of: RoomOf) -> None:
-    @pages.get("/book/<name>")
-    @pages.get("/book/<name>/sheet/<sheet>")
-    def book(name: str, sheet: str = "") -> str | BaseResponse | tuple[str, int]:
-        room = room_of(name)
-        room.poll()
-        now = room.document.current(sheet)
-        if now != sheet:  # it was renamed
-            return redirect(url_for("editing.book", name=name, sheet=now))
-        if sheet and sheet not in room.document.grids and sheet not in room.document.own:
-            return show(_no_sheet(name, sheet)), 404
-        return show(grid_page(room, name, sheet))
-
-    @pages.get("/book/<name>/panels/<sheet>")
-    def beside(name: str, sheet: str) -> str:
-        room = room_of(name)
-        sheet = room.document.current(sheet)
-        if sheet not in room.document.grids and sheet not in room.document.own:
-            abort(404)
-        return show(panels(room, name, sheet))
-
-    @pages.get("/book/<name>/rows/<sheet>/<int:first>")
-    def more(name: str, sheet: str, first: int) -> str:
-        room = room_of(name)
-        sheet = room.document.current(sheet)
-        if sheet not in room.document.grids:
-            abort(404)
-        grid, after = room.document.grids[sheet], request.args.get("after", "")
-        if grid.knows(after):  # the last row that the page has, which may stand elsewhere now, or be gone
-            first = grid.place(after) + grid.has(after)
-        return str(room.maker(sheet).rows(first, PIECE))
-
-    @pages.get("/book/<name>/vocabulary")
-    def words(name: str) -> Response:
-        text, digest = room_of(name).words()
-        return Response(text, mimetype="application/json", headers={"ETag": f'"{digest}"'})
+@blueprint.get("/book/<name>")
+@blueprint.get("/book/<name>/sheet/<sheet>")
+def page(name: str, sheet: str = "") -> str | BaseResponse | tuple[str, int]:
+    """Show a sheet in the grid; without a sheet, the first behaviour."""
+    room = workbook_or_404(name)
+    room.poll()
+    now = room.document.current(sheet)
+    if now != sheet:  # it was renamed
+        return redirect(url_for("sheet.page", name=name, sheet=now))
+    if sheet and sheet not in room.document.grids and sheet not in room.document.own:
+        return show(_no_sheet(name, sheet)), 404
+    return show(grid_page(room, name, sheet))
 
 
-def _add_events(pages: Blueprint, room_of: RoomOf, open_workbooks: OpenWorkbooks) -> None:
-    @pages.get("/book/<name>/events")
-    def events(name: str) -> Response:
-        room = room_of(name)
-        person = visitor()
-        client = request.args.get("client", "")[:40]
-        if request.method == "HEAD" or not room.is_of(client, person.key):  # HEAD: nobody would listen, nor leave
-            abort(405 if request.method == "HEAD" else 403)
-        back = request.headers.get("Last-Event-ID", "")  # it had a stream already
-        join = partial(
-            room.join,
-            client,
-            person.name or clean_name(request.args.get("name", "")) or "Somebody",
-            knows=bool(back) or request.args.get("knows") != "no",
-            had=back or request.args.get("had", ""),
-            person=person.key,
-        )
-        listener = open_workbooks.listen(room, client, person.key, join)
-        if isinstance(listener, str):
-            return Response(listener, 503, {"Retry-After": "5"}, mimetype="text/plain")
-        answer = Response(
-            stream_with_context(stream(listener, room.about_run, room.leave)), mimetype="text/event-stream"
-        )
-        answer.headers["X-Accel-Buffering"] = "no"
-        return answer
+@blueprint.get("/book/<name>/panels/<sheet>")
+def beside(name: str, sheet: str) -> str:
+    """Show the panels beside and below the grid."""
+    room = workbook_or_404(name)
+    return show(panels(room, name, sheet_or_404(room.document, sheet)))
 
 
-def _add_edits(pages: Blueprint, room_of: RoomOf) -> None:
-    @pages.post(f"/book/<name>/<any({', '.join(_ACTIONS)}):action>")
-    def change(name: str, action: str) -> Response:
-        room, given = room_of(name), json_body()
-        client, tag, request_id = (text_of(given, name) for name in ("client", "tag", "request"))
-        author = visitor().name or clean_name(text_of(given, "name")) or client
-        if not room.is_of(client, visitor().key):  # nobody moves another's cursor, nor opens what another is editing
-            abort(403)
-        if action == "stand":
-            room.stand(client, author, _place(given))
-            return jsonify({})
-        if action == "part":
-            room.part(client)
-            return jsonify({})
-        if action == "test":
-            room.tests.soon(asked=True)
-            return jsonify({})
-        if action == "fix":
-            return jsonify(
-                room.change(
-                    client, author, tag, lambda document: make_fix(document, room.analysis(), author, given), request_id
-                )
-            )
-        if action in ("lock", "unlock"):
-            return jsonify(_seat(room, client, author, given, take=action == "lock"))
-        return jsonify(
-            room.change(client, author, tag, lambda document: _make(document, author, action, given), request_id)
-        )
+@blueprint.get("/book/<name>/rows/<sheet>/<int:first>")
+def rows(name: str, sheet: str, first: int) -> str:
+    """Send further rows of a sheet."""
+    room = workbook_or_404(name)
+    sheet = room.document.current(sheet)
+    if sheet not in room.document.grids:
+        abort(404)
+    grid, after = room.document.grids[sheet], request.args.get("after", "")
+    if grid.knows(after):  # the last row that the page has, which may stand elsewhere now, or be gone
+        first = grid.place(after) + grid.has(after)
+    return str(room.maker(sheet).rows(first, PIECE))
+
+
+@blueprint.get("/book/<name>/vocabulary")
+def vocabulary(name: str) -> Response:
+    """Send the words that are suggested."""
+    text, digest = workbook_or_404(name).words()
+    return Response(text, mimetype="application/json", headers={"ETag": f'"{digest}"'})
+
+
+@blueprint.get("/book/<name>/diagram/<int:number>.svg")
+def diagram(name: str, number: int) -> Response:
+    """Send the diagram of a behaviour."""
+    repository = services().repository
+    if not repository.has(name):
+        abort(404)
+    opened = repository.open(name)
+    behaviours = opened.look.graph.behaviours
+    if not 1 <= number <= len(behaviours):
+        abort(404)
+    return Response(picture(opened, behaviours[number - 1]), mimetype="image/svg+xml")
+
+
+@blueprint.get("/book/<name>/events")
+def events(name: str) -> Response:
+    """Open the event stream of a page."""
+    room = workbook_or_404(name)
+    person = visitor()
+    client = request.args.get("client", "")[:40]
+    if request.method == "HEAD" or not room.is_of(client, person.key):  # HEAD: nobody would listen, nor leave
+        abort(405 if request.method == "HEAD" else 403)
+    back = request.headers.get("Last-Event-ID", "")  # it had a stream already
+    join = partial(
+        room.join,
+        client,
+        person.name or clean_name(request.args.get("name", "")) or "Somebody",
+        knows=bool(back) or request.args.get("knows") != "no",
+        had=back or request.args.get("had", ""),
+        person=person.key,
+    )
+    listener = services().open_workbooks.listen(room, client, person.key, join)
+    if isinstance(listener, str):
+        return Response(listener, 503, {"Retry-After": "5"}, mimetype="text/plain")
+    answer = Response(stream_with_context(stream(listener, room.about_run, room.leave)), mimetype="text/event-stream")
+    answer.headers["X-Accel-Buffering"] = "no"
+    return answer
+
+
+@blueprint.post(f"/book/<name>/<any({', '.join(_ACTIONS)}):action>")
+def change(name: str, action: str) -> Response:
+    """Make an edit, or tell the others what the page's user is doing."""
+    room, given = workbook_or_404(name), json_body()
+    tag, request_id = text_of(given, "tag"), text_of(given, "request")
+    client, author = sender_of(room, given)
+    if action == "stand":
+        room.stand(client, author, _place(given))
+    elif action == "part":
+        room.part(client)
+    elif action == "test":
+        room.tests.soon(asked=True)
+    elif action in ("lock", "unlock"):
+        return jsonify(_seat(room, client, author, given, take=action == "lock"))
+    else:
+        return jsonify(room.change(client, author, tag, partial(_make, room, author, action, given), request_id))
+    return jsonify({})
 
 
 def _no_sheet(book: str, sheet: str) -> MessagePage:
@@ -159,7 +155,9 @@ def _no_sheet(book: str, sheet: str) -> MessagePage:
     return MessagePage("There is no such sheet", message, "Look at the workbook’s other sheets.", book=book)
 
 
-def _make(document: Document, author: str, action: str, given: Asked) -> Changed | None:
+def _make(room: WorkbookSession, author: str, action: str, given: Asked, document: Document) -> Changed | None:
+    if action == "fix":
+        return make_fix(document, room.analysis(), author, given)
     if action in ("undo", "redo"):
         changed = document.undo(author, again=action == "redo")
         if changed is None:
@@ -312,7 +310,7 @@ def grid_page(room: WorkbookSession, name: str, sheet: str) -> GridPage:
         rows=rows,
         count=len(grids[sheet].rows) if sheet else 0,
         strip=sheet_tabs(room.document, name, sheet),
-        vocabulary=_json(vocabulary(no_analysis())),
+        vocabulary=_json(completions.vocabulary(no_analysis())),
         panels=beside,
         read_only=room.document.why,
         hindered=hindrance(room.document.path),

@@ -4,66 +4,53 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from flask import Blueprint, Response, abort, jsonify, request
+from flask import Blueprint, Response, jsonify, request
 
 from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.sheet_edits import proposed_name
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.web.collab.workbook_session import OpenWorkbooks, WorkbookSession
+from rrp_sheets.web.collab.workbook_session import WorkbookSession
 from rrp_sheets.web.models import Addable, SheetTabs, Tab, show
-from rrp_sheets.web.requests import Asked, json_body, number_of, text_of, workbook_or_404
-from rrp_sheets.web.security import clean_name, visitor
-from rrp_sheets.web.workbook_repository import WorkbookRepository
+from rrp_sheets.web.requests import Asked, json_body, number_of, sender_of, sheet_or_404, text_of, workbook_or_404
 from rrp_sheets.workbook.template import SINGLE, TITLES
 
+blueprint = Blueprint("tabs", __name__)
 MOST_NAMED = 12  # places that are told before a sheet is deleted
 _COLUMNS = 2_000  # letters of a new table's columns
 
 
-def make_sheeting(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Blueprint:
-    """Make the blueprint with the routes of the tabs."""
-    pages = Blueprint("sheeting", __name__)
-
-    room_of = workbook_or_404(repository, open_workbooks)
-
-    @pages.get("/book/<name>/tabs/<sheet>")
-    def tabs(name: str, sheet: str) -> str:
-        document = room_of(name).document
-        sheet = _known(document, sheet)
-        return show(sheet_tabs(document, name, sheet, live=request.args.get("live") == "yes"))
-
-    @pages.get("/book/<name>/sheets/about/<sheet>")
-    def about(name: str, sheet: str) -> Response:
-        document = room_of(name).document
-        sheet = _known(document, sheet)
-        try:
-            named = document.sheets.naming(sheet)
-        except SheetsError as error:
-            return jsonify({"message": f"{error.message} {error.remedy}".strip()})
-        grid = document.grids.get(sheet)
-        rows = sum(bool(grid.texts[row]) for row in list(grid.rows)) if grid is not None else None
-        more = len(named) - MOST_NAMED
-        return jsonify({"naming": named[:MOST_NAMED], "more": max(0, more), "rows": rows})
-
-    @pages.post("/book/<name>/sheets/<any(add, rename, move, duplicate, delete):action>")
-    def change(name: str, action: str) -> Response:
-        room, given = room_of(name), json_body()
-        client, tag = text_of(given, "client"), text_of(given, "tag")
-        author = visitor().name or clean_name(text_of(given, "name")) or client
-        if not room.is_of(client, visitor().key):
-            abort(403)
-        make = _ACTIONS[action]
-        return jsonify(room.change(client, author, tag, lambda document: make(room, document, author, given)))
-
-    return pages
+@blueprint.get("/book/<name>/tabs/<sheet>")
+def tabs(name: str, sheet: str) -> str:
+    """Show the tabs below a sheet."""
+    document = workbook_or_404(name).document
+    sheet = sheet_or_404(document, sheet)
+    return show(sheet_tabs(document, name, sheet, live=request.args.get("live") == "yes"))
 
 
-def _known(document: Document, sheet: str) -> str:
-    """Return the present name of a sheet that a page names; 404 when there is none."""
-    sheet = document.current(sheet)
-    if sheet not in document.grids and sheet not in document.own:
-        abort(404)
-    return sheet
+@blueprint.get("/book/<name>/sheets/about/<sheet>")
+def about(name: str, sheet: str) -> Response:
+    """Tell what would be lost with a sheet: its rows, and the places that name it."""
+    document = workbook_or_404(name).document
+    sheet = sheet_or_404(document, sheet)
+    try:
+        named = document.sheets.naming(sheet)
+    except SheetsError as error:
+        return jsonify({"message": f"{error.message} {error.remedy}".strip()})
+    grid = document.grids.get(sheet)
+    rows = sum(bool(grid.texts[row]) for row in list(grid.rows)) if grid is not None else None
+    more = len(named) - MOST_NAMED
+    return jsonify({"naming": named[:MOST_NAMED], "more": max(0, more), "rows": rows})
+
+
+@blueprint.post("/book/<name>/sheets/<any(add, rename, move, duplicate, delete):action>")
+def change(name: str, action: str) -> Response:
+    """Change the sheets of a workbook."""
+    room, given = workbook_or_404(name), json_body()
+    client, author = sender_of(room, given)
+    make = _ACTIONS[action]
+    return jsonify(
+        room.change(client, author, text_of(given, "tag"), lambda document: make(room, document, author, given))
+    )
 
 
 def _of(document: Document, given: Asked) -> str:

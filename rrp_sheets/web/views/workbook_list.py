@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from functools import cache
 from pathlib import Path
 
@@ -22,9 +22,9 @@ from rrp_sheets.runs.bundle.form import is_device
 from rrp_sheets.runs.bundle.unpacking import Bundle, catalogue_note, is_zip, unpack
 from rrp_sheets.runs.records.listing import runs_place
 from rrp_sheets.runs.records.metadata import RunMetadata
-from rrp_sheets.web.collab.workbook_session import OpenWorkbooks
 from rrp_sheets.web.models import Card, LastRun, ShelfPage, Unreadable, counts, plural, show
 from rrp_sheets.web.runs.run_store import RunStore, line_of, when
+from rrp_sheets.web.services import Services, services
 from rrp_sheets.web.workbook_repository import (
     MOST_FILES,
     SUFFIXES,
@@ -37,6 +37,7 @@ from rrp_sheets.web.workbook_repository import (
 from rrp_sheets.workbook.atomic import write_atomically
 from rrp_sheets.workbook.limits import FILE_BYTES
 
+blueprint = Blueprint("workbooks", __name__)
 SORTS = ("recent", "name", "run")
 ARCHIVE = "archive"
 _MADE = (
@@ -156,50 +157,24 @@ _LONGEST = 100
 _MOST_UPLOADS = 20  # files at once
 
 
-def make_shelving(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Blueprint:
-    """Make the blueprint with the routes of the shelf."""
-    pages = Blueprint("shelving", __name__)
-    actions = {
-        "new": _new, "copy": _copy, "rename": _rename, "archive": _archive, "unarchive": _unarchive, "upload": _upload,
-        "tutorial": _tutorial,
-    }  # fmt: skip
-
-    @pages.post("/shelf/<any(new, copy, rename, archive, unarchive, upload, tutorial):action>")
-    def act(action: str) -> Response:
-        sort = request.args.get("sort", "")
-        try:
-            notice, made = actions[action](repository, open_workbooks)
-        except SheetsError as error:
-            notice = f"{error.message} {error.remedy}".strip()
-            return Response(show(shelf_page(repository, notice, failed=True, sort=sort)))
-        answer = Response(show(shelf_page(repository, notice, sort=sort, made=made)))
-        if action in ("new", "tutorial"):  # one wants to write in it now
-            answer.headers["HX-Redirect"] = url_for("editing.book", name=made)
-        return answer
-
-    @pages.get("/book/<name>/file")
-    def download(name: str) -> Response:
-        return send_file(repository.path(name).absolute(), as_attachment=True, download_name=name)
-
-    return pages
-
-
 Done = tuple[str, str]
 """Result of an action in words, and the file that exists now; empty for none."""
 
 
-def _new(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Done:
+def _new(services: Services) -> Done:
+    repository = services.repository
     path = _free(repository, _name(request.form.get("name", "")))
     api.new(path, template=request.form.get("template", "guided"))
     return f"Made {path.name}.", path.name
 
 
-def _tutorial(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Done:
-    path = begin(repository.folder)
+def _tutorial(services: Services) -> Done:
+    path = begin(services.repository.folder)
     return f"Made {path.name}.", path.name
 
 
-def _copy(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Done:
+def _copy(services: Services) -> Done:
+    repository = services.repository
     source = repository.path(request.form.get("book", ""))
     target = _numbered(source)
     if not source.is_file():  # of a pipe the end would be waited for
@@ -208,28 +183,31 @@ def _copy(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Done
     return f"Made {target.name}.", target.name
 
 
-def _rename(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Done:
+def _rename(services: Services) -> Done:
+    repository = services.repository
     source = repository.path(request.form.get("book", ""))
     target = _free(repository, _name(request.form.get("name", ""), source.suffix))
-    with open_workbooks.without(source.name):
+    with services.open_workbooks.without(source.name):
         source.rename(target)
-        open_workbooks.renamed(source.name, target.name)
+        services.open_workbooks.renamed(source.name, target.name)
     return f"{source.name} is now {target.name}.", target.name
 
 
-def _archive(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Done:
+def _archive(services: Services) -> Done:
+    repository = services.repository
     source = repository.path(request.form.get("book", ""))
     folder = repository.folder / ARCHIVE
     folder.mkdir(exist_ok=True)
     target = folder / source.name
     if target.exists():
         target = _numbered(target)
-    with open_workbooks.without(source.name):
+    with services.open_workbooks.without(source.name):
         shutil.move(source, target)
     return f"{source.name} is in the folder {ARCHIVE} now.", ""
 
 
-def _unarchive(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Done:
+def _unarchive(services: Services) -> Done:
+    repository = services.repository
     name = request.form.get("book", "")
     source = repository.folder / ARCHIVE / name
     if name not in archived(repository) or source.is_symlink():
@@ -241,7 +219,8 @@ def _unarchive(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) ->
     return f"{target.name} is back on the shelf.", target.name
 
 
-def _upload(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Done:
+def _upload(services: Services) -> Done:
+    repository = services.repository
     files = [f for f in request.files.getlist("file") if f.filename]
     if not files:
         raise SheetsError("No file was chosen.", "Choose an .xlsx file, or a bundle (.zip).")
@@ -262,6 +241,39 @@ def _upload(repository: WorkbookRepository, open_workbooks: OpenWorkbooks) -> Do
     verb = "is" if len(stored) == 1 else "are"
     told = " ".join([f"{' and '.join(stored)} {verb} on the shelf.", *notes]).strip()
     return told, stored[0] if len(stored) == 1 else ""
+
+
+_ACTIONS: dict[str, Callable[[Services], Done]] = {
+    "new": _new, "copy": _copy, "rename": _rename, "archive": _archive, "unarchive": _unarchive, "upload": _upload,
+    "tutorial": _tutorial,
+}  # fmt: skip
+
+
+@blueprint.get("/")
+def shelf() -> str:
+    """Show the shelf."""
+    return show(shelf_page(services().repository, sort=request.args.get("sort", "")))
+
+
+@blueprint.post(f"/shelf/<any({', '.join(_ACTIONS)}):action>")
+def act(action: str) -> Response:
+    """Create, copy, rename, archive or upload workbooks, and show the shelf with the result."""
+    repository, sort = services().repository, request.args.get("sort", "")
+    try:
+        notice, made = _ACTIONS[action](services())
+    except SheetsError as error:
+        notice = f"{error.message} {error.remedy}".strip()
+        return Response(show(shelf_page(repository, notice, failed=True, sort=sort)))
+    answer = Response(show(shelf_page(repository, notice, sort=sort, made=made)))
+    if action in ("new", "tutorial"):  # one wants to write in it now
+        answer.headers["HX-Redirect"] = url_for("sheet.page", name=made)
+    return answer
+
+
+@blueprint.get("/book/<name>/file")
+def download(name: str) -> Response:
+    """Send a workbook's file."""
+    return send_file(services().repository.path(name).absolute(), as_attachment=True, download_name=name)
 
 
 def _store(repository: WorkbookRepository, name: str, data: bytes) -> str:

@@ -1,0 +1,102 @@
+"""Replays of recorded runs that pages wait for; they run one at a time."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.runs.replay.apart import Stopped, replay_apart
+
+ASKED_WITHIN = 20.0  # s: a page that waits asks every half second
+_KEPT = 8  # accounts
+_MOST = 4  # that wait or go on: a page more is told to come later
+_Other = Callable[[ExitStack], "Path | None"]
+
+
+@dataclass
+class ReplayJob:
+    """Replay that is going on, or is over.
+
+    Attributes:
+        part: the progress, from 0 to 1.
+        account: the result, when it is over.
+        trouble: why there is no account, in words.
+        asked: the time of the last request of a page.
+        done: set when it is over.
+    """
+
+    part: float = 0.0
+    account: dict[str, Any] | None = None
+    trouble: str = ""
+    asked: float = field(default_factory=time.monotonic)
+    done: threading.Event = field(default_factory=threading.Event)
+
+    @property
+    def over(self) -> bool:
+        """True when the replay has ended, with a result or not."""
+        return self.done.is_set()
+
+
+class Replays:
+    """Replay jobs by record and workbook; they run one at a time."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._turn = threading.Lock()
+        self._jobs: OrderedDict[Hashable, ReplayJob] = OrderedDict()
+
+    def job(self, name: Hashable, place: Path, other: _Other) -> ReplayJob:
+        """Return the replay of that name; the first request starts it.
+
+        Args:
+            name: the same for the same record and the same workbook.
+            place: the run's folder.
+            other: returns the workbook's file, or None for the one that ran; the stack is closed at the end.
+
+        Raises:
+            SheetsError: when too many go on already.
+        """
+        with self._lock:
+            found = self._jobs.get(name)
+            if found is not None and not isinstance(found.trouble, _GivenUp):
+                found.asked = time.monotonic()
+                return found
+            if sum(not job.over for job in self._jobs.values()) >= _MOST:
+                raise SheetsError("Other replays are going on.", "Try it again in a minute.")
+            job = self._jobs[name] = ReplayJob()
+            for old in [n for n, j in self._jobs.items() if j.over][: max(0, len(self._jobs) - _KEPT)]:
+                del self._jobs[old]
+        threading.Thread(target=self._work, args=(job, place, other), name="replay", daemon=True).start()
+        return job
+
+    def _work(self, job: ReplayJob, place: Path, other: _Other) -> None:
+        def told(part: float) -> None:
+            job.part = part
+
+        def stopped() -> bool:
+            return time.monotonic() - job.asked > ASKED_WITHIN
+
+        try:
+            with self._turn, ExitStack() as stack:
+                account = replay_apart(place, other(stack), told, stopped)
+        except Stopped as error:
+            job.trouble = _GivenUp(f"{error.message} {error.remedy}")
+        except SheetsError as error:
+            job.trouble = f"{error.message} {error.remedy}".strip()
+        except OSError as error:
+            job.trouble = f"It cannot be read ({error.strerror})."
+        else:
+            job.account = account
+        finally:
+            job.done.set()
+
+
+class _GivenUp(str):
+    """Message of a replay that no page waited for any more; the next request starts it anew."""

@@ -1,0 +1,62 @@
+"""Services of an application, which its views share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from flask import current_app
+
+from rrp_sheets.runs.records.export_child import PROGRAM
+from rrp_sheets.runs.records.query_worker import QueryWorker
+from rrp_sheets.runs.worker_process import CheckWorker
+from rrp_sheets.web.collab.workbook_session import OpenWorkbooks
+from rrp_sheets.web.run.run_manager import RunManager
+from rrp_sheets.web.runs.protocol_printer import Packer, ProtocolPrinter
+from rrp_sheets.web.runs.replay_jobs import Replays
+from rrp_sheets.web.runs.run_store import RunStore
+from rrp_sheets.web.workbook_repository import WorkbookRepository
+
+EXPORT_SECONDS = 150.0  # a table of a long run takes its time
+
+
+@dataclass(frozen=True)
+class Services:
+    """Services of one application; `app.extensions["services"]`, in a view `services()`.
+
+    Attributes:
+        queries: reads recordings for their pages.
+        lookback: does so for looking back, where the slider must not wait for other drawings.
+        drawer: draws comparisons, for which no other page waits.
+        exporter: makes tables and pictures of recordings, and deletes recordings.
+    """
+
+    repository: WorkbookRepository
+    open_workbooks: OpenWorkbooks
+    run_manager: RunManager
+    runs: RunStore
+    queries: QueryWorker
+    lookback: QueryWorker
+    drawer: QueryWorker
+    exporter: QueryWorker
+    printer: ProtocolPrinter
+    packer: Packer
+    replays: Replays
+
+
+def make_services(folder: Path, worker: CheckWorker) -> Services:
+    """Make the services for the workbooks of a folder, which `worker` checks."""
+    open_workbooks = OpenWorkbooks(folder, worker)
+    run_manager = RunManager(open_workbooks)
+    return Services(
+        WorkbookRepository(folder, worker), open_workbooks, run_manager,
+        RunStore(folder, run_manager.going, run_manager.writing, run_manager.forget),
+        QueryWorker(), QueryWorker(), QueryWorker(), QueryWorker(EXPORT_SECONDS, PROGRAM), ProtocolPrinter(), Packer(),
+        Replays(),
+    )  # fmt: skip
+
+
+def services() -> Services:
+    """Return the services of the application that answers the request."""
+    found: Services = current_app.extensions["services"]
+    return found
