@@ -40,7 +40,7 @@ def open_workbooks(book: Path, tmp_path: Path) -> Iterator[OpenWorkbooks]:
 
 def test_no_run_begins_of_a_workbook_whose_file_has_another_name_by_then(open_workbooks: OpenWorkbooks) -> None:
     path = open_workbooks.folder / "b.xlsx"
-    run_manager, room = RunManager(open_workbooks), open_workbooks.room(path)
+    run_manager, session = RunManager(open_workbooks), open_workbooks.session(path)
     renaming, goes_on = threading.Event(), threading.Event()
 
     def rename() -> None:
@@ -53,7 +53,7 @@ def test_no_run_begins_of_a_workbook_whose_file_has_another_name_by_then(open_wo
 
     def start() -> None:
         try:
-            run_manager.start(room, path.name, RunOptions("Aya"))
+            run_manager.start(session, path.name, RunOptions("Aya"))
         except SheetsError as error:
             told.append(error.message)
 
@@ -66,7 +66,7 @@ def test_no_run_begins_of_a_workbook_whose_file_has_another_name_by_then(open_wo
     goes_on.set()
     for thread in threads:
         thread.join(20)
-    assert told == ["This workbook was renamed or moved meanwhile."] and run_manager.session is None
+    assert told == ["This workbook was renamed or moved meanwhile."] and run_manager.run is None
 
 
 def test_nobody_opens_a_workbook_while_its_file_goes_away(open_workbooks: OpenWorkbooks) -> None:
@@ -75,7 +75,7 @@ def test_nobody_opens_a_workbook_while_its_file_goes_away(open_workbooks: OpenWo
 
     def come() -> None:
         with pytest.raises(SheetsError):
-            open_workbooks.room(path)
+            open_workbooks.session(path)
         opened.set()
 
     with open_workbooks.without(path.name):
@@ -89,11 +89,11 @@ def test_nobody_opens_a_workbook_while_its_file_goes_away(open_workbooks: OpenWo
 
 def test_a_rename_that_fails_leaves_the_workbook_usable(open_workbooks: OpenWorkbooks) -> None:
     path = open_workbooks.folder / "b.xlsx"
-    page = open_workbooks.room(path).join("a", "Aya")
+    page = open_workbooks.session(path).join("a", "Aya")
     with pytest.raises(OSError, match="there is such a file"), open_workbooks.without(path.name):
         raise OSError("there is such a file")
     assert "event: reload" in page.take(str)
-    assert "T" in open_workbooks.room(path).document.grids
+    assert "T" in open_workbooks.session(path).document.grids
 
 
 @pytest.mark.parametrize("end", ["closed", "forgotten"])
@@ -110,8 +110,8 @@ def test_what_looks_after_the_files_ends(end: str, tmp_path: Path, monkeypatch: 
     assert not thread.is_alive()
 
 
-def first_cell(room: WorkbookSession) -> Place:
-    return "T", room.document.grids["T"].rows[0], 5
+def first_cell(session: WorkbookSession) -> Place:
+    return "T", session.document.grids["T"].rows[0], 5
 
 
 def free_cells_told(listener: EventStream) -> list[str]:
@@ -123,28 +123,28 @@ def free_cells_told(listener: EventStream) -> list[str]:
 def test_a_page_keeps_its_cell_when_its_older_stream_ends_before_the_new_one_has_begun(
     open_workbooks: OpenWorkbooks,
 ) -> None:
-    room = open_workbooks.room(open_workbooks.folder / "b.xlsx")
-    older = room.join("mine.1", "Aya")
-    assert not room.take("mine.1", "Aya", first_cell(room))
-    room.end_streams("mine.1")
-    room.leave(older)  # its thread notices the end
-    newer = room.join("mine.1", "Aya")
-    assert room.take("other.1", "Ben", first_cell(room)) == "Aya"
-    room.leave(newer)
-    assert not room.take("other.1", "Ben", first_cell(room))
+    session = open_workbooks.session(open_workbooks.folder / "b.xlsx")
+    older = session.join("mine.1", "Aya")
+    assert not session.take("mine.1", "Aya", first_cell(session))
+    session.end_streams("mine.1")
+    session.leave(older)  # its thread notices the end
+    newer = session.join("mine.1", "Aya")
+    assert session.take("other.1", "Ben", first_cell(session)) == "Aya"
+    session.leave(newer)
+    assert not session.take("other.1", "Ben", first_cell(session))
 
 
 def test_others_are_told_that_a_cell_is_free_which_was_left_open_for_long(
     open_workbooks: OpenWorkbooks, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    room = open_workbooks.room(open_workbooks.folder / "b.xlsx")
-    room.join("mine.1", "Aya")
-    other = room.join("other.1", "Ben")
-    room.take("mine.1", "Aya", first_cell(room))
-    room.poll()
+    session = open_workbooks.session(open_workbooks.folder / "b.xlsx")
+    session.join("mine.1", "Aya")
+    other = session.join("other.1", "Ben")
+    session.take("mine.1", "Aya", first_cell(session))
+    session.poll()
     assert not free_cells_told(other)
     now = time.monotonic()
     monkeypatch.setattr(broadcaster.time, "monotonic", lambda: now + broadcaster.LOCK_SECONDS + 1)
-    room.poll()
-    assert free_cells_told(other) == [first_cell(room)[1]]
-    assert not room.take("other.1", "Ben", first_cell(room))
+    session.poll()
+    assert free_cells_told(other) == [first_cell(session)[1]]
+    assert not session.take("other.1", "Ben", first_cell(session))

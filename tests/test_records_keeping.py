@@ -185,16 +185,16 @@ def test_a_run_that_was_deleted_is_no_longer_what_the_run_panel_shows(tmp_path: 
         write_run(tmp_path, name, HEADER, EVENT, END)
     client = visit(tmp_path)
     run_manager = client.application.extensions["services"].run_manager
-    last = run_manager.session = SimpleNamespace(folder="1-a", room=None, is_going=False)
-    assert "1 run deleted" in send(client, run="2-b", typed="delete", shown="2-b").text and run_manager.session is last
-    assert "1 run deleted" in send(client, run="1-a", typed="delete", shown="1-a").text and run_manager.session is None
+    last = run_manager.run = SimpleNamespace(folder="1-a", session=None, is_going=False)
+    assert "1 run deleted" in send(client, run="2-b", typed="delete", shown="2-b").text and run_manager.run is last
+    assert "1 run deleted" in send(client, run="1-a", typed="delete", shown="1-a").text and run_manager.run is None
 
 
 def test_a_run_that_goes_on_is_not_deleted(tmp_path: Path) -> None:
     write_run(tmp_path, "1-a", HEADER, EVENT)
     client = visit(tmp_path)
     run_manager = client.application.extensions["services"].run_manager
-    run_manager.session = SimpleNamespace(folder="1-a", room=None, is_going=True)
+    run_manager.run = SimpleNamespace(folder="1-a", session=None, is_going=True)
     answer = send(client, participant="P-01", typed="P-01", shown="1-a")
     assert answer.status_code == 200 and "1-a goes on" in answer.text and "To the runs" in answer.text
     assert (tmp_path / "runs" / "1-a" / "trace.jsonl").is_file()

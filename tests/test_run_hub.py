@@ -258,7 +258,7 @@ def test_a_mistake_that_is_mended_before_its_check_has_ended_does_not_stay_unuse
     make_workbook({"T": [HEADER, *rows]}, tmp_path / "b.xlsx")
     worker = Held()
     open_workbooks = OpenWorkbooks(tmp_path, worker)
-    run_manager, room = RunManager(open_workbooks), open_workbooks.room(tmp_path / "b.xlsx")
+    run_manager, room = RunManager(open_workbooks), open_workbooks.session(tmp_path / "b.xlsx")
     page = room.join("a", "Aya")
     room.analysis()  # begins the first check
     hear(page, "checked")

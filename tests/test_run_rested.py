@@ -59,14 +59,14 @@ def test_at_rest_everything_is_recorded_and_the_files_come_after(tmp_path: Path)
 def test_the_next_run_is_not_disturbed_by_the_end_of_the_one_before(tmp_path: Path) -> None:
     make_workbook({"T": ROWS}, tmp_path / "b.xlsx")
     open_workbooks = OpenWorkbooks(tmp_path, CheckWorker())
-    run_manager, room = RunManager(open_workbooks), open_workbooks.room(tmp_path / "b.xlsx")
+    run_manager, room = RunManager(open_workbooks), open_workbooks.session(tmp_path / "b.xlsx")
     page = Ear(room.join("a", "Aya"))
     first = run_manager.start(room, "b.xlsx", RunOptions("Aya", speed=0))
     page.until('"phase":"running"')
     first.restart("Ben")
     heard = page.until('"phase":"ended"') + page.until('"phase":"running"')
     assert '"words":"Stopped by Ben at ' in heard and f'"folder":"{first.folder}"' in heard
-    second = run_manager.session
+    second = run_manager.run
     assert second is not None and second is not first and second.is_going and second.run_state.speed == 0
     until = time.monotonic() + 60
     while not (tmp_path / "runs" / first.folder / "diagram.svg").is_file():

@@ -20,7 +20,7 @@ from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.testing import results as module
 from rrp_sheets.web.testing import results as process
 from rrp_sheets.web.testing.panel import panel_of
-from rrp_sheets.web.testing.results import RoomTests, Tester
+from rrp_sheets.web.testing.results import Tester, WorkbookTests
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.maker import make_workbook
 
@@ -85,7 +85,7 @@ class Page:
         assert self.document.reading, ()
         self.news: list[str] = []
         self.told = threading.Semaphore(0)
-        self.tests = RoomTests(self.document, tester, self.tell, lambda: True)
+        self.tests = WorkbookTests(self.document, tester, self.tell, lambda: True)
 
     def tell(self, news: str) -> None:
         self.news.append(news)

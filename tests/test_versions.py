@@ -220,7 +220,7 @@ def test_formulas_are_not_evaluated_in_the_server(
 def _room(client: FlaskClient):  # type: ignore[no-untyped-def]
     """The session behind the pages, as the grid's routes have it."""
     services = client.application.extensions["services"]
-    return services.open_workbooks.room(services.repository.path("good.md"))
+    return services.open_workbooks.session(services.repository.path("good.md"))
 
 
 def told(listener) -> list[str]:  # type: ignore[no-untyped-def]

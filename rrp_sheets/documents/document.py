@@ -283,31 +283,31 @@ class Document:
         self._store(author, edits)
         return put_texts(author, grid, step.back)
 
-    def _fulfil(self, wishes: Sequence[EditRequest]) -> None:
+    def _fulfil(self, requests: Sequence[EditRequest]) -> None:
         """Carry out requests of several people with one patch of the file; those that do not fit together, alone."""
         before: dict[tuple[str, str, int], str] = {}
         fine: list[tuple[EditRequest, list[SetCell]]] = []
         try:
             self._synchronise()
         except SheetsError as error:
-            for wish in wishes:
-                wish.error = error
+            for request in requests:
+                request.error = error
             return
-        for wish in wishes:
+        for request in requests:
             try:
-                fine.append((wish, cell_edits(self._grid(wish.sheet), wish.cells, before)))
+                fine.append((request, cell_edits(self._grid(request.sheet), request.cells, before)))
             except Refused as refused:
-                wish.error = refused
+                request.error = refused
                 continue
-            before.update({(self.current(wish.sheet), c.row, c.column): c.text for c in wish.cells})
+            before.update({(self.current(request.sheet), c.row, c.column): c.text for c in request.cells})
         self._fulfil_all(fine)
 
     def _fulfil_all(self, fine: Sequence[tuple[EditRequest, list[SetCell]]]) -> None:
         if not fine:
             return
         try:
-            with made_for(*(request for wish, _ in fine for request in wish.requests)):
-                authors = ", ".join(dict.fromkeys(w.author for w, _ in fine))
+            with made_for(*(ident for request, _ in fine for ident in request.requests)):
+                authors = ", ".join(dict.fromkeys(r.author for r, _ in fine))
                 self._store(authors, [e for _, edits in fine for e in edits])
         except SheetsError as refused:
             if len(fine) == 1:
@@ -316,11 +316,11 @@ class Document:
             for one in fine:
                 self._fulfil([one[0]])
             return
-        for wish, _ in fine:
-            grid = self._grid(wish.sheet)
-            changed, inverse = put_texts(wish.author, grid, wish.cells)
-            wish.changed = replace(changed, grown=tuple(grid.fill_up()))
-            self._steps.did(wish.author, inverse)
+        for request, _ in fine:
+            grid = self._grid(request.sheet)
+            changed, inverse = put_texts(request.author, grid, request.cells)
+            request.changed = replace(changed, grown=tuple(grid.fill_up()))
+            self._steps.did(request.author, inverse)
         self._keep_rows()
 
     def _store(self, author: str, edits: Sequence[Edit]) -> tuple[str, ...]:
@@ -395,18 +395,18 @@ class Queue:
         self._carry_out = carry_out
         self._waiting: deque[EditRequest] = deque()
 
-    def ask(self, wish: EditRequest) -> Changed:
+    def ask(self, request: EditRequest) -> Changed:
         """Wait until the request is carried out; raises the error that prevented it."""
-        self._waiting.append(wish)
+        self._waiting.append(request)
         with self._lock:
-            while not wish.done.is_set():
+            while not request.done.is_set():
                 some = [self._waiting.popleft() for _ in range(min(MOST, len(self._waiting)))]
                 try:
                     self._carry_out(some)
                 finally:  # whatever happens, nobody waits for ever
                     for one in some:
                         one.done.set()
-        if wish.error is not None:
-            raise wish.error
-        assert wish.changed is not None, "a wish ended without an answer"
-        return wish.changed
+        if request.error is not None:
+            raise request.error
+        assert request.changed is not None, "a request ended without an answer"
+        return request.changed

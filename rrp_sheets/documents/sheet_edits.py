@@ -132,15 +132,15 @@ def naming(sheets: Sheets, path: Path, sheet: str) -> list[str]:
     book = sheets.reading.workbook
     named = renamed_cells(book, sheets.text, sheet, f"{sheet} {len(book.sheets)}")
     places = dict.fromkeys([*named, *(cell.address for cell in users(book, sheet))])
-    told = [f"{at}: {_short(sheets.text(at))}" for at in places if key(at.sheet) != key(sheet)]
+    listed = [f"{at}: {_short(sheets.text(at))}" for at in places if key(at.sheet) != key(sheet)]
     if path.suffix.casefold() == ".xlsx":
         from rrp_sheets.workbook.patch.referring import referring
 
         try:
-            told += referring(path.read_bytes(), path.name, sheet)
+            listed += referring(path.read_bytes(), path.name, sheet)
         except (SheetsError, OSError):  # told when it is to be deleted
-            return told
-    return told
+            return listed
+    return listed
 
 
 def _short(text: str) -> str:

@@ -251,7 +251,7 @@ class GridPage:
         errors: the number of errors; with any, the workbook cannot run.
         live: this is the run panel.
         acts: the actions of the scene's things that can be triggered by hand, as JSON.
-        told: the number of the newest event that the page includes.
+        newest_event: the number of the newest event that the page includes.
         version: of the order of its rows.
     """
 
@@ -274,7 +274,7 @@ class GridPage:
     errors: int = 0
     live: bool = False
     acts: Markup | None = None
-    told: str = ""
+    newest_event: str = ""
     version: int = 0
 
 

@@ -91,7 +91,7 @@ def workbook_or_404(name: str) -> WorkbookSession:
         abort(404)
     if not open_workbooks.has(name):  # one that is open may have lost its last sheet, which undo brings back
         refuse_text(repository, name)
-    return open_workbooks.room(repository.path(name))
+    return open_workbooks.session(repository.path(name))
 
 
 def sheet_or_404(document: Document, sheet: str) -> str:

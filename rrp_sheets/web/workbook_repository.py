@@ -35,12 +35,12 @@ class CheckedWorkbook:
     path: Path
     changed: datetime
     reading: Reading
-    look: Analysis
+    analysis: Analysis
 
     @property
     def title(self) -> str:
         """Title from the Protocol, or the file's name without its ending."""
-        return self.look.workbook.protocol.text("Title") or Path(self.name).stem
+        return self.analysis.workbook.protocol.text("Title") or Path(self.name).stem
 
 
 class WorkbookRepository:

@@ -33,7 +33,7 @@ class Broadcaster:
         with self._lock:
             for text in self._told.missed(listener.client, had) if had else ():
                 listener.tell(text)
-            listener.welcome = f"id: {self.told()}\n\n"
+            listener.welcome = f"id: {self.newest_event()}\n\n"
             self.listeners.append(listener)
 
     def is_of(self, client: str, person: str) -> bool:
@@ -82,7 +82,7 @@ class Broadcaster:
 
     # ---- what they are told
 
-    def told(self) -> str:
+    def newest_event(self) -> str:
         """Return the number of the newest numbered event."""
         with self._lock:
             return self._told.number
@@ -266,7 +266,7 @@ class EventBacklog:
     """Numbered events that a page in the background must not miss; not thread-safe, its owner locks it."""
 
     def __init__(self) -> None:
-        self._opened = secrets.token_hex(4)  # tells this room from one of an earlier start
+        self._opened = secrets.token_hex(4)  # of this session, not of one of an earlier start
         self._count = 0
         self._kept: deque[tuple[int, str, str]] = deque(maxlen=_KEPT)  # number, whom not to tell, what
 

@@ -25,7 +25,7 @@ from rrp_sheets.web.collab.broadcaster import Broadcaster, EventStream, Place, m
 from rrp_sheets.web.completions import vocabulary
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.statics import build_id
-from rrp_sheets.web.testing.results import RoomTests, Tester
+from rrp_sheets.web.testing.results import Tester, WorkbookTests
 
 
 class WorkbookSession(Broadcaster):
@@ -48,7 +48,7 @@ class WorkbookSession(Broadcaster):
         self.about_run: Callable[[], str] = str  # the run that goes on, as it is sent to a page that joins
         self.after_check: Callable[[], None] = lambda: None
         self.after_edit: Callable[[], None] = lambda: None
-        self.tests = RoomTests(document, tester, self._tell_tests, lambda: bool(self.listeners))
+        self.tests = WorkbookTests(document, tester, self._tell_tests, lambda: bool(self.listeners))
 
     # ---- what the workbook is like now
 
@@ -130,8 +130,8 @@ class WorkbookSession(Broadcaster):
             with self._lock:
                 self.locks.rename(change.was, change.name)
                 self._makers.pop(change.was, None)
-        self.tell("sheets", told := {**asdict(change), "by": author}, but=client)
-        return told
+        self.tell("sheets", news := {**asdict(change), "by": author}, but=client)
+        return news
 
     def _fresh(self, rows: set[str]) -> list[dict[str, Any]]:
         found = ((name, tuple(row for row in rows if grid.has(row))) for name, grid in self.document.grids.items())
@@ -342,12 +342,12 @@ class OpenWorkbooks:
         self.folder = folder
         self._worker = worker
         self._tester = Tester()
-        self._rooms: dict[str, WorkbookSession] = {}
+        self._sessions: dict[str, WorkbookSession] = {}
         self._journal: Journal | None = None
         self._lock = threading.RLock()
         self._joining = threading.Lock()
         self._closed = threading.Event()
-        self.opened = self.leaving = lambda room: None
+        self.opened = self.leaving = lambda session: None
         threading.Thread(target=_watch, args=(weakref.ref(self), self._closed), daemon=True).start()
 
     def close(self) -> None:
@@ -357,7 +357,7 @@ class OpenWorkbooks:
 
     def has(self, name: str) -> bool:
         """Return whether a workbook is open."""
-        return name in self._rooms
+        return name in self._sessions
 
     @contextmanager
     def without(self, name: str) -> Iterator[None]:
@@ -369,25 +369,25 @@ class OpenWorkbooks:
             SheetsError: when it cannot be closed now.
         """
         with self._lock:
-            room = self._rooms.get(name)
-            if room is not None:
-                self.leaving(room)
-                del self._rooms[name]
+            session = self._sessions.get(name)
+            if session is not None:
+                self.leaving(session)
+                del self._sessions[name]
             try:
                 yield
             finally:
-                if room is not None:
-                    room.tell("reload", {})
+                if session is not None:
+                    session.tell("reload", {})
 
     @contextmanager
-    def staying(self, room: WorkbookSession) -> Iterator[None]:
+    def staying(self, session: WorkbookSession) -> Iterator[None]:
         """Keep a workbook open during the `with` block.
 
         Raises:
             SheetsError: when it has been closed.
         """
         with self._lock:
-            if room not in self._rooms.values():
+            if session not in self._sessions.values():
                 raise SheetsError("This workbook was renamed or moved meanwhile.", "Go to the shelf.")
             yield
 
@@ -398,17 +398,17 @@ class OpenWorkbooks:
                 self._journal = Journal(self.folder)
             self._journal.rename(before, name)
 
-    def room(self, path: Path) -> WorkbookSession:
+    def session(self, path: Path) -> WorkbookSession:
         """Return the session of a workbook of the folder; it is opened if necessary.
 
         Raises:
             SheetsError: when the workbook cannot be read, or nothing can be written beside it.
         """
         with self._lock:
-            if path.name not in self._rooms:
-                self._rooms[path.name] = WorkbookSession(self._open(path), self._worker, self._tester)
-                self.opened(self._rooms[path.name])
-            return self._rooms[path.name]
+            if path.name not in self._sessions:
+                self._sessions[path.name] = WorkbookSession(self._open(path), self._worker, self._tester)
+                self.opened(self._sessions[path.name])
+            return self._sessions[path.name]
 
     def _open(self, path: Path) -> Document:
         try:
@@ -418,13 +418,13 @@ class OpenWorkbooks:
             return Document(path, None, f"{error.message} {error.remedy}")
         return Document(path, self._journal)
 
-    def rooms(self) -> list[WorkbookSession]:
+    def sessions(self) -> list[WorkbookSession]:
         """Return the sessions of all open workbooks."""
         with self._lock:
-            return list(self._rooms.values())
+            return list(self._sessions.values())
 
     def listen(
-        self, room: WorkbookSession, client: str, person: str, join: Callable[[], EventStream]
+        self, session: WorkbookSession, client: str, person: str, join: Callable[[], EventStream]
     ) -> EventStream | str:
         """Open a page's event stream; return the reason instead if there are too many.
 
@@ -432,18 +432,18 @@ class OpenWorkbooks:
         of the same page ends.
 
         Args:
-            room: the session of the page's workbook.
+            session: of the page's workbook.
             client: the unique name of the page.
             person: the key of the login, whose streams are limited; empty for a browser on this computer.
             join: creates the event stream.
         """
         with self._joining:
-            room.end_streams(client)
+            session.end_streams(client)
             return self._crowded(person) or join()
 
     def _crowded(self, person: str) -> str:
         with self._lock:
-            listeners = [one for room in self._rooms.values() for one in room.listeners]
+            listeners = [one for session in self._sessions.values() for one in session.listeners]
         mine = sum(one.person == person for one in listeners)
         if mine >= (MOST_OF_ONE if person else MOST_HERE):
             return f"You have {mine} pages open here. Close one; this page then goes on by itself."
@@ -456,10 +456,10 @@ class OpenWorkbooks:
 
     def poll(self) -> None:
         """Check whether another program has changed a workbook that is shown on a page."""
-        for room in self.rooms():
-            if room.listeners:
+        for session in self.sessions():
+            if session.listeners:
                 with suppress(OSError, sqlite3.Error):  # told when somebody edits; and the next second is another
-                    room.poll()
+                    session.poll()
 
 
 def _watch(open_workbooks: weakref.ref[OpenWorkbooks], closed: threading.Event) -> None:

@@ -13,7 +13,7 @@ from rrp_sheets.runs.view import RunStart
 
 _FORGIVEN_US = 1_000_000  # a row's error is shown for at least so long, although a value comes
 _LONGEST = 200  # letters of an error's message
-Told = dict[str, Any]
+JsonObject = dict[str, Any]
 
 
 @dataclass(slots=True)
@@ -81,14 +81,14 @@ class LatestValues:
         found = self._streams.get(stream)
         return found.count if found else 0
 
-    def news(self) -> tuple[dict[str, Told], dict[str, Told]]:
+    def news(self) -> tuple[dict[str, JsonObject], dict[str, JsonObject]]:
         """Return the rows and the streams that have changed since the last call."""
         rows = {i: _row(self._rows[i]) for i in self._new_rows}
         streams = {n: _stream(self._streams[n]) for n in self._new_streams}
         self._new_rows, self._new_streams = set(), set()
         return rows, streams
 
-    def all(self) -> tuple[dict[str, Told], dict[str, Told]]:
+    def all(self) -> tuple[dict[str, JsonObject], dict[str, JsonObject]]:
         """Return the newest values of all rows and all streams."""
         return {i: _row(e) for i, e in self._rows.items()}, {n: _stream(e) for n, e in self._streams.items()}
 
@@ -100,13 +100,13 @@ def _put(entry: LatestValue, us: int, value: Value, unit: str) -> None:
         entry.error = ""
 
 
-def _row(entry: LatestValue) -> Told:
+def _row(entry: LatestValue) -> JsonObject:
     text = told(entry.value, entry.unit) if entry.count else ""
     row = {"v": text, "at": entry.us / 1e6 if entry.count else None, "n": entry.count, "e": entry.error}
     return row if entry.renewed_us < 0 else {**row, "from": entry.renewed_us / 1e6}
 
 
-def _stream(entry: LatestValue) -> Told:
+def _stream(entry: LatestValue) -> JsonObject:
     return {"v": told(entry.value, entry.unit), "at": entry.us / 1e6, "n": entry.count, "kind": entry.kind}
 
 

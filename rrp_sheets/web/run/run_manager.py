@@ -34,20 +34,20 @@ class RunManager:
         self._open_workbooks = open_workbooks
         self._lock = threading.Lock()
         self._unwritten: list[RunSession] = []  # the files of their folders are not all there yet
-        self.session: RunSession | None = None
+        self.run: RunSession | None = None
         open_workbooks.opened, open_workbooks.leaving = self._attach, self._leaving
 
-    def _attach(self, room: WorkbookSession) -> None:
-        room.about_run = lambda: self._about(room)
-        room.after_check = lambda: self._checked(room)
-        room.after_edit = lambda: self._edited(room)
+    def _attach(self, session: WorkbookSession) -> None:
+        session.about_run = lambda: self._about(session)
+        session.after_check = lambda: self._checked(session)
+        session.after_edit = lambda: self._edited(session)
 
-    def _leaving(self, room: WorkbookSession) -> None:
-        session = self.session
-        if session is not None and session.room is room and session.is_going:
-            raise SheetsError(f"{session.wish.by} is running {session.book}.", "Stop the run first.")
+    def _leaving(self, session: WorkbookSession) -> None:
+        run = self.run
+        if run is not None and run.session is session and run.is_going:
+            raise SheetsError(f"{run.options.by} is running {run.book}.", "Stop the run first.")
 
-    def start(self, room: WorkbookSession, book: str, wish: RunOptions) -> RunSession:
+    def start(self, session: WorkbookSession, book: str, options: RunOptions) -> RunSession:
         """Start a run of a workbook, and notify all pages.
 
         Raises:
@@ -55,94 +55,94 @@ class RunManager:
             MissingPart: when the simulator is not installed here.
             SheetsError: when the workbook has errors.
         """
-        errors = room.analysis().errors
+        errors = session.analysis().errors
         if errors:
             raise SheetsError("Run starts when there are no errors.", "Mend what is listed under Problems.")
         with self._lock:
-            going = self.session
+            going = self.run
             if going is not None and going.is_going:
                 raise RobotBusy(_taken(going), "Wait for its end, or stop it there.", going.book)
             with self._open_workbooks.staying(
-                room
+                session
             ):  # a file is renamed before, and then it is not here, or after the run
-                session = self.session = RunSession(room, book, wish, self._tell)
-            self._unwritten = [s for s in self._unwritten if not s.written] + [session]
-        self._tell(session)
-        session.begin(self._over)
-        return session
+                run = self.run = RunSession(session, book, options, self._tell)
+            self._unwritten = [s for s in self._unwritten if not s.written] + [run]
+        self._tell(run)
+        run.begin(self._over)
+        return run
 
     def now(self) -> dict[str, Any]:
         """Return the summary of the current run that every page of the server shows."""
-        session = self.session
-        return session.short() if session is not None and session.is_going else NONE
+        run = self.run
+        return run.short() if run is not None and run.is_going else NONE
 
     def going(self) -> set[str]:
         """Return the folder names of the runs that are going."""
-        session = self.session
-        return {session.folder} if session is not None and session.is_going and session.folder else set()
+        run = self.run
+        return {run.folder} if run is not None and run.is_going and run.folder else set()
 
-    def joints(self, room: WorkbookSession) -> Mapping[str, float]:
+    def joints(self, session: WorkbookSession) -> Mapping[str, float]:
         """Return the joints (rad) of the robot that runs a workbook now; empty when none does."""
-        session = self.session
-        return session.run_state.joints if session is not None and session.room is room and session.is_going else {}
+        run = self.run
+        return run.run_state.joints if run is not None and run.session is session and run.is_going else {}
 
     def writing(self) -> set[str]:
         """Return the folder names of the runs that are over and whose table and pictures are still being written."""
         return {s.folder for s in list(self._unwritten) if s.folder and not s.is_going and not s.written}
 
-    def clear(self, room: WorkbookSession) -> None:
+    def clear(self, session: WorkbookSession) -> None:
         """Forget the last run of a workbook, so that its values disappear from the grid."""
         with self._lock:
-            session = self.session
-            if session is None or session.room is not room or session.is_going:
+            run = self.run
+            if run is None or run.session is not session or run.is_going:
                 return
-            self.session = None
-        for each in self._open_workbooks.rooms():
+            self.run = None
+        for each in self._open_workbooks.sessions():
             each.tell("run", NONE)
 
     def forget(self, folders: Collection[str]) -> None:
         """Clear the last run, if it is among the deleted ones, so that no page shows its data any more."""
-        session = self.session
-        if session is not None and session.folder in folders:
-            self.clear(session.room)
+        run = self.run
+        if run is not None and run.folder in folders:
+            self.clear(run.session)
 
     # ---- telling
 
-    def _tell(self, session: RunSession) -> None:
-        if session is not self.session:  # its files were still being written when another run began
+    def _tell(self, run: RunSession) -> None:
+        if run is not self.run:  # its files were still being written when another run began
             return
-        own, others = message("run", session.state()), message("run", session.short())
-        for room in self._open_workbooks.rooms():
-            room.tell_all(own if room is session.room else others)
+        own, others = message("run", run.state()), message("run", run.short())
+        for session in self._open_workbooks.sessions():
+            session.tell_all(own if session is run.session else others)
 
-    def _about(self, room: WorkbookSession) -> str:
-        session = self.session
-        if session is None:
+    def _about(self, session: WorkbookSession) -> str:
+        run = self.run
+        if run is None:
             return message("run", NONE)
-        if session.room is room:
-            return session.about()
-        return message("run", session.short() if session.is_going else NONE)
+        if run.session is session:
+            return run.about()
+        return message("run", run.short() if run.is_going else NONE)
 
-    def _over(self, session: RunSession) -> None:
-        self._tell(session)
-        if session.again_by and session.ended is not None and not session.ended["broken"]:
+    def _over(self, run: RunSession) -> None:
+        self._tell(run)
+        if run.again_by and run.ended is not None and not run.ended["broken"]:
             try:
-                self.start(session.room, session.book, session.again())
+                self.start(run.session, run.book, run.again())
             except SheetsError as error:
-                session.room.tell("trouble", {"message": f"{error.message} {error.remedy}".strip()})
+                run.session.tell("trouble", {"message": f"{error.message} {error.remedy}".strip()})
 
-    def _checked(self, room: WorkbookSession) -> None:
-        session = self.session
-        if session is not None and session.room is room:
-            session.follow_edits()
+    def _checked(self, session: WorkbookSession) -> None:
+        run = self.run
+        if run is not None and run.session is session:
+            run.follow_edits()
 
-    def _edited(self, room: WorkbookSession) -> None:
+    def _edited(self, session: WorkbookSession) -> None:
         """Clear a run that is over at the first edit after it, which brings the examples back."""
-        session = self.session
-        if session is not None and session.room is room and not session.is_going:
-            self.clear(room)
+        run = self.run
+        if run is not None and run.session is session and not run.is_going:
+            self.clear(session)
 
 
-def _taken(session: RunSession) -> str:
-    who, since = session.wish.by, clock(session.run_state.us)
-    return f"{who} is running {session.book} since {since}. There is one robot, so one run at a time."
+def _taken(run: RunSession) -> str:
+    who, since = run.options.by, clock(run.run_state.us)
+    return f"{who} is running {run.book} since {since}. There is one robot, so one run at a time."

@@ -24,7 +24,7 @@ _WORK_SHARE = 4.0  # times as long as telling takes, the telling rests: a long s
 LOOKED_FOR = 3.0  # seconds for which camera pictures are made after somebody has asked for one
 FOREVER = 24 * 3600.0  # seconds: a run that goes on until somebody stops it
 GOING = frozenset(("starting", "running", "paused", "stopping", "finishing"))
-Told = dict[str, Any]
+JsonObject = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -49,25 +49,27 @@ class RunSession:
     """Run of a workbook that is going or has ended, with its process.
 
     Args:
-        room: the session of the workbook.
+        session: of the workbook.
         book: the workbook's name.
-        wish: the options of the run.
+        options: of the run.
         tell: notifies all pages of the server of a phase.
 
     Raises:
         MissingPart: when the simulator is not installed here.
     """
 
-    def __init__(self, room: WorkbookSession, book: str, wish: RunOptions, tell: Callable[[RunSession], None]) -> None:
-        self.room, self.book, self.wish = room, book, wish
+    def __init__(
+        self, session: WorkbookSession, book: str, options: RunOptions, tell: Callable[[RunSession], None]
+    ) -> None:
+        self.session, self.book, self.options = session, book, options
         self.id = secrets.token_hex(4)
         self.phase = "starting"
         self.stopped_by = ""
         self.again_by = ""  # who wants it to start again when it has ended
-        self.ended: Told | None = None
+        self.ended: JsonObject | None = None
         self.folder = ""
         self.written = False  # everything that it leaves is in its folder
-        self._version = room.document.version
+        self._version = session.document.version
         self._tell = tell
         self._wall = time.time()
         self._over = threading.Event()
@@ -77,20 +79,20 @@ class RunSession:
         self._looking = False
         self._eyelid = threading.Lock()
         self._lock = threading.Lock()
-        look = room.analysis()
-        grids = room.document.grids.values()
+        look = session.analysis()
+        grids = session.document.grids.values()
         self.rows = {f"{g.name}!{n}": row for g in grids if g.kind == "behaviour" for row, n in g.numbers().items()}
         self.run_state = RunState(self.rows, {ref: unit_of(text) for ref, text in look.examples.items()}, self._changed)
-        self.run_state.speed = wish.speed
-        self.process = RunProcess(room.document.path, RunSettings(
-            seconds=wish.seconds, mode=wish.mode, participant=wish.participant,
-            condition=wish.condition, operator=wish.operator, everything=True,
+        self.run_state.speed = options.speed
+        self.process = RunProcess(session.document.path, RunSettings(
+            seconds=options.seconds, mode=options.mode, participant=options.participant,
+            condition=options.condition, operator=options.operator, everything=True,
         ))  # fmt: skip
 
     def begin(self, over: Callable[[RunSession], None]) -> None:
         """Start the threads that follow the run and notify the pages; `over` is called when it has ended."""
-        what = "Started" if self.wish.mode == "simulated" else "Pilot rehearsal started"
-        self.run_state.log.add(0, "start", what, by=self.wish.by)
+        what = "Started" if self.options.mode == "simulated" else "Pilot rehearsal started"
+        self.run_state.log.add(0, "start", what, by=self.options.by)
         threading.Thread(target=self._listen, args=(over,), daemon=True).start()
         threading.Thread(target=self._keep_telling, daemon=True).start()
 
@@ -109,7 +111,7 @@ class RunSession:
             self.written = True
             self._end(words)
 
-    def _end(self, words: Told) -> None:
+    def _end(self, words: JsonObject) -> None:
         """Set the outcome when the robot is at rest; announce it again if it changes while the files are written."""
         with self._lock:
             was, self.ended, self.phase = self.ended, words, "ended"
@@ -135,8 +137,8 @@ class RunSession:
             elif what == "finishing":
                 self.phase = "finishing"
         if what == "started":
-            if self.wish.speed != 1:
-                self.process.speed(self.wish.speed)
+            if self.options.speed != 1:
+                self.process.speed(self.options.speed)
             self.follow_edits()  # somebody may have been quicker than the start
         self._tell(self)
 
@@ -146,12 +148,12 @@ class RunSession:
         """Send new values and log lines to the workbook's pages, at most ten times a second, until the run is over."""
         over = False
         while not over:
-            over = self._over.wait(self._rest if self.room.listeners else 0.5)
+            over = self._over.wait(self._rest if self.session.listeners else 0.5)
             began = time.monotonic()
             self._look()
             live, lines = self.run_state.news()
             if live or lines:
-                self.room.tell_live(self._values(live, lines))
+                self.session.tell_live(self._values(live, lines))
             self._rest = max(TELL_EVERY, (time.monotonic() - began) * _WORK_SHARE)
 
     def _look(self) -> None:
@@ -173,28 +175,28 @@ class RunSession:
         self._looked = time.monotonic()  # it asks for pictures when there are any
         return message("run", self.state()) + self._values(*self.run_state.all())
 
-    def _values(self, live: Told | None, lines: list[Line]) -> str:
+    def _values(self, live: JsonObject | None, lines: list[Line]) -> str:
         """Format values and log lines as messages that name their run, as another may have begun."""
         text = message("live", {"run": self.id, **live}) if live else ""
         return text + (message("log", {"run": self.id, "lines": lines}) if lines else "")
 
-    def state(self) -> Told:
+    def state(self) -> JsonObject:
         """Return the state of the run apart from its values."""
-        run_state, start, wish = self.run_state, self.run_state.start, self.wish
+        run_state, start, options = self.run_state, self.run_state.start, self.options
         with self._lock:
-            told: Told = {
-                "phase": self.phase, "id": self.id, "book": self.book, "by": wish.by, "mode": wish.mode,
-                "participant": wish.participant, "condition": wish.condition, "operator": wish.operator,
+            data: JsonObject = {
+                "phase": self.phase, "id": self.id, "book": self.book, "by": options.by, "mode": options.mode,
+                "participant": options.participant, "condition": options.condition, "operator": options.operator,
                 "speed": run_state.speed, "t": run_state.us / 1e6, "since": self._wall, "until": None,
                 "folder": self.folder,
                 "ended": self.ended, "restart": run_state.refusal, "stopped_by": self.stopped_by, "rows": self.rows,
                 "behaviours": [], "sensors": [], "buttons": [], "things": [], "camera": None, "resources": {},
             }  # fmt: skip
         if start is None:
-            return told
+            return data
         counts = run_state.button_counts()
-        told.update({
-            "until": start.until_us / 1e6 if wish.seconds != FOREVER else None,
+        data.update({
+            "until": start.until_us / 1e6 if options.seconds != FOREVER else None,
             "behaviours": [{"name": n, "on": on} for n, on in run_state.behaviours.items()],
             "sensors": [{"name": n, "device": d, "example": e} for n, d, e in start.sensors],
             "buttons": [{"stream": s, "label": label, "count": counts.get(s, 0)} for s, label in start.buttons],
@@ -202,12 +204,12 @@ class RunSession:
             "camera": {"hfov": start.hfov, "vfov": start.vfov},
             "resources": {start.actuators.get(s, s): list(r) for s, r in start.resources.items()},
         })  # fmt: skip
-        return told
+        return data
 
-    def short(self) -> Told:
+    def short(self) -> JsonObject:
         """Return the summary of the run for the pages of other workbooks."""
-        told = self.state()
-        return {n: told[n] for n in ("phase", "id", "book", "by", "mode", "participant", "t", "since")}
+        data = self.state()
+        return {n: data[n] for n in ("phase", "id", "book", "by", "mode", "participant", "t", "since")}
 
     # ---- what people do
 
@@ -232,18 +234,18 @@ class RunSession:
 
     def again(self) -> RunOptions:
         """Return the settings of the run that follows a restart."""
-        return replace(self.wish, by=self.again_by, speed=self.run_state.speed)
+        return replace(self.options, by=self.again_by, speed=self.run_state.speed)
 
     def follow_edits(self) -> None:
         """Apply the edited workbook to the run after a check, or report why it is not used."""
-        document = self.room.document
+        document = self.session.document
         if self.phase not in ("running", "paused") or document.version == self._version:
             return
-        if self.room.analysis().errors:  # perhaps of an older version: what was mended meanwhile is checked next
+        if self.session.analysis().errors:  # perhaps of an older version: what was mended meanwhile is checked next
             self.run_state.unused("What was edited since then is not used while there are errors.")
             return
         self._version = document.version
-        self.process.apply(document.path, self.room.author)
+        self.process.apply(document.path, self.session.author)
 
 
 EndNotice = dict[str, Any]
@@ -268,8 +270,8 @@ def in_words(ended: RunOutcome, by: str) -> EndNotice:
         return {"how": "errors", "words": text, "broken": False, "remedy": "Mend them, and press Run again."}
     if ended.result is None:
         return {"how": "stopped", "words": f"Stopped{_by(by)} before it began.", "broken": False, "remedy": ""}
-    told = at_rest(ended.result.summary, ended.result.broken, by)
-    return told if told["broken"] else {**told, "remedy": " ".join(ended.result.problems)}
+    data = at_rest(ended.result.summary, ended.result.broken, by)
+    return data if data["broken"] else {**data, "remedy": " ".join(ended.result.problems)}
 
 
 def at_rest(summary: Summary, broken: RunBroken | None, by: str) -> EndNotice:
@@ -279,11 +281,11 @@ def at_rest(summary: Summary, broken: RunBroken | None, by: str) -> EndNotice:
     'Stopped by Aya at 0:09.1.'
     """
     at = clock(round(summary.simulated * 1e6))
-    told = {
+    endings = {
         "time": f"The time was over at {at}.", "stopped": f"Stopped{_by(by)} at {at}.",
         "end run": f"Row {summary.ended_by} ended the run at {at}.",
     }  # fmt: skip
-    text = f"The run broke off at {at}: {broken.message}" if broken else told.get(summary.ended, f"Ended at {at}.")
+    text = f"The run broke off at {at}: {broken.message}" if broken else endings.get(summary.ended, f"Ended at {at}.")
     return {"how": "broken" if broken else summary.ended, "words": text, "broken": broken is not None,
             "remedy": broken.remedy if broken else ""}  # fmt: skip
 

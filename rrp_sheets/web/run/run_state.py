@@ -22,7 +22,7 @@ from rrp_sheets.runs.view import RunStart, RunView, Summary
 from rrp_sheets.web.run.latest_values import LatestValues, StreamInfo, known_streams
 from rrp_sheets.web.run.log import Line, RunLog
 
-Told = dict[str, Any]
+JsonObject = dict[str, Any]
 _COMMAND = re.compile(r"See `rrp-sheets help ([^`]+)`")  # of the terminal; here there is a Help to open
 
 _HEARD = {"say": "speech", "sound": "sound", "person": "person"}  # what can be heard again, and its kind of line
@@ -44,7 +44,7 @@ class RunState(RunView):
         self._streams: dict[str, StreamInfo] = {}
         self._voices: set[str] = set()
         self._newest = LatestValues(rows, units)
-        self._fields: dict[str, Told] = {}
+        self._fields: dict[str, JsonObject] = {}
         self._new_fields: set[str] = set()
         self._plots = Plots()
         self._drives = Drives()
@@ -196,39 +196,39 @@ class RunState(RunView):
 
     # ---- what the pages are told
 
-    def news(self) -> tuple[Told | None, list[Line]]:
+    def news(self) -> tuple[JsonObject | None, list[Line]]:
         """Return the changes since the last call, or None if there are none, and the new lines of the log."""
         with self._lock:
             lines = self.log.news()
-            told = self._told(full=False)
-        if len(told) == 1 and self.us == self._told_us:
+            data = self._data(full=False)
+        if len(data) == 1 and self.us == self._told_us:
             return None, lines
         self._told_us = self.us
-        return told, lines
+        return data, lines
 
-    def all(self) -> tuple[Told, list[Line]]:
+    def all(self) -> tuple[JsonObject, list[Line]]:
         """Return everything that was sent so far, for a page that joins."""
         with self._lock:
-            return {"full": True, **self._told(full=True)}, self.log.all()
+            return {"full": True, **self._data(full=True)}, self.log.all()
 
-    def _told(self, *, full: bool) -> Told:
-        told: Told = {"t": self.us / 1e6}
+    def _data(self, *, full: bool) -> JsonObject:
+        data: JsonObject = {"t": self.us / 1e6}
         rows, streams = self._newest.all() if full else self._newest.news()
         fields = self._fields if full else {n: self._fields[n] for n in self._new_fields}
         parts = {
             "rows": rows, "streams": streams, "fields": fields,
             "plots": self._plots.all(self.us) if full else self._plots.news(),
             "drives": self._drives.all() if full else self._drives.news(),
-            "robot": self._robot_told() if full or self._new_robot else None,
+            "robot": self._robot_data() if full or self._new_robot else None,
             "eye": self.picture_number,
             "eye_age": round(time.monotonic() - self._pictured, 1) if full and self.jpeg else 0,
         }  # fmt: skip
-        told.update((name, part) for name, part in parts.items() if part)
+        data.update((name, part) for name, part in parts.items() if part)
         if not full:
             self._new_fields, self._new_robot = set(), False
-        return told
+        return data
 
-    def _robot_told(self) -> Told | None:
+    def _robot_data(self) -> JsonObject | None:
         state = self._robot
         if state is None:
             return None
@@ -305,9 +305,9 @@ class Drives:
 
     def news(self) -> list[list[object]]:
         """Return the intervals that began or ended since the last call."""
-        told = [s.plain() for s in self._new]
+        data = [s.plain() for s in self._new]
         self._new = []
-        return told
+        return data
 
     def all(self) -> list[list[object]]:
         """Return the intervals that are kept."""
@@ -348,13 +348,13 @@ class Plots:
 
     def news(self) -> list[list[object]]:
         """Return the points added since the last call, thinned."""
-        told = []
+        data = []
         for key, points in self._new.items():
             thin = _thinned(points)
             self._kept[key].extend(thin)
-            told.append(_plain(key, thin))
+            data.append(_plain(key, thin))
         self._new = {}
-        return told
+        return data
 
     def all(self, us: int) -> list[list[object]]:
         """Return the points of the last minute that were sent already."""

@@ -77,7 +77,7 @@ class Replays:
         return job
 
     def _work(self, job: ReplayJob, place: Path, other: _Other) -> None:
-        def told(part: float) -> None:
+        def progress(part: float) -> None:
             job.part = part
 
         def stopped() -> bool:
@@ -85,7 +85,7 @@ class Replays:
 
         try:
             with self._turn, ExitStack() as stack:
-                account = replay_apart(place, other(stack), told, stopped)
+                account = replay_apart(place, other(stack), progress, stopped)
         except Stopped as error:
             job.trouble = _GivenUp(f"{error.message} {error.remedy}")
         except SheetsError as error:

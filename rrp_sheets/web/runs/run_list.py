@@ -84,19 +84,19 @@ def record_page(services: Services, run: str, *, wait: bool = False) -> RecordPa
     others = [f for f in runs.facts(runs.names()[:300]) if f.workbook == facts.workbook and f.readable]
     writing = run in runs.writing()  # before one looks which files there are: what comes meanwhile is not missed
     files = runs.files(run)
-    told: Mapping[str, Any] = {}
+    answer: Mapping[str, Any] = {}
     trouble = "" if facts.readable else f"{facts.why} {facts.remedy}"
     size = files["trace.jsonl"][0].stat().st_size if "trace.jsonl" in files else 0
     reading = "" if wait or not facts.readable or size < _LONG else f"{size / 1e6:,.0f} MB"
     if facts.readable and not reading:
         try:
-            told = services.queries.course(place)
+            answer = services.queries.course(place)
         except SheetsError as error:
             trouble = f"{error.message} {error.remedy}"
-    log = tuple(_log_line(entry) for entry in told.get("lines", ())[:_LOG])
-    seconds = max(facts.seconds, float(told.get("seconds", 0.0)))
-    left_out = int(told.get("left_out", 0)) + max(0, len(told.get("lines", ())) - _LOG)
-    edits = _edits(told.get("lines", ()))
+    log = tuple(_log_line(entry) for entry in answer.get("lines", ())[:_LOG])
+    seconds = max(facts.seconds, float(answer.get("seconds", 0.0)))
+    left_out = int(answer.get("left_out", 0)) + max(0, len(answer.get("lines", ())) - _LOG)
+    edits = _edits(answer.get("lines", ()))
     spoken = {line.sound for line in log}
     return RecordPage(
         line=_with_length(line_of(facts, books), seconds),
@@ -106,8 +106,8 @@ def record_page(services: Services, run: str, *, wait: bool = False) -> RecordPa
         sounds=() if reading else tuple(n for n in files if n.endswith(".wav") and n not in spoken),
         errors=facts.errors,
         edits=edits[:_EDITS], more_edits=max(0, len(edits) - _EDITS),
-        trouble=trouble, writing=writing, events=f"{told.get('count', 0):,}",
-        window=("0", f"{_FIRST:g}") if seconds > _WHOLE else ("", ""), curves=len(told.get("curves", ())),
+        trouble=trouble, writing=writing, events=f"{answer.get('count', 0):,}",
+        window=("0", f"{_FIRST:g}") if seconds > _WHOLE else ("", ""), curves=len(answer.get("curves", ())),
         compared_with=tuple(line_of(f, books) for f in others if f.run != run)[:_BESIDE],
         participant=facts.participant, reading=reading,
     )  # fmt: skip
@@ -190,22 +190,22 @@ def marbles_page(services: Services, run: str, asked: Mapping[str, Any], rows: l
     place = services.runs.place(run)
     behaviour, first, last = (str(asked.get(name, ""))[:200] for name in ("behaviour", "from", "to"))
     spread = "spread" in asked
-    trouble, told = "", {"behaviours": [], "behaviour": "", "rows": [], "seconds": 0, "pictures": [], "left_out": 0}
+    trouble, answer = "", {"behaviours": [], "behaviour": "", "rows": [], "seconds": 0, "pictures": [], "left_out": 0}
     try:
-        told = services.queries.marbles(place, behaviour, rows, (seconds_of(first), seconds_of(last)), spread)
+        answer = services.queries.marbles(place, behaviour, rows, (seconds_of(first), seconds_of(last)), spread)
     except SheetsError as error:
         trouble = f"{error.message} {error.remedy}"
-    if not trouble and not told["pictures"]:
+    if not trouble and not answer["pictures"]:
         trouble = "Nothing came on any stream then."
-    found: Any = told["rows"]
-    pictures: Any = told["pictures"]
-    behaviours: Any = told["behaviours"]
+    found: Any = answer["rows"]
+    pictures: Any = answer["pictures"]
+    behaviours: Any = answer["behaviours"]
     return MarblesPage(
-        run=run, behaviours=tuple(behaviours), behaviour=str(told["behaviour"]),
+        run=run, behaviours=tuple(behaviours), behaviour=str(answer["behaviour"]),
         rows=tuple((n, f"{connector} {formula}".strip(), not rows or n in rows) for n, connector, formula in found),
         all_rows=not rows, first=first, last=last, spread=spread,
-        seconds=f"{float(str(told['seconds'])):.1f}".removesuffix(".0"),
-        pictures=tuple(Markup(svg) for svg in pictures), left_out=int(str(told["left_out"])), trouble=trouble,
+        seconds=f"{float(str(answer['seconds'])):.1f}".removesuffix(".0"),
+        pictures=tuple(Markup(svg) for svg in pictures), left_out=int(str(answer["left_out"])), trouble=trouble,
     )  # fmt: skip
 
 

@@ -8,7 +8,18 @@ from dataclasses import dataclass
 from rrp_sheets.documents import Document
 from rrp_sheets.testing.judge import seconds
 from rrp_sheets.web.testing.lessons import Lesson, lessons_of, number_of
-from rrp_sheets.web.testing.results import FAILS, HOLDS, IDLE, LATE, WAITS, Missed, Results, RoomTests, Tested, counted
+from rrp_sheets.web.testing.results import (
+    FAILS,
+    HOLDS,
+    IDLE,
+    LATE,
+    WAITS,
+    Missed,
+    Results,
+    Tested,
+    WorkbookTests,
+    counted,
+)
 
 MOST_MISSED = 3  # rows of a test that are told beside the sheet
 NOW, LATER = "now", "later"
@@ -87,7 +98,7 @@ class TestsPanel:
     running: bool
 
 
-def panel_of(tests: RoomTests, document: Document, sheet: str) -> TestsPanel | None:
+def panel_of(tests: WorkbookTests, document: Document, sheet: str) -> TestsPanel | None:
     """Build the panel of a workbook's tests beside a sheet; None for a workbook without tests."""
     names = tests.sheets
     if not names:

@@ -86,7 +86,7 @@ class Results:
         return next((t for t in self.tests if t.sheet == sheet), None)
 
 
-class RoomTests:
+class WorkbookTests:
     """Tests of an open workbook, run in a thread.
 
     Args:

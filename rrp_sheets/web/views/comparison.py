@@ -129,7 +129,7 @@ def choices(services: Services, books: Sequence[str], refs: Sequence[str] = ()) 
 
 def kept_versions(services: Services, book: str) -> tuple[str, tuple[Choice, ...]]:
     """Return the kept versions of a workbook as a group of choices, with its title."""
-    kept = services.open_workbooks.room(services.repository.path(book)).document.versions()
+    kept = services.open_workbooks.session(services.repository.path(book)).document.versions()
     return f"Kept versions of {book}", tuple(Choice(f"version/{v.id}/{book}", f"{v.name}, {moment(v)}") for v in kept)
 
 
@@ -147,11 +147,12 @@ def _result(services: Services, refs: tuple[str, str], words: dict[str, str]) ->
         replace(version, source=words.get(ref, version.source))
         for ref, version in zip(refs, (found.first, found.second), strict=True)
     ]
-    told = replace(found, first=named[0], second=named[1])
+    comparison = replace(found, first=named[0], second=named[1])
     drawn = any(c.part in _DRAWN for c in found.changes)
     return Markup(
         as_part(
-            told, _LATER.format(url_for("comparison.drawn_changes", first=refs[0], second=refs[1])) if drawn else ""
+            comparison,
+            _LATER.format(url_for("comparison.drawn_changes", first=refs[0], second=refs[1])) if drawn else "",
         )
     )
 
@@ -175,7 +176,7 @@ def path_of(services: Services, ref: str, folder: Path) -> Path:
     number, _, book = rest.partition("/")
     if kind != "version" or not number.isdecimal():
         raise SheetsError("This cannot be compared.", _GONE)
-    session = services.open_workbooks.room(services.repository.path(book))
+    session = services.open_workbooks.session(services.repository.path(book))
     content = session.document.version_content(int(number[:15]))
     if content is None:
         raise SheetsError("There is no such version any more.", _GONE)
@@ -197,52 +198,52 @@ def moment(version: Version) -> str:
         return version.at
 
 
-def versions_page(room: WorkbookSession, name: str, notice: str = "", *, failed: bool = False) -> VersionsPage:
+def versions_page(session: WorkbookSession, name: str, notice: str = "", *, failed: bool = False) -> VersionsPage:
     """Build the list, with the result of the last action or the reason why it failed."""
-    kept = room.document.versions()
-    now = "" if room.document.read_only else room.document.reading.digest
+    kept = session.document.versions()
+    now = "" if session.document.read_only else session.document.reading.digest
     lines = tuple(VersionLine(v.id, v.name, moment(v), v.author, v.digest == now) for v in kept)
-    return VersionsPage(name, lines, room.document.why, notice, failed)
+    return VersionsPage(name, lines, session.document.why, notice, failed)
 
 
-def _keep(room: WorkbookSession, name: str) -> VersionsPage:
+def _keep(session: WorkbookSession, name: str) -> VersionsPage:
     """Keep the workbook as it is now under the name that was sent."""
     title = " ".join(request.form.get("title", "").split())[:_LONGEST]
     try:
         if not title or not title.isprintable():
             raise Refused("A version needs a name.", "Write what you want to find it by, such as “before the pilot”.")
-        room.poll()
-        room.document.keep_version(_author(), title)
+        session.poll()
+        session.document.keep_version(_author(), title)
     except SheetsError as error:
-        return versions_page(room, name, f"{error.message} {error.remedy}".strip(), failed=True)
-    return versions_page(room, name, f"Kept as “{title}”.")
+        return versions_page(session, name, f"{error.message} {error.remedy}".strip(), failed=True)
+    return versions_page(session, name, f"Kept as “{title}”.")
 
 
-def _restore(room: WorkbookSession, name: str) -> VersionsPage:
+def _restore(session: WorkbookSession, name: str) -> VersionsPage:
     """Restore a version; refused while a cell is being edited, whose text would be lost."""
     number = request.form.get("version", "")
-    found = next((v for v in room.document.versions() if str(v.id) == number), None)
+    found = next((v for v in session.document.versions() if str(v.id) == number), None)
     try:
         if found is None:
             raise Refused("There is no such version any more.", "Look at the list again.")
-        people = busy(room)
+        people = busy(session)
         if people:
             who = " and ".join(people[:3])
             raise Refused(f"{who} {'is' if len(people) == 1 else 'are'} editing a cell just now.",
                           "Bring it back when they have finished.")  # fmt: skip
         author = _author()
-        room.document.restore(author, found.id)
+        session.document.restore(author, found.id)
     except SheetsError as error:
-        return versions_page(room, name, f"{error.message} {error.remedy}".strip(), failed=True)
-    room.tell("reload", {"why": f"{author} has brought back the version “{found.name}”."})
-    room.check_soon()
+        return versions_page(session, name, f"{error.message} {error.remedy}".strip(), failed=True)
+    session.tell("reload", {"why": f"{author} has brought back the version “{found.name}”."})
+    session.check_soon()
     notice = f"“{found.name}” is back. What the workbook was before is kept as a version too."
-    return versions_page(room, name, notice)
+    return versions_page(session, name, notice)
 
 
-def busy(room: WorkbookSession) -> list[str]:
+def busy(session: WorkbookSession) -> list[str]:
     """Return the names of those who are editing a cell now."""
-    return sorted(set(room.locks.taken().values()))
+    return sorted(set(session.locks.taken().values()))
 
 
 def file_name(book: str, version: Version) -> str:

@@ -31,21 +31,21 @@ Joints = Mapping[str, float]
 @blueprint.get("/book/<name>/gesture/<sheet>/<row>")
 def play(name: str, sheet: str, row: str) -> Response:
     """Send the joint angles of the gesture that a row belongs to."""
-    room = workbook_or_404(name)
-    grid = room.document.grids.get(sheet)
+    session = workbook_or_404(name)
+    grid = session.document.grids.get(sheet)
     if grid is None or grid.kind != "gestures" or not grid.has(row):
         abort(404)
-    return jsonify(_played(room.document.reading.workbook, _name(grid, row)))
+    return jsonify(_played(session.document.reading.workbook, _name(grid, row)))
 
 
 @blueprint.post("/book/<name>/pose")
 def pose(name: str) -> Response:
     """Write the joint angles of the robot that runs the workbook, or of its start posture, into a row."""
-    room, given = workbook_or_404(name), json_body()
+    session, given = workbook_or_404(name), json_body()
     tag, sheet, row = (text_of(given, field) for field in ("tag", "sheet", "row"))
-    client, author = sender_of(room, given)
-    joints = services().run_manager.joints(room)
-    return jsonify(room.change(client, author, tag, lambda document: _pose(document, author, sheet, row, joints)))
+    client, author = sender_of(session, given)
+    joints = services().run_manager.joints(session)
+    return jsonify(session.change(client, author, tag, lambda document: _pose(document, author, sheet, row, joints)))
 
 
 def _name(grid: Grid, row: str) -> str:

@@ -130,18 +130,18 @@ def diagram(run: str, number: int) -> str:
 def lookback_page(services: Services, run: str) -> LookbackPage:
     """Build the page of a run; raises SheetsError when there is none of that name."""
     facts = services.runs.facts([run])[0]
-    told: Mapping[str, Any] = {"sheets": [], "why": ""}
+    answer: Mapping[str, Any] = {"sheets": [], "why": ""}
     trouble = "" if facts.readable else f"{facts.why} {facts.remedy}"
     if not trouble:
         try:
-            told = json.loads(services.lookback.lookback(services.runs.place(run), "sheets"))
+            answer = json.loads(services.lookback.lookback(services.runs.place(run), "sheets"))
         except SheetsError as error:
-            told = {"sheets": [], "why": f"{error.message} {error.remedy}"}
-    sheets = tuple(_sheet(number, sheet) for number, sheet in enumerate(told["sheets"]))
+            answer = {"sheets": [], "why": f"{error.message} {error.remedy}"}
+    sheets = tuple(_sheet(number, sheet) for number, sheet in enumerate(answer["sheets"]))
     ids = {f"{sheet.name}!{row.number}": row.ident for sheet in sheets for row in sheet.rows}
     return LookbackPage(
         line_of(facts, set(services.repository.names())), facts.seconds, sheets,
-        Markup(json.dumps(ids, ensure_ascii=False).replace("<", "\\u003c")), trouble, str(told["why"]),
+        Markup(json.dumps(ids, ensure_ascii=False).replace("<", "\\u003c")), trouble, str(answer["why"]),
     )  # fmt: skip
 
 

@@ -83,17 +83,17 @@ def _workbook(name: str) -> str:
 def print_page(services: Services, name: str, asked: Mapping[str, str]) -> PrintPage:
     """Build the page with the options."""
     book = services.repository.open(name)
-    kept = services.open_workbooks.room(services.repository.path(name)).document.versions()
+    kept = services.open_workbooks.session(services.repository.path(name)).document.versions()
     against = asked.get("against", "") or _approved(name, kept)
     groups = choices(services, [name], [against])
     mine = [(title, tuple(c for c in group if c.ref != f"book/{name}")) for title, group in groups]
     choice = {"language": _one_of(asked.get("language", ""), LANGUAGES), "against": against,
               "paper": _one_of(asked.get("paper", ""), PAPERS) or "a4"}  # fmt: skip
-    own = language_code(book.look.workbook.protocol.text("Language")) or "en"
+    own = language_code(book.analysis.workbook.protocol.text("Language")) or "en"
     return PrintPage(
         name=name, title=book.title, digest=book.reading.digest, own=LANGUAGES[own],
         languages=tuple(LANGUAGES.items()), papers=tuple(PAPERS.items()), groups=tuple(g for g in mine if g[1]),
-        choice=choice, has_approved=bool(_approved(name, kept)), errors=bool(book.look.errors),
+        choice=choice, has_approved=bool(_approved(name, kept)), errors=bool(book.analysis.errors),
     )  # fmt: skip
 
 

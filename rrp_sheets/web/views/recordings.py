@@ -119,15 +119,15 @@ def pair_page(services: Services, chosen: Sequence[str]) -> PairPage:
     places.sort(key=lambda p: [f.run for f in facts].index(p.name))
     books = set(services.repository.names())
     lines = (line_of(facts[0], books), line_of(facts[1], books))
-    told: dict[str, Any] = {"streams": [], "svg": ""}
+    answer: dict[str, Any] = {"streams": [], "svg": ""}
     trouble = ""
     try:
-        told = services.exporter.ask(f"{names[0]} and {names[1]}", "pair", str(places[0]), str(places[1]))
+        answer = services.exporter.ask(f"{names[0]} and {names[1]}", "pair", str(places[0]), str(places[1]))
     except SheetsError as error:
         trouble = f"{error.message} {error.remedy}"
     same = bool(facts[0].digest) and facts[0].digest == facts[1].digest
     return PairPage(
-        lines, tuple(_beside(facts, lines)), same, tuple(_stream(s) for s in told["streams"]), Markup(told["svg"]),
+        lines, tuple(_beside(facts, lines)), same, tuple(_stream(s) for s in answer["streams"]), Markup(answer["svg"]),
         trouble,
     )  # fmt: skip
 
@@ -145,11 +145,11 @@ def _beside(facts: Sequence[RunMetadata], lines: Sequence[RunLine]) -> list[Besi
     return [Beside(name, (a, b), a == b) for name, a, b in rows if a or b]
 
 
-def _stream(told: dict[str, Any]) -> StreamPair:
-    counts, firsts = told["counts"], told["firsts"]
+def _stream(answer: dict[str, Any]) -> StreamPair:
+    counts, firsts = answer["counts"], answer["firsts"]
     pairs = ([_many(c) for c in counts], [_at(t) for t in firsts])
-    cells = [(words, told_both[0] != told_both[1]) for told_both in pairs for words in told_both]
-    return StreamPair(str(told["name"]), str(told["kind"]), tuple(cells))
+    cells = [(words, both[0] != both[1]) for both in pairs for words in both]
+    return StreamPair(str(answer["name"]), str(answer["kind"]), tuple(cells))
 
 
 def _many(count: int | None) -> str:

@@ -171,20 +171,20 @@ def _stamp(place: Path, repository: WorkbookRepository, ref: str) -> tuple[float
 
 
 def _finished(job: ReplayJob, address: str, services: Services, run: str, ref: str) -> ReplayResult:
-    told: dict[str, Any] = job.account or {}
+    answer: dict[str, Any] = job.account or {}
     grids = _Grids(services, run, ref)
     look = url_for("lookback.page", run=run)
 
     def lines(name: str) -> tuple[TimeLine, ...]:
-        return tuple(TimeLine(t["when"], t["text"], f"{look}#t={t['us'] / 1e6:g}") for t in told[name])
+        return tuple(TimeLine(t["when"], t["text"], f"{look}#t={t['us'] / 1e6:g}") for t in answer[name])
 
     return ReplayResult(
-        address, False, 100, state="same" if told["same"] else "different", verdict=told["verdict"],
-        ending=told["ending"], remarks=tuple(told["remarks"]), differs=told["differs"],
-        rows=tuple(ReplayedRow(r["whose"], r["text"], grids.address(r["row"])) for r in told["rows"]),
-        robot=lines("robot"), robot_left_out=told["robot_left_out"],
-        each=lines("each"), each_left_out=told["each_left_out"],
-        pictures=tuple(Markup(svg) for svg in told["pictures"]), unknown=tuple(told["unknown"]),
+        address, False, 100, state="same" if answer["same"] else "different", verdict=answer["verdict"],
+        ending=answer["ending"], remarks=tuple(answer["remarks"]), differs=answer["differs"],
+        rows=tuple(ReplayedRow(r["whose"], r["text"], grids.address(r["row"])) for r in answer["rows"]),
+        robot=lines("robot"), robot_left_out=answer["robot_left_out"],
+        each=lines("each"), each_left_out=answer["each_left_out"],
+        pictures=tuple(Markup(svg) for svg in answer["pictures"]), unknown=tuple(answer["unknown"]),
     )  # fmt: skip
 
 
@@ -200,7 +200,7 @@ class _Grids:
             if facts.workbook in repository.names() and addressable(facts.workbook):
                 digest = repository.open(facts.workbook).reading.digest
                 self._book = facts.workbook if digest == facts.digest else ""
-        self._grids = services.open_workbooks.room(repository.path(self._book)).document.grids if self._book else {}
+        self._grids = services.open_workbooks.session(repository.path(self._book)).document.grids if self._book else {}
 
     def address(self, row: str) -> str:
         """Return the link to a row (`Tracking!5`) in the grid; empty when it is not there."""

@@ -94,8 +94,8 @@ def _asked(participant: str | None) -> tuple[str, list[str]]:
 def _asked_page(services: Services, participant: str, names: list[str], notice: str = "") -> DeletePage:
     """Build the confirmation page; raises SheetsError when there are no such runs, or one is going."""
     runs = services.runs
-    told = services.exporter.ask("This folder", "plan", str(runs.folder), participant, names, _busy(runs))
-    return _page(services, participant, told, notice, failed=bool(notice))
+    answer = services.exporter.ask("This folder", "plan", str(runs.folder), participant, names, _busy(runs))
+    return _page(services, participant, answer, notice, failed=bool(notice))
 
 
 def _deleted_page(services: Services, participant: str, names: list[str]) -> DeletePage:
@@ -108,51 +108,51 @@ def _deleted_page(services: Services, participant: str, names: list[str]) -> Del
     # what it was is told from what is there now: afterwards there is nothing to tell it from
     runs = services.runs
     folder = str(runs.folder)
-    told = services.exporter.ask("This folder", "delete", folder, participant, names, _busy(runs), expected, below)
-    if not told["deleted"]:
+    answer = services.exporter.ask("This folder", "delete", folder, participant, names, _busy(runs), expected, below)
+    if not answer["deleted"]:
         notice = "Meanwhile there are other runs than were shown; nothing was deleted. Look again."
-        return _page(services, participant, told, notice, failed=True)
-    runs.forget({str(run["run"]) for run in told["runs"]})
-    count = len(told["runs"]) + sum(len(d["runs"]) for d in told.get("below", ()) if d["folder"] in below)
+        return _page(services, participant, answer, notice, failed=True)
+    runs.forget({str(run["run"]) for run in answer["runs"]})
+    count = len(answer["runs"]) + sum(len(d["runs"]) for d in answer.get("below", ()) if d["folder"] in below)
     notice = f"{count} run{'' if count == 1 else 's'} deleted{f' of {participant}' if participant else ''}."
-    if told["begun"]:
-        named = ", ".join(printable(str(n)) for n in told["begun"][:_MOST_NAMED])
+    if answer["begun"]:
+        named = ", ".join(printable(str(n)) for n in answer["begun"][:_MOST_NAMED])
         notice += f" Meanwhile there is another one, which stays: {named}. Delete again when it has ended."
-    return _page(services, participant, told, notice, failed=bool(told["begun"]))
+    return _page(services, participant, answer, notice, failed=bool(answer["begun"]))
 
 
 def _busy(runs: RunStore) -> list[str]:
     return [*runs.going(), *runs.writing()]
 
 
-def _page(services: Services, participant: str, told: Mapping[str, Any], notice: str, *, failed: bool) -> DeletePage:
+def _page(services: Services, participant: str, answer: Mapping[str, Any], notice: str, *, failed: bool) -> DeletePage:
     books = set(services.repository.names())
-    done = bool(told.get("deleted"))
-    names = [str(run["run"]) for run in told["runs"]]
-    below = told.get("below", ())
+    done = bool(answer.get("deleted"))
+    names = [str(run["run"]) for run in answer["runs"]]
+    below = answer.get("below", ())
     ticked = request.form.getlist("below")
-    gone = [told, *(d for d in below if d["folder"] in ticked)] if done else [told]
+    gone = [answer, *(d for d in below if d["folder"] in ticked)] if done else [answer]
     return DeletePage(
         participant=participant, word=participant or "delete",
         lines=() if done else tuple(line_of(f, books) for f in services.runs.facts(names)),
         shown=(*names, *(f"{d['folder']}/{run['run']}" for d in below for run in d["runs"])), what=_what(gone),
         wiped=tuple(name for d in gone for name in d["faces_wiped"]),
-        stays=tuple(_stays(participant, told, [d for d in below if done and d not in gone])),
+        stays=tuple(_stays(participant, answer, [d for d in below if done and d not in gone])),
         below=() if done else tuple(_below(d, d["folder"] in ticked) for d in below),
         done=done, notice=notice, failed=failed,
     )  # fmt: skip
 
 
-def _what(told: list[Mapping[str, Any]]) -> str:
-    files, size, pictures, sounds = (sum(d[n] for d in told) for n in ("files", "bytes", "pictures", "sounds"))
+def _what(answer: list[Mapping[str, Any]]) -> str:
+    files, size, pictures, sounds = (sum(d[n] for d in answer) for n in ("files", "bytes", "pictures", "sounds"))
     return (
         f"{files:,} {'file' if files == 1 else 'files'} ({size / _MEGA:,.1f} MB), "
         f"of which {pictures:,} hold pictures or films and {sounds:,} speech or sounds"
     )
 
 
-def _below(told: Mapping[str, Any], ticked: bool) -> BelowLine:
-    runs = told["runs"]
+def _below(answer: Mapping[str, Any], ticked: bool) -> BelowLine:
+    runs = answer["runs"]
     days = sorted({day for run in runs if (day := _day(str(run["began"])))})
     when = "" if not days else f", {_written(days[0])}"
     if len(days) > 1:
@@ -160,7 +160,7 @@ def _below(told: Mapping[str, Any], ticked: bool) -> BelowLine:
     books = sorted({str(run["workbook"]) for run in runs if run["workbook"]})
     shown = f" of {', '.join(books[:3])}{' and others' if len(books) > 3 else ''}" if books else ""
     words = f"{len(runs):,} {'run' if len(runs) == 1 else 'runs'}{shown}{when}"
-    return BelowLine(str(told["folder"]), words, tuple(told["faces_wiped"]), ticked)
+    return BelowLine(str(answer["folder"]), words, tuple(answer["faces_wiped"]), ticked)
 
 
 def _day(began: str) -> date | None:
@@ -179,28 +179,28 @@ def _written(day: date) -> str:
     return f"{day.day} {day:%B %Y}"
 
 
-def _stays(participant: str, told: Mapping[str, Any], below: list[Mapping[str, Any]]) -> list[str]:
+def _stays(participant: str, answer: Mapping[str, Any], below: list[Mapping[str, Any]]) -> list[str]:
     said = [f"The runs of {participant} in “{printable(str(d['folder']))}”." for d in below]
-    said += [f"The remembered face “{f['name']}”: {f['why']}" for f in told["faces_kept"]]
-    if told["faces_kept"]:
+    said += [f"The remembered face “{f['name']}”: {f['why']}" for f in answer["faces_kept"]]
+    if answer["faces_kept"]:
         said.append("Is one of these faces theirs? Wipe it with: rrp-sheets faces --forget NAME")
-    if told["faces_unreadable"]:
-        said.append(str(told["faces_unreadable"]))
-    said += [f"The runs of “{code}”, which is spelled nearly the same." for code in told["similar_codes"]]
-    if told["unreadable_runs"]:
+    if answer["faces_unreadable"]:
+        said.append(str(answer["faces_unreadable"]))
+    said += [f"The runs of “{code}”, which is spelled nearly the same." for code in answer["similar_codes"]]
+    if answer["unreadable_runs"]:
         said.append("Runs whose record cannot be read, so that nobody knows whose they are: "
-                    + ", ".join(printable(str(n)) for n in told["unreadable_runs"][:12]))  # fmt: skip
-    said += [f"“{participant}” in {place}" for place in told["code_still_in"][:_MOST_NAMED]]
-    left = len(told["code_still_in"]) - _MOST_NAMED
+                    + ", ".join(printable(str(n)) for n in answer["unreadable_runs"][:12]))  # fmt: skip
+    said += [f"“{participant}” in {place}" for place in answer["code_still_in"][:_MOST_NAMED]]
+    left = len(answer["code_still_in"]) - _MOST_NAMED
     if left > 0:
         said.append(f"“{participant}” in {left:,} more files; `rrp-sheets runs delete` names them.")
-    unsearched = told["not_searched"]
+    unsearched = answer["not_searched"]
     if unsearched:
         said.append(f"These files were not searched for “{participant}”. Open them and look yourself:")
         said += [_dated(u) for u in unsearched[:_MOST_NAMED]]
         if len(unsearched) > _MOST_NAMED:
             said.append(f"{len(unsearched) - _MOST_NAMED:,} more files that were not searched; "
                         "`rrp-sheets runs delete --json` names them.")  # fmt: skip
-    elif not told["looked_through_everything"]:
+    elif not answer["looked_through_everything"]:
         said.append("The folder has too many files to search all of them.")
     return [*said, "Copies elsewhere: a backup, an export that was mailed, a bundle."]

@@ -34,11 +34,11 @@ def stop(name: str) -> tuple[Response, int]:
     """Stop the run, of whichever workbook it is; the workbook is not opened, as that may take long."""
     if not services().repository.has(name):
         abort(404)
-    by, session = _by(json_body()), services().run_manager.session
-    if session is None:
+    by, run = _by(json_body()), services().run_manager.run
+    if run is None:
         return jsonify({"message": "No run is going."}), 409
-    if session.is_going:  # else it has ended while Stop was pressed: nothing is wrong
-        session.stop(by)
+    if run.is_going:  # else it has ended while Stop was pressed: nothing is wrong
+        run.stop(by)
     return jsonify({}), 200
 
 
@@ -46,20 +46,20 @@ def stop(name: str) -> tuple[Response, int]:
 @blueprint.get("/book/<name>/run/<sheet>")
 def panel(name: str, sheet: str = "") -> str:
     """Show a sheet in the run panel; without a sheet, the first behaviour."""
-    room = workbook_or_404(name)
-    room.poll()
-    sheet = room.document.current(sheet)
-    if sheet and sheet not in room.document.grids:
+    session = workbook_or_404(name)
+    session.poll()
+    sheet = session.document.current(sheet)
+    if sheet and sheet not in session.document.grids:
         abort(404)
-    return show(run_page(room, name, sheet))
+    return show(run_page(session, name, sheet))
 
 
 @blueprint.post("/book/<name>/run/start")
 def start(name: str) -> tuple[Response, int]:
     """Start a run."""
-    room = workbook_or_404(name)
+    session = workbook_or_404(name)
     try:
-        services().run_manager.start(room, name, _wish(json_body()))
+        services().run_manager.start(session, name, _options(json_body()))
     except RobotBusy as taken:
         where = url_for("run_panel.panel", name=taken.book)
         return jsonify({"message": f"{taken.message} {taken.remedy}", "book": taken.book, "where": where}), 409
@@ -71,16 +71,16 @@ def start(name: str) -> tuple[Response, int]:
 @blueprint.post("/book/<name>/run/<action>")
 def act(name: str, action: str) -> tuple[Response, int]:
     """Act on the run of a workbook."""
-    room, sent, run_manager = workbook_or_404(name), json_body(), services().run_manager
+    session, sent, run_manager = workbook_or_404(name), json_body(), services().run_manager
     if action not in (*_ACTIONS, "clear"):
         abort(404)
     if action == "clear":
-        run_manager.clear(room)
+        run_manager.clear(session)
         return jsonify({}), 200
-    session = run_manager.session
-    if session is None or session.room is not room or not session.is_going:
+    run = run_manager.run
+    if run is None or run.session is not session or not run.is_going:
         return jsonify({"message": "No run of this workbook is going."}), 409
-    _ACTIONS[action](session, _by(sent), sent)
+    _ACTIONS[action](run, _by(sent), sent)
     return jsonify({}), 200
 
 
@@ -93,16 +93,16 @@ def now() -> Response:
 @blueprint.get("/run/eye.jpg")
 def eye() -> Response:
     """Send the newest camera picture."""
-    session = services().run_manager.session
-    picture = session.eye() if session is not None and session.is_going else b""
+    run = services().run_manager.run
+    picture = run.eye() if run is not None and run.is_going else b""
     return Response(picture, mimetype="image/jpeg") if picture else Response(status=204)
 
 
 @blueprint.get("/run/sound/<file>")
 def sound(file: str) -> Response:
     """Send a sound of the current run, or of the last one."""
-    session = services().run_manager.session
-    start = session.run_state.start if session is not None else None
+    run = services().run_manager.run
+    start = run.run_state.start if run is not None else None
     if start is None or not _SOUND.fullmatch(file) or not (start.folder / file).is_file():
         abort(404)
     return send_file(start.folder / file, mimetype="audio/wav", conditional=True)
@@ -130,7 +130,7 @@ def _by(sent: Asked) -> str:
     return author_of(sent, SOMEBODY)
 
 
-def _wish(sent: Asked) -> RunOptions:
+def _options(sent: Asked) -> RunOptions:
     mode = text_of(sent, "mode") or "simulated"
     if mode not in MODES:
         raise BadRequest
@@ -148,30 +148,30 @@ def _speed(sent: Asked) -> float:
     return speed
 
 
-def _press(session: RunSession, by: str, sent: Asked) -> None:
+def _press(run: RunSession, by: str, sent: Asked) -> None:
     label = text_of(sent, "label")
-    start = session.run_state.start
+    start = run.run_state.start
     if start is None or label not in {button for _, button in start.buttons}:
         raise BadRequest
-    session.process.press(label, by)
+    run.process.press(label, by)
 
 
-def _put(session: RunSession, by: str, sent: Asked) -> None:
+def _put(run: RunSession, by: str, sent: Asked) -> None:
     x, y, z = (number_of(sent, n, -REACH, REACH) for n in "xyz")
-    session.process.put(text_of(sent, "thing", 100), (x, y, z), by)
+    run.process.put(text_of(sent, "thing", 100), (x, y, z), by)
 
 
 _ACTIONS: dict[str, Callable[[RunSession, str, Asked], None]] = {
-    "restart": lambda session, by, sent: session.restart(by),
-    "pause": lambda session, by, sent: session.process.pause(by),
-    "resume": lambda session, by, sent: session.process.resume(by),
-    "step": lambda session, by, sent: session.process.step(by),
-    "speed": lambda session, by, sent: session.process.speed(_speed(sent), by),
-    "mark": lambda session, by, sent: session.process.mark(text_of(sent, "note", NOTE), by),
-    "switch": lambda session, by, sent: session.process.switch(text_of(sent, "behaviour"), truth_of(sent, "on"), by),
-    "send": lambda session, by, sent: session.process.send(text_of(sent, "stream"), text_of(sent, "text", TEXT), by),
+    "restart": lambda run, by, sent: run.restart(by),
+    "pause": lambda run, by, sent: run.process.pause(by),
+    "resume": lambda run, by, sent: run.process.resume(by),
+    "step": lambda run, by, sent: run.process.step(by),
+    "speed": lambda run, by, sent: run.process.speed(_speed(sent), by),
+    "mark": lambda run, by, sent: run.process.mark(text_of(sent, "note", NOTE), by),
+    "switch": lambda run, by, sent: run.process.switch(text_of(sent, "behaviour"), truth_of(sent, "on"), by),
+    "send": lambda run, by, sent: run.process.send(text_of(sent, "stream"), text_of(sent, "text", TEXT), by),
     "press": _press,
-    "scene": lambda session, by, sent: session.process.scene(
+    "scene": lambda run, by, sent: run.process.scene(
         text_of(sent, "thing", 100), text_of(sent, "verb", 40), text_of(sent, "value"), by),
     "put": _put,
 }  # fmt: skip

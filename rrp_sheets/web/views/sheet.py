@@ -56,34 +56,34 @@ blueprint = Blueprint("sheet", __name__)
 @blueprint.get("/book/<name>/sheet/<sheet>")
 def page(name: str, sheet: str = "") -> str | BaseResponse | tuple[str, int]:
     """Show a sheet in the grid; without a sheet, the first behaviour."""
-    room = workbook_or_404(name)
-    room.poll()
-    now = room.document.current(sheet)
+    session = workbook_or_404(name)
+    session.poll()
+    now = session.document.current(sheet)
     if now != sheet:  # it was renamed
         return redirect(url_for("sheet.page", name=name, sheet=now))
-    if sheet and sheet not in room.document.grids and sheet not in room.document.own:
+    if sheet and sheet not in session.document.grids and sheet not in session.document.own:
         return show(_no_sheet(name, sheet)), 404
-    return show(grid_page(room, name, sheet))
+    return show(grid_page(session, name, sheet))
 
 
 @blueprint.get("/book/<name>/panels/<sheet>")
 def beside(name: str, sheet: str) -> str:
     """Show the panels beside and below the grid."""
-    room = workbook_or_404(name)
-    return show(panels(room, name, sheet_or_404(room.document, sheet)))
+    session = workbook_or_404(name)
+    return show(panels(session, name, sheet_or_404(session.document, sheet)))
 
 
 @blueprint.get("/book/<name>/rows/<sheet>/<int:first>")
 def rows(name: str, sheet: str, first: int) -> str:
     """Send further rows of a sheet."""
-    room = workbook_or_404(name)
-    sheet = room.document.current(sheet)
-    if sheet not in room.document.grids:
+    session = workbook_or_404(name)
+    sheet = session.document.current(sheet)
+    if sheet not in session.document.grids:
         abort(404)
-    grid, after = room.document.grids[sheet], request.args.get("after", "")
+    grid, after = session.document.grids[sheet], request.args.get("after", "")
     if grid.knows(after):  # the last row that the page has, which may stand elsewhere now, or be gone
         first = grid.place(after) + grid.has(after)
-    return str(room.maker(sheet).rows(first, PIECE))
+    return str(session.maker(sheet).rows(first, PIECE))
 
 
 @blueprint.get("/book/<name>/vocabulary")
@@ -100,7 +100,7 @@ def diagram(name: str, number: int) -> Response:
     if not repository.has(name):
         abort(404)
     opened = repository.open(name)
-    behaviours = opened.look.graph.behaviours
+    behaviours = opened.analysis.graph.behaviours
     if not 1 <= number <= len(behaviours):
         abort(404)
     return Response(picture(opened, behaviours[number - 1]), mimetype="image/svg+xml")
@@ -109,24 +109,26 @@ def diagram(name: str, number: int) -> Response:
 @blueprint.get("/book/<name>/events")
 def events(name: str) -> Response:
     """Open the event stream of a page."""
-    room = workbook_or_404(name)
+    session = workbook_or_404(name)
     person = visitor()
     client = request.args.get("client", "")[:40]
-    if request.method == "HEAD" or not room.is_of(client, person.key):  # HEAD: nobody would listen, nor leave
+    if request.method == "HEAD" or not session.is_of(client, person.key):  # HEAD: nobody would listen, nor leave
         abort(405 if request.method == "HEAD" else 403)
     back = request.headers.get("Last-Event-ID", "")  # it had a stream already
     join = partial(
-        room.join,
+        session.join,
         client,
         person.name or clean_name(request.args.get("name", "")) or "Somebody",
         knows=bool(back) or request.args.get("knows") != "no",
         had=back or request.args.get("had", ""),
         person=person.key,
     )
-    listener = services().open_workbooks.listen(room, client, person.key, join)
+    listener = services().open_workbooks.listen(session, client, person.key, join)
     if isinstance(listener, str):
         return Response(listener, 503, {"Retry-After": "5"}, mimetype="text/plain")
-    answer = Response(stream_with_context(stream(listener, room.about_run, room.leave)), mimetype="text/event-stream")
+    answer = Response(
+        stream_with_context(stream(listener, session.about_run, session.leave)), mimetype="text/event-stream"
+    )
     answer.headers["X-Accel-Buffering"] = "no"
     return answer
 
@@ -134,19 +136,19 @@ def events(name: str) -> Response:
 @blueprint.post(f"/book/<name>/<any({', '.join(_ACTIONS)}):action>")
 def change(name: str, action: str) -> Response:
     """Make an edit, or tell the others what the page's user is doing."""
-    room, given = workbook_or_404(name), json_body()
+    session, given = workbook_or_404(name), json_body()
     tag, request_id = text_of(given, "tag"), text_of(given, "request")
-    client, author = sender_of(room, given)
+    client, author = sender_of(session, given)
     if action == "stand":
-        room.stand(client, author, _place(given))
+        session.stand(client, author, _place(given))
     elif action == "part":
-        room.part(client)
+        session.part(client)
     elif action == "test":
-        room.tests.soon(asked=True)
+        session.tests.soon(asked=True)
     elif action in ("lock", "unlock"):
-        return jsonify(_seat(room, client, author, given, take=action == "lock"))
+        return jsonify(_seat(session, client, author, given, take=action == "lock"))
     else:
-        return jsonify(room.change(client, author, tag, partial(_make, room, author, action, given), request_id))
+        return jsonify(session.change(client, author, tag, partial(_make, session, author, action, given), request_id))
     return jsonify({})
 
 
@@ -155,9 +157,9 @@ def _no_sheet(book: str, sheet: str) -> MessagePage:
     return MessagePage("There is no such sheet", message, "Look at the workbook’s other sheets.", book=book)
 
 
-def _make(room: WorkbookSession, author: str, action: str, given: Asked, document: Document) -> Changed | None:
+def _make(session: WorkbookSession, author: str, action: str, given: Asked, document: Document) -> Changed | None:
     if action == "fix":
-        return make_fix(document, room.analysis(), author, given)
+        return make_fix(document, session.analysis(), author, given)
     if action in ("undo", "redo"):
         changed = document.undo(author, again=action == "redo")
         if changed is None:
@@ -198,12 +200,12 @@ def _new_rows(given: Asked) -> list[tuple[str, dict[int, str]]]:
     return made
 
 
-def _seat(room: WorkbookSession, client: str, name: str, given: Asked, *, take: bool) -> Asked:
+def _seat(session: WorkbookSession, client: str, name: str, given: Asked, *, take: bool) -> Asked:
     place = _place(given)
     if not take:
-        room.release(client, place)
+        session.release(client, place)
         return {}
-    holder = room.take(client, name, place)
+    holder = session.take(client, name, place)
     return {"message": f"{holder} is editing this cell.", "taken": True} if holder else {}
 
 
@@ -285,18 +287,18 @@ MOST_PROBLEMS = 300
 FIRST_ROWS = 200  # in the page itself; the others follow
 
 
-def grid_page(room: WorkbookSession, name: str, sheet: str) -> GridPage:
+def grid_page(session: WorkbookSession, name: str, sheet: str) -> GridPage:
     """Build the page of a sheet; without a sheet, that of the first behaviour."""
-    told = room.told()
-    grids = room.document.grids
+    newest_event = session.newest_event()
+    grids = session.document.grids
     first = next((n for n, g in grids.items() if g.kind == "behaviour"), next(iter(grids), ""))
-    if sheet in room.document.own:
-        other = grid_page(room, name, first)
-        return own_page(other, panels(room, name, sheet), room.document, sheet)
+    if sheet in session.document.own:
+        other = grid_page(session, name, first)
+        return own_page(other, panels(session, name, sheet), session.document, sheet)
     sheet = sheet or first
-    beside = panels(room, name, sheet)  # before the rows: a page that says "checked" must not have older rows
-    look = room.analysis()
-    maker = room.maker(sheet) if sheet else None
+    beside = panels(session, name, sheet)  # before the rows: a page that says "checked" must not have older rows
+    look = session.analysis()
+    maker = session.maker(sheet) if sheet else None
     version = grids[sheet].version if sheet else 0  # before the rows, which are of that version or of a later one
     rows = maker.rows(0, FIRST_ROWS) if maker else Markup("")
     return GridPage(
@@ -309,33 +311,33 @@ def grid_page(room: WorkbookSession, name: str, sheet: str) -> GridPage:
         examples=bool(maker and maker.has_examples),
         rows=rows,
         count=len(grids[sheet].rows) if sheet else 0,
-        strip=sheet_tabs(room.document, name, sheet),
+        strip=sheet_tabs(session.document, name, sheet),
         vocabulary=_json(completions.vocabulary(no_analysis())),
         panels=beside,
-        read_only=room.document.why,
-        hindered=hindrance(room.document.path),
+        read_only=session.document.why,
+        hindered=hindrance(session.document.path),
         errors=look.errors,
-        told=told,
+        newest_event=newest_event,
         version=version,
     )
 
 
-def run_page(room: WorkbookSession, name: str, sheet: str) -> GridPage:
+def run_page(session: WorkbookSession, name: str, sheet: str) -> GridPage:
     """Build the page of a sheet for the run panel, with the actions of the scene's things."""
-    zones = list(room.analysis().robot.touch_zones)
+    zones = list(session.analysis().robot.touch_zones)
     acts = {**{kind: verbs_of(kind) for kind in KINDS}, "zones": zones}
-    page = grid_page(room, name, sheet)
-    return replace(page, live=True, acts=_json(acts), strip=sheet_tabs(room.document, name, page.sheet, live=True))
+    page = grid_page(session, name, sheet)
+    return replace(page, live=True, acts=_json(acts), strip=sheet_tabs(session.document, name, page.sheet, live=True))
 
 
 def _json(data: object) -> Markup:
     return Markup(json.dumps(data, ensure_ascii=False).replace("<", "\\u003c"))
 
 
-def panels(room: WorkbookSession, name: str, sheet: str) -> Panels:
+def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
     """Build the panels: the diagram, the explanation in words, the problems and the tests."""
-    look = room.analysis()
-    grids = room.document.grids
+    look = session.analysis()
+    grids = session.document.grids
     problems = []
     for number, d in enumerate(look.findings[:MOST_PROBLEMS], 1):
         place = str(d.address) if d.address else ""
@@ -365,7 +367,7 @@ def panels(room: WorkbookSession, name: str, sheet: str) -> Panels:
     return Panels(
         name=name, sheet=sheet, counts=counts(look.findings), problems=tuple(problems),
         left_out=max(0, len(look.findings) - MOST_PROBLEMS), drawing=drawing, words=words, why=why,
-        checked=look.checked, picture=number, tests=panel_of(room.tests, room.document, sheet),
+        checked=look.checked, picture=number, tests=panel_of(session.tests, session.document, sheet),
     )  # fmt: skip
 
 
@@ -401,13 +403,13 @@ MOST_DRAWN_ROWS = 500
 
 def picture(book: CheckedWorkbook, behaviour: BehaviourGraph) -> str:
     """Draw the behaviour's diagram, or a picture with the reason why there is none."""
-    if not book.look.understood:
+    if not book.analysis.understood:
         return _in_words(["This cannot be drawn yet.", "First mend the problems beside it."])
     if len(behaviour.steps) > MOST_DRAWN_ROWS:
         return _in_words([f"This is too long to be drawn here: more than {MOST_DRAWN_ROWS} rows.", "Divide the sheet."])
     try:
         drawn = draw_diagram(
-            book.look.graph, behaviour, problems=book.look.flags(behaviour), whole=True, timeout=_SECONDS
+            book.analysis.graph, behaviour, problems=book.analysis.flags(behaviour), whole=True, timeout=_SECONDS
         )
     except SheetsError as error:
         return _in_words([error.message, error.remedy])

@@ -45,11 +45,11 @@ def about(name: str, sheet: str) -> Response:
 @blueprint.post("/book/<name>/sheets/<any(add, rename, move, duplicate, delete):action>")
 def change(name: str, action: str) -> Response:
     """Change the sheets of a workbook."""
-    room, given = workbook_or_404(name), json_body()
-    client, author = sender_of(room, given)
+    session, given = workbook_or_404(name), json_body()
+    client, author = sender_of(session, given)
     make = _ACTIONS[action]
     return jsonify(
-        room.change(client, author, text_of(given, "tag"), lambda document: make(room, document, author, given))
+        session.change(client, author, text_of(given, "tag"), lambda document: make(session, document, author, given))
     )
 
 
@@ -58,17 +58,17 @@ def _of(document: Document, given: Asked) -> str:
     return document.current(text_of(given, "of"))
 
 
-def _add(room: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
+def _add(session: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
     kind, name = text_of(given, "kind"), text_of(given, "title", NAME)
     columns = [text for part in text_of(given, "columns", _COLUMNS).split(",") if (text := " ".join(part.split()))]
     return document.sheets.add(author, kind, name, [columns] if kind == "table" and columns else ())
 
 
-def _rename(room: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
+def _rename(session: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
     return document.sheets.rename(author, _of(document, given), text_of(given, "title", NAME))
 
 
-def _move(room: WorkbookSession, document: Document, author: str, given: Asked) -> Changed | None:
+def _move(session: WorkbookSession, document: Document, author: str, given: Asked) -> Changed | None:
     """Move a sheet one place to the left or right, among the sheets of known kinds or the user's own."""
     sheet, by = _of(document, given), 1 if number_of(given, "by", -1, 1) > 0 else -1
     group = list(document.grids) if sheet in document.grids else list(document.own)
@@ -80,13 +80,13 @@ def _move(room: WorkbookSession, document: Document, author: str, given: Asked) 
     return document.sheets.move(author, sheet, after[0] if after else "")
 
 
-def _duplicate(room: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
+def _duplicate(session: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
     return document.sheets.duplicate(author, _of(document, given))
 
 
-def _delete(room: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
+def _delete(session: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
     sheet = _of(document, given)
-    people = room.locks.others(text_of(given, "client"), sheet)
+    people = session.locks.others(text_of(given, "client"), sheet)
     if people:
         who = " and ".join(people[:3])
         raise Refused(f"{who} {'is' if len(people) == 1 else 'are'} editing a cell of it just now.", "Try again later.")

@@ -123,9 +123,9 @@ def changed(book: CheckedWorkbook) -> str:
 
 
 def _card(book: CheckedWorkbook, last: RunMetadata | None) -> Card:
-    workbook = book.look.workbook
+    workbook = book.analysis.workbook
     rows = sum(len(b.rows) for b in workbook.behaviours)
-    drawable = book.look.graph.behaviours[:1]
+    drawable = book.analysis.graph.behaviours[:1]
     about = workbook.protocol.text("Purpose")
     return Card(
         name=book.name,
@@ -133,8 +133,8 @@ def _card(book: CheckedWorkbook, last: RunMetadata | None) -> Card:
         about=about,
         size=f"{plural(len(workbook.behaviours), 'behaviour')}, {plural(rows, 'row')}",
         changed=changed(book),
-        counts=counts(book.look.findings),
-        picture=bool(drawable and drawable[0].steps and book.look.understood),
+        counts=counts(book.analysis.findings),
+        picture=bool(drawable and drawable[0].steps and book.analysis.understood),
         words=" ".join([book.title, book.name, about, *_words(book)])[:_MOST_WORDS].casefold(),
         last=_last(last) if last else None,
     )
@@ -142,8 +142,8 @@ def _card(book: CheckedWorkbook, last: RunMetadata | None) -> Card:
 
 def _words(book: CheckedWorkbook) -> list[str]:
     """Return the streams' names and the notes, for the search."""
-    behaviours = book.look.workbook.behaviours
-    streams = dict.fromkeys(s.name for s in book.look.graph.streams.values() if s.name)
+    behaviours = book.analysis.workbook.behaviours
+    streams = dict.fromkeys(s.name for s in book.analysis.graph.streams.values() if s.name)
     return [*streams, *(row.notes for b in behaviours for row in b.rows if row.notes)]
 
 
@@ -239,8 +239,8 @@ def _upload(services: Services) -> Done:
             done = f" {' and '.join(stored)} could be stored." if stored else ""
             raise SheetsError(error.message + done, error.remedy) from error
     verb = "is" if len(stored) == 1 else "are"
-    told = " ".join([f"{' and '.join(stored)} {verb} on the shelf.", *notes]).strip()
-    return told, stored[0] if len(stored) == 1 else ""
+    notice = " ".join([f"{' and '.join(stored)} {verb} on the shelf.", *notes]).strip()
+    return notice, stored[0] if len(stored) == 1 else ""
 
 
 _ACTIONS: dict[str, Callable[[Services], Done]] = {
