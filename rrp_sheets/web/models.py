@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Protocol
 
 from flask import render_template
 from markupsafe import Markup
@@ -300,7 +300,10 @@ class RefusedPage:
     remedy: str
 
 
-Page = ShelfPage | GridPage | SheetTabs | Panels | MessagePage | RefusedPage
+class Page(Protocol):
+    """Data of a page or of a part of one, with the template that shows it."""
+
+    template: ClassVar[str]
 
 
 def show(page: Page) -> str:

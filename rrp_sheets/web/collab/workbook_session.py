@@ -109,9 +109,9 @@ class WorkbookSession(Broadcaster):
         except Refused as refused:
             clashes = [asdict(c) for c in refused.clashes]
             fresh = self._fresh({c.row for c in refused.clashes}) if clashes else []
-            return {"message": f"{refused.message} {refused.remedy}".strip(), "clashes": clashes, "rows": fresh}
+            return {"message": str(refused), "clashes": clashes, "rows": fresh}
         except SheetsError as error:  # the file itself: gone, or no workbook any more
-            return {"message": f"{error.message} {error.remedy}".strip()}
+            return {"message": str(error)}
         if changed is None:
             return {"message": ""}
         self.author = author
@@ -190,7 +190,7 @@ class WorkbookSession(Broadcaster):
             try:
                 seen = analyse(self.document.path, self.document.reading, self._worker)
             except SheetsError as error:
-                self.tell("trouble", {"message": f"{error.message} {error.remedy}".strip()})
+                self.tell("trouble", {"message": str(error)})
                 with self._lock:
                     self._look = replace(self._look, checked=True)
                 continue
@@ -295,7 +295,7 @@ class WorkbookSession(Broadcaster):
         try:
             changes = self.document.poll()
         except SheetsError as error:
-            trouble = f"{error.message} {error.remedy}".strip()
+            trouble = str(error)
             if trouble != self._trouble:  # once, not every second
                 self._trouble = trouble
                 self.tell("trouble", {"message": trouble})

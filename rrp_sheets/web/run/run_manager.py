@@ -129,7 +129,7 @@ class RunManager:
             try:
                 self.start(run.session, run.book, run.again())
             except SheetsError as error:
-                run.session.tell("trouble", {"message": f"{error.message} {error.remedy}".strip()})
+                run.session.tell("trouble", {"message": str(error)})
 
     def _checked(self, session: WorkbookSession) -> None:
         run = self.run

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from flask import render_template
 from markupsafe import Markup
 
 from rrp_sheets.render.pack.model import Pack
@@ -276,11 +275,3 @@ class ProtocolPart:
     legend: Markup
     trouble: str
     pieces: Callable[[str], tuple[TextPiece, ...]] | None = None
-
-
-Page = RunsPage | RecordPage | MarblesPage | VersionsPage | ComparePage | PrintPage | ProtocolPart
-
-
-def show(page: Page) -> str:
-    """Render a page with its template."""
-    return render_template(page.template, page=page)

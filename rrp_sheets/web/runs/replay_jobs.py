@@ -89,7 +89,7 @@ class Replays:
         except Stopped as error:
             job.trouble = _GivenUp(f"{error.message} {error.remedy}")
         except SheetsError as error:
-            job.trouble = f"{error.message} {error.remedy}".strip()
+            job.trouble = str(error)
         except OSError as error:
             job.trouble = f"It cannot be read ({error.strerror})."
         else:

@@ -157,7 +157,7 @@ class WorkbookTests:
         try:
             answer = self._tester.run(self._document.path, PATIENT if asked else QUICK)
         except SheetsError as error:  # where their process was ended from outside, they are not to blame
-            results = Results(why=f"{error.message} {error.remedy}".strip())
+            results = Results(why=str(error))
             self._slow = not (isinstance(error, WorkerError) and error.gone)
         else:
             self._slow = bool(answer.get("late"))

@@ -24,8 +24,9 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs.marbles import WORKBOOK
 from rrp_sheets.web.collab.workbook_session import WorkbookSession
+from rrp_sheets.web.models import show
 from rrp_sheets.web.requests import confirm_download, workbook_or_404
-from rrp_sheets.web.runs.record_pages import Choice, ComparePage, VersionLine, VersionsPage, show
+from rrp_sheets.web.runs.record_pages import Choice, ComparePage, VersionLine, VersionsPage
 from rrp_sheets.web.runs.run_store import line_of, when
 from rrp_sheets.web.security import clean_name, visitor
 from rrp_sheets.web.services import Services, services
@@ -107,7 +108,7 @@ def compare_page(services: Services, refs: tuple[str, str], asked_book: str) -> 
         try:
             result = _result(services, refs, words)
         except SheetsError as error:
-            trouble = f"{error.message} {error.remedy}".strip()
+            trouble = str(error)
     return ComparePage(tuple(groups), first, second, books[0] if len(books) == 1 else "", result, trouble)
 
 
@@ -215,7 +216,7 @@ def _keep(session: WorkbookSession, name: str) -> VersionsPage:
         session.poll()
         session.document.keep_version(_author(), title)
     except SheetsError as error:
-        return versions_page(session, name, f"{error.message} {error.remedy}".strip(), failed=True)
+        return versions_page(session, name, str(error), failed=True)
     return versions_page(session, name, f"Kept as “{title}”.")
 
 
@@ -234,7 +235,7 @@ def _restore(session: WorkbookSession, name: str) -> VersionsPage:
         author = _author()
         session.document.restore(author, found.id)
     except SheetsError as error:
-        return versions_page(session, name, f"{error.message} {error.remedy}".strip(), failed=True)
+        return versions_page(session, name, str(error), failed=True)
     session.tell("reload", {"why": f"{author} has brought back the version “{found.name}”."})
     session.check_soon()
     notice = f"“{found.name}” is back. What the workbook was before is kept as a version too."

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 from urllib.parse import urlsplit
 
-from flask import Blueprint, abort, g, redirect, render_template, request, url_for
+from flask import Blueprint, abort, g, redirect, request, url_for
 from werkzeug.wrappers import Response as AnyResponse
 
+from rrp_sheets.web.models import show
 from rrp_sheets.web.password import LONGEST
 from rrp_sheets.web.security import access, clean_name
 
@@ -37,7 +38,7 @@ def page() -> AnyResponse | str:
     """Show the form, or go on to the page that was asked for."""
     if g.person is not None:
         return redirect(_inside(request.args.get("next", "/")), 303)
-    return _shown(LoginPage(next=_inside(request.args.get("next", "/"))))
+    return show(LoginPage(next=_inside(request.args.get("next", "/"))))
 
 
 @blueprint.post("/login")
@@ -48,7 +49,7 @@ def enter() -> Answer:
     name, given = clean_name(request.form.get("name", "")), request.form.get("password", "")
     place = _inside(request.form.get("next", "/"))
     if not name:
-        return _shown(LoginPage("Type your name: the others see it beside what you do.", place)), 400
+        return show(LoginPage("Type your name: the others see it beside what you do.", place)), 400
     address = request.remote_addr or ""
     with settings.lan.password.place() as free:
         wait = settings.throttle.begin(address) if free else 2
@@ -56,11 +57,11 @@ def enter() -> Answer:
     if wait:
         why = "Too many wrong passwords came from here." if free else "Many log in at this moment."
         words = f"{why} Wait {_waiting_time(wait)}, then try again."
-        return _shown(LoginPage(words, place, name)), 429, {"Retry-After": str(wait)}
+        return show(LoginPage(words, place, name)), 429, {"Retry-After": str(wait)}
     if not fits:
         settings.tell(f"A wrong password came from {address}.")
         words = "This is not the password. Whoever started the server knows it."
-        return _shown(LoginPage(words, place, name)), 403
+        return show(LoginPage(words, place, name)), 403
     settings.throttle.right(address)
     if g.person is not None:
         settings.sessions.close(g.person)
@@ -80,10 +81,6 @@ def leave() -> AnyResponse:
     response = redirect(url_for("login.page"), 303)
     response.delete_cookie(access().cookie, httponly=True, samesite="Strict")
     return response
-
-
-def _shown(page: LoginPage) -> str:
-    return render_template(page.template, page=page)
 
 
 def _inside(place: str) -> str:

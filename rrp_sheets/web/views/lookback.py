@@ -8,12 +8,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from flask import Blueprint, Response, abort, render_template
+from flask import Blueprint, Response, abort
 from markupsafe import Markup
 
 from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
+from rrp_sheets.web.models import show
 from rrp_sheets.web.requests import run_or_404
 from rrp_sheets.web.runs.record_pages import RunLine
 from rrp_sheets.web.runs.run_store import line_of
@@ -86,8 +87,7 @@ class DrawnSheet:
 @blueprint.get("/runs/<run>/lookback")
 def page(run: str) -> str:
     """Show the page; its parts are requested one after the other."""
-    made = lookback_page(services(), run_or_404(run))
-    return render_template(made.template, page=made)
+    return show(lookback_page(services(), run_or_404(run)))
 
 
 @blueprint.get("/runs/<run>/lookback/overview.json")
@@ -124,7 +124,7 @@ def diagram(run: str, number: int) -> str:
         drawn = DrawnSheet(Markup(services().lookback.lookback(place, "diagram", number)), "")
     except SheetsError as error:
         drawn = DrawnSheet(Markup(), f"{error.message} {error.remedy}")
-    return render_template(drawn.template, page=drawn)
+    return show(drawn)
 
 
 def lookback_page(services: Services, run: str) -> LookbackPage:

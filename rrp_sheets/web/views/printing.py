@@ -17,10 +17,10 @@ from rrp_sheets.documents.journal import Version
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.languages import LANGUAGES, language_code
 from rrp_sheets.render.texts import texts
-from rrp_sheets.web.models import pieces
+from rrp_sheets.web.models import pieces, show
 from rrp_sheets.web.requests import confirm_download
 from rrp_sheets.web.runs.protocol_printer import Wanted
-from rrp_sheets.web.runs.record_pages import PrintPage, ProtocolPart, show
+from rrp_sheets.web.runs.record_pages import PrintPage, ProtocolPart
 from rrp_sheets.web.services import Services, services
 from rrp_sheets.web.views.comparison import choices, path_of
 from rrp_sheets.web.workbook_repository import printable, refuse_text
@@ -52,7 +52,7 @@ def pdf_ready(name: str) -> Response:
     try:
         return jsonify({"notes": _pdf(services(), book, request.args)[1]})
     except SheetsError as error:
-        return jsonify({"trouble": f"{error.message} {error.remedy}".strip()})
+        return jsonify({"trouble": str(error)})
 
 
 @blueprint.get("/book/<name>/print/protocol.pdf")
@@ -102,7 +102,7 @@ def protocol_part(services: Services, name: str, asked: Mapping[str, str]) -> Pr
     try:
         proof = services.printer.proof(_wanted(services, name, asked))
     except SheetsError as error:
-        return ProtocolPart(None, {}, {}, Markup(""), f"{error.message} {error.remedy}".strip())
+        return ProtocolPart(None, {}, {}, Markup(""), str(error))
     words = texts(proof.pack.language).entries
     mine = {entry.removeprefix("pack."): text for entry, text in words.items() if entry.startswith("pack.")}
     drawn = {name: Markup(svg) for name, svg in proof.pictures.items()}  # our own drawing, with all texts escaped

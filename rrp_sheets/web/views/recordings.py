@@ -6,14 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from flask import Blueprint, Response, jsonify, render_template, request
+from flask import Blueprint, Response, jsonify, request
 from markupsafe import Markup
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.records.listing import clock
 from rrp_sheets.runs.records.metadata import RunMetadata
+from rrp_sheets.web.models import show
 from rrp_sheets.web.requests import run_or_404
-from rrp_sheets.web.runs.record_pages import RunLine, show
+from rrp_sheets.web.runs.record_pages import RunLine
 from rrp_sheets.web.runs.run_list import marbles_page, record_page, runs_page
 from rrp_sheets.web.runs.run_store import line_of
 from rrp_sheets.web.services import Services, services
@@ -71,8 +72,7 @@ def runs() -> str:
 @blueprint.get("/runs/pair")
 def pair() -> str:
     """Show two recordings side by side."""
-    page = pair_page(services(), request.args.getlist("run"))
-    return render_template(page.template, page=page)
+    return show(pair_page(services(), request.args.getlist("run")))
 
 
 @blueprint.get("/runs/<run>")

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-from flask import Blueprint, render_template, request, url_for
+from flask import Blueprint, request, url_for
 from markupsafe import Markup
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.marbles import WORKBOOK
 from rrp_sheets.runs.records.metadata import TRACE
+from rrp_sheets.web.models import show
 from rrp_sheets.web.requests import run_or_404
 from rrp_sheets.web.runs.record_pages import Choice, RunLine
 from rrp_sheets.web.runs.replay_jobs import ReplayJob
@@ -94,15 +95,13 @@ class ReplayResult:
 @blueprint.get("/runs/<run>/replay")
 def page(run: str) -> str:
     """Show the page, which requests the replay itself."""
-    made = replay_page(services(), run_or_404(run), _asked())
-    return render_template(made.template, page=made)
+    return show(replay_page(services(), run_or_404(run), _asked()))
 
 
 @blueprint.get("/runs/<run>/replay/result")
 def result(run: str) -> str:
     """Show the result of a replay, or its progress; the first request starts it."""
-    made = replay_result(services(), run_or_404(run), _asked())
-    return render_template(made.template, page=made)
+    return show(replay_result(services(), run_or_404(run), _asked()))
 
 
 def _asked() -> str:
@@ -143,7 +142,7 @@ def replay_result(services: Services, run: str, ref: str) -> ReplayResult:
 
         job = services.replays.job((run, ref, stamp), place, other)
     except SheetsError as error:
-        return ReplayResult(address, False, 0, f"{error.message} {error.remedy}".strip())
+        return ReplayResult(address, False, 0, str(error))
     if not job.over:
         return ReplayResult(address, True, round(100 * job.part))
     if job.trouble:

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from datetime import date, datetime
 from typing import Any, ClassVar
 
-from flask import Blueprint, render_template, request
+from flask import Blueprint, request
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.web.models import show
 from rrp_sheets.web.runs.record_pages import RunLine
 from rrp_sheets.web.runs.run_store import RunStore, line_of
 from rrp_sheets.web.services import Services, services
@@ -72,8 +73,7 @@ class DeletePage:
 @blueprint.get("/runs/delete")
 def ask() -> str:
     """Show what would be deleted and what stays, and ask for the confirmation."""
-    page = _asked_page(services(), *_asked(request.args.get("participant")))
-    return render_template(page.template, page=page)
+    return show(_asked_page(services(), *_asked(request.args.get("participant"))))
 
 
 @blueprint.post("/runs/delete/now")
@@ -81,10 +81,9 @@ def delete() -> str:
     """Delete runs, and show what was deleted."""
     participant, names = _asked(request.form.get("participant"))
     try:
-        page = _deleted_page(services(), participant, names)
+        return show(_deleted_page(services(), participant, names))
     except SheetsError as error:  # told where it was asked for
-        page = DeletePage(participant, "", notice=f"{error.message} {error.remedy}", failed=True)
-    return render_template(page.template, page=page)
+        return show(DeletePage(participant, "", notice=f"{error.message} {error.remedy}", failed=True))
 
 
 def _asked(participant: str | None) -> tuple[str, list[str]]:

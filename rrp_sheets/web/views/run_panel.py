@@ -64,7 +64,7 @@ def start(name: str) -> tuple[Response, int]:
         where = url_for("run_panel.panel", name=taken.book)
         return jsonify({"message": f"{taken.message} {taken.remedy}", "book": taken.book, "where": where}), 409
     except SheetsError as error:
-        return jsonify({"message": f"{error.message} {error.remedy}".strip()}), 409
+        return jsonify({"message": str(error)}), 409
     return jsonify({"where": url_for("run_panel.panel", name=name)}), 200
 
 

@@ -35,7 +35,7 @@ def about(name: str, sheet: str) -> Response:
     try:
         named = document.sheets.naming(sheet)
     except SheetsError as error:
-        return jsonify({"message": f"{error.message} {error.remedy}".strip()})
+        return jsonify({"message": str(error)})
     grid = document.grids.get(sheet)
     rows = sum(bool(grid.texts[row]) for row in list(grid.rows)) if grid is not None else None
     more = len(named) - MOST_NAMED

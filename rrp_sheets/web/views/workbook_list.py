@@ -262,7 +262,7 @@ def act(action: str) -> Response:
     try:
         notice, made = _ACTIONS[action](services())
     except SheetsError as error:
-        notice = f"{error.message} {error.remedy}".strip()
+        notice = str(error)
         return Response(show(shelf_page(repository, notice, failed=True, sort=sort)))
     answer = Response(show(shelf_page(repository, notice, sort=sort, made=made)))
     if action in ("new", "tutorial"):  # one wants to write in it now
