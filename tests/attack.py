@@ -35,7 +35,10 @@ _FILES = {"run_panel.sound": "say-001.wav", "exports.file": "trace.jsonl", "vend
 _WHO = {"client": "c", "name": "Anna", "tag": "t"}
 _PLACE = {**_WHO, "sheet": SHEET, "row": "ROW", "column": 6}
 JSON: dict[str, dict[str, Any]] = {
-    "sheet.change cells": {**_WHO, "sheet": SHEET, "cells": [{"row": "ROW", "column": 6, "text": "x", "was": None}]},
+    "sheet.change cells": {
+        **_WHO, "sheet": SHEET, "cells": [{"row": "ROW", "column": 6, "text": "x", "was": None}],
+        "unlock": {"row": "ROW", "column": 6}, "stand": {"row": "ROW", "column": 6},
+    },
     "sheet.change insert": {**_WHO, "sheet": SHEET, "before": "ROW", "rows": [{"id": "wabcd-1"}]},
     "sheet.change delete": {**_WHO, "sheet": SHEET, "rows": ["ROW"]},
     "sheet.change move": {**_WHO, "sheet": SHEET, "rows": ["ROW"], "before": None},

@@ -571,3 +571,20 @@ def test_any_sequence_with_answers_up_to_two_seconds_late_gives_the_same_file(sh
     late.page.wait_for_selector("body:not([data-saving])", timeout=300_000)
     assert texts(late.path) == texts(plain.path), actions
     becomes(lambda: (shown(late), late.here) == (shown(plain), plain.here), True, actions)
+
+
+def test_an_edit_of_a_cell_takes_three_requests(shelf: Books) -> None:
+    grid = shelf.open()
+    grid.checked()
+    with grid.page.expect_response("**/stand"):
+        grid.go("F2")
+    asked: list[str] = []
+    grid.page.on("request", lambda request: asked.append(request.url.partition("/book/")[2].split("/")[1]))
+    grid.page.evaluate(
+        "() => { window.checks = 0; document.getElementById('listen').addEventListener('checked', () => window.checks++); }"
+    )
+    grid.type("only a note")
+    grid.saved()
+    grid.page.wait_for_function("() => window.checks > 0")
+    until(grid.page, lambda: "panels" in asked)
+    assert sorted(asked) == ["cells", "lock", "panels"]

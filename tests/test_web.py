@@ -6,10 +6,11 @@ import io
 import re
 import sys
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import pytest
-from browser import GOOD, HEADER, book, checked, get, post, visit
+from browser import GOOD, HEADER, HOME, book, checked, get, post, visit
 from flask.testing import FlaskClient
 
 from rrp_sheets.resources import bundled
@@ -181,3 +182,27 @@ def test_settings_that_a_device_does_not_take_are_marked(folder: Path) -> None:
     rows = re.findall(r'<tr role="row".*?</tr>', text)
     assert rows[1].count(' untaken"') == 1 and 'data-v="Hi"' in rows[1]
     assert "untaken" not in rows[2]
+
+
+def test_an_edit_gives_its_cell_free_and_tells_where_the_cursor_goes(folder: Path) -> None:
+    client = visit(folder)
+    session = client.application.extensions["services"].open_workbooks.session(folder / "good.md")
+    page = session.join("mine.1", "Aya")
+    row, below = session.document.grids["Tracking"].rows[:2]
+
+    def send(action: str, person: str, **more: Any) -> Any:
+        sent = {"client": f"{person}.1", "name": person, "sheet": "Tracking", "tag": "1", **more}
+        return client.post(
+            f"{book('good.md')}/{action}", base_url=HOME, headers={"X-RRP": "grid", "Origin": HOME}, json=sent
+        )
+
+    cell = {"row": row, "column": 6}
+    cells = [{**cell, "text": "a note", "was": ""}]
+    assert send("lock", "mine", **cell).json == {}
+    assert "mine is editing" in send("lock", "Ben", **cell).json["message"]
+    for wrong in ("x", {"row": row}, {"row": 1, "column": 6}):
+        assert send("cells", "mine", cells=cells, unlock=wrong).status_code == 400
+        assert send("cells", "mine", cells=cells, stand=wrong).status_code == 400
+    assert "message" not in send("cells", "mine", cells=cells, unlock=cell, stand={"row": below, "column": 6}).json
+    assert page.place == ("Tracking", below, 6)
+    assert send("lock", "Ben", **cell).json == {}

@@ -140,14 +140,21 @@ def change(name: str, action: str) -> Response:
     tag, request_id = text_of(given, "tag"), text_of(given, "request")
     client, author = sender_of(session, given)
     if action == "stand":
-        session.stand(client, author, _place(given))
+        session.stand(client, author, _place(given, given))
     elif action == "part":
         session.part(client)
     elif action == "test":
         session.tests.soon(asked=True)
-    elif action in ("lock", "unlock"):
-        return jsonify(_seat(session, client, author, given, take=action == "lock"))
+    elif action == "unlock":
+        session.release(client, _place(given, given))
+    elif action == "lock":
+        if holder := session.take(client, author, _place(given, given)):
+            return jsonify({"message": f"{holder} is editing this cell.", "taken": True})
     else:
+        if "unlock" in given:  # an edit of a cell ends its editing and moves the cursor, without further requests
+            session.release(client, _place(given, given["unlock"]))
+        if "stand" in given:
+            session.stand(client, author, _place(given, given["stand"]))
         return jsonify(session.change(client, author, tag, partial(_make, session, author, action, given), request_id))
     return jsonify({})
 
@@ -200,20 +207,10 @@ def _new_rows(given: Asked) -> list[tuple[str, dict[int, str]]]:
     return made
 
 
-def _seat(session: WorkbookSession, client: str, name: str, given: Asked, *, take: bool) -> Asked:
-    place = _place(given)
-    if not take:
-        session.release(client, place)
-        return {}
-    holder = session.take(client, name, place)
-    return {"message": f"{holder} is editing this cell.", "taken": True} if holder else {}
-
-
-def _place(given: Asked) -> tuple[str, str, int]:
-    column = given.get("column")
-    if not isinstance(column, int):
+def _place(given: Asked, cell: Any) -> tuple[str, str, int]:
+    if not isinstance(cell, dict) or not isinstance(cell.get("column"), int):
         raise BadRequest
-    return text_of(given, "sheet"), text_of(given, "row"), column
+    return text_of(given, "sheet"), text_of(cell, "row"), cell["column"]
 
 
 def _cell(given: Any) -> CellText:

@@ -23,6 +23,8 @@ export class Server {
     this.order = new Order(table, Number(grid.dataset.version));
     this.chain = Promise.resolve();
     this.dropped = new Set(); // tags of what is not to be sent any more
+    this.unlocking = null; // the cell of the unlock that was not sent yet: an edit of the cell says that too
+    this.next = null; // the edit of cells that was not sent yet: it says where the cursor is, too
     this.unsent = new Unsent(this.url, (cell) => this.address(cell));
     for (const { id, action, text } of this.unsent.entries) { // of this tab before it was loaded again
       const body = { ...JSON.parse(text), client: this.client, tag: `${this.client}-${++this.count}` };
@@ -37,7 +39,10 @@ export class Server {
   /** Send cells `{row, k, text, was}`. */
   cells(changes) {
     const body = changes.map(({ row, k, text, was }) => ({ row, column: this.table.sheetColumn(k), text, was }));
-    return this.send("cells", { cells: body }, changes.map((c) => c.row));
+    const { row, column, tag } = this.unlocking ?? {};
+    if (!body.some((cell) => cell.row === row && cell.column === column)) return this.send("cells", { cells: body }, changes.map((c) => c.row));
+    this.dropped.add(tag);
+    return this.send("cells", { cells: body, unlock: { row, column } }, changes.map((c) => c.row));
   }
 
   /** Insert, delete or move rows (`step`: see order.js): shown at once, and taken back if the server refuses it. */
@@ -58,7 +63,10 @@ export class Server {
   /** Give a cell free; when it was not even asked for yet, neither is sent. */
   unlock(row, column) {
     const lock = this.locking;
-    if (lock?.row !== row || lock.column !== column || lock.sent) return this.send("unlock", { row, column });
+    if (lock?.row !== row || lock.column !== column || lock.sent) {
+      this.unlocking = { row, column, tag: `${this.client}-${this.count + 1}` };
+      return this.send("unlock", { row, column });
+    }
     this.dropped.add(lock.tag);
     return Promise.resolve({});
   }
@@ -66,6 +74,10 @@ export class Server {
   /** Say where the cursor is; the newest place only, and nobody waits for it. */
   stand(row, k) {
     clearTimeout(this.standing);
+    if (this.next) {
+      this.next.stand = { row, column: this.sheetColumn(k) };
+      return;
+    }
     this.standing = setTimeout(() => {
       const place = { row, column: this.sheetColumn(k), sheet: this.sheet, client: this.client, name: this.name };
       this.ask("stand", JSON.stringify(place));
@@ -89,12 +101,15 @@ export class Server {
     const id = EDITS.has(action) ? `${this.secret}-${this.count}` : "";
     const whole = { ...body, tag, request: id, sheet: this.sheet, client: this.client, name: this.name };
     if (id) this.unsent.add(id, action, JSON.stringify(whole));
+    if (action === "cells") this.next = whole;
     const job = this.chain.then(() => this.post(action, whole, id, OWN.has(action)));
     this.chain = job.catch(() => {});
     return job;
   }
 
   async post(action, body, id, own = false) {
+    if (this.next === body) this.next = null;
+    if (this.unlocking?.tag === body.tag) this.unlocking = null;
     if (this.dropped.delete(body.tag)) return {};
     if (this.locking?.tag === body.tag) this.locking.sent = true;
     const answer = await (id ? this.unsent.deliver(action, JSON.stringify(body)) : this.ask(action, JSON.stringify(body)));
