@@ -29,7 +29,7 @@ def hurried() -> Iterator[None]:
 def test_rows_can_be_made_at_any_moment_and_those_that_stay_are_never_missing() -> None:
     grid = Grid("T", "behaviour", 2, (Column(1, "Connector", "Connector"),))
     stay = grid.add_blank(20)
-    maker, over = RowRenderer(grid), threading.Event()
+    renderer, over = RowRenderer(grid), threading.Event()
 
     def edit() -> None:
         while not over.is_set():
@@ -42,11 +42,11 @@ def test_rows_can_be_made_at_any_moment_and_those_that_stay_are_never_missing() 
     editor.start()
     try:
         for _ in range(ROUNDS):
-            ids = re.findall(r'<tr [^>]*id="([^"]+)"', maker.rows(0, 100))
+            ids = re.findall(r'<tr [^>]*id="([^"]+)"', renderer.rows(0, 100))
             assert set(stay) <= set(ids) and len(set(ids)) == len(ids)
-            maker.changed()
-            maker.known("T")
-            assert set(maker.html([*stay, "gone"])) == set(stay)
+            renderer.changed()
+            renderer.known("T")
+            assert set(renderer.html([*stay, "gone"])) == set(stay)
     finally:
         over.set()
         editor.join()

@@ -12,13 +12,13 @@ from pathlib import Path
 import pytest
 
 from rrp_sheets.processes import ChildProcess
-from rrp_sheets.web.serving import scratch
+from rrp_sheets.web.serving import own_temp_folder
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="nobody can tell there which folder is in use")
 KILLED = """
 import os, pathlib, signal
-from rrp_sheets.web.serving import scratch
-with scratch() as folder:
+from rrp_sheets.web.serving import own_temp_folder
+with own_temp_folder() as folder:
     (folder / "table.csv").write_text("P-01")
     os.kill(os.getpid(), signal.SIGKILL)
 """
@@ -34,18 +34,18 @@ def test_the_next_server_removes_what_a_killed_one_left(tmp_path: Path, monkeypa
     link.symlink_to(tmp_path / "other")
     for path in (left, tmp_path / "other"):
         os.utime(path, (1, 1))
-    with scratch() as mine:
+    with own_temp_folder() as mine:
         assert not left.exists() and link.exists() and (tmp_path / "other").exists()
         os.utime(mine, (1, 1))
         monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-        with scratch():  # a second server leaves the first one's alone
+        with own_temp_folder():  # a second server leaves the first one's alone
             assert mine.is_dir()
     assert not mine.exists() and tempfile.gettempdir() == str(tmp_path)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="what a process was given is read in /proc")
 def test_processes_keep_it_there_too() -> None:
-    with scratch() as folder:
+    with own_temp_folder() as folder:
         child = ChildProcess("rrp_sheets.runs.records.query_child")
         try:
             environment, until = b"", time.monotonic() + 20

@@ -132,9 +132,9 @@ def test_what_came_is_shown_as_text(page: Callable[..., Page]) -> None:
     rows = [["Red ball", "map", '"<script>alert(1)</script>"', "Distance"], GOOD[1]]
     here = page(rows, A=HOLDS)
     here.run()
-    maker = RowRenderer(here.document.grids["A"])
-    maker._marks = here.tests.marks("A")
-    html = str(maker.rows(0, 10))
+    renderer = RowRenderer(here.document.grids["A"])
+    renderer._marks = here.tests.marks("A")
+    html = str(renderer.rows(0, 10))
     assert "does not hold" in html and "&lt;script&gt;" in html and "<script>" not in html
 
 

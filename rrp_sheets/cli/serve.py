@@ -49,7 +49,7 @@ def command(folder: Path, port: int | None, lan: bool, no_browser: bool, sign_ou
     """
     from rrp_sheets.web.app import create_app
     from rrp_sheets.web.security import OneTimeTokens, folder_secret
-    from rrp_sheets.web.serving import bind, make_server, scratch
+    from rrp_sheets.web.serving import bind, make_server, own_temp_folder
 
     folder, page = _place(folder)
     door = _ask_password() if lan else None
@@ -59,7 +59,7 @@ def command(folder: Path, port: int | None, lan: bool, no_browser: bool, sign_ou
         _tell(f"After a restart of the server, open a new link: {why_not}.")
     logging.getLogger("waitress.queue").setLevel(logging.ERROR)  # a short wait is no news
     _end_politely()
-    with scratch():
+    with own_temp_folder():
         sockets = bind(_EVERYWHERE if door else (_HOST,), port)
         used = int(sockets[0].getsockname()[1])
 

@@ -266,7 +266,7 @@ class GridPage:
     examples: bool
     rows: Markup
     count: int
-    strip: SheetTabs
+    tabs: SheetTabs
     vocabulary: Markup
     panels: Panels
     read_only: str = ""

@@ -142,7 +142,7 @@ _NEW_S = 5  # so long may a server take from making its folder to holding it
 
 
 @contextmanager
-def scratch() -> Iterator[Path]:
+def own_temp_folder() -> Iterator[Path]:
     """Put the temporary files of this process and its children into a folder of their own during the block."""
     system = tempfile.gettempdir()
     with tempfile.TemporaryDirectory(prefix=_PREFIX, ignore_cleanup_errors=True) as name, locked(Path(name)):

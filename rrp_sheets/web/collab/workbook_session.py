@@ -38,7 +38,7 @@ class WorkbookSession(Broadcaster):
         self._again = threading.Event()
         self._look = no_analysis()
         self._words: tuple[Analysis, str, str] | None = None
-        self._makers: dict[str, RowRenderer] = {}
+        self._renderers: dict[str, RowRenderer] = {}
         self._checker: threading.Thread | None = None
         self._answers: Answers[dict[str, Any]] = Answers()
         self._trouble = ""
@@ -72,15 +72,15 @@ class WorkbookSession(Broadcaster):
                 self._words = kept
         return kept[1], kept[2]
 
-    def maker(self, sheet: str) -> RowRenderer:
+    def renderer(self, sheet: str) -> RowRenderer:
         """Return the renderer of a sheet's rows, updated with the newest check, locks and test results."""
         with self._lock:
             grid = self.document.grids[sheet]
-            maker = self._makers.get(sheet)
-            if maker is None or maker.grid is not grid:
-                maker = self._makers[sheet] = RowRenderer(grid)
-            maker.take(self.analysis(), self.locks.holders(sheet), self.tests.marks(sheet))
-            return maker
+            renderer = self._renderers.get(sheet)
+            if renderer is None or renderer.grid is not grid:
+                renderer = self._renderers[sheet] = RowRenderer(grid)
+            renderer.take(self.analysis(), self.locks.holders(sheet), self.tests.marks(sheet))
+            return renderer
 
     # ---- editing
 
@@ -129,7 +129,7 @@ class WorkbookSession(Broadcaster):
         if change.was:
             with self._lock:
                 self.locks.rename(change.was, change.name)
-                self._makers.pop(change.was, None)
+                self._renderers.pop(change.was, None)
         self.tell("sheets", news := {**asdict(change), "by": author}, but=client)
         return news
 
@@ -141,26 +141,26 @@ class WorkbookSession(Broadcaster):
         if changed.sheet not in self.document.grids:
             return {"sheet": changed.sheet}
         with self._lock:
-            return self._row_changes(changed, self.maker(changed.sheet))
+            return self._row_changes(changed, self.renderer(changed.sheet))
 
-    def _row_changes(self, changed: Changed, maker: RowRenderer) -> dict[str, Any]:
+    def _row_changes(self, changed: Changed, renderer: RowRenderer) -> dict[str, Any]:
         entry = self._now(changed.sheet)
         if changed.touched:
-            entry["replace"] = [{"id": row, "html": html} for row, html in maker.html(changed.touched).items()]
+            entry["replace"] = [{"id": row, "html": html} for row, html in renderer.html(changed.touched).items()]
         if changed.cells:
             entry["cells"] = [list(place) for place in changed.cells[:1000]]
         if changed.inserted:
-            made = maker.html(row for row, _ in changed.inserted)
+            made = renderer.html(row for row, _ in changed.inserted)
             entry["insert"] = [{"before": before, "html": made[row]} for row, before in changed.inserted if row in made]
         if changed.removed:
             entry["remove"] = list(changed.removed)
         if changed.moved:
             entry["move"] = [{"id": row, "before": before} for row, before in changed.moved]
         if changed.grown:
-            entry["grown"] = list(maker.html(changed.grown).values())
+            entry["grown"] = list(renderer.html(changed.grown).values())
         if changed.inserted or changed.removed or changed.moved or changed.grown:
-            version = maker.grid.version  # before the rows, which are of that version or of a later one
-            entry["order"] = {"version": version, "rows": maker.grid.rows}
+            version = renderer.grid.version  # before the rows, which are of that version or of a later one
+            entry["order"] = {"version": version, "rows": renderer.grid.rows}
         return entry
 
     def _now(self, sheet: str) -> dict[str, Any]:
@@ -208,7 +208,7 @@ class WorkbookSession(Broadcaster):
     def _tell_rows(self, sheet: str) -> None:
         """Notify all pages of the rows of a sheet that look different now."""
         with self._lock:
-            replaced = self.maker(sheet).changed()
+            replaced = self.renderer(sheet).changed()
             about = self._now(sheet)
         if replaced:
             self.tell("grid", {**about, "replace": [{"id": r, "html": h} for r, h in replaced]})
@@ -243,7 +243,7 @@ class WorkbookSession(Broadcaster):
         if not knows and self.analysis().checked:  # the check has ended between the page and its event stream
             for sheet in list(self.document.grids):
                 with self._lock:
-                    about = self._now(sheet) | self.maker(sheet).known(sheet)
+                    about = self._now(sheet) | self.renderer(sheet).known(sheet)
                 listener.tell(message("grid", about))
             listener.tell(message("checked", self._checked()))
         self._enter(listener, had)

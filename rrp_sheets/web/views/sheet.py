@@ -83,7 +83,7 @@ def rows(name: str, sheet: str, first: int) -> str:
     grid, after = session.document.grids[sheet], request.args.get("after", "")
     if grid.knows(after):  # the last row that the page has, which may stand elsewhere now, or be gone
         first = grid.place(after) + grid.has(after)
-    return str(session.maker(sheet).rows(first, PIECE))
+    return str(session.renderer(sheet).rows(first, PIECE))
 
 
 @blueprint.get("/book/<name>/vocabulary")
@@ -295,20 +295,20 @@ def grid_page(session: WorkbookSession, name: str, sheet: str) -> GridPage:
     sheet = sheet or first
     beside = panels(session, name, sheet)  # before the rows: a page that says "checked" must not have older rows
     look = session.analysis()
-    maker = session.maker(sheet) if sheet else None
+    renderer = session.renderer(sheet) if sheet else None
     version = grids[sheet].version if sheet else 0  # before the rows, which are of that version or of a later one
-    rows = maker.rows(0, FIRST_ROWS) if maker else Markup("")
+    rows = renderer.rows(0, FIRST_ROWS) if renderer else Markup("")
     return GridPage(
         name=name,
         title=look.workbook.protocol.text("Title") or name,
         sheet=sheet,
         kind=grids[sheet].kind if sheet else "",
         first=grids[sheet].first if sheet else 1,
-        heads=tuple(maker.heads()) if maker else (),
-        examples=bool(maker and maker.has_examples),
+        heads=tuple(renderer.heads()) if renderer else (),
+        examples=bool(renderer and renderer.has_examples),
         rows=rows,
         count=len(grids[sheet].rows) if sheet else 0,
-        strip=sheet_tabs(session.document, name, sheet),
+        tabs=sheet_tabs(session.document, name, sheet),
         vocabulary=_json(completions.vocabulary(no_analysis())),
         panels=beside,
         read_only=session.document.why,
@@ -324,7 +324,7 @@ def run_page(session: WorkbookSession, name: str, sheet: str) -> GridPage:
     zones = list(session.analysis().robot.touch_zones)
     acts = {**{kind: verbs_of(kind) for kind in KINDS}, "zones": zones}
     page = grid_page(session, name, sheet)
-    return replace(page, live=True, acts=_json(acts), strip=sheet_tabs(session.document, name, page.sheet, live=True))
+    return replace(page, live=True, acts=_json(acts), tabs=sheet_tabs(session.document, name, page.sheet, live=True))
 
 
 def _json(data: object) -> Markup:
@@ -374,11 +374,11 @@ MOST_OWN_ROWS, MOST_COLUMNS = 2_000, 60
 def own_page(page: GridPage, panels: Panels, document: Document, name: str) -> GridPage:
     """Build the page of a sheet of the user's own from that of another sheet of the workbook."""
     grid = own_grid(document, name)
-    maker = RowRenderer(grid)
+    renderer = RowRenderer(grid)
     return replace(
-        page, panels=panels, sheet=name, kind="own", first=1, heads=tuple(maker.heads()), examples=False,
-        count=len(grid.rows), rows=maker.rows(0, MOST_OWN_ROWS),
-        strip=sheet_tabs(document, page.name, name),
+        page, panels=panels, sheet=name, kind="own", first=1, heads=tuple(renderer.heads()), examples=False,
+        count=len(grid.rows), rows=renderer.rows(0, MOST_OWN_ROWS),
+        tabs=sheet_tabs(document, page.name, name),
     )  # fmt: skip
 
 
