@@ -1,19 +1,19 @@
 // The grid: a spreadsheet in the browser over a table that the server renders (keys, pointer, clipboard, rows).
 
 import { Clipboard } from "./clipboard.js";
-import { Columns } from "./columns.js";
+import { Columns } from "./widths.js";
 import { comments, spoken as aboutComment } from "./comments.js";
 import { conflict, lost } from "./conflict.js";
 import { Drafts } from "./drafts.js";
 import { Editor } from "./editor.js";
-import { Held } from "./held.js";
+import { Held } from "./pending.js";
 import { keys } from "./keys.js";
-import { Mending } from "./mending.js";
+import { Mending } from "./problems.js";
 import { pointer } from "./pointer.js";
 import { retrace } from "./retrace.js";
 import { Rows } from "./rows.js";
 import { Selection } from "./selection.js";
-import { Server } from "./server.js";
+import { Server } from "./edits.js";
 import { Spoken } from "./spoken.js";
 import { status, done } from "./status.js";
 import { Table } from "./table.js";

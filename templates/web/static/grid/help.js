@@ -1,6 +1,6 @@
 // Help beside the grid: on the cell at hand (F1), on what is searched for, and on what its links lead to.
 
-import { why } from "../requests.js";
+import { why } from "../api.js";
 import { inputs, key } from "./suggest.js";
 
 const NAME = /[\p{L}_][\p{L}\p{N}_]*/gu;

@@ -1,6 +1,6 @@
 // The menu of the rows: by the right mouse button, the menu key, or the button above the grid.
 
-import { menuOf, walk } from "./popup.js";
+import { menuOf, walk } from "./menus.js";
 
 const ITEMS = [
   ["Insert above", "Ctrl +", (grid) => grid.rows.insert()],

@@ -1,7 +1,7 @@
 // The tabs below the sheet: add, rename, duplicate, move, delete; and what others do to them.
 
 import { button, lost, make, open } from "./conflict.js";
-import { menuOf, popup } from "./popup.js";
+import { menuOf, popup } from "./menus.js";
 
 const LATER = "told-later"; // what the next page says first
 

@@ -1,6 +1,6 @@
 // The Print page: what is chosen is shown at once, and the PDF is made before it is fetched, so that trouble can be told.
 
-import { why } from "../requests.js";
+import { why } from "../api.js";
 
 const form = document.querySelector("[data-choices]");
 const said = form.querySelector("[data-said]");

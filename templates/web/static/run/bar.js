@@ -2,7 +2,7 @@
 
 import { act } from "./ask.js";
 import { dialog } from "./dialog.js";
-import { make, put } from "./make.js";
+import { make, put } from "../elements.js";
 import { clock, now } from "./time.js";
 
 const words = {

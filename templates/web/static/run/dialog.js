@@ -2,7 +2,7 @@
 // but never for whom it was: the next child's session must not be recorded as the former one's.
 
 import { ask, ownName, panel, settings } from "./ask.js";
-import { make } from "./make.js";
+import { make } from "../elements.js";
 
 const kept = ["condition", "operator", "mode", "until"];
 

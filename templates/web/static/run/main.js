@@ -7,7 +7,7 @@ import { bar } from "./bar.js";
 import { follow } from "./follow.js";
 import { going, stopKeys } from "./keys.js";
 import { log } from "./log.js";
-import { robot } from "./robot.js";
+import { robot } from "./facts.js";
 import { scene } from "./scene.js";
 import { session } from "./session.js";
 import { values } from "./values.js";
@@ -28,17 +28,17 @@ for (const [id, part] of Object.entries({ session, log, robot, scene })) {
   if (root) part(root);
 }
 // Views listen once their modules are there. Values wait for the small ones; the run's phase, and so Stop, waits for none.
-const ready = Promise.allSettled(["eye", "speech", "plots", "drives"].map(view));
+const ready = Promise.allSettled(["eye", "speech", "plots", "drives"].map((name) => view(name)));
 ready.then(() => tell("rrp:run", state));
 let lately = null; // the newest of the robot, for its picture, which takes longest to come
-view("robot3d").then(() => {
+view("robot3d", "robot").then(() => {
   tell("rrp:run", state);
   if (lately) tell("rrp:live", lately);
 });
 
-async function view(name) {
+async function view(name, file = name) {
   const root = document.getElementById(name);
-  if (root) (await import(`./${name}.js`))[name](root);
+  if (root) (await import(`./${file}.js`))[name](root);
 }
 
 function tell(name, detail) {

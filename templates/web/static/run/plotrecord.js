@@ -1,6 +1,6 @@
 // Plots of a whole recorded run; the pointer tells the values under it.
 
-import { make } from "./make.js";
+import { make } from "../elements.js";
 import { Plot, framed, round, shape } from "./plotting.js";
 
 /** A whole record: `series` is [{name, unit, kind, points: [[t, value], …], limits}, …], `whole` its first and its last time,

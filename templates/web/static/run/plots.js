@@ -1,6 +1,6 @@
 // Small plots of the numbers that streams carry, the last 30 seconds, while a run goes on.
 
-import { make, put } from "./make.js";
+import { make, put } from "../elements.js";
 import { Plot, framed, round, shape } from "./plotting.js";
 import { thresholds } from "./thresholds.js";
 

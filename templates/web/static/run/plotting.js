@@ -1,7 +1,7 @@
 // One small plot of numbers over time, drawn by uPlot in the page's own colours.
 
 import uPlot from "/vendor/js/uPlot.esm.js";
-import { make } from "./make.js";
+import { make } from "../elements.js";
 
 const HIGH = 72; // px
 const SIDE = 46; // px, for the numbers at the right

@@ -1,56 +1,98 @@
-// Facts about the robot beside its picture: which way it looks, what is around it.
+// The robot in 3D: a picture of the simulated world that one can turn. Where the browser cannot draw it, words say so.
 
-import { make, put } from "./make.js";
+import { move, ways } from "./moving.js";
 
-const degrees = (angle) => `${((angle * 180) / Math.PI).toFixed(1)}°`;
+const EMPTY = "This browser cannot draw the robot in 3D. The robot’s eye, the live values and the log tell what it does.";
+const TURN = "Drag to look around";
+const MOVE = "Drag a thing to move it, elsewhere to look around";
+const LATER = "Things can be moved while it runs. Drag to look around";
 
-const hues = [[15, "red"], [45, "orange"], [70, "yellow"], [165, "green"], [200, "turquoise"], [255, "blue"], [290, "violet"], [340, "magenta"], [361, "red"]];
-
-/** A word for a colour of three parts from 0 to 1. */
-function colour([red, green, blue]) {
-  const most = Math.max(red, green, blue);
-  const span = most - Math.min(red, green, blue);
-  if (most < 0.08) return "off";
-  const dim = most < 0.5 ? "dim " : "";
-  if (span < 0.15 * most) return `${dim}white`;
-  const turn = most === red ? ((green - blue) / span + 6) % 6 : most === green ? (blue - red) / span + 2 : (red - green) / span + 4;
-  return dim + hues.find(([limit]) => turn * 60 < limit)[1];
-}
-
-export function robot(root) {
-  const facts = new Map();
-
+/** Fill `#robot3d`. */
+export async function robot3d(root) {
+  root.classList.add("robot3d");
+  root.replaceChildren();
+  const canvas = document.createElement("canvas");
+  canvas.tabIndex = 0;
+  canvas.setAttribute("role", "img");
+  const caption = document.createElement("p");
+  caption.className = "caption";
+  caption.textContent = TURN;
+  const front = document.createElement("button");
+  front.type = "button";
+  front.className = "button plain small";
+  front.textContent = "Front";
+  front.title = "From the front";
+  front.setAttribute("aria-label", "Front view");
+  const room = document.createElement("div");
+  room.className = "room";
+  room.append(canvas);
+  const foot = document.createElement("div");
+  foot.className = "foot";
+  foot.append(caption, front);
+  root.append(room, foot);
+  const heard = { run: {}, live: null, fresh: true }; // also what comes before there is anything to draw it on
+  let stage = null;
+  const words = () => {
+    const on = ["running", "paused"].includes(heard.run.phase);
+    stage?.drag.allow(on);
+    caption.textContent = on && heard.run.things?.length ? MOVE : TURN;
+  };
+  const hand = {
+    limits: ways.map(([, least, most]) => [least, most]),
+    held(name) { caption.textContent = name ? `${name}: drag it where it shall be` : LATER; },
+    moved(name, at, most) {
+      move(name, at);
+      const where = ways.map(([way], i) => `${way.toLowerCase()} ${at[i].toFixed(2)}`).join(", ");
+      caption.textContent = `${name}: ${where} m${most ? "; no farther this way" : ""}`;
+    },
+    dropped: () => words(),
+  };
+  const show = () => {
+    if (!stage || !heard.live) return;
+    stage.take(heard.live, heard.fresh);
+    heard.fresh = false;
+    describe(canvas, heard.live, stage.model);
+  };
   document.addEventListener("rrp:run", ({ detail }) => {
-    if (detail.phase === "none") {
-      facts.clear();
-      root.replaceChildren();
-    }
+    if (detail.id !== heard.run.id) heard.fresh = true;
+    heard.run = detail;
+    stage?.know(detail.things ?? []);
+    if (!stage?.drag.grip || !["running", "paused"].includes(detail.phase)) words();
   });
   document.addEventListener("rrp:live", ({ detail }) => {
-    const seen = detail.robot;
-    if (!seen) return;
-    const { HeadYaw: yaw, HeadPitch: pitch } = seen.joints;
-    if (yaw !== undefined) fact("Head yaw", degrees(yaw));
-    if (pitch !== undefined) fact("Head pitch", degrees(pitch));
-    fact("Eyes", colour(seen.eyes));
-    dot(facts.get("Eyes"), seen.eyes);
-    const names = Object.keys(seen.things);
-    fact("Around it", names.length ? names.join(", ") : "nobody, nothing");
+    if (!detail.robot) return;
+    heard.live = detail.robot;
+    heard.fresh ||= Boolean(detail.full);
+    show();
   });
-
-  /** The colour itself beside its word. */
-  function dot(place, parts) {
-    const css = `rgb(${parts.map((part) => Math.round(part * 255)).join(" ")})`;
-    place.classList.add("eye-colour");
-    if (place.style.getPropertyValue("--shines") !== css) place.style.setProperty("--shines", css);
+  try {
+    stage = await open(canvas, hand);
+  } catch (error) {
+    console.warn(error);
+    const instead = document.createElement("p");
+    instead.className = "quiet";
+    instead.textContent = EMPTY;
+    root.replaceChildren(instead);
+    return;
   }
+  front.addEventListener("click", () => stage.orbit.front());
+  describe(canvas, {}, stage.model);
+  stage.know(heard.run.things ?? []);
+  words();
+  show();
+  root.dataset.ready = "";
+}
 
-  function fact(name, text) {
-    if (!facts.has(name)) {
-      const value = make("dd");
-      root.append(make("dt", { textContent: name }), value);
-      facts.set(name, value);
-    }
-    put(facts.get(name), text);
-  }
+async function open(canvas, hand) {
+  const [{ Stage }, answer] = await Promise.all([import("./stage3d.js"), fetch("/robot/model.json")]);
+  if (!answer.ok) throw new Error(`no model: ${answer.status}`);
+  return new Stage(canvas, await answer.json(), hand);
+}
+
+// what a screen reader tells; it changes seldom enough to be asked for, and is never announced by itself
+function describe(canvas, { things = {}, saying = "" }, { name = "The robot" }) {
+  const seen = Object.entries(things).map(([thing, [x, y]]) => `${thing} ${Math.hypot(x, y).toFixed(1)} m away`);
+  const parts = [`${name} in 3D`, saying && `it says “${saying}”`, seen.length ? seen.join(", ") : "nothing near it"];
+  const words = `${parts.filter(Boolean).join("; ")}. Arrow keys turn, plus and minus zoom, 0 is the front.`;
+  if (canvas.getAttribute("aria-label") !== words) canvas.setAttribute("aria-label", words);
 }

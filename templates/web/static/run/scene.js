@@ -1,7 +1,7 @@
 // The things of the scene: where each is, moved by sliders, and what it can be made to do by hand.
 
 import { act } from "./ask.js";
-import { make, put } from "./make.js";
+import { make, put } from "../elements.js";
 import { move, ways } from "./moving.js";
 
 const quick = {

@@ -2,7 +2,7 @@
 
 import { act } from "./ask.js";
 import { numberKeys } from "./keys.js";
-import { icon, make, put } from "./make.js";
+import { icon, make, put } from "../elements.js";
 import { now } from "./time.js";
 
 const WAITS = "comes when it goes on";

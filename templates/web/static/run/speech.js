@@ -1,7 +1,7 @@
 // What the robot says, in a line of its own: a bubble while it speaks and a moment longer, then the last sentence with
 // its age, quietly. (log.js plays the sound.)
 
-import { put } from "./make.js";
+import { put } from "../elements.js";
 
 const FADES = 8; // s after it was said
 const NOTHING = "Nothing was said yet";

@@ -4,7 +4,7 @@ import * as THREE from "/vendor/js/three.module.js";
 import { Body, turn } from "./body3d.js";
 import { Drag } from "./drag3d.js";
 import { Orbit } from "./orbit.js";
-import { Room, shadows } from "./room3d.js";
+import { Room, shadows } from "./scenery3d.js";
 import { same, thing } from "./things3d.js";
 
 const MOST_PIXELS = 1.5; // per CSS pixel: more costs a weak laptop its 60 pictures a second and shows little

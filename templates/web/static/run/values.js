@@ -1,7 +1,7 @@
 // Live values in the grid: in the column of the examples each row shows its newest value, how old it is, and its error.
 // Only the bodies of the table that are in sight are drawn; the others are known and cost nothing.
 
-import { make, put } from "./make.js";
+import { make, put } from "../elements.js";
 import { age, clock, now } from "./time.js";
 
 const LIT = 1; // s that a row is lit after a value: nothing flashes at camera rate

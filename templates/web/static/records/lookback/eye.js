@@ -2,7 +2,7 @@
 
 import { element } from "../../run/svg.js";
 import { mark } from "../../run/eye.js";
-import { put } from "../../run/make.js";
+import { put } from "../../elements.js";
 import { last } from "./store.js";
 
 const FRESH = 0.5; // s: an older detection is not shown

@@ -1,10 +1,10 @@
 // Looking back at a run: one time, and everything as it was then. What a time is like goes to the parts of the run panel
 // as the same events of the document that a run tells them: `rrp:run` and `rrp:live`.
 
-import { why } from "../../requests.js";
-import { put } from "../../run/make.js";
-import { robot } from "../../run/robot.js";
-import { robot3d } from "../../run/robot3d.js";
+import { why } from "../../api.js";
+import { put } from "../../elements.js";
+import { robot } from "../../run/facts.js";
+import { robot3d } from "../../run/robot.js";
 import { Eye } from "./eye.js";
 import { Moments, Sounds } from "./moments.js";
 import { curves } from "./curves.js";
