@@ -125,7 +125,7 @@ def test_tab_separated_texts_are_taken_apart_and_put_together_the_same(grid) -> 
     cells = [["a\tb", 'q"q', "l1\nl2"], ['"near" & x', "", "é日本"], ["", "", ""]]
     there = grid.page.evaluate(  # read once: no state of the page
         """async cells => {
-            const { format, parse } = await import("/static/grid/tsv.js");
+            const { format, parse } = await import("/static/grid/clipboard.js");
             const text = format(cells);
             return [text, parse(text), parse(text.replace(/\\n$/, "")), parse(text.replaceAll("\\n", "\\r\\n")), parse('"near" & x\\tb\\n'), parse("a\\rb")];
         }""",

@@ -168,7 +168,7 @@ def test_plots_and_drives(panel: Panel) -> None:
 def test_a_whole_record_is_plotted_with_the_value_under_the_pointer(panel: Panel) -> None:
     page = panel.page
     page.evaluate("""async () => {
-        const { plotRecord } = await import("/static/run/plotrecord.js");
+        const { plotRecord } = await import("/static/run/plots.js");
         const root = document.createElement("div");
         root.id = "record";
         document.querySelector("#plots").before(root);

@@ -1,9 +1,35 @@
-// Small helpers to make elements; texts of people and workbooks only ever become text.
+// Small helpers to make elements and dialogs; texts of people and workbooks only ever become text.
 
+/** An element with its properties, or with nothing but a text. */
 export function make(name, properties = {}, ...children) {
-  const element = Object.assign(document.createElement(name), properties);
+  const element = document.createElement(name);
+  if (typeof properties === "string") element.textContent = properties;
+  else Object.assign(element, properties);
   element.append(...children);
   return element;
+}
+
+export function button(text, action) {
+  const element = make("button", text);
+  element.type = "button";
+  element.className = "button";
+  element.addEventListener("click", action);
+  return element;
+}
+
+/** A dialog that is shown at once; the focus goes to its first button and back. */
+export function open(title, parts) {
+  const dialog = make("dialog");
+  dialog.className = "ask";
+  dialog.setAttribute("aria-label", title);
+  dialog.append(make("h2", title), ...parts);
+  dialog.addEventListener("close", () => {
+    dialog.remove();
+    document.querySelector("[role=grid] [tabindex='0']")?.focus({ preventScroll: true });
+  });
+  document.body.append(dialog);
+  dialog.showModal();
+  return dialog;
 }
 
 /** Our own line icons, from the sheet of icons that the page uses already. */
@@ -21,4 +47,15 @@ export function icon(name) {
 /** Change a text only when it is another one: what stays the same costs nothing. */
 export function put(element, text) {
   if (element.textContent !== text) element.textContent = text;
+}
+
+const SVG = "http://www.w3.org/2000/svg";
+
+/** An element with its attributes; numbers are rounded to tenths. */
+export function element(tag, attributes = {}) {
+  const made = document.createElementNS(SVG, tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    made.setAttribute(name, typeof value === "number" ? Math.round(value * 10) / 10 : value);
+  }
+  return made;
 }

@@ -1,7 +1,7 @@
-// The one editor: a text field outside the table, placed over the cell. It survives whatever happens to the table.
+// The one editor, and what it suggests. It is a text field outside the table, placed over the cell. It survives whatever
+// happens to the table.
 
-import { noteOf } from "./comments.js";
-import { suggest, signature } from "./suggest.js";
+import { noteOf } from "./problems.js";
 
 let serial = 0;
 
@@ -240,4 +240,232 @@ export class Editor {
     this.contested = true;
     this.mend();
   }
+}
+
+// What could be meant by what is being typed: names for the cell's kind, and in formulas names, functions and fields.
+
+const WORD = /[\p{L}\p{N}_]*$/u;
+const MOST = 12;
+// Words of formulas that are complete as they are, though functions begin with them.
+const COMPLETE = new Set(["value", "total", "true", "false", "none", "blank", "pi", "e", "and", "or", "not", "in", "if", "else", "mod", "xor"]);
+
+export const key = (text) => text.normalize("NFKC").toLowerCase().replace(/[\s_\-\u00a0\u2010-\u2015]+/g, "");
+
+/** Suggestions for a cell: `items`, where the replaced text begins, and how sure they are: `sure` when the first one
+ *  continues what is typed, so that Enter and Tab take it; then (whole) the cell is left, or (partial) one goes on typing. */
+export function suggest(words, where, before, text) {
+  const { kind } = where;
+  if (kind === "formula") return inFormula(words, where, before);
+  if (kind === "inputs") {
+    const from = Math.max(before.lastIndexOf(","), before.lastIndexOf("\n")) + 1;
+    const start = from + (before.slice(from).length - before.slice(from).trimStart().length);
+    return pick([...streams(words, where), ...words.sensors, ...words.dones], before.slice(start), start, true);
+  }
+  const other = inCell(words, where, before, text);
+  if (other) return other;
+  const choices = {
+    connector: words.connectors, device: words.devices, on: [{ text: "TRUE" }, { text: "FALSE", help: "skips the row" }],
+    output: isSubscribe(where) ? words.actuators : [], fieldname: words.fields, tested: [...words.streams, ...words.dones],
+  }[kind] ?? [];
+  return pick(choices, text, 0, true, kind === "device");
+}
+
+/** Help on the function around the caret: its usage with a line of explanation, or null. */
+export function signature(words, where, before) {
+  if (where.kind !== "formula") return shown(cellHelp(words, where));
+  let depth = 0;
+  for (let i = before.length - 1; i >= 0; i--) {
+    if (before[i] === ")") depth++;
+    if (before[i] !== "(" || depth-- > 0) continue;
+    const name = WORD.exec(before.slice(0, i))[0];
+    const found = [...words.functions, ...words.helpers].find((f) => key(f.name ?? f.text) === key(name));
+    if (!found) return null;
+    return shown([found.label, found.example ? `${found.help} For example ${found.example}` : found.help]);
+  }
+  return null;
+}
+
+function shown(texts) {
+  return texts && texts.map((text, i) => {
+    const part = document.createElement(i ? "p" : "code");
+    part.textContent = text;
+    return part;
+  });
+}
+
+/** Those of the choices that begin with what is typed, then those that hold it. Nothing is offered for what is complete,
+ *  but with `longer` the names that go on from there are shown beside it. */
+export function pick(choices, typed, from, whole, longer = false) {
+  const wanted = key(typed);
+  const starts = [];
+  const holds = [];
+  let complete = false;
+  for (const choice of choices ?? []) {
+    const k = key(choice.text);
+    if (k === wanted && wanted) complete = true;
+    if (k.startsWith(wanted)) starts.push(choice);
+    else if (wanted && k.includes(wanted)) holds.push(choice);
+  }
+  if (complete) return { items: longer && starts.length > 1 ? starts : [], from, sure: false };
+  const items = [...starts, ...holds].slice(0, wanted ? MOST : 40);
+  return { items, from, sure: wanted !== "" && starts.length > 0, whole, partial: false };
+}
+
+function inFormula(words, where, before) {
+  const none = { items: [], from: 0, sure: false };
+  if (within(before, '"') || within(before, "'")) return none;
+  const word = WORD.exec(before)[0];
+  const from = before.length - word.length;
+  if (before[from - 1] === ".") {
+    const owner = WORD.exec(before.slice(0, from - 1))[0];
+    const record = words.records[key(owner)] ?? (owner === "value" ? words.records[key(inputs(where)[0] ?? "")] : null);
+    return { ...pick(record?.fields ?? [], word, from, false), partial: true };
+  }
+  if (/^\d/.test(word) || COMPLETE.has(word.toLowerCase())) return none;
+  if (word && /\d\s*$/.test(before.slice(0, from))) return none; // a unit
+  const mine = inputs(where).map((name) => words.names[key(name)] ?? unchecked(name)).filter(Boolean);
+  const period = words.periods?.includes(connector(where));
+  if (period) return before.trim() ? none : { ...pick(words.durations, "", 0, true), sure: false };
+  const all = [...mine, ...words.helpers, ...words.tables, ...(word ? words.functions : [])];
+  if (!word && before.trim()) return none;
+  return { ...pick(all, word, from, false), partial: true };
+}
+
+function within(text, quote) {
+  return (text.split(quote).length - 1) % 2 === 1;
+}
+
+export const named = (where, kind) => {
+  const k = where.table.headers.findIndex((h) => h.dataset.kind === kind);
+  return k < 0 ? "" : where.table.value(where.table.cell(where.row, k));
+};
+
+const connector = (where) => key(named(where, "connector"));
+const isSubscribe = (where) => connector(where) === "subscribe";
+
+/** The names of a row's input streams; a blank cell means the output of the row above. */
+export function inputs(where) {
+  const own = (named(where, "inputs") || named(where, "parameters")).split(/[,\n]/).map((n) => n.trim()).filter(Boolean);
+  if (own.length || where.table.kind === "helpers") return own;
+  for (let i = where.table.at(where.row) - 1; i >= 0; i--) {
+    const above = { ...where, row: where.table.rows[i] };
+    if (!named(above, "connector")) continue;
+    if (isSubscribe(above)) return inputs(above);
+    return [named(above, "output")].filter(Boolean);
+  }
+  return [];
+}
+
+// A stream that the check has not seen yet, as it was named a moment ago; a name that is spelled otherwise in formulas
+// (a digit first, a word of the language) waits for the check.
+function unchecked(name) {
+  const parts = name.normalize("NFKC").split(/[\s_\-\u00a0\u2010-\u2015]+/).filter(Boolean);
+  if (!parts.length || !/^\p{L}/u.test(parts[0]) || !parts.every((part) => /^[\p{L}\p{N}]+$/u.test(part))) return null;
+  const first = parts[0] === parts[0].toUpperCase() ? parts[0].toLowerCase() : parts[0][0].toLowerCase() + parts[0].slice(1);
+  return { text: first + parts.slice(1).map((part) => part[0].toUpperCase() + part.slice(1)).join(""), kind: "stream", help: "" };
+}
+
+function streams(words, where) {
+  const k = where.table.headers.findIndex((h) => h.dataset.kind === "output");
+  if (k < 0) return words.streams;
+  const found = new Map();
+  for (const row of where.table.rows) {
+    const name = where.table.value(where.table.cell(row, k));
+    if (name && row !== where.row && !words.actuators.some((a) => key(a.text) === key(name))) found.set(key(name), name);
+  }
+  return [...found.values()].map((text) => ({ text, kind: "stream", help: words.names[key(text)]?.help ?? "" }));
+}
+
+// What cells that hold no formula may hold: by the column, and by what stands beside them in the row.
+
+const CHOSEN = ["robot", "engine", "facememory", "language"]; // fields that take nothing but one of these
+
+/** Suggestions for a cell of the Devices, Scene, test or Protocol sheets; null for another kind of cell. */
+export function inCell(words, where, before, text) {
+  const { kind } = where;
+  if (kind === "setting") return pick(setting(words, where)?.choices ?? [], text, 0, true);
+  if (kind === "actor") return pick(words.things, text, 0, true);
+  if (kind === "gesture") return free(words.gestures ?? [], text);
+  if (kind === "verb") return pick(verbs(words, where).map(([verb, values]) => ({ text: verb, help: values[0]?.text ?? "" })), text, 0, true);
+  if (kind === "value") return free(values(words, where), text);
+  if (kind === "amount" && where.table.kind === "scene") return free(times(words), text);
+  if (kind === "fieldvalue") {
+    const field = key(named(where, "fieldname"));
+    return field === "run" ? after(words.values.run, before) : free(words.values?.[field] ?? [], text, CHOSEN.includes(field));
+  }
+  if (kind === "send" || kind === "expect") return sent(words, where, before);
+  return null;
+}
+
+/** Help on what a setting's cell is for. */
+export function cellHelp(words, where) {
+  const found = where.kind === "setting" ? setting(words, where) : null;
+  if (found) return [named(where, "device"), `${found.name}: ${found.help}`];
+  if (where.kind === "setting") return untaken(words, where);
+  if (where.kind === "angle") {
+    const joint = words.joints?.[key(where.name)];
+    return joint ? [joint.name, joint.help] : [where.name, "No joint of the robot: this column is not used."];
+  }
+  if (where.kind === "value") {
+    const verb = named(where, "verb");
+    const shown = values(words, where).map((v) => v.text).join("   or   ");
+    return verb && shown ? [`${named(where, "actor")} ${verb}`, shown] : null;
+  }
+  return null;
+}
+
+/** What a device's cell says that the device does not take: which device of its kind would. */
+function untaken(words, where) {
+  const device = named(where, "device");
+  const about = (name) => words.devices?.find((d) => key(d.text) === key(name))?.help ?? "";
+  if (!words.takes?.[key(device)]) return null;
+  const other = words.instead?.[key(device)]?.[key(where.name)]?.[0];
+  const remedy = other ? `With a ${where.name}: the device “${other}”. ${about(other)}` : "Leave the cell blank.";
+  return [`${device} takes no ${where.name}`, `${about(device)} ${remedy}`];
+}
+
+/** Values that may also be anything else: only a word that is being typed is completed, no number. */
+function free(choices, text, whole = /^\p{L}+$/u.test(text)) {
+  const found = pick(choices, text, 0, whole);
+  return { ...found, sure: found.sure && whole };
+}
+
+function after(choices, before) {
+  const from = before.lastIndexOf(",") + 1;
+  const start = from + (before.slice(from).length - before.slice(from).trimStart().length);
+  return pick(choices, before.slice(start), start, true);
+}
+
+function setting(words, where) {
+  return words.takes?.[key(named(where, "device"))]?.[key(where.name)];
+}
+
+function verbs(words, where) {
+  const thing = named(where, "actor");
+  const acts = words.acts ?? {};
+  if (!thing) return Object.values(acts).flat();
+  const name = key(thing).replace(/\d+$/, "");
+  return acts[Object.keys(acts).find((kind) => name.endsWith(kind)) ?? "person"];
+}
+
+/** When something may happen: also after the end of what an actuator does. */
+function times(words) {
+  return [...(words.scenetimes ?? []), ...(words.dones ?? []).map(({ text, help }) => ({ text: `${text} + 1`, help }))];
+}
+
+function values(words, where) {
+  const verb = key(named(where, "verb"));
+  return verbs(words, where).find(([name]) => key(name) === verb || key(name) === `${verb}s`)?.[1] ?? [];
+}
+
+/** What is sent into a stream, or expected of it: its fields, behind each semicolon. */
+function sent(words, where, before) {
+  const from = before.lastIndexOf(";") + 1;
+  const start = from + (before.slice(from).length - before.slice(from).trimStart().length);
+  const typed = before.slice(start);
+  if (/[=<>≈"]/.test(typed)) return { items: [], from: start, sure: false };
+  const stream = key(named(where, "tested").replace(/^.*!/, ""));
+  const fields = (words.records?.[stream]?.fields ?? []).map((f) => ({ text: `${f.text}=`, help: f.help }));
+  const others = where.kind === "expect" && !from ? words.expects : from ? [] : [{ text: "BLANK", help: "a blank" }];
+  return { ...pick([...fields, ...others], typed, start, false), partial: true };
 }

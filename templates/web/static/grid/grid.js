@@ -1,26 +1,20 @@
 // The grid: a spreadsheet in the browser over a table that the server renders (keys, pointer, clipboard, rows).
 
 import { Clipboard } from "./clipboard.js";
-import { Columns } from "./widths.js";
-import { comments, spoken as aboutComment } from "./comments.js";
-import { conflict, lost } from "./conflict.js";
-import { Drafts } from "./drafts.js";
 import { Editor } from "./editor.js";
-import { Held } from "./pending.js";
+import { Drafts, Server } from "./edits.js";
 import { keys } from "./keys.js";
-import { Mending } from "./problems.js";
-import { pointer } from "./pointer.js";
-import { retrace } from "./retrace.js";
+import { Held } from "./pending.js";
+import { conflict, lost } from "./people.js";
+import { comments, Mending, spoken as aboutComment, Unfinished } from "./problems.js";
 import { Rows } from "./rows.js";
-import { Selection } from "./selection.js";
-import { Server } from "./edits.js";
-import { Spoken } from "./spoken.js";
-import { status, done } from "./status.js";
+import { pointer, Selection } from "./selection.js";
+import { done, Spoken, status } from "./spoken.js";
 import { Table } from "./table.js";
-import { Unfinished } from "./unfinished.js";
+import { Columns } from "./widths.js";
 
 export class Grid {
-  /** `page`: who this page is, see identity.js. */
+  /** `page`: who this page is, see api.js. */
   constructor(scroll, page) {
     this.scroll = scroll;
     const element = scroll.querySelector("[role=grid]");
@@ -69,7 +63,7 @@ export class Grid {
     element.addEventListener("change", (event) => this.switched(event));
   }
 
-  /** Tell something aloud and in the status line; `kind` as in status.js, or whether it is a warning. */
+  /** Tell something aloud and in the status line; `kind` as in spoken.js, or whether it is a warning. */
   say(text, kind = false) {
     status(text, typeof kind === "string" ? kind : kind ? "warning" : "told");
   }
@@ -258,3 +252,41 @@ export class Grid {
     });
   }
 }
+
+// What was taken back, or done again: told in words, and shown.
+
+/** Go to what an undo or redo has changed, and change it. */
+export function retrace(grid, entries, again) {
+  const here = entries.filter((entry) => entry.sheet === grid.server.sheet);
+  const others = [...new Set(entries.map((entry) => entry.sheet))].filter((name) => name !== grid.server.sheet);
+  const told = here.map((entry) => change(grid, entry)).filter(Boolean);
+  if (others.length) told.push(`changed in ${others.join(", ")}`);
+  grid.say(`${again ? "Done again" : "Undone"}: ${told.slice(0, 3).join("; ") || "nothing to be seen"}.`);
+}
+
+function change(grid, { cells, insert, remove, move }) {
+  const { table, selection } = grid;
+  if (cells?.length) {
+    const places = cells.map(([row, column]) => [table.row(row), table.headers.findIndex((h) => Number(h.dataset.c) === column)]);
+    const known = places.filter(([row, k]) => row && k >= 0);
+    if (!known.length) return "";
+    const [row, k] = known[0];
+    selection.go(row, k);
+    const cell = table.cell(row, k);
+    const text = table.value(cell);
+    if (known.length > 1) return `${known.length} cells from ${table.address(cell)} on`;
+    return `${table.address(cell)} ${text ? `is “${shortened(text)}”` : "is empty"} again`;
+  }
+  if (insert?.length || move?.length) {
+    const ids = insert?.length ? insert.map(({ html }) => /id="([^"]+)"/.exec(html)[1]) : move.map((m) => m.id);
+    const numbers = ids.map((id) => Number(table.row(id)?.cells[0].textContent)).filter(Boolean).sort((a, b) => a - b);
+    const first = [...table.rows].find((row) => Number(row.cells[0].textContent) === numbers[0]);
+    if (first) selection.go(first, selection.head.k);
+    const span = numbers.length > 1 ? `rows ${numbers[0]} to ${numbers.at(-1)}` : `row ${numbers[0]}`;
+    return insert?.length ? `${span} ${numbers.length > 1 ? "are" : "is"} there` : `${span} moved`;
+  }
+  if (remove?.length) return remove.length === 1 ? "a row is gone" : `${remove.length} rows are gone`;
+  return "";
+}
+
+const shortened = (text) => (text.length > 60 ? `${text.slice(0, 59)}…` : text);

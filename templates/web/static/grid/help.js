@@ -1,7 +1,7 @@
 // Help beside the grid: on the cell at hand (F1), on what is searched for, and on what its links lead to.
 
 import { why } from "../api.js";
-import { inputs, key } from "./suggest.js";
+import { inputs, key } from "./editor.js";
 
 const NAME = /[\p{L}_][\p{L}\p{N}_]*/gu;
 const CALLED = /([\p{L}_][\p{L}\p{N}_]*)\s*\(/gu;

@@ -1,17 +1,81 @@
 // The page: the grid, its menus, what others do, and the panels that follow the check.
 
-import { Grid } from "./grid.js";
+import { identity, listening } from "../api.js";
 import { diagram } from "./diagram.js";
 import { finder } from "./find.js";
+import { Grid } from "./grid.js";
 import { help } from "./help.js";
-import { identity } from "./identity.js";
-import { listening } from "./listening.js";
-import { menu } from "./menu.js";
+import { menu } from "./menus.js";
 import { people } from "./people.js";
-import { renewed } from "./renewed.js";
-import { splitter } from "./splitter.js";
 import { tabs } from "./tabs.js";
-import { tests } from "./tests.js";
+import { splitter } from "./widths.js";
+
+const LOOK_AGAIN = 500; // milliseconds until it is looked again whether somebody types
+
+export function renewed(grid, listen) {
+  let waits = false;
+  listen.addEventListener("program", ({ detail }) => {
+    const { program } = listen.dataset;
+    if (program && JSON.parse(detail.data).version !== program) wait("The program was renewed.");
+  });
+  listen.addEventListener("reload", ({ detail }) => {
+    const { sheet, why } = JSON.parse(detail.data);
+    if (!sheet || sheet === grid.server.sheet) wait(why ?? "This page is not up to date.");
+  });
+
+  function wait(why) {
+    if (waits) return;
+    waits = true;
+    if (!load()) grid.say(`${why} This page loads again when you have finished typing.`);
+  }
+
+  function load() {
+    const typing = grid.editor.isOpen || grid.server.unsent.entries.length || document.querySelector("dialog[open]")
+      || document.activeElement?.matches("input:not([type=checkbox]), textarea");
+    if (typing) {
+      setTimeout(load, LOOK_AGAIN);
+      return false;
+    }
+    const { row, cell } = grid.selection;
+    if (cell) history.replaceState(history.state, "", `#${row.id}~${grid.table.address(cell)}`);
+    location.reload();
+    return true;
+  }
+}
+
+// The workbook's tests: what they came to is shown anew when it is told, and what is new about it is said. A lesson in
+// their list leads to its rows, a word beside it to its help.
+
+export function tests(grid, listen) {
+  listen.addEventListener("tested", (event) => {
+    if (!("orphan" in document.body.dataset)) htmx.trigger("#panels", "recheck");
+    const { news } = JSON.parse(event.detail.data);
+    if (news) grid.say(news);
+  });
+  document.addEventListener("click", (event) => {
+    if (event.target.closest("[data-do=test]")) grid.server.send("test", {});
+    const term = event.target.closest("#panels [data-topic]");
+    const lesson = event.target.closest("#panels [data-lesson]");
+    if (event.ctrlKey || event.metaKey || !(term || lesson)) return; // a link opened in a tab of its own
+    event.preventDefault();
+    if (term) document.dispatchEvent(new CustomEvent("rrp:help", { detail: [term.dataset.topic] }));
+    else open(lesson.dataset.lesson);
+  });
+
+  /** The lesson to the top of the table, the cursor into its first row that is no comment. */
+  function open(id) {
+    const { table, scroll, selection } = grid;
+    const heading = table.row(id);
+    if (!heading) return;
+    const rows = table.rows.slice(table.at(heading) + 1);
+    const next = rows.findIndex((row) => /^#+\s*lesson\s/i.test(table.value(row.querySelector("td[data-v]"))));
+    const mine = next < 0 ? rows : rows.slice(0, next);
+    const row = mine.find((one) => !one.classList.contains("comment")) ?? heading;
+    scroll.scrollIntoView({ block: "nearest" });
+    selection.go(row, Math.max(table.headers.findIndex((header) => header.dataset.kind === "inputs"), 0));
+    scroll.scrollTop += heading.getBoundingClientRect().top - scroll.getBoundingClientRect().top - table.grid.tHead.offsetHeight;
+  }
+}
 
 const scroll = document.getElementById("grid-scroll");
 const listen = document.getElementById("listen");

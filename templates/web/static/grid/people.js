@@ -1,6 +1,6 @@
-// Who else is here, and where; and one's own name, which the browser keeps.
+// Other people: who is here, and where; one's own name, which the browser keeps; two who have edited the same cell.
 
-import { button, make, open } from "./conflict.js";
+import { button, make, open } from "../elements.js";
 
 export function people(grid, listen) {
   const line = document.getElementById("people");
@@ -61,4 +61,82 @@ export function people(grid, listen) {
     dialog.append(button("Keep", keep), button("Cancel", () => dialog.close()));
     field.focus();
   }
+}
+
+// When somebody else was quicker: both texts, and which of them shall stand. Nothing is lost without being shown.
+
+/** Ask about each cell that somebody else has changed meanwhile: mine, theirs, or both, with mine as a note. */
+export function conflict(grid, clashes) {
+  const choices = new Map(clashes.map((clash) => [clash, null]));
+  const list = clashes.map((clash) => {
+    const row = grid.table.row(clash.row);
+    const k = grid.table.headers.findIndex((h) => Number(h.dataset.c) === clash.column);
+    const place = row && k >= 0 ? `${grid.table.headers[k].dataset.letter}${row.cells[0].textContent}` : "a deleted row";
+    const part = make("section");
+    const who = clash.by || "Somebody";
+    part.append(make("h3", `${place}: ${who} has changed this cell`), pair("Yours", clash.mine), pair(who === "Somebody" ? "Theirs" : `${who}’s`, clash.theirs));
+    const ways = [["Keep mine", "mine"], ["Keep theirs", "theirs"]];
+    if (noteOf(clash)) ways.push([noteOf(clash).same ? "Keep both" : "Keep both: mine as a note", "both"]);
+    part.append(...ways.map(([text, choice]) => button(text, () => settle(clash, choice, part))));
+    part.setAttribute("aria-label", place);
+    return part;
+  });
+  const dialog = open("Somebody else was quicker", list);
+  if (clashes.length > 1) dialog.append(button("Keep all mine", () => all("mine")), button("Keep all theirs", () => all("theirs")));
+
+  function all(wanted) {
+    for (const [clash, choice] of choices) if (choice === null) choices.set(clash, wanted);
+    finish();
+  }
+
+  /** The cell that takes one's own text beside the other's: the row's note, or the cell itself where that is a note. */
+  function noteOf(clash) {
+    const row = grid.table.row(clash.row);
+    const k = grid.table.headers.findIndex((h) => h.dataset.kind === "notes");
+    if (!row || k < 0 || !clash.mine) return null;
+    const column = grid.table.sheetColumn(k);
+    const same = column === clash.column;
+    const was = same ? clash.theirs : grid.table.value(grid.table.cell(row, k));
+    const mine = same ? clash.mine : `${grid.server.name}: ${clash.mine}`;
+    return { row: clash.row, column, text: was ? `${was}\n${mine}` : mine, was, same };
+  }
+
+  function settle(clash, choice, part) {
+    choices.set(clash, choice);
+    part.remove();
+    if ([...choices.values()].includes(null)) dialog.querySelector("button").focus();
+    else finish();
+  }
+
+  function finish() {
+    dialog.close();
+    const cells = [...choices].flatMap(([clash, choice]) => {
+      const { row, column, mine } = clash;
+      if (choice === "mine") return [{ row, column, text: mine, was: null }];
+      const note = choice === "both" && noteOf(clash);
+      return note ? [{ row: note.row, column: note.column, text: note.text, was: note.was }] : [];
+    });
+    if (cells.length) grid.server.send("cells", { cells }, cells.map((c) => c.row));
+    const made = new Set(choices.values());
+    grid.say(made.has("both") ? "Both are kept." : made.has("mine") ? "Yours is kept." : "Theirs is kept.");
+  }
+}
+
+/** Texts that the server would not take: shown, so that they can be copied. */
+export function lost(grid, why, cells) {
+  const texts = cells.map((c) => c.text).filter(Boolean);
+  if (!texts.length) return;
+  const area = make("textarea", texts.join("\n"));
+  area.readOnly = true;
+  area.rows = Math.min(8, texts.length + 1);
+  area.setAttribute("aria-label", "What was not saved");
+  const dialog = open("This was not saved", [make("p", why), area]);
+  dialog.append(button("Close", () => dialog.close()));
+}
+
+function pair(name, text) {
+  const line = make("p");
+  line.className = "version";
+  line.append(make("b", name), make("code", text || "(empty)"));
+  return line;
 }

@@ -1,7 +1,7 @@
 // A Gestures sheet: Play shows the gesture of the chosen row on the robot's model, Pose writes its joints into a row.
 
-import { ownName } from "../run/ask.js";
-import { status } from "./status.js";
+import { ownName } from "../api.js";
+import { status } from "./spoken.js";
 
 const bar = document.getElementById("pose-bar");
 const view = document.getElementById("gesture-view");

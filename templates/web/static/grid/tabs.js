@@ -1,7 +1,8 @@
 // The tabs below the sheet: add, rename, duplicate, move, delete; and what others do to them.
 
-import { button, lost, make, open } from "./conflict.js";
+import { button, make, open } from "../elements.js";
 import { menuOf, popup } from "./menus.js";
+import { lost } from "./people.js";
 
 const LATER = "told-later"; // what the next page says first
 

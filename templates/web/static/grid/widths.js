@@ -1,5 +1,5 @@
-// The widths of the columns: dragged at the edge of a header, by Alt+Left and Alt+Right, or fitted by a double click;
-// the browser remembers them for each sheet.
+// The widths of the columns: dragged at the edge of a header, by Alt+Left and Alt+Right, or fitted by a double click; the
+// browser remembers them for each sheet. And the width of the sheet beside its panels.
 
 const WIDE = {
   on: 40, inputs: 136, connector: 144, formula: 232, output: 136, example: 104, notes: 240, amount: 88, helper: 120, parameters: 136, device: 152,
@@ -138,5 +138,58 @@ function read(place) {
     return JSON.parse(localStorage.getItem(place)) ?? {};
   } catch {
     return {};
+  }
+}
+
+const BESIDE = "beside";
+const NUDGE = 16;
+
+export function splitter() {
+  const sheet = document.querySelector(".workbench > .sheet");
+  const panels = document.getElementById("panels");
+  if (!sheet || !panels) return;
+  const bar = document.createElement("div");
+  bar.className = "splitter";
+  bar.tabIndex = 0;
+  for (const [name, value] of Object.entries({
+    role: "separator", "aria-orientation": "vertical", "aria-label": "Width of the sheet", "aria-controls": "panels", "aria-valuemin": 0, "aria-valuemax": 100,
+  })) bar.setAttribute(name, value);
+  sheet.append(bar);
+  const kept = Number(localStorage.getItem(BESIDE));
+  if (kept) set(kept);
+  else tell();
+
+  bar.addEventListener("pointerdown", (event) => {
+    if (event.button !== 0) return;
+    event.preventDefault();
+    bar.setPointerCapture(event.pointerId);
+    bar.focus();
+    const right = panels.getBoundingClientRect().right;
+    const move = (now) => set(right - now.clientX);
+    bar.addEventListener("pointermove", move);
+    bar.addEventListener("lostpointercapture", () => bar.removeEventListener("pointermove", move), { once: true });
+  });
+  bar.addEventListener("dblclick", () => {
+    localStorage.removeItem(BESIDE);
+    document.documentElement.style.removeProperty("--beside");
+    tell();
+  });
+  bar.addEventListener("keydown", (event) => {
+    const wide = panels.offsetWidth;
+    const to = { ArrowLeft: wide + NUDGE, ArrowRight: wide - NUDGE, Home: innerWidth, End: 0 }[event.key];
+    if (to === undefined) return;
+    event.preventDefault();
+    set(to);
+  });
+
+  function set(width) {
+    const wide = Math.round(Math.min(Math.max(width, 200), Math.max(innerWidth - 360, 200)));
+    document.documentElement.style.setProperty("--beside", `${wide}px`);
+    localStorage.setItem(BESIDE, wide);
+    tell();
+  }
+
+  function tell() {
+    bar.setAttribute("aria-valuenow", Math.round((100 * sheet.offsetWidth) / Math.max(innerWidth, 1)));
   }
 }

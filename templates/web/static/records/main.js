@@ -1,7 +1,134 @@
 // What the pages of runs, versions, comparisons and print do beyond links and forms.
 
-import { made } from "./made.js";
-import { record } from "./record.js";
+const SECONDS_BEFORE = 2; // seconds that are shown before a moment, and after it
+const SECONDS_AFTER = 8;
+const AGAIN = 1000; // ms
+const FIRST = 8; // curves that are drawn at once
+
+/** Show the marbles around a moment. */
+function showMoment(seconds) {
+  const form = document.querySelector("#marbles form");
+  if (!form) return;
+  form.elements.from.value = String(Math.max(0, Math.floor(seconds - SECONDS_BEFORE)));
+  form.elements.to.value = String(Math.ceil(seconds + SECONDS_AFTER));
+  form.requestSubmit();
+  const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  document.getElementById("marbles").scrollIntoView({ behavior: still ? "auto" : "smooth", block: "start" });
+}
+
+/** Draw the curves with the module that draws them during a run. */
+async function drawCurves(section) {
+  const answer = await fetch(section.dataset.series);
+  if (!answer.ok) return;
+  const series = await answer.json();
+  const { plotRecord } = await import("../run/plots.js");
+  if (!plotRecord || !series.length) return;
+  section.hidden = false; // before it is drawn: a hidden place has no width
+  plotRecord(section.querySelector("[data-plots]"), series.slice(0, FIRST));
+  const more = section.querySelector("details");
+  more.hidden = series.length <= FIRST;
+  more.addEventListener("toggle", () => plotRecord(more.querySelector("div"), series.slice(FIRST)), { once: true });
+}
+
+/** Show the whole record when its last file is there. */
+async function awaitFiles(address) {
+  const answer = await fetch(address).catch(() => null);
+  if (answer?.ok && (await answer.json())) location.reload();
+  else setTimeout(awaitFiles, AGAIN, address);
+}
+
+/** A long record is read, and then shown: the server keeps what it has read for a while. */
+async function awaitRecord(notice) {
+  const answer = await fetch(notice.dataset.reading).catch(() => null);
+  if (answer?.ok) location.replace(notice.querySelector("a").href);
+  else notice.textContent = "The record could not be read now. Load the page again.";
+}
+
+/** Bring the page of a run to life; null on other pages. */
+export function record(root) {
+  if (!root) return;
+  root.addEventListener("click", (event) => {
+    const at = event.target.closest("[data-at]");
+    if (at) showMoment(Number(at.dataset.at));
+  });
+  root.addEventListener("submit", ({ target }) => target.querySelector(".choose-rows")?.removeAttribute("open"));
+  const writing = root.querySelector("[data-writing]");
+  if (writing) awaitFiles(writing.dataset.writing);
+  const reading = root.querySelector("[data-reading]");
+  if (reading) awaitRecord(reading);
+  const curves = document.getElementById("curves");
+  if (curves) drawCurves(curves).catch((error) => console.warn(error));
+}
+
+// Files that are made when they are asked for: that takes some seconds, and is told until the browser has them.
+
+const AFTER = 500; // ms: what is quicker needs no word
+const EVERY = 250;
+const MOST = 300; // s
+
+/** A word that the server gives back, as a cookie, with the file. */
+function token() {
+  return Array.from(crypto.getRandomValues(new Uint8Array(8)), (n) => n.toString(16).padStart(2, "0")).join("");
+}
+
+function line() {
+  const said = document.createElement("p");
+  said.className = "making";
+  said.setAttribute("role", "status");
+  document.body.append(said);
+  return said;
+}
+
+/** Tell what a page that comes takes its time for; one that one comes back to says it no longer. */
+function announce(words) {
+  const said = line();
+  setTimeout(() => said.append(words), AFTER);
+  addEventListener("pageshow", () => said.remove(), { once: true });
+}
+
+/** Tell that a file is being made, until its answer has come. */
+function follow(word) {
+  const began = Date.now();
+  const said = line();
+  const timer = setInterval(() => {
+    const seconds = Math.floor((Date.now() - began) / 1000);
+    const came = document.cookie.includes(`made-${word}=`);
+    if (came || seconds > MOST) {
+      clearInterval(timer);
+      said.remove();
+      return;
+    }
+    if (!said.firstChild && Date.now() - began > AFTER) said.append("The file is being made …", document.createElement("span"));
+    if (said.firstChild && seconds > 1) said.lastChild.textContent = ` ${seconds} s`; // the words are spoken once
+  }, EVERY);
+}
+
+/** Links and buttons that ask for such a file say so. */
+export function made(root) {
+  root.addEventListener("click", (event) => {
+    const link = event.target.closest("a[data-made], a[data-looks]");
+    if (!link) return;
+    if (link.dataset.looks) {
+      if (!event.ctrlKey && !event.metaKey && !event.shiftKey) announce(link.dataset.looks); // else it opens elsewhere
+      return;
+    }
+    const word = token();
+    const address = new URL(link.href);
+    address.searchParams.set("made", word);
+    link.href = address;
+    follow(word);
+  });
+  root.addEventListener("submit", (event) => {
+    const form = event.target;
+    form.querySelector("[name=made]")?.remove();
+    if (event.submitter?.dataset.looks) announce(event.submitter.dataset.looks);
+    if (!event.submitter?.matches("[data-made]") || !form.querySelector("[name=run]:checked")) return;
+    const field = document.createElement("input");
+    Object.assign(field, { type: "hidden", name: "made", value: token() });
+    form.append(field);
+    follow(field.value);
+  });
+}
 
 /** The name that the grid asks for goes with what one keeps and brings back. */
 function sign(event) {

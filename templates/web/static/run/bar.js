@@ -1,7 +1,6 @@
 // The run bar: run, pause, step, stop, speed, and what goes on; what is refused is told below it.
 
-import { act } from "./ask.js";
-import { dialog } from "./dialog.js";
+import { act, ask, ownName, panel, settings } from "../api.js";
 import { make, put } from "../elements.js";
 import { clock, now } from "./time.js";
 
@@ -185,4 +184,47 @@ function button(text, action) {
 
 function link(text, href) {
   return make("a", { href, textContent: text, className: "button small" });
+}
+
+// What is asked before a run: for whom, under which condition, by whom, and whether it counts. The last answers stay,
+// but never for whom it was: the next child's session must not be recorded as the former one's.
+
+const kept = ["condition", "operator", "mode", "until"];
+
+export function dialog(root) {
+  const box = document.getElementById("run-dialog");
+  const form = box.querySelector("form");
+  const refused = form.querySelector(".run-refused");
+  let speed = "1";
+
+  form.querySelector("[value=cancel]").addEventListener("click", () => box.close());
+  form.addEventListener("submit", async (event) => {
+    event.preventDefault();
+    const wish = Object.fromEntries(kept.map((name) => [name, form.elements[name].value.trim()]));
+    settings.keep(wish);
+    form.querySelector("[type=submit]").disabled = true;
+    const answer = await ask("start", { ...wish, participant: form.elements.participant.value.trim(), speed: Number(speed) });
+    form.querySelector("[type=submit]").disabled = false;
+    if (answer.message) return refuse(answer);
+    box.close();
+    if (!("panel" in root.dataset)) location.assign(`${panel}/${encodeURIComponent(document.querySelector("[role=grid]")?.dataset.sheet ?? "")}`);
+    return undefined;
+  });
+
+  function refuse({ message, where }) {
+    refused.hidden = false;
+    refused.textContent = `${message} `;
+    if (where) refused.append(make("a", { href: where, textContent: "Go to that run" }));
+  }
+
+  return (wanted) => {
+    speed = wanted;
+    refused.hidden = true;
+    const before = settings.kept();
+    form.elements.participant.value = "";
+    for (const name of kept) if (before[name]) form.elements[name].value = before[name];
+    if (!form.elements.operator.value && ownName() !== "Somebody") form.elements.operator.value = ownName();
+    box.showModal();
+    form.elements.participant.focus();
+  };
 }

@@ -1,6 +1,6 @@
 // Who drives what: a lane for each part of the robot, with bars that bear the numbers of the rows that drove it.
 
-import { element } from "./svg.js";
+import { element } from "../elements.js";
 
 const SPAN = 30; // s
 const LANE = 20;

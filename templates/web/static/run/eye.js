@@ -1,6 +1,6 @@
 // What the robot's camera sees, as a stream of pictures, with what its sensors detect in it.
 
-import { element } from "./svg.js";
+import { element } from "../elements.js";
 
 const FRESH = 0.5; // s: an older detection is not shown
 const AGAIN = 1000; // ms: asked at least so often, as the robot's eye is open only while somebody asks

@@ -1,6 +1,6 @@
 // The log: newest first, with the row that did it, and what the robot said to be heard (again).
 
-import { make, icon } from "../elements.js";
+import { icon, make } from "../elements.js";
 import { clock } from "./time.js";
 
 const KEPT = 300;

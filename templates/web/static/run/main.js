@@ -2,15 +2,13 @@
 // part of the page listens to: `rrp:run` (phase and settings), `rrp:live` (values), `rrp:log` (new lines),
 // `rrp:elsewhere` (a run of another workbook).
 
-import { act, ask } from "./ask.js";
+import { act, ask } from "../api.js";
 import { bar } from "./bar.js";
-import { follow } from "./follow.js";
 import { going, stopKeys } from "./keys.js";
 import { log } from "./log.js";
-import { robot } from "./facts.js";
-import { scene } from "./scene.js";
-import { session } from "./session.js";
-import { values } from "./values.js";
+import { robot } from "./robot.js";
+import { scene, session } from "./session.js";
+import { follow, values } from "./values.js";
 
 const book = document.getElementById("runbar").dataset.book;
 const listen = document.getElementById("listen");

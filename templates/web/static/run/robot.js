@@ -1,6 +1,8 @@
-// The robot in 3D: a picture of the simulated world that one can turn. Where the browser cannot draw it, words say so.
+// The robot in 3D: a picture of the simulated world that one can turn, and facts beside it. Where the browser cannot draw it,
+// words say so.
 
-import { move, ways } from "./moving.js";
+import { act } from "../api.js";
+import { make, put } from "../elements.js";
 
 const EMPTY = "This browser cannot draw the robot in 3D. The robot’s eye, the live values and the log tell what it does.";
 const TURN = "Drag to look around";
@@ -95,4 +97,87 @@ function describe(canvas, { things = {}, saying = "" }, { name = "The robot" }) 
   const parts = [`${name} in 3D`, saying && `it says “${saying}”`, seen.length ? seen.join(", ") : "nothing near it"];
   const words = `${parts.filter(Boolean).join("; ")}. Arrow keys turn, plus and minus zoom, 0 is the front.`;
   if (canvas.getAttribute("aria-label") !== words) canvas.setAttribute("aria-label", words);
+}
+
+// Facts about the robot beside its picture: which way it looks, what is around it.
+
+const degrees = (angle) => `${((angle * 180) / Math.PI).toFixed(1)}°`;
+
+const hues = [[15, "red"], [45, "orange"], [70, "yellow"], [165, "green"], [200, "turquoise"], [255, "blue"], [290, "violet"], [340, "magenta"], [361, "red"]];
+
+/** A word for a colour of three parts from 0 to 1. */
+function colour([red, green, blue]) {
+  const most = Math.max(red, green, blue);
+  const span = most - Math.min(red, green, blue);
+  if (most < 0.08) return "off";
+  const dim = most < 0.5 ? "dim " : "";
+  if (span < 0.15 * most) return `${dim}white`;
+  const turn = most === red ? ((green - blue) / span + 6) % 6 : most === green ? (blue - red) / span + 2 : (red - green) / span + 4;
+  return dim + hues.find(([limit]) => turn * 60 < limit)[1];
+}
+
+export function robot(root) {
+  const facts = new Map();
+
+  document.addEventListener("rrp:run", ({ detail }) => {
+    if (detail.phase === "none") {
+      facts.clear();
+      root.replaceChildren();
+    }
+  });
+  document.addEventListener("rrp:live", ({ detail }) => {
+    const seen = detail.robot;
+    if (!seen) return;
+    const { HeadYaw: yaw, HeadPitch: pitch } = seen.joints;
+    if (yaw !== undefined) fact("Head yaw", degrees(yaw));
+    if (pitch !== undefined) fact("Head pitch", degrees(pitch));
+    fact("Eyes", colour(seen.eyes));
+    dot(facts.get("Eyes"), seen.eyes);
+    const names = Object.keys(seen.things);
+    fact("Around it", names.length ? names.join(", ") : "nobody, nothing");
+  });
+
+  /** The colour itself beside its word. */
+  function dot(place, parts) {
+    const css = `rgb(${parts.map((part) => Math.round(part * 255)).join(" ")})`;
+    place.classList.add("eye-colour");
+    if (place.style.getPropertyValue("--shines") !== css) place.style.setProperty("--shines", css);
+  }
+
+  function fact(name, text) {
+    if (!facts.has(name)) {
+      const value = make("dd");
+      root.append(make("dt", { textContent: name }), value);
+      facts.set(name, value);
+    }
+    put(facts.get(name), text);
+  }
+}
+
+// Things that are moved by hand, with sliders or in the picture: where to, and telling it to the run.
+
+/** How far each way, in metres: a thing before the robot that it can see or reach. */
+export const ways = [["Forward", 0.2, 2.5], ["Left", -1.5, 1.5], ["Up", 0, 1.5]];
+const EVERY = 80; // ms between two tellings of where a thing is put
+
+const waiting = new Map(); // thing → where it shall be, not yet told
+let busy = false;
+
+/** Put a thing somewhere. Of many places in a short time the newest is told, one after the other. */
+export function move(thing, [x, y, z]) {
+  const place = [x, y, z].map((v) => Math.round(v * 1000) / 1000);
+  waiting.set(thing, place);
+  document.dispatchEvent(new CustomEvent("rrp:moved", { detail: { thing, at: place } }));
+  if (!busy) tell();
+}
+
+async function tell() {
+  busy = true;
+  while (waiting.size) {
+    const [thing, [x, y, z]] = waiting.entries().next().value;
+    waiting.delete(thing);
+    const pause = new Promise((done) => { setTimeout(done, EVERY); });
+    await Promise.all([act("put", { thing, x, y, z }), pause]);
+  }
+  busy = false;
 }

@@ -1,8 +1,9 @@
-// The session column: the operator's buttons, a switch for each behaviour, marks, and values sent by hand.
+// The session column: the operator's buttons, a switch for each behaviour, marks, values sent by hand, the things of the scene.
 
-import { act } from "./ask.js";
-import { numberKeys } from "./keys.js";
+import { act } from "../api.js";
 import { icon, make, put } from "../elements.js";
+import { numberKeys } from "./keys.js";
+import { move, ways } from "./robot.js";
 import { now } from "./time.js";
 
 const WAITS = "comes when it goes on";
@@ -105,4 +106,140 @@ export function session(root) {
     mark.elements.note.value = "";
     if ((await act("mark", { note })).message) mark.elements.note.value ||= note;
   });
+}
+
+// The things of the scene: where each is, moved by sliders, and what it can be made to do by hand.
+
+const quick = {
+  ball: ["appears", "circles", "disappears"],
+  person: ["enters", "looks away", "looks back", "leaves", "says", "touches", "pushes"],
+  cup: ["appears", "disappears"], box: ["appears", "disappears"],
+  table: ["appears", "disappears"], wall: ["appears", "disappears"],
+};
+const brings = ["appears", "enters"]; // what can be done to a thing that is not there
+const grounded = ["table", "wall"]; // they stay on the floor
+const levels = [["Light", "light", 1], ["Noise", "noise", 0]];
+
+export function scene(root) {
+  const holder = document.getElementById("things");
+  const known = JSON.parse(document.getElementById("acts").textContent);
+  let things = new Map(); // name → what moves its sliders
+  const room = levelsOf();
+  let running = false;
+  let lost = false; // the line to the server
+
+  document.addEventListener("rrp:run", ({ detail }) => {
+    const names = (detail.things ?? []).map((t) => `${t.kind} ${t.name}`).join("\n");
+    if (names !== holder.dataset.names) {
+      holder.dataset.names = names;
+      const parts = (detail.things ?? []).filter((t) => quick[t.kind]).map((t) => thing(t));
+      things = new Map(parts.map((p) => [p.name, p]));
+      holder.replaceChildren(...parts.map((p) => p.element), room.element);
+    }
+    root.hidden = detail.phase === "none";
+    running = ["running", "paused"].includes(detail.phase);
+    enable();
+  });
+  document.addEventListener("rrp:line", ({ detail }) => {
+    lost = detail.lost;
+    enable();
+  });
+  document.addEventListener("rrp:live", ({ detail }) => {
+    if (!detail.robot) return;
+    for (const [name, part] of things) part.at(detail.robot.things[name]);
+    room.at(detail.robot);
+  });
+
+  document.addEventListener("rrp:moved", ({ detail }) => things.get(detail.thing)?.moved(detail.at));
+
+  function enable() {
+    const on = running && !lost;
+    for (const part of holder.querySelectorAll("input, button, select")) part.disabled = !on || part.closest("[data-absent] .hand-acts [data-needs]") !== null;
+  }
+
+  function thing({ name, kind, at }) {
+    const rows = ways.slice(0, grounded.includes(kind) ? 2 : 3).map(([word, min, max]) => slider(name, word, min, max));
+    let held = 0; // until when the sliders are the user's
+    let absent = false;
+    for (const row of rows) {
+      row.input.addEventListener("input", () => {
+        row.show();
+        move(name, [...rows.map((r) => Number(r.input.value)), 0].slice(0, 3));
+      });
+    }
+    const sliders = make("div", { className: "sliders" }, ...rows.flatMap((r) => [r.label, r.input, r.output]));
+    const away = make("p", { className: "quiet", textContent: "Not in the scene now. Move a slider, and it appears there.", hidden: true });
+    const element = make("section", { className: "thing" }, make("h3", { textContent: name }), sliders, away, acts(name, kind));
+    const part = {
+      name, element,
+      at(place) {
+        away.hidden = Boolean(place);
+        if (element.toggleAttribute("data-absent", !place) !== absent) {
+          absent = !place;
+          enable();
+        }
+        if (place && performance.now() > held) rows.forEach((r, i) => r.set(place[i]));
+      },
+      moved(place) { // by hand, here or in the picture
+        held = performance.now() + 1200;
+        rows.forEach((r, i) => r.set(place[i]));
+      },
+    };
+    part.at(at);
+    return part;
+  }
+
+  function acts(name, kind) {
+    const line = make("div", { className: "hand-acts" });
+    for (const verb of quick[kind]) {
+      const example = known[kind][verb] ?? "";
+      const word = make("button", { type: "button", className: "button small", textContent: verb });
+      const choice = verb === "says" ? make("input", { value: example, maxLength: 100, ariaLabel: `What ${name} says` })
+        : verb === "touches" ? make("select", { ariaLabel: `What ${name} touches` }, ...known.zones.map((zone) => make("option", { textContent: zone }))) : null;
+      word.toggleAttribute("data-needs", !brings.includes(verb)); // the thing itself
+      if (choice) choice.toggleAttribute("data-needs", true);
+      word.addEventListener("click", () => act("scene", { thing: name, verb, value: choice ? choice.value : example }));
+      line.append(choice ? make("span", { className: "act" }, word, make("label", { className: "field" }, choice)) : word);
+    }
+    return line;
+  }
+}
+
+// How bright and how loud the room is.
+function levelsOf() {
+  const rows = levels.map(([name, key, first]) => {
+    const row = slider("Room", name, 0, 100, 1, (value) => `${Math.round(value)} %`);
+    let held = 0; // until when it is the user's
+    let timer = 0;
+    row.set(first * 100);
+    row.input.addEventListener("input", () => {
+      held = performance.now() + 1200;
+      row.show();
+      clearTimeout(timer);
+      timer = setTimeout(() => act("scene", { thing: name, verb: "set to", value: `${row.input.value} %` }), 120);
+    });
+    return { ...row, at: (robot) => robot[key] !== undefined && performance.now() > held && row.set(robot[key] * 100) };
+  });
+  const sliders = make("div", { className: "sliders" }, ...rows.flatMap((r) => [r.label, r.input, r.output]));
+  const element = make("section", { className: "thing" }, make("h3", { textContent: "Room" }), sliders);
+  return { element, at: (robot) => rows.forEach((r) => r.at(robot)) };
+}
+
+function slider(thing, word, min, max, step = 0.01, shown = (value) => `${Number(value).toFixed(2)} m`) {
+  const id = `slide-${thing.replaceAll(/\W/g, "-")}-${word}`;
+  const input = make("input", { type: "range", id, min, max, step, ariaLabel: `${thing}: ${word}` });
+  const output = make("output", {});
+  const show = () => {
+    put(output, shown(input.value));
+    input.ariaValueText = step === 1 ? shown(input.value) : `${input.value} metres`;
+  };
+  return {
+    label: make("label", { htmlFor: id, textContent: word }), input, output, show,
+    set(value) {
+      const text = step === 1 ? String(Math.round(value)) : value.toFixed(2);
+      if (input.value === text) return;
+      input.value = text;
+      show();
+    },
+  };
 }

@@ -1,6 +1,6 @@
 // On every page: that a run goes on, and Stop. A workbook's page hears it from the server's events, the others ask.
 
-import { ownName } from "./ask.js";
+import { ownName } from "../api.js";
 import { stopKeys } from "./keys.js";
 
 const strip = document.getElementById("run-strip");

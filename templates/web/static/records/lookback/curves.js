@@ -1,6 +1,6 @@
 // The plots of the whole run, with a line where one is.
 
-import { plotRecord } from "../../run/plotrecord.js";
+import { plotRecord } from "../../run/plots.js";
 
 const FIRST = 6; // curves
 

@@ -1,8 +1,7 @@
 // The camera's picture of a time, with what its sensors had found in it.
 
-import { element } from "../../run/svg.js";
+import { element, put } from "../../elements.js";
 import { mark } from "../../run/eye.js";
-import { put } from "../../elements.js";
 import { last } from "./store.js";
 
 const FRESH = 0.5; // s: an older detection is not shown

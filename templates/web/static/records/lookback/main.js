@@ -3,15 +3,13 @@
 
 import { why } from "../../api.js";
 import { put } from "../../elements.js";
-import { robot } from "../../run/facts.js";
-import { robot3d } from "../../run/robot.js";
+import { robot, robot3d } from "../../run/robot.js";
+import { curves } from "./curves.js";
 import { Eye } from "./eye.js";
 import { Moments, Sounds } from "./moments.js";
-import { curves } from "./curves.js";
 import { Player } from "./player.js";
-import { poseAt, poses } from "./poses.js";
 import { Sheets } from "./sheets.js";
-import { Pieces, valuesAt } from "./store.js";
+import { Pieces, poseAt, poses, valuesAt } from "./store.js";
 
 const root = document.getElementById("player");
 const { url, run, files } = root.dataset;

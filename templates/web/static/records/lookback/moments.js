@@ -1,7 +1,7 @@
 // What happened besides the values: as ticks over the time, as a list, and as sounds while it plays.
 
-import { clock } from "../../run/time.js";
 import { icon, make } from "../../elements.js";
+import { clock } from "../../run/time.js";
 import { last } from "./store.js";
 
 const NEAR = 16; // px: ticks that are nearer are one

@@ -1,7 +1,7 @@
 // The time of the run that is shown: moved with the slider and its keys, or played.
 
-import { clock } from "../../run/time.js";
 import { put } from "../../elements.js";
+import { clock } from "../../run/time.js";
 
 const STEP = 0.1; // s, of an arrow key
 const PAGE = 5; // s

@@ -1,6 +1,6 @@
 // The behaviours that ran: one is shown at a time, its rows with the formulas of the time, its diagram lit.
 
-import { lights } from "../../grid/lights.js";
+import { lights } from "../../grid/diagram.js";
 import { clock } from "../../run/time.js";
 import { values } from "../../run/values.js";
 
