@@ -1,23 +1,100 @@
-// Requests to the server, and the line on which it tells what happens: who asks, what is sent, why there was no answer.
+// Requests to the server, and the line on which it tells what happens: how they are sent and sent again, who asks, and why
+// there is no answer, in words.
 
 import { button } from "./elements.js";
 
+const PATIENCE = 60_000; // milliseconds for one answer, as htmx waits
+const PAUSES = [0.5, 1, 2, 4, 8, 15, 30, 30, 30, 30, 30, 30]; // seconds before the next try; then it waits for a person
+const AWAY = new Set([502, 503, 504]);
 const SERVER = "The server cannot be reached. Check that the program is running, then try again.";
 const WORDS = {
   403: "You are not logged in any more, or the program was started again. Load the page again.",
   404: "It is not there any more: somebody renamed, moved or deleted it. Load the page again.",
 };
+const STOPPED = {
+  0: "The server cannot be reached. Start it again, then choose Try again.",
+  403: "This browser is signed out. Open the link that the server prints, then choose Try again.",
+  404: "The workbook was renamed or moved. Copy your changes, then open it from the shelf.",
+};
+const TOO_MUCH = "That is too much at once. Paste it in smaller pieces.";
 
-/** Why there is no answer; the server's own words where it has any. */
-export function why({ response, text }) {
-  if (!response) return SERVER;
-  const { status } = response;
+/** Send a request: a GET, or a POST of a `body` (an object, or its JSON). It never fails: it gives `ok`, the `status` (0 when
+ *  no answer came in time), the `text` of the answer, its `json` (null when it is none) and its `etag`. */
+export async function request(url, { body, patience = PATIENCE, keepalive = false } = {}) {
+  const post = body && { method: "POST", headers: { "Content-Type": "application/json", "X-RRP": "grid" }, body: typeof body === "string" ? body : JSON.stringify(body) };
+  try {
+    const response = await fetch(url, { ...post, keepalive, signal: keepalive ? null : AbortSignal.timeout(patience) });
+    const { ok, status, headers } = response;
+    const text = await response.text();
+    const json = headers.get("Content-Type")?.startsWith("application/json") ? JSON.parse(text) : null;
+    return { ok, status, text, json, etag: headers.get("ETag") };
+  } catch {
+    return { ok: false, status: 0, text: "", json: null, etag: null };
+  }
+}
+
+/** Send the JSON of an edit once: its answer, or the status of a server that takes nothing from this page now; 0 when there
+ *  is none. */
+export async function once(url, text) {
+  const { status, json } = await request(url, { body: text });
+  if (json) return { answer: json };
+  if (AWAY.has(status)) return { status: 0 };
+  if (status in STOPPED) return { status };
+  return { answer: { message: status === 413 ? TOO_MUCH : refusal(status), refused: true } };
+}
+
+let wake = () => {};
+for (const event of ["rrp:again", "rrp:line"]) document.addEventListener(event, ({ detail }) => detail?.lost || wake());
+window.addEventListener("online", () => wake());
+
+/** Send it until there is an answer. `tell` is told why there is none yet, then with an empty text that there is one. */
+export async function deliver(url, text, tell) {
+  for (let tries = 0; ; tries++) {
+    const { status, answer } = await once(url, text);
+    if (answer) {
+      tell("");
+      return answer;
+    }
+    const pause = status ? undefined : PAUSES[tries];
+    if (pause === undefined) {
+      tell(STOPPED[status]);
+      await until();
+      tries = -1;
+    } else {
+      if (tries) tell("The server cannot be reached. Your changes are kept here and sent when it is back.");
+      await until(pause * 1000);
+    }
+  }
+}
+
+/** Wait so many milliseconds, or until a person or the line to the server says that it can be tried again. */
+function until(milliseconds) {
+  return new Promise((resume) => {
+    const timer = milliseconds === undefined ? 0 : setTimeout(resume, milliseconds);
+    wake = () => {
+      clearTimeout(timer);
+      resume();
+    };
+  });
+}
+
+/** What is said of an action that was not done. */
+export function refusal(status) {
+  return status ? `The server refused this (${status}). Reload the page.` : "The server cannot be reached.";
+}
+
+/** Why there is nothing to show; the server's own words where it has any. */
+export function why({ status, text }) {
+  if (!status) return SERVER;
   if (status < 400) return "The answer could not be shown. Load the page again.";
   if (WORDS[status]) return WORDS[status];
   const page = new DOMParser().parseFromString(text ?? "", "text/html");
   const told = [...page.querySelectorAll("main.message > p:not(.line)")].map((p) => p.textContent.replace(/^→\s*/, ""));
   return told.join(" ") || `The server answered with an error (${status}). Try again.`;
 }
+
+// What is asked for by hx-* attributes: an error is told in words where the answer would have been, and never shown as if
+// it were the answer (`noSwap` in parts.html). The line of events (#listen) tells of itself, see `listening`.
 
 /** Tell it in the place that waits for the answer, or behind the form that asked. */
 function tell(source, words) {
@@ -53,19 +130,24 @@ const asks = (source) => source?.isConnected && source.id !== "listen" && source
 document.addEventListener("htmx:before:request", ({ detail: { ctx } }) => asks(ctx.sourceElement) && clear(ctx.sourceElement));
 document.addEventListener("htmx:finally:request", ({ detail: { ctx } }) => {
   const failed = ctx.response?.status >= 400 || ctx.status.startsWith("error"); // an error has no response: unreachable, too late
-  if (failed && asks(ctx.sourceElement)) tell(ctx.sourceElement, why(ctx));
+  if (failed && asks(ctx.sourceElement)) tell(ctx.sourceElement, why({ status: ctx.response?.status, text: ctx.text }));
 });
 
 // Who this page is: the same after it was loaded again or left and come back to, so that one's own cells stay one's own.
 
 const PAGE = "page";
 
+/** An id that nobody else can guess, of so many bytes. */
+export function randomId(bytes) {
+  return [...crypto.getRandomValues(new Uint8Array(bytes))].map((b) => b.toString(16).padStart(2, "0")).join("");
+}
+
 /** A page's `id`, its `client` (the id and how often it was loaded), and the id of the page that this one is perhaps a
  *  copy of (`from`): a tab that was duplicated takes along what the other keeps, and must not speak for it. */
 export function identity() {
   const kept = earlier();
   const again = Boolean(kept?.left);
-  const id = again ? kept.id : [...crypto.getRandomValues(new Uint8Array(6))].map((b) => b.toString(16).padStart(2, "0")).join("");
+  const id = again ? kept.id : randomId(6);
   const loads = again ? kept.loads + 1 : 1;
   const keep = (left) => sessionStorage.setItem(PAGE, JSON.stringify({ id, loads, left }));
   keep(false);
@@ -101,15 +183,8 @@ export function ownName(operates = true) {
 
 /** Do an action; answers what the server says, with a `message` when it was refused or could not be reached. */
 export async function ask(action, body = {}, url = panel) {
-  try {
-    const response = await fetch(`${url}/${action}`, {
-      method: "POST", headers: { "Content-Type": "application/json", "X-RRP": "grid" }, body: JSON.stringify({ ...body, name: ownName() }),
-    });
-    const answer = response.headers.get("Content-Type")?.startsWith("application/json") ? await response.json() : {};
-    return response.ok ? answer : { message: `The server refused this (${response.status}). Reload the page.`, ...answer };
-  } catch {
-    return { message: "The server cannot be reached." };
-  }
+  const { ok, status, json } = await request(`${url}/${action}`, { body: { ...body, name: ownName() } });
+  return ok ? json ?? {} : { message: refusal(status), ...json };
 }
 
 /** The same, and a refusal is told in the line below the run bar. */

@@ -1,7 +1,7 @@
 // Edits of the sheet, from the text that is being typed to the answer of the server. They are sent in order, one request at a
 // time; what others (and the server) change comes as events with rows ready to be shown.
 
-import { ownName } from "../api.js";
+import { deliver, once, ownName, randomId, request } from "../api.js";
 import { button, make, open } from "../elements.js";
 import { Order } from "./pending.js";
 
@@ -15,7 +15,7 @@ export class Server {
     this.table = table;
     this.hooks = hooks;
     this.client = client;
-    this.secret = random(12); // begins the ids of our requests, which nobody else can guess
+    this.secret = randomId(12); // begins the ids of our requests, which nobody else can guess
     this.count = 0;
     this.waiting = new Map(); // row id → tag of our newest edit in it that the server has not confirmed
     this.made = new Map(); // row id → number of its newest look that came; of two looks that cross, the later made one stays
@@ -86,8 +86,7 @@ export class Server {
 
   /** Say that this page is being closed; the browser sends it although the page is gone. */
   part() {
-    const body = JSON.stringify({ client: this.client, name: this.name });
-    fetch(`${this.url}/part`, { method: "POST", keepalive: true, headers: { "Content-Type": "application/json", "X-RRP": "grid" }, body }).catch(() => {});
+    request(`${this.url}/part`, { body: { client: this.client, name: this.name }, keepalive: true });
   }
 
   sheetColumn(k) {
@@ -124,7 +123,7 @@ export class Server {
 
   /** Ask for what is no edit: it is not sent again. */
   async ask(action, text) {
-    const { answer } = await this.unsent.ask(action, text);
+    const { answer } = await once(`${this.url}/${action}`, text);
     if (answer) return answer;
     return ["lock", "unlock", "stand"].includes(action) ? {} : { message: "The server cannot be reached. Nothing was changed; try again when it is back." };
   }
@@ -188,8 +187,6 @@ export class Server {
   }
 }
 
-const random = (bytes) => [...crypto.getRandomValues(new Uint8Array(bytes))].map((b) => b.toString(16).padStart(2, "0")).join("");
-
 function parse(html) {
   const holder = document.createElement("template");
   holder.innerHTML = html;
@@ -199,16 +196,6 @@ function parse(html) {
 // Edits that the server has not answered yet. They stay in the tab, also over a reload, until there is an answer, and go
 // again in their order when the server is back. What cannot be sent is shown, so that it can be copied.
 
-const PAUSES = [0.5, 1, 2, 4, 8, 15, 30, 30, 30, 30, 30, 30]; // seconds before the next try; then it waits for a person
-const PATIENCE = 60_000; // milliseconds for one answer
-const AWAY = new Set([502, 503, 504]);
-const STOPPED = {
-  0: "The server cannot be reached. Start it again, then choose Try again.",
-  403: "This browser is signed out. Open the link that the server prints, then choose Try again.",
-  404: "The workbook was renamed or moved. Copy your changes, then open it from the shelf.",
-};
-const REFUSED = { 413: "That is too much at once. Paste it in smaller pieces." };
-
 export class Unsent {
   /** `place` gives the address of a cell `{row, column}` for people, if it is there. */
   constructor(url, place) {
@@ -217,9 +204,6 @@ export class Unsent {
     this.key = `unsent ${url}`;
     this.entries = this.read(); // {id, action, text}, the oldest first
     this.box = null;
-    document.addEventListener("rrp:line", ({ detail }) => detail.lost || this.again());
-    document.addEventListener("rrp:again", () => this.again());
-    window.addEventListener("online", () => this.again());
     window.addEventListener("beforeunload", (event) => this.box && this.entries.length && event.preventDefault());
     this.show();
   }
@@ -236,53 +220,9 @@ export class Unsent {
   }
 
   /** Send an edit until there is an answer. The server makes it once, however often it comes. */
-  async deliver(action, text) {
-    for (let tries = 0; ; tries++) {
-      const { status, answer } = await this.ask(action, text);
-      if (answer) {
-        this.tell("");
-        return answer;
-      }
-      const pause = status ? undefined : PAUSES[tries];
-      if (pause === undefined) {
-        this.tell(STOPPED[status], status);
-        await this.until();
-        tries = -1;
-      } else {
-        if (tries) this.tell("The server cannot be reached. Your changes are kept here and sent when it is back.");
-        await this.until(pause * 1000);
-      }
-    }
+  deliver(action, text) {
+    return deliver(`${this.url}/${action}`, text, (words) => this.tell(words));
   }
-
-  /** One try: the answer, or the status of a server that takes nothing from this page now; 0 when there is none. */
-  async ask(action, text) {
-    let response;
-    try {
-      response = await fetch(`${this.url}/${action}`, {
-        method: "POST", headers: { "Content-Type": "application/json", "X-RRP": "grid" }, body: text, signal: AbortSignal.timeout(PATIENCE),
-      });
-      if (response.headers.get("Content-Type")?.startsWith("application/json")) return { answer: await response.json() };
-    } catch {
-      return { status: 0 };
-    }
-    if (AWAY.has(response.status)) return { status: 0 };
-    if (response.status in STOPPED) return { status: response.status };
-    return { answer: { message: REFUSED[response.status] ?? `The server refused this (${response.status}). Reload the page.`, refused: true } };
-  }
-
-  /** Wait so many milliseconds, or until a person or the line to the server says that it can be tried again. */
-  until(milliseconds) {
-    return new Promise((resume) => {
-      const timer = milliseconds === undefined ? 0 : setTimeout(resume, milliseconds);
-      this.again = () => {
-        clearTimeout(timer);
-        resume();
-      };
-    });
-  }
-
-  again() {}
 
   read() {
     try {

@@ -1,6 +1,6 @@
 // Help beside the grid: on the cell at hand (F1), on what is searched for, and on what its links lead to.
 
-import { why } from "../api.js";
+import { request, why } from "../api.js";
 import { inputs, key } from "./editor.js";
 
 const NAME = /[\p{L}_][\p{L}\p{N}_]*/gu;
@@ -59,10 +59,9 @@ export function help(grid) {
     const query = new URLSearchParams();
     for (const [name, values] of Object.entries(asked)) for (const value of [values].flat()) query.append(name, value);
     query.set("book", panel.dataset.book);
-    const response = await fetch(`${panel.dataset.url}?${query}`).catch(() => undefined);
-    const text = await response?.text();
-    if (!response?.ok) {
-      grid?.say(`There is no help now. ${why({ response, text })}`, "error");
+    const { ok, status, text } = await request(`${panel.dataset.url}?${query}`);
+    if (!ok) {
+      grid?.say(`There is no help now. ${why({ status, text })}`, "error");
       return null;
     }
     const holder = document.createElement("template");

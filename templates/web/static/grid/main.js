@@ -1,6 +1,6 @@
 // The page: the grid, its menus, what others do, and the panels that follow the check.
 
-import { identity, listening } from "../api.js";
+import { identity, listening, request } from "../api.js";
 import { diagram } from "./diagram.js";
 import { finder } from "./find.js";
 import { Grid } from "./grid.js";
@@ -118,10 +118,9 @@ async function fetchRest({ table, server }) {
   const wanted = Number(table.grid.dataset.count);
   let last = table.rows.at(-1)?.id;
   for (let count = table.rows.length; count < wanted;) {
-    const response = await fetch(`${url}${count}?after=${last}`);
-    const html = response.ok ? await response.text() : "";
+    const { ok, text } = await request(`${url}${count}?after=${last}`);
     const holder = document.createElement("template");
-    holder.innerHTML = html;
+    holder.innerHTML = ok ? text : "";
     const rows = [...holder.content.querySelectorAll("tr")];
     if (!rows.length) return;
     last = rows.at(-1).id;
@@ -141,10 +140,10 @@ listen.addEventListener("checked", async ({ detail }) => {
 });
 
 async function fetchWords() {
-  const response = await fetch(`${grid.server.url}/vocabulary`);
-  if (response.ok) {
-    grid.words = await response.json();
-    wordsDigest = response.headers.get("ETag")?.replaceAll('"', "");
+  const { ok, json, etag } = await request(`${grid.server.url}/vocabulary`);
+  if (ok) {
+    grid.words = json;
+    wordsDigest = etag?.replaceAll('"', "");
   }
   grid.editor.renew();
   document.body.toggleAttribute("data-words", true); // what can be suggested is here

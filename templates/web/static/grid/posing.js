@@ -1,13 +1,13 @@
 // A Gestures sheet: Play shows the gesture of the chosen row on the robot's model, Pose writes its joints into a row.
 
-import { ownName } from "../api.js";
+import { ownName, randomId, refusal, request } from "../api.js";
 import { status } from "./spoken.js";
 
 const bar = document.getElementById("pose-bar");
 const view = document.getElementById("gesture-view");
 const canvas = view.querySelector("canvas");
 const time = document.getElementById("gesture-time");
-const client = `pose-${[...crypto.getRandomValues(new Uint8Array(6))].map((b) => b.toString(16).padStart(2, "0")).join("")}`;
+const client = `pose-${randomId(6)}`;
 let chosen = ""; // the id of the row where the cursor is
 let shown = null; // the gesture that is played
 let stage = null;
@@ -108,14 +108,7 @@ async function take() {
   else status("The robot’s joints were written into a keyframe. Undo takes it back.");
 }
 
-async function get(url, body = null) {
-  try {
-    const response = await fetch(url, body && {
-      method: "POST", headers: { "Content-Type": "application/json", "X-RRP": "grid" }, body: JSON.stringify(body),
-    });
-    if (response.ok) return await response.json();
-    return { message: response.status === 404 ? "There is no such row any more. Reload the page." : `The server refused this (${response.status}). Reload the page.` };
-  } catch {
-    return { message: "The server cannot be reached." };
-  }
+async function get(url, body) {
+  const { ok, status, json } = await request(url, { body });
+  return ok ? json : { message: status === 404 ? "There is no such row any more. Reload the page." : refusal(status) };
 }

@@ -1,5 +1,7 @@
 // Whole rows: inserted, deleted, moved, duplicated. Each is shown at once, and sent after what was done before.
 
+import { randomId } from "../api.js";
+
 const ROOM = 20; // blank rows below the last filled one, at least: as many as the server keeps
 const MORE = 20; // added beyond that, so that not every row needs some
 const MOST = 5000; // rows that are sent at once
@@ -7,7 +9,7 @@ const MOST = 5000; // rows that are sent at once
 export class Rows {
   constructor(grid) {
     this.grid = grid;
-    this.mark = [...crypto.getRandomValues(new Uint8Array(6))].map((b) => b.toString(16).padStart(2, "0")).join("");
+    this.mark = randomId(6);
     this.count = 0;
   }
 

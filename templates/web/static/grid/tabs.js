@@ -1,5 +1,6 @@
 // The tabs below the sheet: add, rename, duplicate, move, delete; and what others do to them.
 
+import { refusal, request } from "../api.js";
 import { button, make, open } from "../elements.js";
 import { menuOf, popup } from "./menus.js";
 import { lost } from "./people.js";
@@ -122,8 +123,8 @@ export function tabs(grid, listen) {
   }
 
   async function remove(sheet) {
-    const response = await fetch(`${server.url}/sheets/about/${encodeURIComponent(sheet)}`);
-    const about = response.ok ? await response.json() : { message: "There is no such sheet any more." };
+    const { ok, status, json } = await request(`${server.url}/sheets/about/${encodeURIComponent(sheet)}`);
+    const about = ok ? json : { message: status ? "There is no such sheet any more." : refusal(status) };
     if (about.message) return grid.say(about.message, "error");
     const rows = about.rows === null ? "everything in it" : about.rows === 1 ? "1 row" : about.rows ? `${about.rows} rows` : "no rows";
     const parts = [make("p", `It has ${rows}. Ctrl+Z brings it back.`.replace("has everything in it", "goes with everything in it"))];
@@ -210,10 +211,10 @@ export function tabs(grid, listen) {
 
   async function refresh(sheet = server.sheet) {
     const url = strip().dataset.url.replace(/\/tabs\/[^?]*/, `/tabs/${encodeURIComponent(sheet)}`);
-    const response = await fetch(url);
-    if (!response.ok) return;
+    const { ok, text } = await request(url);
+    if (!ok) return;
     const holder = document.createElement("template");
-    holder.innerHTML = await response.text(); // made by our own server, all texts escaped
+    holder.innerHTML = text; // made by our own server, all texts escaped
     const fresh = holder.content.querySelector("#tabs");
     if ("orphan" in document.body.dataset) { // none of them is shown
       fresh.querySelector("[aria-current]")?.removeAttribute("aria-current");

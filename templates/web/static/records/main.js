@@ -1,5 +1,8 @@
 // What the pages of runs, versions, comparisons and print do beyond links and forms.
 
+import { randomId, request } from "../api.js";
+
+const LONG = 150_000; // ms for the reading of a long record
 const SECONDS_BEFORE = 2; // seconds that are shown before a moment, and after it
 const SECONDS_AFTER = 8;
 const AGAIN = 1000; // ms
@@ -18,11 +21,9 @@ function showMoment(seconds) {
 
 /** Draw the curves with the module that draws them during a run. */
 async function drawCurves(section) {
-  const answer = await fetch(section.dataset.series);
-  if (!answer.ok) return;
-  const series = await answer.json();
+  const { json: series } = await request(section.dataset.series);
+  if (!series?.length) return;
   const { plotRecord } = await import("../run/plots.js");
-  if (!plotRecord || !series.length) return;
   section.hidden = false; // before it is drawn: a hidden place has no width
   plotRecord(section.querySelector("[data-plots]"), series.slice(0, FIRST));
   const more = section.querySelector("details");
@@ -32,15 +33,15 @@ async function drawCurves(section) {
 
 /** Show the whole record when its last file is there. */
 async function awaitFiles(address) {
-  const answer = await fetch(address).catch(() => null);
-  if (answer?.ok && (await answer.json())) location.reload();
+  const { ok, json } = await request(address);
+  if (ok && json) location.reload();
   else setTimeout(awaitFiles, AGAIN, address);
 }
 
 /** A long record is read, and then shown: the server keeps what it has read for a while. */
 async function awaitRecord(notice) {
-  const answer = await fetch(notice.dataset.reading).catch(() => null);
-  if (answer?.ok) location.replace(notice.querySelector("a").href);
+  const { ok } = await request(notice.dataset.reading, { patience: LONG });
+  if (ok) location.replace(notice.querySelector("a").href);
   else notice.textContent = "The record could not be read now. Load the page again.";
 }
 
@@ -65,11 +66,6 @@ export function record(root) {
 const AFTER = 500; // ms: what is quicker needs no word
 const EVERY = 250;
 const MOST = 300; // s
-
-/** A word that the server gives back, as a cookie, with the file. */
-function token() {
-  return Array.from(crypto.getRandomValues(new Uint8Array(8)), (n) => n.toString(16).padStart(2, "0")).join("");
-}
 
 function line() {
   const said = document.createElement("p");
@@ -112,7 +108,7 @@ export function made(root) {
       if (!event.ctrlKey && !event.metaKey && !event.shiftKey) announce(link.dataset.looks); // else it opens elsewhere
       return;
     }
-    const word = token();
+    const word = randomId(8);
     const address = new URL(link.href);
     address.searchParams.set("made", word);
     link.href = address;
@@ -124,7 +120,7 @@ export function made(root) {
     if (event.submitter?.dataset.looks) announce(event.submitter.dataset.looks);
     if (!event.submitter?.matches("[data-made]") || !form.querySelector("[name=run]:checked")) return;
     const field = document.createElement("input");
-    Object.assign(field, { type: "hidden", name: "made", value: token() });
+    Object.assign(field, { type: "hidden", name: "made", value: randomId(8) });
     form.append(field);
     follow(field.value);
   });

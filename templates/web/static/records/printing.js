@@ -1,6 +1,8 @@
 // The Print page: what is chosen is shown at once, and the PDF is made before it is fetched, so that trouble can be told.
 
-import { why } from "../api.js";
+import { request, why } from "../api.js";
+
+const PATIENCE = 150_000; // ms, as long as a protocol may take
 
 const form = document.querySelector("[data-choices]");
 const said = form.querySelector("[data-said]");
@@ -12,18 +14,13 @@ async function pdf() {
   button.disabled = true;
   said.className = "print-said";
   said.textContent = "The PDF is being made …";
-  try {
-    const answer = await fetch(`${button.dataset.pdf}?${chosen}`);
-    if (!answer.ok) return tell(why({ response: answer, text: await answer.text() }));
-    const { trouble, notes } = await answer.json();
-    if (trouble) return tell(trouble);
-    location.assign(`${button.formAction}?${chosen}`);
-    said.textContent = ["The PDF is made.", ...notes].join(" ");
-  } catch {
-    tell(why({}));
-  } finally {
-    button.disabled = false;
-  }
+  const { ok, status, text, json } = await request(`${button.dataset.pdf}?${chosen}`, { patience: PATIENCE });
+  button.disabled = false;
+  if (!ok || !json) return tell(why({ status, text }));
+  if (json.trouble) return tell(json.trouble);
+  location.assign(`${button.formAction}?${chosen}`);
+  said.textContent = ["The PDF is made.", ...json.notes].join(" ");
+  return undefined;
 }
 
 function tell(trouble) {

@@ -1,6 +1,7 @@
 // Small plots of the numbers that streams carry: of the last 30 seconds while a run goes on, and of a whole run.
 
 import uPlot from "/vendor/js/uPlot.esm.js";
+import { request } from "../api.js";
 import { make, put } from "../elements.js";
 
 const SPAN = 30; // s
@@ -35,7 +36,7 @@ class Live {
     root.replaceChildren(this.empty, this.list, this.choice, this.table);
     this.choice.hidden = this.table.hidden = true;
     this.units = {};
-    fetch("/robot/model.json").then((r) => r.json()).then(({ units }) => { this.units = units ?? {}; }).catch(() => {});
+    request("/robot/model.json").then(({ json }) => { this.units = json?.units ?? {}; });
   }
 
   run(detail) {

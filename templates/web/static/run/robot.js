@@ -1,7 +1,7 @@
 // The robot in 3D: a picture of the simulated world that one can turn, and facts beside it. Where the browser cannot draw it,
 // words say so.
 
-import { act } from "../api.js";
+import { act, request } from "../api.js";
 import { make, put } from "../elements.js";
 
 const EMPTY = "This browser cannot draw the robot in 3D. The robot’s eye, the live values and the log tell what it does.";
@@ -86,9 +86,9 @@ export async function robot3d(root) {
 }
 
 async function open(canvas, hand) {
-  const [{ Stage }, answer] = await Promise.all([import("./stage3d.js"), fetch("/robot/model.json")]);
-  if (!answer.ok) throw new Error(`no model: ${answer.status}`);
-  return new Stage(canvas, await answer.json(), hand);
+  const [{ Stage }, { ok, status, json }] = await Promise.all([import("./stage3d.js"), request("/robot/model.json")]);
+  if (!ok) throw new Error(`no model: ${status}`);
+  return new Stage(canvas, json, hand);
 }
 
 // what a screen reader tells; it changes seldom enough to be asked for, and is never announced by itself

@@ -1,6 +1,6 @@
 // On every page: that a run goes on, and Stop. A workbook's page hears it from the server's events, the others ask.
 
-import { ownName } from "../api.js";
+import { ask, request } from "../api.js";
 import { stopKeys } from "./keys.js";
 
 const strip = document.getElementById("run-strip");
@@ -26,15 +26,14 @@ strip.querySelector(".stop").addEventListener("click", stop);
 stopKeys(() => run.phase !== "none" && stop());
 
 async function stop() {
-  const headers = { "Content-Type": "application/json", "X-RRP": "grid" };
-  await fetch(`/book/${encodeURIComponent(run.book)}/run/stop`, { method: "POST", headers, body: JSON.stringify({ name: ownName() }) });
+  await ask("stop", {}, `/book/${encodeURIComponent(run.book)}/run`);
   if (!document.getElementById("listen")) await look();
 }
 
 async function look() {
   if (document.hidden) return;
-  const response = await fetch(strip.dataset.now).catch(() => null);
-  if (response?.ok) show(await response.json());
+  const { ok, json } = await request(strip.dataset.now);
+  if (ok) show(json);
   else if (run.phase !== "none") strip.querySelector(".what").textContent = `Whether ${run.book} still runs is not known: the server cannot be reached.`;
 }
 

@@ -1,5 +1,6 @@
 // The plots of the whole run, with a line where one is.
 
+import { request } from "../../api.js";
 import { plotRecord } from "../../run/plots.js";
 
 const FIRST = 6; // curves
@@ -21,9 +22,8 @@ export function curves(section, seconds, go) {
 }
 
 async function draw(section, seconds, go) {
-  const answer = await fetch(section.dataset.series);
-  const series = answer.ok ? await answer.json() : [];
-  if (!series.length) return [];
+  const { json: series } = await request(section.dataset.series);
+  if (!series?.length) return [];
   section.hidden = false; // before it is drawn: a hidden place has no width
   plotRecord(section.querySelector("[data-plots]"), series.slice(0, FIRST), [0, seconds]);
   return [...section.querySelectorAll(".u-over")].map((over) => {

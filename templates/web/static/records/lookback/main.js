@@ -1,7 +1,7 @@
 // Looking back at a run: one time, and everything as it was then. What a time is like goes to the parts of the run panel
 // as the same events of the document that a run tells them: `rrp:run` and `rrp:live`.
 
-import { why } from "../../api.js";
+import { request, why } from "../../api.js";
 import { put } from "../../elements.js";
 import { robot, robot3d } from "../../run/robot.js";
 import { curves } from "./curves.js";
@@ -20,12 +20,9 @@ const SAYS = 2; // s that a sentence is taken to last where the robot's pose doe
 const tell = (name, detail) => document.dispatchEvent(new CustomEvent(name, { detail }));
 
 async function begin() {
-  const answer = await fetch(`${url}/overview.json`).catch(() => undefined);
-  const text = await answer?.text();
-  const ours = answer?.headers.get("Content-Type")?.startsWith("application/json");
-  if (!ours) throw new Error(why({ response: answer, text }));
-  const told = JSON.parse(text);
-  if (!answer.ok) throw new Error(told.trouble);
+  const { ok, status, text, json: told } = await request(`${url}/overview.json`);
+  if (!told) throw new Error(why({ status, text }));
+  if (!ok) throw new Error(told.trouble);
   const seconds = Math.max(told.seconds, Number(root.dataset.seconds));
   const view = new View(told, seconds);
   if (told.poses.length) robot3d(document.getElementById("robot3d")).then(() => view.again());

@@ -1,5 +1,7 @@
 // What was recorded, piece by piece: a run of an hour is not loaded at once, and what was loaded is kept.
 
+import { request } from "../../api.js";
+
 const LITTLE = 1e-6; // s
 const MOST_KEPT = 400; // pieces
 const AGAIN = 1500; // ms after a piece could not be loaded
@@ -47,16 +49,10 @@ export class Pieces {
   async load(number) {
     if (performance.now() - (this.asked.get(number) ?? -AGAIN) < AGAIN) return;
     this.asked.set(number, performance.now());
-    try {
-      const answer = await fetch(`${this.address}/${number}.json`);
-      const told = await answer.json();
-      if (!answer.ok) throw new Error(told.trouble);
-      if (this.kept.size >= MOST_KEPT) this.kept.delete(this.kept.keys().next().value);
-      this.kept.set(number, this.made(told));
-    } catch (error) {
-      console.warn(error);
-      return;
-    }
+    const { ok, json } = await request(`${this.address}/${number}.json`);
+    if (!ok) return;
+    if (this.kept.size >= MOST_KEPT) this.kept.delete(this.kept.keys().next().value);
+    this.kept.set(number, this.made(json));
     this.asked.delete(number);
     this.came();
   }
