@@ -179,33 +179,42 @@ export class Editor {
     this.update(null);
   }
 
-  /** A key while editing; true when the editor has dealt with it. */
-  key(event) {
-    if (event.isComposing || event.keyCode === 229) return true; // Enter ends what an input method composes
-    const open = !this.list.hidden;
-    const key = event.key;
-    if (key === "Escape") {
-      if (open && this.mode === "edit") this.update(null);
-      else this.close(false, null);
-    } else if (open && (key === "ArrowDown" || key === "ArrowUp")) {
-      const count = this.found.items.length;
-      this.chosen = (this.chosen + (key === "ArrowDown" ? 1 : count - (this.chosen < 0 ? 0 : 1))) % count;
-      this.moved = true;
-      this.point();
-    } else if (key === "Enter" && event.altKey) {
-      this.field.setRangeText("\n", this.field.selectionStart, this.field.selectionEnd, "end");
-      this.update(true);
-    } else if (key === "Enter" && open && this.moved) this.accept(this.chosen);
-    else if ((key === "Tab" || key === "Enter") && !event.shiftKey && open && this.chosen >= 0 && this.found.partial) this.accept(this.chosen);
-    else if (key === "Enter" || key === "Tab") {
-      if (open && this.chosen >= 0 && this.found.whole) this.accept(this.chosen);
-      const back = event.shiftKey;
-      this.close(true, key === "Enter" ? (back ? "raise" : "enter") : back ? "back" : "tab");
-    } else if (this.mode === "enter" && /^Arrow/.test(key) && !open) this.close(true, key.slice(5).toLowerCase());
-    else if (key === "F2") this.mode = this.mode === "edit" ? "enter" : "edit";
-    else return false;
-    event.preventDefault();
-    return true;
+  /** Whether there are suggestions to choose from. */
+  get offers() {
+    return !this.list.hidden;
+  }
+
+  /** The next suggestion, or the one before. */
+  choose(by) {
+    const count = this.found.items.length;
+    this.chosen = (this.chosen + (by > 0 ? 1 : count - (this.chosen < 0 ? 0 : 1))) % count;
+    this.moved = true;
+    this.point();
+  }
+
+  /** From typing, where arrows lead to the next cell, to moving within the text, and back. */
+  change() {
+    this.mode = this.mode === "edit" ? "enter" : "edit";
+  }
+
+  newLine() {
+    this.field.setRangeText("\n", this.field.selectionStart, this.field.selectionEnd, "end");
+    this.update(true);
+  }
+
+  /** Away with the suggestions, or with what was typed. */
+  escape() {
+    if (this.offers && this.mode === "edit") this.update(null);
+    else this.close(false, null);
+  }
+
+  /** Enter or Tab: takes a suggestion, or keeps the text. */
+  end({ key, shiftKey }) {
+    const chosen = this.offers && this.chosen >= 0;
+    if (this.offers && key === "Enter" && this.moved) return this.accept(this.chosen);
+    if (chosen && !shiftKey && this.found.partial) return this.accept(this.chosen);
+    if (chosen && this.found.whole) this.accept(this.chosen);
+    return this.close(true, key === "Enter" ? (shiftKey ? "raise" : "enter") : shiftKey ? "back" : "tab");
   }
 
   /** Stop editing; keep the text or not. `move` says where the selection goes, null for nowhere. */

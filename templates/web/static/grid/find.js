@@ -4,11 +4,6 @@ export function finder(grid) {
   const bar = document.getElementById("find-bar");
   const { find, by } = bar.elements;
 
-  document.addEventListener("rrp:find", () => {
-    bar.hidden = false;
-    find.focus();
-    find.select();
-  });
   bar.addEventListener("submit", (event) => {
     event.preventDefault();
     next();
@@ -35,6 +30,8 @@ export function finder(grid) {
   const has = (cell) => wanted() !== "" && grid.table.value(cell).toLocaleLowerCase().includes(wanted());
   const all = () => [...grid.table.rows].flatMap((row) => grid.table.headers.map((_, k) => grid.table.cell(row, k)));
 
+  return { open };
+
   function replaced(cell) {
     const pattern = new RegExp(find.value.replace(/[.*+?^${}()|[\]\\]/g, "\\$&"), "giu");
     return grid.table.value(cell).replace(pattern, () => by.value);
@@ -50,6 +47,12 @@ export function finder(grid) {
     }
     grid.selection.go(found.parentElement, grid.table.column(found), false, false);
     grid.say(`Found in ${grid.bar.querySelector("b").textContent}.`);
+  }
+
+  function open() {
+    bar.hidden = false;
+    find.focus();
+    find.select();
   }
 
   function close() {

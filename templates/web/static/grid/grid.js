@@ -1,9 +1,9 @@
 // The grid: a spreadsheet in the browser over a table that the server renders (keys, pointer, clipboard, rows).
 
+import { press } from "../commands.js";
 import { Clipboard } from "./clipboard.js";
 import { Editor } from "./editor.js";
 import { Drafts, Server } from "./edits.js";
-import { keys } from "./keys.js";
 import { Held } from "./pending.js";
 import { conflict, lost } from "./people.js";
 import { comments, Mending, spoken as aboutComment, Unfinished } from "./problems.js";
@@ -54,13 +54,28 @@ export class Grid {
     this.columns = new Columns(this);
     this.rows = new Rows(this);
     this.clipboard = new Clipboard(this);
-    keys(this);
+    scroll.addEventListener("keydown", (event) => press("row", event, this) && event.stopPropagation(), true);
+    scroll.addEventListener("keydown", (event) => this.key(event));
     pointer(this);
     element.addEventListener("focusin", (event) => {
       const cell = event.target.closest("button") ? null : event.target.closest("[role=gridcell]");
       if (cell && !this.selection.head) this.selection.go(cell.parentElement, Math.max(this.table.column(cell), 0));
     });
     element.addEventListener("change", (event) => this.switched(event));
+  }
+
+  /** A key in the sheet, unless an input method is at work. */
+  key(event) {
+    if (event.isComposing || event.keyCode === 229) return; // Enter ends what an input method composes
+    if (this.editor.isOpen) press("editor", event, this);
+    else if (this.selection.head && !event.target.closest("button, [role=menu]")) press("cell", event, this);
+  }
+
+  /** To what stands beside the sheet, and back. */
+  beside() {
+    const part = [...document.querySelectorAll("#panels a[href], #panels button, #panels [tabindex='0']")].find((one) => one.checkVisibility());
+    if (!part || document.activeElement.closest("#panels")) this.selection.cell?.focus({ preventScroll: true });
+    else part.focus();
   }
 
   /** Tell something aloud and in the status line; `kind` as in spoken.js, or whether it is a warning. */
@@ -188,7 +203,7 @@ export class Grid {
 
   /** Where a key leads: an arrow's direction, `tab` or `back` (Tab), `enter` or `raise` (Enter). As in a spreadsheet, Enter
    *  after a row of Tabs goes to the column where they began. */
-  move(where, row, k) {
+  move(where, row = this.selection.row, k = this.selection.head.k) {
     const begun = this.tabs && this.tabs.row === row.id && this.tabs.k === k ? this.tabs.start : k;
     this.tabs = null;
     if (where === "enter" || where === "raise") {

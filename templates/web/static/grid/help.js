@@ -14,13 +14,6 @@ export function help(grid) {
   let waiting; // until nothing more is typed
   let sought = ""; // what is shown was searched for
 
-  document.addEventListener("keydown", (event) => {
-    if (event.key !== "F1") return;
-    event.preventDefault();
-    if (panel.hidden || !panel.contains(document.activeElement)) open(atHand());
-    else close();
-  });
-  document.addEventListener("rrp:help", (event) => open(event.detail ?? atHand()));
   panel.addEventListener("keydown", (event) => {
     if (event.key !== "Escape") return;
     event.preventDefault();
@@ -42,6 +35,14 @@ export function help(grid) {
     clearTimeout(waiting);
     if (event.target.name === "q") waiting = setTimeout(() => seek(event.target.value), PATIENCE);
   });
+
+  return { open, toggle };
+
+  /** Help on the cell at hand; away with it for who is reading it. */
+  function toggle() {
+    if (panel.hidden || !panel.contains(document.activeElement)) open(atHand());
+    else close();
+  }
 
   function open(topics) {
     back = document.activeElement?.closest("#help") ? back : document.activeElement;

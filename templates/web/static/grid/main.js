@@ -1,13 +1,14 @@
 // The page: the grid, its menus, what others do, and the panels that follow the check.
 
 import { identity, listening, request } from "../api.js";
+import { command, press } from "../commands.js";
 import { diagram } from "./diagram.js";
 import { finder } from "./find.js";
 import { Grid } from "./grid.js";
 import { help } from "./help.js";
 import { menu } from "./menus.js";
 import { people } from "./people.js";
-import { tabs } from "./tabs.js";
+import { sheetTabs } from "./tabs.js";
 import { splitter } from "./widths.js";
 
 const LOOK_AGAIN = 500; // milliseconds until it is looked again whether somebody types
@@ -53,12 +54,11 @@ export function tests(grid, listen) {
     if (news) grid.say(news);
   });
   document.addEventListener("click", (event) => {
-    if (event.target.closest("[data-do=test]")) grid.server.send("test", {});
     const term = event.target.closest("#panels [data-topic]");
     const lesson = event.target.closest("#panels [data-lesson]");
     if (event.ctrlKey || event.metaKey || !(term || lesson)) return; // a link opened in a tab of its own
     event.preventDefault();
-    if (term) document.dispatchEvent(new CustomEvent("rrp:help", { detail: [term.dataset.topic] }));
+    if (term) grid.help.open([term.dataset.topic]);
     else open(lesson.dataset.lesson);
   });
 
@@ -90,12 +90,13 @@ if (grid) {
   listening(listen);
   icons(grid.table.rows);
   grid.table.grid.addEventListener("rrp:rows", ({ detail }) => icons(detail.came));
-  menu(grid);
-  finder(grid);
+  grid.menu = menu(grid);
+  grid.finder = finder(grid);
   people(grid, listen);
-  help(grid);
+  grid.help = help(grid);
+  document.addEventListener("keydown", (event) => press("page", event, grid));
   splitter();
-  tabs(grid, listen);
+  sheetTabs(grid, listen);
   renewed(grid, listen);
   tests(grid, listen);
   if (document.getElementById("panels").ariaBusy !== "true") fetchWords(); // else they come with the check
@@ -162,25 +163,9 @@ listen.addEventListener("notice", (event) => {
 });
 listen.addEventListener("trouble", (event) => grid?.say(JSON.parse(event.detail.data).message, "error"));
 
-// F6: from the sheet to what stands beside it, and back
-document.addEventListener("keydown", (event) => {
-  if (event.key !== "F6" || !grid) return;
-  event.preventDefault();
-  const beside = [...document.querySelectorAll("#panels a[href], #panels button, #panels [tabindex='0']")].find((part) => part.checkVisibility());
-  if (!beside || document.activeElement.closest("#panels")) grid.selection.cell?.focus({ preventScroll: true });
-  else beside.focus();
-});
-
 document.addEventListener("click", (event) => {
-  const action = event.target.closest("[data-do]")?.dataset.do;
-  if (action === "undo") grid.undo();
-  if (action === "redo") grid.redo();
-  if (action === "help") document.dispatchEvent(new CustomEvent("rrp:help"));
-  if (action === "find") document.dispatchEvent(new CustomEvent("rrp:find"));
-  if (action === "rows") {
-    const box = event.target.closest("[data-do]").getBoundingClientRect();
-    document.dispatchEvent(new CustomEvent("rrp:menu", { detail: { x: box.left, y: box.bottom } }));
-  }
+  const button = event.target.closest("[data-do]");
+  if (button) command(button.dataset.do, grid, button);
   const fix = event.target.closest("[data-fix]");
   if (fix) grid.fix(fix);
   const link = event.target.closest("a[data-row]");

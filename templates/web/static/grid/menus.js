@@ -1,8 +1,10 @@
 // A small menu beside what was pressed: with the arrow keys, by mouse and touch.
 
-/** Show a menu at an element; `items` are its buttons, already in it. The focus goes back to `back`. */
+import { items } from "../commands.js";
+
+/** Show a menu at an element; its items are buttons, already in it. The focus goes back to `back`. */
 export function popup(box, at, back) {
-  const items = [...box.querySelectorAll("[role=menuitem]")];
+  const buttons = [...box.querySelectorAll("[role=menuitem]")];
   const place = at.getBoundingClientRect();
   const before = at.ariaExpanded;
   box.hidden = false;
@@ -10,10 +12,10 @@ export function popup(box, at, back) {
   box.style.top = `${Math.max(8, place.top - box.offsetHeight)}px`;
   if (place.top - box.offsetHeight < 8) box.style.top = `${Math.min(place.bottom, innerHeight - box.offsetHeight - 8)}px`;
   at.ariaExpanded = "true";
-  items[0]?.focus();
+  buttons[0]?.focus();
   const away = new AbortController();
   const { signal } = away;
-  box.addEventListener("keydown", (event) => walk(event, items, close), { signal });
+  box.addEventListener("keydown", (event) => walk(event, buttons, close), { signal });
   box.addEventListener("click", (event) => event.target.closest("[role=menuitem]") && close(false), { signal });
   document.addEventListener("pointerdown", (event) => box.contains(event.target) || close(false), { signal });
 
@@ -46,10 +48,10 @@ export function menuOf(label, entries) {
 }
 
 /** The keys of an open menu: arrows, Home and End go through its items, Escape and Tab close it. */
-export function walk(event, items, close) {
-  const now = items.indexOf(document.activeElement);
-  const to = { ArrowDown: now + 1, ArrowUp: now - 1, Home: 0, End: items.length - 1 }[event.key];
-  if (to !== undefined) items[(to + items.length) % items.length].focus();
+export function walk(event, buttons, close) {
+  const now = buttons.indexOf(document.activeElement);
+  const to = { ArrowDown: now + 1, ArrowUp: now - 1, Home: 0, End: buttons.length - 1 }[event.key];
+  if (to !== undefined) buttons[(to + buttons.length) % buttons.length].focus();
   else if (event.key === "Escape" || event.key === "Tab") close();
   else return;
   event.preventDefault();
@@ -58,37 +60,35 @@ export function walk(event, items, close) {
 
 // The menu of the rows: by the right mouse button, the menu key, or the button above the grid.
 
-const ITEMS = [
-  ["Insert above", "Ctrl +", (grid) => grid.rows.insert()],
-  ["Insert below", "", (grid) => grid.rows.insert(true)],
-  ["Duplicate", "", (grid) => grid.rows.duplicate()],
-  ["Move up", "Alt ↑", (grid) => grid.rows.move(-1)],
-  ["Move down", "Alt ↓", (grid) => grid.rows.move(1)],
-  ["Delete rows", "Ctrl −", (grid) => grid.rows.remove()],
-  ["Fill down", "Ctrl D", (grid) => grid.fillDown()],
-];
-
 export function menu(grid) {
-  const box = menuOf("Rows", ITEMS.map(([name, keys, action]) => [name, () => {
+  const box = menuOf("Rows", items("rows", grid).map(([name, action, keys]) => [name, () => {
     close();
-    action(grid);
+    action();
   }, keys]));
   box.hidden = true;
   document.querySelector("main").append(box);
   const button = document.querySelector("[data-do=rows]");
 
-  document.addEventListener("rrp:menu", (event) => {
+  function open(x, y) {
     if (!grid.selection.head) return;
     box.hidden = false;
     button?.setAttribute("aria-expanded", "true");
-    box.style.left = `${Math.min(event.detail.x, innerWidth - box.offsetWidth - 8)}px`;
-    box.style.top = `${Math.min(event.detail.y, innerHeight - box.offsetHeight - 8)}px`;
+    box.style.left = `${Math.min(x, innerWidth - box.offsetWidth - 8)}px`;
+    box.style.top = `${Math.min(y, innerHeight - box.offsetHeight - 8)}px`;
     box.firstElementChild.focus();
-  });
+  }
   box.addEventListener("keydown", (event) => walk(event, [...box.children], close));
   document.addEventListener("pointerdown", (event) => {
     if (!box.hidden && !box.contains(event.target)) close(false);
   });
+
+  return {
+    open,
+    below(at) {
+      const { left, bottom } = at.getBoundingClientRect();
+      open(left, bottom);
+    },
+  };
 
   function close(focus = true) {
     box.hidden = true;

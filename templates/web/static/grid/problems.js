@@ -85,7 +85,7 @@ export function spoken(table, cell) {
   return `This row begins with #: the robot leaves it out. ${does}`;
 }
 
-/** What the keys and the button beside a comment do; `look` lets a row look like what was typed into it at once. */
+/** What the key and the button beside a comment do; `look` lets a row look like what was typed into it at once. */
 export function comments(grid) {
   const { table, scroll } = grid;
   scroll.addEventListener("pointerdown", (event) => {
@@ -93,17 +93,14 @@ export function comments(grid) {
     event.preventDefault(); // else the editor closes before
     uncomment(table.row(grid.editor.rowId));
   });
-  scroll.addEventListener("keydown", (event) => {
+  /** Whether the # of the cursor's row is all that is to go. */
+  function can() {
     const { row, cell } = grid.selection;
-    if (event.key !== "." || !(event.ctrlKey || event.metaKey) || !row) return;
-    const mark = markOf(table, row);
-    if (!mark || !alone(table, mark) || (mark === cell && grid.editor.isOpen)) return;
-    event.preventDefault();
-    event.stopPropagation();
-    uncomment(row);
-  }, true);
+    const mark = row && markOf(table, row);
+    return Boolean(mark) && alone(table, mark) && !(mark === cell && grid.editor.isOpen);
+  }
 
-  function uncomment(row) {
+  function uncomment(row = grid.selection.row) {
     const mark = row && markOf(table, row);
     if (!mark || grid.refuses()) return;
     grid.change([[mark, table.value(mark).trimStart().replace(/^#+\s*/, "")]]);
@@ -118,7 +115,7 @@ export function comments(grid) {
     row.classList.toggle("buried", Boolean(mark) && table.places.some((at) => row.cells[at] !== mark && table.value(row.cells[at])));
   }
 
-  return { look };
+  return { look, can, uncomment };
 }
 
 // whether the row is whole without its #: there is nothing else in the cell, or it is the name of a stream

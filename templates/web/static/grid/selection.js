@@ -69,6 +69,28 @@ export class Selection {
     this.onChange(this);
   }
 
+  /** So many rows down and columns to the right, as far as there are any. */
+  step(down, right, extend) {
+    const k = Math.min(Math.max(this.head.k + right, 0), this.table.width - 1);
+    this.go(this.table.step(this.row, down), k, extend);
+  }
+
+  /** To the edge of what is filled. */
+  jump(down, right, extend) {
+    this.go(...this.table.edge(this.row, this.head.k, down, right), extend);
+  }
+
+  /** The rows of a page. */
+  get page() {
+    return Math.max(1, Math.floor(this.scroll.clientHeight / this.row.offsetHeight) - 1);
+  }
+
+  /** Whether there is no cell after this one, or before it. */
+  ends(before) {
+    const { rows, width } = this.table;
+    return this.head.k === (before ? 0 : width - 1) && this.row === rows.at(before ? 0 : -1);
+  }
+
   /** Mark the cell with the cursor; by classes, as :focus-within would cost time with every key in a long sheet. */
   enter() {
     const { cell } = this;
@@ -265,6 +287,6 @@ export function pointer(grid) {
       const cell = event.target.closest("[role=gridcell]");
       selection.go(row, Math.max(cell ? table.column(cell) : 0, 0));
     }
-    document.dispatchEvent(new CustomEvent("rrp:menu", { detail: { x: event.clientX, y: event.clientY } }));
+    grid.menu.open(event.clientX, event.clientY);
   });
 }

@@ -1,14 +1,16 @@
 // The tabs below the sheet: add, rename, duplicate, move, delete; and what others do to them.
 
 import { refusal, request } from "../api.js";
+import { items, press } from "../commands.js";
 import { button, make, open } from "../elements.js";
 import { menuOf, popup } from "./menus.js";
 import { lost } from "./people.js";
 
 const LATER = "told-later"; // what the next page says first
 
-export function tabs(grid, listen) {
+export function sheetTabs(grid, listen) {
   const { server } = grid;
+  const tabs = { rename, remove, send };
   let menu = null;
   const strip = () => document.getElementById("tabs");
   const tabOf = (name) => [...strip().querySelectorAll("a[data-sheet]")].find((a) => a.dataset.sheet === name);
@@ -40,10 +42,7 @@ export function tabs(grid, listen) {
   document.addEventListener("keydown", (event) => {
     const tab = event.target.closest?.("#tabs a[data-sheet]");
     if (!tab || !can()) return;
-    const action = { F2: () => rename(tab.dataset.sheet), Delete: () => remove(tab.dataset.sheet) }[event.key];
-    if (!action) return;
-    event.preventDefault();
-    action();
+    press("tab", event, { sheet: tab.dataset.sheet, tabs });
   });
   listen.addEventListener("sheets", (event) => changed(JSON.parse(event.detail.data), false));
   document.addEventListener("rrp:sheets", ({ detail }) => changed(detail, true));
@@ -55,14 +54,7 @@ export function tabs(grid, listen) {
   function show(tab, at) {
     const { sheet, kind } = tab.dataset;
     menu?.remove();
-    const entries = [
-      ["Rename", () => rename(sheet), "F2"],
-      ...(["behaviour", "test", "table"].includes(kind) ? [["Duplicate", () => send("duplicate", { of: sheet })]] : []),
-      ["Move left", () => send("move", { of: sheet, by: -1 })],
-      ["Move right", () => send("move", { of: sheet, by: 1 })],
-      ["Delete", () => remove(sheet), "Del"],
-    ];
-    menu = menuOf(`Sheet ${sheet}`, entries);
+    menu = menuOf(`Sheet ${sheet}`, items("tab", { sheet, kind, tabs }));
     document.querySelector("main").append(menu);
     popup(menu, at, at);
   }

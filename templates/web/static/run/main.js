@@ -3,8 +3,8 @@
 // `rrp:elsewhere` (a run of another workbook).
 
 import { act, ask } from "../api.js";
+import { pressTwice } from "../commands.js";
 import { bar } from "./bar.js";
-import { going, stopKeys } from "./keys.js";
 import { log } from "./log.js";
 import { robot } from "./robot.js";
 import { scene, session } from "./session.js";
@@ -17,7 +17,7 @@ let state = none;
 let last = 0; // the newest line of the log that is shown
 
 bar(document.getElementById("runbar"));
-stopKeys(() => (going(state.phase) ? act("stop") : ask("stop"))); // also what this page has not heard of yet
+pressTwice("anywhere", () => (["starting", "running", "paused"].includes(state.phase) ? act("stop") : ask("stop"))); // also what this page has not heard of yet
 const grid = document.querySelector("[role=grid].of-behaviour");
 if (grid) values(grid);
 if (grid) follow(grid, document.getElementById("run-follow"));

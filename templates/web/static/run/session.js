@@ -1,8 +1,8 @@
 // The session column: the operator's buttons, a switch for each behaviour, marks, values sent by hand, the things of the scene.
 
 import { act } from "../api.js";
+import { press as pressKey } from "../commands.js";
 import { icon, make, put } from "../elements.js";
-import { numberKeys } from "./keys.js";
 import { move, ways } from "./robot.js";
 import { now } from "./time.js";
 
@@ -94,7 +94,7 @@ export function session(root) {
     for (const part of root.querySelectorAll("#press button, #switches input, #mark button, #send button")) part.disabled = !on;
   }
 
-  numberKeys(press);
+  document.addEventListener("keydown", (event) => pressKey("operator", event, press));
   send.elements.stream.addEventListener("change", example);
   send.addEventListener("submit", (event) => {
     event.preventDefault();

@@ -1,7 +1,7 @@
 // On every page: that a run goes on, and Stop. A workbook's page hears it from the server's events, the others ask.
 
 import { ask, request } from "../api.js";
-import { stopKeys } from "./keys.js";
+import { pressTwice } from "../commands.js";
 
 const strip = document.getElementById("run-strip");
 const EVERY = 2000; // ms
@@ -23,7 +23,7 @@ function show(now) {
 }
 
 strip.querySelector(".stop").addEventListener("click", stop);
-stopKeys(() => run.phase !== "none" && stop());
+pressTwice("anywhere", () => run.phase !== "none" && stop());
 
 async function stop() {
   await ask("stop", {}, `/book/${encodeURIComponent(run.book)}/run`);

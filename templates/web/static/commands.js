@@ -1,0 +1,151 @@
+// What keys, menus and buttons do: one table, of which each place takes what belongs there. To add a shortcut is to add an entry.
+// An entry has what it needs of these:
+//   section, told, help: its line of the help on keys (rrp_sheets/topics/keys.md); an entry without `told` belongs to the line above it
+//   name, label: for menus and for buttons with `data-do`
+//   at: the place where its keys work: `cell`, `editor`, `row` (both), `page`, `tab` (of a sheet), `operator`, `anywhere`
+//   keys: names of keys as the browser has them. `Ctrl+` is also Cmd; `Any+` stands for whatever is held; `Character` for what types one.
+//     Shift may always be held, unless there is another entry with it; `Escape Escape` is one key twice
+//   when: whether it can be done now; else the key does what it did without us
+//   run: does it. Both are given what the place is about (the grid, mostly), then the event
+
+const WAYS = { ArrowUp: [-1, 0], ArrowDown: [1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] }; // rows down, columns to the right
+const ARROWS = Object.keys(WAYS);
+const TYPED = "input:not([type=range], [type=checkbox], [type=radio]), textarea, select, [role=grid], dialog, .editor";
+const TWICE = 1500; // ms between two presses of a key: time for a slow hand, too
+const SHOWN = { ArrowUp: "↑", ArrowDown: "↓", "-": "−", Delete: "Del" };
+
+export const COMMANDS = [
+  { section: "Moving", told: "arrows, Tab, Enter", help: "to the next cell; with Shift back; Enter after Tabs goes below the cell where they began",
+    at: "cell", keys: ARROWS, run: ({ selection }, { key, shiftKey }) => selection.step(...WAYS[key], shiftKey) },
+  { at: "cell", keys: ["Tab"], when: ({ selection }, { shiftKey }) => !selection.ends(shiftKey), run: (grid, { shiftKey }) => grid.move(shiftKey ? "back" : "tab") },
+  { at: "cell", keys: ["Enter"], run: (grid, { shiftKey }) => grid.move(shiftKey ? "raise" : "enter") },
+  { told: "Ctrl + arrow", help: "to the edge of what is filled",
+    at: "cell", keys: ARROWS.map((key) => `Ctrl+${key}`), run: ({ selection }, { key, shiftKey }) => selection.jump(...WAYS[key], shiftKey) },
+  { told: "Home, End", help: "to the first, the last cell of the row; with Ctrl of the sheet",
+    at: "cell", keys: ["Home"], run: ({ selection }, { shiftKey }) => selection.go(selection.row, 0, shiftKey) },
+  { at: "cell", keys: ["End"], run: ({ selection, table }, { shiftKey }) => selection.go(selection.row, table.width - 1, shiftKey) },
+  { at: "cell", keys: ["Ctrl+Home"], run: ({ selection, table }, { shiftKey }) => selection.go(table.rows[0], 0, shiftKey) },
+  { at: "cell", keys: ["Ctrl+End"], run: ({ selection, table }, { shiftKey }) => selection.go(table.lastFilled(), table.width - 1, shiftKey) },
+  { told: "PageUp, PageDown", help: "a page up, down",
+    at: "cell", keys: ["PageUp"], run: ({ selection }, { shiftKey }) => selection.step(-selection.page, 0, shiftKey) },
+  { at: "cell", keys: ["PageDown"], run: ({ selection }, { shiftKey }) => selection.step(selection.page, 0, shiftKey) },
+  { told: "Shift + any of these", help: "selects cells on the way" },
+  { told: "Shift + Space, Ctrl + Space, Ctrl + A", help: "selects the row, the column, everything",
+    at: "cell", keys: ["Shift+Space"], run: ({ selection, table }) => selection.spread(selection.box().top, 0, selection.box().bottom, table.width - 1) },
+  { at: "cell", keys: ["Ctrl+Space"], run: ({ selection, table }) => selection.spread(0, selection.box().left, table.rows.length - 1, selection.box().right) },
+  { at: "cell", keys: ["Ctrl+a"], run: ({ selection, table }) => selection.spread(0, 0, table.rows.length - 1, table.width - 1) },
+
+  { section: "Editing", told: "any letter", help: "replaces what stands in the cell",
+    at: "cell", keys: ["Character"], run: ({ editor, selection }, { key }) => editor.open(selection.cell, key) },
+  { told: "F2", help: "edits it; arrows then move within the text",
+    at: "cell", keys: ["F2"], run: ({ editor, selection }) => editor.open(selection.cell) },
+  { at: "editor", keys: ["Any+F2"], run: ({ editor }) => editor.change() },
+  { at: "editor", keys: ["Any+ArrowDown"], when: ({ editor }) => editor.offers, run: ({ editor }) => editor.choose(1) },
+  { at: "editor", keys: ["Any+ArrowUp"], when: ({ editor }) => editor.offers, run: ({ editor }) => editor.choose(-1) },
+  { at: "editor", keys: ARROWS.map((key) => `Any+${key}`), when: ({ editor }) => editor.mode === "enter" && !editor.offers,
+    run: ({ editor }, { key }) => editor.close(true, key.slice(5).toLowerCase()) },
+  { told: "Enter, Tab", help: "keeps it; Tab takes the first suggestion in a formula",
+    at: "editor", keys: ["Any+Enter", "Any+Tab"], run: ({ editor }, event) => editor.end(event) },
+  { told: "Alt + Enter", help: "a new line in the cell", at: "editor", keys: ["Alt+Enter"], run: ({ editor }) => editor.newLine() },
+  { told: "Esc", help: "takes back what was typed", at: "editor", keys: ["Any+Escape"], run: ({ editor }) => editor.escape() },
+  { told: "Delete", help: "empties the selected cells", at: "cell", keys: ["Delete", "Backspace"], run: (grid) => grid.clear() },
+  { told: "Space", help: "ticks the On column",
+    at: "cell", keys: ["Space"], when: ({ selection }) => selection.cell.classList.contains("on"), run: ({ selection }) => selection.cell.querySelector("input")?.click() },
+  { told: "Ctrl + .", help: "mends the problem of the cell, as its message proposes", at: "cell", keys: ["Ctrl+."], run: ({ mending }) => mending.go() },
+  { at: "row", keys: ["Ctrl+."], when: ({ comments }) => comments.can(), run: ({ comments }) => comments.uncomment() },
+  { name: "undo", told: "Ctrl + Z, Ctrl + Y", help: "takes back what you have done last, and does it again", at: "cell", keys: ["Ctrl+z"], run: (grid) => grid.undo() },
+  { name: "redo", at: "cell", keys: ["Ctrl+y", "Ctrl+Shift+z"], run: (grid) => grid.redo() },
+
+  { section: "Copying", told: "Ctrl + C, X, V", help: "copies, cuts, pastes, also from and to Excel and LibreOffice" }, // the browser's own: clipboard.js
+  { name: "fillDown", label: "Fill down", told: "Ctrl + D", help: "fills the selection with its first row", at: "cell", keys: ["Ctrl+d"], run: (grid) => grid.fillDown() },
+  { name: "find", told: "Ctrl + F", help: "finds and replaces", at: "cell", keys: ["Ctrl+f"], run: ({ finder }) => finder.open() },
+
+  { section: "Rows and columns", name: "insertAbove", label: "Insert above", told: "Ctrl + Plus, Ctrl + Minus", help: "inserts, deletes the selected rows",
+    at: "cell", keys: ["Ctrl++"], run: ({ rows }) => rows.insert() },
+  { name: "deleteRows", label: "Delete rows", at: "cell", keys: ["Ctrl+-"], run: ({ rows }) => rows.remove() },
+  { name: "insertBelow", label: "Insert below", run: ({ rows }) => rows.insert(true) },
+  { name: "duplicateRows", label: "Duplicate", run: ({ rows }) => rows.duplicate() },
+  { name: "moveUp", label: "Move up", told: "Alt + Up, Alt + Down", help: "moves them", at: "cell", keys: ["Alt+ArrowUp"], run: ({ rows }) => rows.move(-1) },
+  { name: "moveDown", label: "Move down", at: "cell", keys: ["Alt+ArrowDown"], run: ({ rows }) => rows.move(1) },
+  { told: "Alt + Left, Alt + Right", help: "makes the column narrower, wider",
+    at: "cell", keys: ["Alt+ArrowLeft"], run: ({ columns, selection }) => columns.step(selection.head.k, -1) },
+  { at: "cell", keys: ["Alt+ArrowRight"], run: ({ columns, selection }) => columns.step(selection.head.k, 1) },
+  { name: "rows", told: "Menu key", help: "all that can be done with rows", run: ({ menu }, button) => menu.below(button) }, // the key is the browser's own
+
+  { section: "Sheets", name: "renameSheet", label: "Rename", told: "F2, Delete at a tab",
+    help: "renames the sheet, deletes it; Menu key or right click: all that can be done with it", at: "tab", keys: ["Any+F2"], run: ({ tabs, sheet }) => tabs.rename(sheet) },
+  { name: "duplicateSheet", label: "Duplicate", when: ({ kind }) => ["behaviour", "test", "table"].includes(kind), run: ({ tabs, sheet }) => tabs.send("duplicate", { of: sheet }) },
+  { name: "moveSheetLeft", label: "Move left", run: ({ tabs, sheet }) => tabs.send("move", { of: sheet, by: -1 }) },
+  { name: "moveSheetRight", label: "Move right", run: ({ tabs, sheet }) => tabs.send("move", { of: sheet, by: 1 }) },
+  { name: "deleteSheet", label: "Delete", at: "tab", keys: ["Any+Delete"], run: ({ tabs, sheet }) => tabs.remove(sheet) },
+  { told: "+ after the tabs", help: "adds a behaviour, a test, a table, or what is missing" },
+
+  { section: "Elsewhere", name: "help", told: "F1", help: "help on the cell", at: "page", keys: ["Any+F1"], run: ({ help }) => help.toggle() },
+  { told: "F6", help: "to the diagram and the problems, and back to the sheet", at: "page", keys: ["Any+F6"], run: (grid) => grid.beside() },
+  { name: "test", run: ({ server }) => server.send("test", {}) },
+
+  { section: "During a run", told: "Esc Esc", help: "stops the run, wherever you are", at: "anywhere", keys: ["Escape Escape"], run: (stop) => stop() },
+  { told: "1 to 9", help: "press the operator’s buttons, unless a cell or a field has the cursor", at: "operator", keys: [..."123456789"],
+    when: (place, { key, repeat, target }) => !repeat && !target.closest?.(TYPED) && nth(place, key)?.disabled === false, run: (place, { key }) => nth(place, key).click() },
+];
+
+const MENUS = {
+  rows: ["insertAbove", "insertBelow", "duplicateRows", "moveUp", "moveDown", "deleteRows", "fillDown"],
+  tab: ["renameSheet", "duplicateSheet", "moveSheetLeft", "moveSheetRight", "deleteSheet"],
+};
+
+const nth = (place, key) => place.querySelectorAll("button")[Number(key) - 1];
+const named = (name) => COMMANDS.find((command) => command.name === name);
+
+/** Do what a key does at a place; whether it does anything there. */
+export function press(at, event, about) {
+  for (const key of names(event)) {
+    const found = COMMANDS.find((one) => one.at === at && one.keys.includes(key) && (one.when?.(about, event) ?? true));
+    if (!found) continue;
+    event.preventDefault();
+    found.run(about, event);
+    return true;
+  }
+  return false;
+}
+
+// how the table may call a key, the most exact name first
+function names({ key, ctrlKey, metaKey, altKey, shiftKey }) {
+  const name = key === " " ? "Space" : key;
+  const control = ctrlKey || metaKey;
+  const plain = !control && !altKey;
+  const held = [...(control ? ["Ctrl+"] : []), ...(altKey ? ["Alt+"] : []), ...(plain ? [""] : [])];
+  const exact = held.flatMap((before) => {
+    const one = before === "Ctrl+" && name.length === 1 ? name.toLowerCase() : name;
+    return shiftKey ? [`${before}Shift+${one}`, before + one] : [before + one];
+  });
+  return [...exact, ...(plain && [...key].length === 1 ? ["Character"] : []), `Any+${name}`];
+}
+
+/** Do what a key does that is pressed twice, wherever the focus is; each press also does what else it does. */
+export function pressTwice(at, about) {
+  let first = {};
+  window.addEventListener("keydown", ({ key, timeStamp, repeat }) => {
+    if (repeat) return;
+    const twice = key === first.key && timeStamp - first.timeStamp < TWICE;
+    first = twice ? {} : { key, timeStamp };
+    if (twice) COMMANDS.find((one) => one.at === at && one.keys.includes(`${key} ${key}`))?.run(about);
+  }, { capture: true });
+}
+
+/** Do what a button with `data-do` asks for. */
+export function command(name, about, button) {
+  named(name)?.run(about, button);
+}
+
+/** The items of a menu, as `menuOf` takes them. */
+export function items(menu, about) {
+  const found = MENUS[menu].map(named).filter(({ when }) => when?.(about) ?? true);
+  return found.map((one) => [one.label, () => one.run(about), hint(one)]);
+}
+
+/** How a menu names the keys of a command: `Ctrl D`. */
+export function hint({ keys: [first = ""] = [] }) {
+  const [, held = "", key] = /^(?:Any\+)?((?:Ctrl|Alt)\+)?(.*)$/.exec(first);
+  return held.replace("+", " ") + (SHOWN[key] ?? (key.length === 1 ? key.toUpperCase() : key));
+}
