@@ -6,7 +6,7 @@ import pytest
 from house import Measure, measures
 
 CEILINGS = {
-    "lines of Python": 70_676,
+    "lines of Python": 70_673,
     "modules": 449,
     "docstrings that begin as a question": 84,
     "lines of README": 130,

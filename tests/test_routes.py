@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from attack import ways
-from browser import TOKEN, let_in
+from browser import COOKIE, GOOD, TOKEN, get, let_in, visit
 from flask import Flask
 
 from rrp_sheets.resources import bundled
@@ -76,3 +76,15 @@ def test_pages_link_to_routes_that_exist(app: Flask, template: Path) -> None:
     calls = re.findall(r"url_for\(([^,)]*)", template.read_text(encoding="utf-8"))
     named = {name for call in calls for name in re.findall(r"[\"']([\w.]+)[\"']", call)}
     assert not named - app.view_functions.keys()
+
+
+def test_two_servers_of_one_process_share_nothing(tmp_path: Path) -> None:
+    for name in ("mine", "other"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / f"{name}.md").write_text(GOOD, encoding="utf-8")
+    mine, other = visit(tmp_path / "mine"), visit(tmp_path / "other")
+    assert [get(client, "/book/mine.md").status_code for client in (mine, other)] == [200, 404]
+    assert [get(client, "/book/other.md").status_code for client in (mine, other)] == [404, 200]
+    stranger = create_app(tmp_path / "mine", "another secret").test_client()
+    stranger.set_cookie(*COOKIE.split("="), domain="127.0.0.1")
+    assert get(stranger, "/").status_code == 403

@@ -300,13 +300,13 @@ class RefusedPage:
     remedy: str
 
 
-class Page(Protocol):
+class PageData(Protocol):
     """Data of a page or of a part of one, with the template that shows it."""
 
     template: ClassVar[str]
 
 
-def show(page: Page) -> str:
+def show(page: PageData) -> str:
     """Render a page with its template."""
     return render_template(page.template, page=page)
 

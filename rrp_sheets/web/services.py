@@ -26,7 +26,7 @@ class Services:
 
     Attributes:
         queries: reads recordings for their pages.
-        lookback: does so for looking back, where the slider must not wait for other drawings.
+        lookback_queries: does so for looking back, where the slider must not wait for other drawings.
         drawer: draws comparisons, for which no other page waits.
         exporter: makes tables and pictures of recordings, and deletes recordings.
     """
@@ -36,7 +36,7 @@ class Services:
     run_manager: RunManager
     runs: RunStore
     queries: QueryWorker
-    lookback: QueryWorker
+    lookback_queries: QueryWorker
     drawer: QueryWorker
     exporter: QueryWorker
     printer: ProtocolPrinter

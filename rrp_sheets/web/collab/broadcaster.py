@@ -159,7 +159,7 @@ class CellLocks:
 
     def release(self, client: str, place: Place) -> None:
         """Release a cell, if this page holds it."""
-        if self._taken.get(place, ("",))[0] == client:
+        if place in self._taken and self._taken[place][0] == client:
             del self._taken[place]
 
     def leave(self, client: str) -> list[Place]:

@@ -150,12 +150,8 @@ def _result(services: Services, refs: tuple[str, str], words: dict[str, str]) ->
     ]
     comparison = replace(found, first=named[0], second=named[1])
     drawn = any(c.part in _DRAWN for c in found.changes)
-    return Markup(
-        as_part(
-            comparison,
-            _LATER.format(url_for("comparison.drawn_changes", first=refs[0], second=refs[1])) if drawn else "",
-        )
-    )
+    later = _LATER.format(url_for("comparison.drawn_changes", first=refs[0], second=refs[1]))
+    return Markup(as_part(comparison, later if drawn else ""))
 
 
 def path_of(services: Services, ref: str, folder: Path) -> Path:

@@ -101,7 +101,7 @@ def part(run: str, what: str, number: int) -> Response:
     """Send a piece of the recorded values or poses."""
     place = services().runs.place(run_or_404(run))
     try:
-        return Response(services().lookback.lookback(place, what, number), mimetype="application/json")
+        return Response(services().lookback_queries.lookback(place, what, number), mimetype="application/json")
     except SheetsError as error:
         trouble = json.dumps({"trouble": f"{error.message} {error.remedy}"})
         return Response(trouble, status=422, mimetype="application/json")
@@ -110,7 +110,8 @@ def part(run: str, what: str, number: int) -> Response:
 @blueprint.get("/runs/<run>/lookback/picture/<int:number>.jpg")
 def picture(run: str, number: int) -> Response:
     """Send a recorded camera picture."""
-    data = base64.b64decode(services().lookback.lookback(services().runs.place(run_or_404(run)), "picture", number))
+    place = services().runs.place(run_or_404(run))
+    data = base64.b64decode(services().lookback_queries.lookback(place, "picture", number))
     if not data:
         abort(404)
     return Response(data, mimetype="image/jpeg")
@@ -121,7 +122,7 @@ def diagram(run: str, number: int) -> str:
     """Show the diagram of a behaviour, or why there is none."""
     place = services().runs.place(run_or_404(run))
     try:
-        drawn = DrawnSheet(Markup(services().lookback.lookback(place, "diagram", number)), "")
+        drawn = DrawnSheet(Markup(services().lookback_queries.lookback(place, "diagram", number)), "")
     except SheetsError as error:
         drawn = DrawnSheet(Markup(), f"{error.message} {error.remedy}")
     return show(drawn)
@@ -134,7 +135,7 @@ def lookback_page(services: Services, run: str) -> LookbackPage:
     trouble = "" if facts.readable else f"{facts.why} {facts.remedy}"
     if not trouble:
         try:
-            answer = json.loads(services.lookback.lookback(services.runs.place(run), "sheets"))
+            answer = json.loads(services.lookback_queries.lookback(services.runs.place(run), "sheets"))
         except SheetsError as error:
             answer = {"sheets": [], "why": f"{error.message} {error.remedy}"}
     sheets = tuple(_sheet(number, sheet) for number, sheet in enumerate(answer["sheets"]))
