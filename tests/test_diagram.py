@@ -26,7 +26,7 @@ from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.workbook import Behaviour, Row, Workbook
 from rrp_sheets.render import dot as layout_module
 from rrp_sheets.render.boxes import Marks, make_drawing
-from rrp_sheets.render.diagram import draw_diagram, split, to_dot
+from rrp_sheets.render.diagram import draw_diagram, split_steps, to_dot
 from rrp_sheets.render.dot import binaries, dot_text, lay_out
 from rrp_sheets.render.measure import columns, wrap
 from rrp_sheets.render.output import write_diagram
@@ -232,7 +232,7 @@ def test_a_long_behaviour_is_drawn_in_parts_that_fit():
 def test_parts_do_not_cut_anonymous_streams_when_they_need_not():
     rows = [("Red ball", "map", "value.x", "")] + [("", "map", "value", "")] * 8 + [("", "subscribe", "", "Print")]
     graph = graph_of(*rows, *[("Green ball", "subscribe", "", "Print")] * 14)
-    first, *_ = split(graph, graph.behaviours[0].steps, 18)
+    first, *_ = split_steps(graph, graph.behaviours[0].steps, 18)
     assert len(first) >= 10
 
 

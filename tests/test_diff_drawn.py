@@ -93,6 +93,14 @@ def test_a_changed_formula_stands_before_and_after_with_its_words_marked(picture
     assert re.search(r'steady &lt; <tspan font-weight="bold" text-decoration="underline">15</tspan>', box)
 
 
+def test_every_line_of_the_formula_before_a_change_is_struck_out(tmp_path: Path) -> None:
+    before = ROWS.format('| Red ball | map | IF(redBall.distance < 0.5, "a word for near", "a word for far") | One |\n')
+    (behaviour,) = written(tmp_path, before, ROWS.format("| Red ball | map | 7 | One |\n")).behaviours
+    box = group_of(draw_changes(behaviour)[0].svg, "Row 2, map, changed")
+    gone = re.findall(r'<tspan text-decoration="line-through">([^<]+)</tspan>', box)
+    assert len(gone) > 1 and "far" in gone[-1]
+
+
 def test_told_in_grey_too(picture: str) -> None:
     assert "stroke-dasharray" in group_of(picture, "Row 12, subscribe, gone")
     assert 'stroke-width="2.2"' in group_of(picture, "Row 5, map, new")

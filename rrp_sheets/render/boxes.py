@@ -5,31 +5,52 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream, StreamKind
-from rrp_sheets.render.measure import clean, columns, width, wrap, wrap_whole
+from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream
+from rrp_sheets.model.changed import SAME
+from rrp_sheets.render.measure import Line, clean, columns, plain, width, wrap, wrap_whole
 from rrp_sheets.render.style import (
     FORMULA_LINE,
     MONO_PT,
     NAME_COLUMNS,
     NAME_LINE,
     NAME_PT,
+    PADDING,
+    SIGN,
     SMALL_PT,
     VALUE_LINE,
     VALUE_ROOM,
     Wrapping,
 )  # fmt: skip
 
-_KINDS = {
-    StreamKind.SENSOR: "sensor",
-    StreamKind.ORDINARY: "stream",
-    StreamKind.ACTUATOR: "actuator",
-    StreamKind.ANONYMOUS: "anonymous",
-    StreamKind.DONE: "done",
-}
-FROM_OUTSIDE = (StreamKind.SENSOR, StreamKind.ACTUATOR, StreamKind.DONE)  # stand in every part that uses them
+FROM_OUTSIDE = ("sensor", "actuator", "done")  # stand in every part that uses them
 ROW_TEXT_LEFT = 35.0  # from a row's left border: number, icon, then its text
 ROW_TEXT_NARROW = 22.0  # and from there its formula, where it must be narrow
-ROW_TOP = 18.0
+SIGN_INDENT = 9.0  # room for a sign before a line
+_ROW_TOP = 18.0
+
+
+@dataclass(frozen=True)
+class BoxLine:
+    """Line of text below the heading of a box.
+
+    Attributes:
+        words: some of them marked.
+        status: of the text, `REMOVED` for the one before a change and `ADDED` for the one after it.
+        continued: it goes on the line above, and has no sign of its own.
+        mono: set in a monospaced font.
+    """
+
+    words: Line
+    status: str = SAME
+    continued: bool = False
+    mono: bool = True
+
+    @property
+    def width(self) -> float:
+        """The line's width in points, with its sign."""
+        marked = any(mark for mark, _ in self.words)
+        indent = SIGN_INDENT if self.status else 0.0
+        return indent + width(plain(self.words), MONO_PT, mono=self.mono, bold=marked or not self.mono)
 
 
 @dataclass(frozen=True)
@@ -41,21 +62,24 @@ class Box:
             further part has the part behind it (`s2-p3`).
         kind: `sensor`, `stream`, `actuator`, `done` (the end of an actuator's commands), `anonymous` or `row`.
         name: a stream's full name, or a row's connector.
-        lines: the name's lines, or those of a row's formula.
+        heading: the stream's name in lines, or the row's connector.
+        lines: those below the heading: a row's formula, what changed.
         note: where a stream that is cut between two parts goes on.
         entry: it comes from another part.
         room: there is room under the name for the newest value.
         beside: where the formula starts when it stands beside the connector's name, else 0.
         indent: where its lines start when they stand below the name.
         off: drawn grey; `switched_off`: the row itself is, so that it says "off".
+        status: what became of it, in a comparison; None in any other drawing.
     """
 
     id: str
     kind: str
     name: str
-    lines: tuple[str, ...]
     width: float
     height: float
+    heading: tuple[Line, ...] = ()
+    lines: tuple[BoxLine, ...] = ()
     stream: str = ""
     note: str = ""
     entry: bool = False
@@ -69,13 +93,17 @@ class Box:
     indent: float = ROW_TEXT_LEFT
     flag: int | None = None
     mark: str = ""
+    status: str | None = None
 
 
 @dataclass(frozen=True)
 class Arrow:
     """An arrow between two boxes; without a head when it ends in a dot.
 
-    `world`: from an actuator to its done stream, a connection outside the program.
+    Attributes:
+        world: from an actuator to its done stream, a connection outside the program.
+        status: what became of it, in a comparison.
+        labelled: it bears the sign of its status.
     """
 
     tail: str
@@ -83,6 +111,8 @@ class Arrow:
     off: bool = False
     headless: bool = False
     world: bool = False
+    status: str | None = None
+    labelled: bool = False
 
 
 @dataclass(frozen=True)
@@ -95,10 +125,11 @@ class Note:
 
 @dataclass
 class Drawing:
-    """Boxes by id and arrows, in the order of the rows."""
+    """Boxes by id and arrows, in the order of the rows; `margin` is the room around them."""
 
     boxes: dict[str, Box] = field(default_factory=dict)
     arrows: list[Arrow] = field(default_factory=list)
+    margin: float = PADDING
 
 
 @dataclass(frozen=True)
@@ -136,7 +167,7 @@ def make_drawing(
 
     def place(stream_id: str) -> str:
         stream = graph.streams[stream_id]
-        in_several = stream_id in notes or stream.kind in FROM_OUTSIDE
+        in_several = stream_id in notes or stream.kind.value in FROM_OUTSIDE
         box_id = ids[stream_id] + (f"-p{part}" if part > 1 and in_several else "")
         if box_id not in drawing.boxes:
             drawing.boxes[box_id] = _stream_box(box_id, stream, notes.get(stream_id, Note("")), room)
@@ -163,49 +194,74 @@ def _through_the_world(graph: Graph, drawing: Drawing) -> list[Arrow]:
 
 
 def _stream_box(box_id: str, stream: Stream, cut: Note, room: bool) -> Box:
-    kind = _KINDS[stream.kind]
-    note, entry = cut.words, cut.entry
+    kind = stream.kind.value
+    name = "" if kind == "anonymous" else stream.name
+    return stream_box(
+        box_id, kind, stream.id, name, unmarked(wrap(name, NAME_COLUMNS, 2)), note=cut,
+        room=room and kind == "stream", off=kind in ("stream", "anonymous") and not stream.active,
+    )  # fmt: skip
+
+
+def stream_box(
+    box_id: str, kind: str, stream: str, name: str, heading: tuple[Line, ...], lines: tuple[BoxLine, ...] = (), *,
+    note: Note, room: bool = False, off: bool = False, status: str | None = None,
+) -> Box:  # fmt: skip
+    """Return the box of a stream, as large as its texts need."""
     if kind == "anonymous":
-        size = (width(note, SMALL_PT) + 14, 12.0) if note else (7.0, 7.0)
-        return Box(box_id, kind, "", (), *size, stream.id, note, entry, off=not stream.active)
+        size = (width(note.words, SMALL_PT) + 14, 12.0) if note.words else (7.0, 7.0)
+        return Box(box_id, kind, "", *size, stream=stream, note=note.words, entry=note.entry, off=off, status=status)
     bold = kind != "stream"
-    lines = wrap(stream.name, NAME_COLUMNS, 2)
-    text = max(width(line, NAME_PT, bold=bold) for line in lines)
-    high = NAME_LINE * len(lines) + 8
-    if note:
-        text, high = max(text, width(note, SMALL_PT)), high + 10
-    room = room and kind == "stream"
+    text = max([*(width(plain(line), NAME_PT, bold=bold) for line in heading), *(line.width for line in lines)])
+    high = NAME_LINE * len(heading) + FORMULA_LINE * len(lines) + 8
+    if note.words:
+        text, high = max(text, width(note.words, SMALL_PT)), high + 10
     if room:
         text, high = max(text, VALUE_ROOM), high + VALUE_LINE
     across = text + 16 if bold else text * 1.16 + 16
-    if kind == "stream" and len(lines) + bool(note) > 1:  # an oval's corners are missing
-        across, high = across + 10, high + 4
+    if kind == "stream" and len(heading) + len(lines) + bool(note.words) > 1:  # an oval's corners are missing
+        across, high = (across + 14, high + 8) if lines else (across + 10, high + 4)
     if kind == "actuator":  # its second border
         across, high = across + 6, high + 5
     return Box(
-        box_id, kind, clean(stream.name), lines, across, high, stream.id, note, entry, room,
-        off=kind == "stream" and not stream.active,
+        box_id, kind, clean(name), across, high, heading, lines, stream, note.words, note.entry, room, off,
+        status=status,
     )  # fmt: skip
+
+
+def unmarked(lines: Sequence[str]) -> tuple[Line, ...]:
+    """Return lines of which nothing is marked."""
+    return tuple(((False, line),) for line in lines)
 
 
 def _row_box(step: Step, wrapping: Wrapping, marks: Marks, indent: float) -> Box:
     formula = step.row.formula.text
     set_in_lines = wrap_whole if wrapping.whole else wrap
     lines = set_in_lines(formula, wrapping.columns, wrapping.lines) if formula else ()
-    name = step.connector.name
-    name_width = width(name, SMALL_PT)
-    formula_width = max((width(line, MONO_PT, mono=True) for line in lines), default=0.0)
-    mark = clean(marks.words.get(step.number, ""))
+    return row_box(
+        f"r{step.number}", step.number, step.connector.name, step.connector.icon, unmarked([step.connector.name])[0],
+        tuple(BoxLine(line) for line in unmarked(lines)), formula=formula, indent=indent,
+        beside=len(lines) == 1 and columns(lines[0]) <= wrapping.beside, mark=clean(marks.words.get(step.number, "")),
+        flag=marks.flags.get(step.number), off=not (step.row.on and step.active), switched_off=not step.row.on,
+    )  # fmt: skip
+
+
+def row_box(
+    box_id: str, number: int, name: str, icon: str, heading: Line, lines: tuple[BoxLine, ...], *, formula: str,
+    indent: float = ROW_TEXT_LEFT, beside: bool = False, mark: str = "", flag: int | None = None, off: bool = False,
+    switched_off: bool = False, status: str | None = None,
+) -> Box:  # fmt: skip
+    """Return the box of a row, as large as its texts need; with `beside` its line stands beside the heading."""
+    name_width = width(plain(heading), SMALL_PT, bold=status is not None)
+    lines_width = max((line.width for line in lines), default=0.0)
     mark_width = width(mark, MONO_PT, bold=True) + 14 if mark else 0.0
-    is_beside = len(lines) == 1 and columns(lines[0]) <= wrapping.beside
-    if is_beside:
-        text, high = name_width + 6 + formula_width + mark_width, ROW_TOP
+    if beside:
+        text, high = name_width + 6 + lines_width + mark_width, _ROW_TOP
     else:
-        text = max(name_width + 4 + mark_width, formula_width - ROW_TEXT_LEFT + indent)
-        high = ROW_TOP + (FORMULA_LINE * len(lines) + 3 if lines else 0)
+        text = max(name_width + 4 + mark_width, lines_width - ROW_TEXT_LEFT + indent)
+        high = _ROW_TOP + (FORMULA_LINE * len(lines) + 3 if lines else 0)
+    end = 7 if status is None else 5 + SIGN
     return Box(
-        f"r{step.number}", "row", name, lines, ROW_TEXT_LEFT + text + 7, high,
-        off=not (step.row.on and step.active), switched_off=not step.row.on, row=step.number, formula=formula,
-        icon=step.connector.icon, beside=name_width + 6 if is_beside else 0.0, indent=indent,
-        flag=marks.flags.get(step.number), mark=mark,
+        box_id, "row", clean(name), ROW_TEXT_LEFT + text + end, high, (heading,), lines, off=off,
+        switched_off=switched_off, row=number, formula=formula, icon=icon, beside=name_width + 6 if beside else 0.0,
+        indent=indent, flag=flag, mark=mark, status=status,
     )  # fmt: skip

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
+from typing import TypeVar
 
-from rrp_sheets.graph import BehaviourGraph, Graph, Step, StreamKind
+from rrp_sheets.graph import BehaviourGraph, Graph, Step
 from rrp_sheets.render.boxes import FROM_OUTSIDE, Drawing, Marks, Note, make_drawing
 from rrp_sheets.render.dot import TIMEOUT, Layout, dot_file, dot_text, lay_out
 from rrp_sheets.render.measure import clean
@@ -111,14 +112,14 @@ def draw_diagram(
     number = next((n for n, b in enumerate(graph.behaviours, 1) if b.key == behaviour.key), 1)
     job = _Job(graph, behaviour, marks, partial(lay_out, binary=binary, timeout=timeout), room, upright)
     said = texts(language)
-    parts = split(graph, behaviour.steps, len(behaviour.steps) if whole else MOST_ROWS)
+    parts = split_steps(graph, behaviour.steps, len(behaviour.steps) if whole else MOST_ROWS)
     while True:
         with ThreadPoolExecutor(_AT_ONCE) as pool:
             fitted = list(pool.map(job.draw, parts, cut_notes(graph, parts, said), range(1, len(parts) + 1)))
         if whole or not any(_too_large(part, fit, upright) for part, fit in zip(parts, fitted, strict=True)):
             break
         halves = [
-            split(graph, part, -(-len(part) // 2)) if _too_large(part, fit, upright) else [part]
+            split_steps(graph, part, -(-len(part) // 2)) if _too_large(part, fit, upright) else [part]
             for part, fit in zip(parts, fitted, strict=True)
         ]
         parts = [half for pair in halves for half in pair]
@@ -180,7 +181,7 @@ class _Job:
             for pinned in (True, False) if entries else (True,):
                 dot = dot_text(drawing, self.behaviour.name, pin_entries=pinned, narrow=self.room)
                 layout = self.lay_out(dot)
-                wide, high = layout.width + 2 * PADDING, layout.height + 2 * PADDING
+                wide, high = layout.width + 2 * drawing.margin, layout.height + 2 * drawing.margin
                 sizes = ((False, PAGE),) if self.upright else ((False, PAGE), (True, LANDSCAPE))
                 for landscape, (most_wide, most_high) in sizes:
                     scale = min(1.0, most_wide / wide, most_high / high)
@@ -213,18 +214,33 @@ def _alternative(drawing: Drawing, title: str, first: int, last: int, words: Tex
     return words.get("diagram.alt", title=title, rows=rows, sensors=names("sensor"), actuators=names("actuator"))
 
 
-_NEVER = 50.0  # the cost of cutting an anonymous stream: a dot that goes on elsewhere is hard to follow
 Part = tuple[Step, ...]
 
 
-def split(graph: Graph, steps: Sequence[Step], most: int) -> list[Part]:
-    """Split rows into parts of at most `most` rows, of similar length, with few streams cut between them."""
-    if len(steps) <= most:
-        return [tuple(steps)]
-    ideal = len(steps) / -(-len(steps) // most)
-    crossing = _crossing(graph, steps)
+def split_steps(graph: Graph, steps: Sequence[Step], most: int) -> list[Part]:
+    """Split rows of a graph into parts of at most `most` rows."""
+    kinds = {i: graph.streams[i].kind.value for step in steps for i in (*step.inputs, step.output)}
+    return split([(step, (*step.inputs, step.output)) for step in steps], most, kinds)
+
+
+_CUT_COSTS = {"stream": 1.0, "anonymous": 50.0}  # a dot that goes on elsewhere is hard to follow; others cost nothing
+Row = TypeVar("Row")
+
+
+def split(rows: Sequence[tuple[Row, Iterable[str]]], most: int, kinds: Mapping[str, str]) -> list[tuple[Row, ...]]:
+    """Split rows into parts of similar length, with few streams cut between them.
+
+    Args:
+        rows: each with the streams that it reads and writes.
+        most: rows of a part.
+        kinds: of all streams.
+    """
+    if len(rows) <= most:
+        return [tuple(row for row, _ in rows)]
+    ideal = len(rows) / -(-len(rows) // most)
+    crossing = _crossing([streams for _, streams in rows], kinds)
     best: list[tuple[float, tuple[int, ...]]] = [(0.0, ())]  # by how many rows are placed: cost, and where parts end
-    for end in range(1, len(steps) + 1):
+    for end in range(1, len(rows) + 1):
         best.append(
             min(
                 (
@@ -235,23 +251,20 @@ def split(graph: Graph, steps: Sequence[Step], most: int) -> list[Part]:
             )
         )
     ends = best[-1][1]
-    return [tuple(steps[start:end]) for start, end in zip((0, *ends), ends, strict=False)]
+    return [tuple(row for row, _ in rows[start:end]) for start, end in zip((0, *ends), ends, strict=False)]
 
 
-def _crossing(graph: Graph, steps: Sequence[Step]) -> list[float]:
+def _crossing(rows: Sequence[Iterable[str]], kinds: Mapping[str, str]) -> list[float]:
     """Return the cost of a cut before each row; 0 at the end."""
     spans: dict[str, tuple[int, int]] = {}
-    for number, step in enumerate(steps):
-        for stream in (*step.inputs, step.output):
+    for number, streams in enumerate(rows):
+        for stream in streams:
             first, _ = spans.get(stream, (number, number))
             spans[stream] = (first, number)
-    costs = [0.0] * (len(steps) + 1)
+    costs = [0.0] * (len(rows) + 1)
     for stream, (first, last) in spans.items():
-        kind = graph.streams[stream].kind
-        if kind in FROM_OUTSIDE:
-            continue
         for cut in range(first + 1, last + 1):
-            costs[cut] += _NEVER if kind is StreamKind.ANONYMOUS else 1.0
+            costs[cut] += _CUT_COSTS.get(kinds[stream], 0.0)
     return costs
 
 
@@ -268,7 +281,7 @@ def cut_notes(graph: Graph, parts: Sequence[Part], words: Texts) -> list[dict[st
     for number, part in enumerate(parts, 1):
         here: dict[str, Note] = {}
         for stream in dict.fromkeys(i for step in part for i in (*step.inputs, step.output)):
-            if graph.streams[stream].kind in FROM_OUTSIDE:
+            if graph.streams[stream].kind.value in FROM_OUTSIDE:
                 continue
             source = made.get(stream, number)
             elsewhere = [str(n) for n in used.get(stream, {}) if n != number]

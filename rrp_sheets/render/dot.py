@@ -16,7 +16,7 @@ from graphviz.quoting import quote
 
 from rrp_sheets.errors import MissingPart, SheetsError
 from rrp_sheets.render.boxes import Arrow, Box, Drawing
-from rrp_sheets.render.measure import clean
+from rrp_sheets.render.measure import clean, plain
 from rrp_sheets.render.style import (
     BOX,
     EDGE,
@@ -106,7 +106,7 @@ def _node(box: Box, prefix: str) -> str:
         look = 'shape=box, style=invis, label=""' if box.note else "shape=point"
     elif box.kind == "row":
         style = f"filled,rounded{',dashed' if box.off else ''}"
-        words = [f"{box.row} {box.name}", *box.lines]
+        words = [f"{box.row} {box.name}", *(plain(line.words) for line in box.lines)]
         if box.beside:
             words = ["  ".join(words)]
         look = (
@@ -115,7 +115,7 @@ def _node(box: Box, prefix: str) -> str:
     else:
         fill, line = (OFF_FILL, OFF_LINE) if box.off else FILL_AND_LINE[box.kind]
         dashed = ', style="filled,dashed"' if box.off else ""
-        words = [*box.lines, box.note] if box.note else list(box.lines)
+        words = [*map(plain, box.heading), *([box.note] if box.note else [])]
         look = f'label={quoted(*words)}, {_SHAPES[box.kind]}, fillcolor="{fill}", color="{line}"{dashed}'
     return f"  {_name(box.id, prefix)} [{size}, {look}];"
 

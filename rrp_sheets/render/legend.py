@@ -22,7 +22,7 @@ def draw_legend(language: str = "en") -> tuple[str, float, float]:
     signs = [("sensor", 0, 0), ("stream", 1, 0), ("actuator", 2, 0), ("anonymous", 0, 1), ("done", 0, 2)]
     for kind, column, row in signs:
         size = (7.0, 7.0) if kind == "anonymous" else (28.0, 17.0)
-        box = Box(f"sign-{kind}", kind, "", (), *size, stream="")
+        box = Box(f"sign-{kind}", kind, "", *size)
         parts.append(draw_box(box, (_COLUMNS[column] + 14, y + row * 24), "legend", words=words))
         parts.append(text(_COLUMNS[column] + 36, y + row * 24 + 3.4, words.get(f"legend.{kind}"), NAME_PT))
     x = _COLUMNS[1]

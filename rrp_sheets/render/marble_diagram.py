@@ -12,10 +12,6 @@ from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Record, Value, show
 from rrp_sheets.render.measure import clean, columns
 
-KINDS = {
-    StreamKind.SENSOR: "sensor", StreamKind.ORDINARY: "stream", StreamKind.ACTUATOR: "actuator",
-    StreamKind.ANONYMOUS: "anonymous", StreamKind.DONE: "done",
-}  # fmt: skip
 _MOST_TICKS = 400
 _FROM_TIMER = ("forgetafter", "timeout")
 
@@ -167,7 +163,7 @@ def make_score(
     groups = []
     for stream in (*outside, *inner, *actuators):
         bars = tuple(_bar(s, graph, marbles, last_us) for s in steps if s.output == stream.id)
-        lane = Lane(stream.id, stream.name, KINDS[stream.kind], _in_order(marbles[stream.id]))
+        lane = Lane(stream.id, stream.name, stream.kind.value, _in_order(marbles[stream.id]))
         groups.append(Group(bars, lane))
     return MarbleDiagram(behaviour.name, tuple(groups), 0, last_us)
 

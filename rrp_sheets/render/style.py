@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, SAME
+
 # The faces of our pages; for PDF and PNG, Noto Sans JP comes along.
 SANS = "-apple-system, Segoe UI, Roboto, Liberation Sans, Arial, Noto Sans JP, sans-serif"
 MONO = "DejaVu Sans Mono, Noto Sans JP, Liberation Mono, monospace"
@@ -24,6 +26,27 @@ FILL_AND_LINE = {
     "actuator": ("#fadff1", "#a0176f"),
 }
 DASHES = "3 2.2"
+
+
+@dataclass(frozen=True)
+class StatusStyle:
+    """Look of what was added, removed, changed or stayed: statuses differ by line and sign too."""
+
+    line: str
+    fill: str
+    ink: str
+    thick: float
+    word: str
+
+
+STATUS_STYLES = {
+    SAME: StatusStyle("#a2a2a2", "#fff", "#5c5c5c", 0.9, "as before"),
+    ADDED: StatusStyle("#1b6e2f", "#e2f3e4", "#123f1c", 2.2, "new"),
+    REMOVED: StatusStyle("#a11d1d", "#fff", "#6e1414", 1.4, "gone"),
+    CHANGED: StatusStyle("#8a5a00", "#fff3d2", "#4d3300", 1.7, "changed"),
+}
+QUIET_BADGE, QUIET_OFF = "#7d7d7d", "#bdbdbd"  # of rows that stayed as they were, and of arrows of those that are off
+SIGN = 7.0  # half the size of a status's sign
 
 NAME_PT = 10.0
 SMALL_PT = 8.5

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
-from rrp_sheets.render.boxes import ROW_TEXT_LEFT, Arrow, Box, Drawing
+from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, SAME
+from rrp_sheets.render.boxes import ROW_TEXT_LEFT, SIGN_INDENT, Arrow, Box, Drawing
 from rrp_sheets.render.dot import Layout, Point, Way
-from rrp_sheets.render.measure import clean, escape, width
+from rrp_sheets.render.measure import Line, clean, escape, width
 from rrp_sheets.render.style import (
     BADGE,
     BOX,
@@ -24,10 +25,13 @@ from rrp_sheets.render.style import (
     OFF_FILL,
     OFF_INK,
     OFF_LINE,
-    PADDING,
+    QUIET_BADGE,
+    QUIET_OFF,
     SANS,
+    SIGN,
     SMALL_PT,
     SOFT,
+    STATUS_STYLES,
     VALUE_LINE,
 )  # fmt: skip
 from rrp_sheets.render.texts import Texts, texts
@@ -47,14 +51,17 @@ def draw_svg(
 
     With `chosen` the boxes can be chosen in a page: they have a role and a name of their own.
     """
-    wide, high = layout.width + 2 * PADDING, layout.height + 2 * PADDING
+    margin = drawing.margin
+    wide, high = layout.width + 2 * margin, layout.height + 2 * margin
     arrows = {(a.tail, a.head): a for a in drawing.arrows}
-    parts = [draw_arrow(way, arrows[way.tail, way.head], prefix) for way in layout.ways]
+    placed = [(_moved_way(way, margin), arrows[way.tail, way.head]) for way in layout.ways]
+    parts = [draw_arrow(way, arrow, prefix) for way, arrow in placed]
     said = words or texts()
     parts += [
-        draw_box(box, _moved(layout.places[box.id]), prefix, chosen=chosen, words=said)
+        draw_box(box, _moved(layout.places[box.id], margin), prefix, chosen=chosen, words=said)
         for box in drawing.boxes.values()
     ]
+    parts += [draw_sign(arrow.status or SAME, _middle(w.points), 4.6) for w, arrow in placed if arrow.labelled]
     first = next(iter(drawing.boxes), "none")
     ident, role = f"{prefix}-{first}", "group" if chosen else "img"
     return frame("\n".join(parts), wide, high, ident=ident, title=title, description=description, role=role)
@@ -71,17 +78,20 @@ def frame(body: str, wide: float, high: float, *, ident: str, title: str, descri
 
 
 def text(
-    x: float, y: float, words: str, size: float, *,
-    fill: str = INK, mono: bool = False, bold: bool = False, italic: bool = False, middle: bool = False,
+    x: float, y: float, words: str | Line, size: float, *, fill: str = INK, mono: bool = False, bold: bool = False,
+    italic: bool = False, middle: bool = False, struck: bool = False,
 ) -> str:  # fmt: skip
-    """Draw a line of text."""
+    """Draw a line of text; what is marked in it is bold and underlined, or `struck` out."""
+    mark = 'text-decoration="line-through"' if struck else 'font-weight="bold" text-decoration="underline"'
+    runs: Line = ((False, words),) if isinstance(words, str) else words
+    spans = "".join(f"<tspan {mark}>{escape(w)}</tspan>" if marked else escape(w) for marked, w in runs)
     looks = [
         f'font-family="{escape(MONO if mono else SANS)}" font-size="{size:g}" fill="{fill}" xml:space="preserve"',
         'font-weight="bold"' if bold else "",
         'font-style="italic"' if italic else "",
         'text-anchor="middle"' if middle else "",
     ]
-    return f'<text x="{_n(x)}" y="{_n(y)}" {" ".join(filter(None, looks))}>{escape(words)}</text>'
+    return f'<text x="{_n(x)}" y="{_n(y)}" {" ".join(filter(None, looks))}>{spans}</text>'
 
 
 def draw_icon(icon: str, x: float, y: float, colour: str, scale: float = 0.95) -> str:
@@ -97,11 +107,14 @@ def draw_icon(icon: str, x: float, y: float, colour: str, scale: float = 0.95) -
 def draw_arrow(way: Way, arrow: Arrow, prefix: str) -> str:
     """Draw an arrow along its path; its group holds the ids of the boxes at its ends."""
     colour = OFF_LINE if arrow.off else FILL_AND_LINE["done"][1] if arrow.world else EDGE
-    dashes = f' stroke-dasharray="{DASHES}"' if arrow.off or arrow.world else ""
+    thick, dashes = 1.0, DASHES if arrow.off or arrow.world else ""
+    if arrow.status is not None:
+        colour = QUIET_OFF if arrow.off and not arrow.status else STATUS_STYLES[arrow.status].line
+        thick, dashes = {ADDED: 1.9, REMOVED: 1.3}.get(arrow.status, 0.9), _dashes(arrow.off, arrow.status)
+    dashed = f' stroke-dasharray="{dashes}"' if dashes else ""
     kind = "arrow off" if arrow.off else "arrow world" if arrow.world else "arrow"
     ends = f'data-from="{prefix}-{way.tail}" data-to="{prefix}-{way.head}"'
-    points = [_moved(p) for p in way.points]
-    tip = _moved(way.tip) if way.tip and not arrow.headless else None
+    points, tip = way.points, way.tip if not arrow.headless else None
     path = f"M{_xy(points[0])}" + "".join(
         f" C{_xy(points[i])} {_xy(points[i + 1])} {_xy(points[i + 2])}" for i in range(1, len(points) - 2, 3)
     )
@@ -118,7 +131,7 @@ def draw_arrow(way: Way, arrow: Arrow, prefix: str) -> str:
         head = f'<path d="M{_xy(tip)}L{_xy(left)}L{_xy(right)}z" fill="{colour}"/>'
     return (
         f'<g id="{prefix}-a-{way.tail}-{way.head}" class="{kind}" {ends}>'
-        f'<path d="{path}" fill="none" stroke="{colour}" stroke-width="1"{dashes}/>{head}</g>'
+        f'<path d="{path}" fill="none" stroke="{colour}" stroke-width="{thick:g}"{dashed}/>{head}</g>'
     )
 
 
@@ -135,22 +148,52 @@ def draw_box(box: Box, centre: Point, prefix: str, *, chosen: bool = False, word
         about += ' role="button" tabindex="-1"'
     told = _told(box, said)
     title = f"<title>{escape(told)}</title>" if told else ""
-    kinds: dict[str, Callable[[Box, Point], str]] = {
-        "anonymous": _anonymous,
-        "row": partial(_row, off=said.get("diagram.off")),
-        "stream": _stream,
-        "sensor": _stream,
-        "done": _stream,
-        "actuator": _stream,
-    }
-    inside = kinds[box.kind](box, centre)
+    if box.kind == "row":
+        inside = _row(box, centre, said.get("diagram.off"))
+    else:
+        inside = _anonymous(box, centre) if box.kind == "anonymous" else _stream(box, centre)
     if box.flag is not None:
         inside += draw_flag(box.flag, centre[0] + box.width / 2 - 7, centre[1] - box.height / 2 - 8.5)
-    return f'<g id="{prefix}-{box.id}" class="{box.kind}{" off" if box.off else ""}"{about}>{title}{inside}</g>'
+    if box.status:
+        across, up = (0.42 * box.width, 0.44 * box.height) if box.kind == "stream" else (  # an oval has no corner
+            box.width / 2 - 1, box.height / 2 - 1)  # fmt: skip
+        inside += draw_sign(box.status, (centre[0] + across, centre[1] - up))
+    looks = [box.kind, "off" if box.off else "", STATUS_STYLES[box.status].word if box.status else ""]
+    return f'<g id="{prefix}-{box.id}" class="{" ".join(filter(None, looks))}"{about}>{title}{inside}</g>'
+
+
+def draw_sign(status: str, centre: Point, size: float = SIGN) -> str:
+    """Draw the sign of a status: a plus on a filled disc, a minus on an empty one, a wave on a filled square."""
+    (x, y), colour = centre, STATUS_STYLES[status].line
+    if status == CHANGED:
+        square = _rect((x - size, y - size, 2 * size, 2 * size), colour, "#fff", 0.8, radius=2)
+        wave = f"M{_n(x - size * 0.55)} {_n(y + size * 0.18)}q{_n(size * 0.28)} {_n(-size * 0.6)} {_n(size * 0.55)} "
+        wave += f"{_n(-size * 0.18)}t{_n(size * 0.55)} {_n(-size * 0.18)}"
+        return square + f'<path d="{wave}" fill="none" stroke="#fff" stroke-width="1.7" stroke-linecap="round"/>'
+    new = status == ADDED
+    fill, line, thick, ink = (colour, "#fff", 0.8, "#fff") if new else ("#fff", colour, 1.5, colour)
+    disc = f'<circle cx="{_n(x)}" cy="{_n(y)}" r="{_n(size)}" fill="{fill}" stroke="{line}" stroke-width="{thick}"/>'
+    bar = f"M{_n(x - size * 0.55)} {_n(y)}h{_n(size * 1.1)}"
+    if new:
+        bar += f"M{_n(x)} {_n(y - size * 0.55)}v{_n(size * 1.1)}"
+    return disc + f'<path d="{bar}" stroke="{ink}" stroke-width="1.9" stroke-linecap="round"/>'
+
+
+def _middle(points: Sequence[Point]) -> Point:
+    """Return the middle of the middle piece of a spline."""
+    pieces = (len(points) - 1) // 3
+    start = (pieces // 2) * 3
+    a, b, c, d = points[start : start + 4]
+    if pieces % 2:
+        return (a[0] + 3 * b[0] + 3 * c[0] + d[0]) / 8, (a[1] + 3 * b[1] + 3 * c[1] + d[1]) / 8
+    return a
 
 
 def _told(box: Box, words: Texts) -> str:
     """Return a box in words, for its tooltip and for screen readers."""
+    if box.status is not None:
+        name = words.get("diagram.told.row", n=box.row, connector=box.name) if box.row else box.name
+        return f"{name}, {STATUS_STYLES[box.status].word}" if name else ""
     if not box.row:
         kind = _SPOKEN.get(box.kind) if box.name else None
         return words.get(f"diagram.told.{kind}", name=box.name) if kind else ""
@@ -173,59 +216,106 @@ def draw_flag(number: int, x: float, y: float) -> str:
 def _anonymous(box: Box, centre: Point) -> str:
     x, y = centre
     dot_x = x - box.width / 2 + 4 if box.note else x
-    dot = f'<circle cx="{_n(dot_x)}" cy="{_n(y)}" r="3.2" fill="{OFF_LINE if box.off else INK}"/>'
+    looks = f'fill="{OFF_LINE if box.off else INK}"'
+    if box.status is not None:
+        line = STATUS_STYLES[box.status].line
+        looks = f'fill="{"#fff" if box.status == REMOVED else line}" stroke="{line}"'
+    dot = f'<circle cx="{_n(dot_x)}" cy="{_n(y)}" r="3.2" {looks}/>'
     return dot + (text(dot_x + 7, y + 3, box.note, SMALL_PT, fill=SOFT, italic=True) if box.note else "")
+
+
+@dataclass(frozen=True)
+class _Look:
+    fill: str
+    line: str
+    ink: str
+    thick: float
+    dashes: str
+
+
+_THICK = {"row": 0.9, "stream": 1.2, "sensor": 2.2, "done": 1.4, "actuator": 1.1}
+
+
+def _look(box: Box) -> _Look:
+    """Return how the box of a row or stream is drawn: by its status in a comparison, else by its kind."""
+    if box.status is not None:
+        style = STATUS_STYLES[box.status]
+        thick = style.thick + (0.9 if box.kind == "sensor" else 0)
+        return _Look(style.fill, style.line, style.ink, thick, _dashes(box.off, box.status))
+    fill, line = (OFF_FILL, OFF_LINE) if box.off else FILL_AND_LINE.get(box.kind, ("#fff", BOX))
+    dashed = box.off or box.kind == "done"  # the loop that goes through the world is dashed
+    return _Look(fill, line, OFF_INK if box.off else INK, _THICK[box.kind], DASHES if dashed else "")
+
+
+def _dashes(off: bool, status: str) -> str:
+    return DASHES if status == REMOVED or (off and not status) else ""
 
 
 def _stream(box: Box, centre: Point) -> str:
     cx, cy = centre
     x, y, w, h = cx - box.width / 2, cy - box.height / 2, box.width, box.height
-    fill, line = (OFF_FILL, OFF_LINE) if box.off else FILL_AND_LINE[box.kind]
+    look = _look(box)
     if box.kind == "stream":
-        dashes = f' stroke-dasharray="{DASHES}"' if box.off else ""
+        dashes = f' stroke-dasharray="{look.dashes}"' if look.dashes else ""
         shape = (
             f'<ellipse cx="{_n(cx)}" cy="{_n(cy)}" rx="{_n(w / 2)}" ry="{_n(h / 2)}" '
-            f'fill="{fill}" stroke="{line}" stroke-width="1.2"{dashes}/>'
+            f'fill="{look.fill}" stroke="{look.line}" stroke-width="{look.thick:g}"{dashes}/>'
         )
-    elif box.kind == "sensor":
-        shape = _rect((x, y, w, h), fill, line, 2.2)
-    elif box.kind == "done":  # the loop that goes through the world is dashed
-        shape = _rect((x, y, w, h), fill, line, 1.4, dashes=DASHES)
+    elif box.kind == "actuator":
+        inner = (x + 2.6, y + 2.6, w - 5.2, h - 5.2)
+        shape = _rect((x, y, w, h), "#fff", look.line, look.thick, dashes=look.dashes)
+        shape += _rect(inner, look.fill, look.line, min(look.thick, 1.1), dashes=look.dashes)
     else:
-        shape = _rect((x, y, w, h), "#fff", line, 1.1) + _rect((x + 2.6, y + 2.6, w - 5.2, h - 5.2), fill, line, 1.1)
-    base = cy - (NAME_LINE * len(box.lines) + (10 if box.note else 0)) / 2 + 9.2
-    ink = OFF_INK if box.off else INK
-    for number, words in enumerate(box.lines):
+        shape = _rect((x, y, w, h), look.fill, look.line, look.thick, dashes=look.dashes)
+    tall = NAME_LINE * len(box.heading) + FORMULA_LINE * len(box.lines) + (10 if box.note else 0)
+    base = cy - tall / 2 + 9.2
+    for number, words in enumerate(box.heading):
         y = base + NAME_LINE * number
-        shape += text(cx, y, words, NAME_PT, fill=ink, bold=box.kind != "stream", middle=True)
+        shape += text(cx, y, words, NAME_PT, fill=look.ink, bold=box.kind != "stream", middle=True, struck=True)
+    base += NAME_LINE * len(box.heading) - 1
+    for number, told in enumerate(box.lines):
+        sign = f"{told.status} " if told.status and not told.continued else ""
+        colour = STATUS_STYLES[told.status].line
+        shape += text(cx, base + FORMULA_LINE * number, ((False, sign), *told.words), MONO_PT, fill=colour,
+                      mono=told.mono, middle=True, struck=told.status == REMOVED)  # fmt: skip
     if box.note:
-        y = base + NAME_LINE * len(box.lines) - 1
+        y = base + FORMULA_LINE * len(box.lines)
         shape += text(cx, y, box.note, SMALL_PT, fill=SOFT, italic=True, middle=True)
     if box.room:  # the page writes the newest value here, and then moves the name up by half a line
-        y = cy + (NAME_LINE * len(box.lines) + VALUE_LINE) / 2 - 2.5
+        y = cy + (NAME_LINE * len(box.heading) + VALUE_LINE) / 2 - 2.5
         now = text(cx, y, "", SMALL_PT, fill=INK, bold=True, middle=True)
         shape += now.replace(
-            "<text ", f'<text class="now" data-wide="{_n(w * (0.84 if len(box.lines) < 2 else 0.7))}" '
+            "<text ", f'<text class="now" data-wide="{_n(w * (0.84 if len(box.heading) < 2 else 0.7))}" '
         )
     return shape
 
 
 def _row(box: Box, centre: Point, off: str) -> str:
     x, y, w, h = centre[0] - box.width / 2, centre[1] - box.height / 2, box.width, box.height
-    ink = OFF_INK if box.off else INK
-    fill, line = (OFF_FILL, OFF_LINE) if box.off else ("#fff", BOX)
-    dashes = f' stroke-dasharray="{DASHES}"' if box.off else ""
+    look = _look(box)
+    ink = look.ink
+    badge = OFF_LINE if box.off else BADGE
+    if box.status is not None:
+        badge = look.line if box.status else QUIET_BADGE
+    dashes = f' stroke-dasharray="{look.dashes}"' if look.dashes else ""
     parts = [
-        f'<rect x="{_n(x)}" y="{_n(y)}" width="{_n(w)}" height="{_n(h)}" rx="3" fill="{fill}" stroke="{line}" '
-        f'stroke-width="0.9"{dashes}/>',
-        draw_badge(box.row, x, y, h, OFF_LINE if box.off else BADGE),
+        f'<rect x="{_n(x)}" y="{_n(y)}" width="{_n(w)}" height="{_n(h)}" rx="3" fill="{look.fill}" '
+        f'stroke="{look.line}" stroke-width="{look.thick:g}"{dashes}/>',
+        draw_badge(box.row, x, y, h, badge),
         draw_icon(box.icon, x + 20.5, y + 3.4, ink),
-        text(x + ROW_TEXT_LEFT, y + 12.4, box.name, SMALL_PT, fill=ink),
+        text(x + ROW_TEXT_LEFT, y + 12.4, box.heading[0], SMALL_PT, fill=ink, bold=box.status == ADDED, struck=True),
     ]
-    for number, words in enumerate(box.lines):
-        line_y = 12.3 if box.beside else 23.6 + FORMULA_LINE * number
-        left = ROW_TEXT_LEFT + box.beside if box.beside else box.indent
-        parts.append(text(x + left, y + line_y, words, MONO_PT, fill=ink, mono=True))
+    for number, told in enumerate(box.lines):
+        line_y = y + (12.3 if box.beside else 23.6 + FORMULA_LINE * number)
+        left = x + (ROW_TEXT_LEFT + box.beside if box.beside else box.indent)
+        colour = STATUS_STYLES[told.status].line if told.status else ink
+        if told.status:
+            sign = "" if told.continued else told.status
+            parts.append(text(left, line_y, sign, MONO_PT + 1, fill=colour, bold=True) if sign else "")
+            left += SIGN_INDENT
+        parts.append(text(left, line_y, told.words, MONO_PT, fill=colour, mono=told.mono,
+                          italic=not told.mono and not told.status,
+                          struck=REMOVED in (told.status, box.status)))  # fmt: skip
     if box.switched_off:
         across = max(17.0, width(off, 8) + 4)
         parts.append(_rect((x + w - across - 1, y - 6.5, across, 10), "#fff", OFF_LINE, 0.7, radius=2))
@@ -258,8 +348,13 @@ def _rect(
     )
 
 
-def _moved(point: Point) -> Point:
-    return point[0] + PADDING, point[1] + PADDING
+def _moved(point: Point, by: float) -> Point:
+    return point[0] + by, point[1] + by
+
+
+def _moved_way(way: Way, by: float) -> Way:
+    points = tuple(_moved(p, by) for p in way.points)
+    return replace(way, points=points, tip=_moved(way.tip, by) if way.tip else None)
 
 
 def _xy(point: Point) -> str:

@@ -13,13 +13,13 @@ from rrp_sheets.devices import load_robot, robot_names
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.engine.trace import read_trace, stream_label
 from rrp_sheets.errors import UnreadableFile
-from rrp_sheets.graph import Graph
+from rrp_sheets.graph import Graph, StreamKind
 from rrp_sheets.graph.build import build_graph
 from rrp_sheets.model.languages import known_language
 from rrp_sheets.model.names import key
 from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.model.values import Field, Record, RecordType, Value
-from rrp_sheets.render.marble_diagram import KINDS, Group, Lane, Marble, MarbleDiagram, make_score
+from rrp_sheets.render.marble_diagram import Group, Lane, Marble, MarbleDiagram, make_score
 from rrp_sheets.render.texts import texts
 from rrp_sheets.runs.records.metadata import stamp_of
 
@@ -129,7 +129,7 @@ def _dragged(entry: Mapping[str, Any]) -> str:
 
 def _alone(header: Mapping[str, Any], lines: list[dict[str, Any]], people: tuple[Group, ...]) -> list[MarbleDiagram]:
     """Return one diagram of all streams of a trace, made without the workbook."""
-    known = KINDS.values()
+    known = [kind.value for kind in StreamKind]
     kinds = {
         str(s.get("stream")): s["kind"] if s.get("kind") in known else "stream"
         for s in header.get("streams", ())

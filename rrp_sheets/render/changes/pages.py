@@ -8,12 +8,11 @@ from functools import partial
 
 from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, SAME, ChangedBehaviour, ChangedRow
 from rrp_sheets.render.changes.boxes import make_change_drawing
-from rrp_sheets.render.changes.svg import FILL, LINE, MARGIN, draw_change, draw_sign
-from rrp_sheets.render.diagram import Page
+from rrp_sheets.render.diagram import Page, split
 from rrp_sheets.render.dot import TIMEOUT, dot_text, lay_out
 from rrp_sheets.render.measure import OTHER_FACES, clean, width
-from rrp_sheets.render.style import DASHES, LANDSCAPE, MOST_ROWS, NAME_PT, PAGE, SMALL_PT, SOFT
-from rrp_sheets.render.svg import frame, text
+from rrp_sheets.render.style import DASHES, LANDSCAPE, MOST_ROWS, NAME_PT, PAGE, SMALL_PT, SOFT, STATUS_STYLES
+from rrp_sheets.render.svg import draw_sign, draw_svg, frame, text
 
 MOST_DRAWN = 180
 """Rows that are drawn of one behaviour: ten parts. Lists name all."""
@@ -22,7 +21,7 @@ _HINTS = (
     "A formula that changed: first as it was, below as it is.",
     "Rows that are gone have the number that they had.",
 )
-_KINDS = ((ADDED, "new"), (REMOVED, "gone"), (CHANGED, "changed"), (SAME, "as before"))
+_STATUSES = (ADDED, REMOVED, CHANGED, SAME)
 
 
 def draw_changes(behaviour: ChangedBehaviour, number: int = 1, timeout: float = TIMEOUT) -> list[Page]:
@@ -37,7 +36,8 @@ def draw_changes(behaviour: ChangedBehaviour, number: int = 1, timeout: float = 
         SheetsError: Graphviz is missing or took too long.
     """
     shown = drawn_rows(behaviour)
-    parts = _parts(shown, behaviour)
+    kinds = {s.id: s.kind for s in behaviour.streams.values()}
+    parts = split([(row, _streams(row)) for row in shown], MOST_ROWS, kinds)
     ids = {stream: f"s{n}" for n, stream in enumerate(behaviour.streams, 1)}
     draw = partial(_page, behaviour, ids, _left_out(behaviour, shown), number, timeout)
     with ThreadPoolExecutor(_AT_ONCE) as pool:
@@ -93,24 +93,6 @@ def ranges(numbers: Iterable[int]) -> str:
     return f"row{plural} " + (" and ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else words[0])
 
 
-def _parts(rows: Sequence[ChangedRow], behaviour: ChangedBehaviour) -> list[tuple[ChangedRow, ...]]:
-    """Split rows where few streams are cut, and at an anonymous one only if there is no other place."""
-    parts, start = [], 0
-    while len(rows) - start > MOST_ROWS:
-        cuts = range(start + MOST_ROWS // 2, start + MOST_ROWS + 1)
-        cut = min(cuts, key=lambda c: (_crossing(rows, start, c, behaviour), -c))
-        parts.append(tuple(rows[start:cut]))
-        start = cut
-    return [*parts, tuple(rows[start:])]
-
-
-def _crossing(rows: Sequence[ChangedRow], start: int, cut: int, behaviour: ChangedBehaviour) -> int:
-    before = {s for r in rows[start:cut] for s in _streams(r)}
-    after = {s for r in rows[cut : cut + MOST_ROWS] for s in _streams(r)}
-    cost = {"anonymous": 50, "stream": 1}
-    return sum(cost.get(behaviour.streams[s].kind, 0) for s in before & after)
-
-
 def _page(
     behaviour: ChangedBehaviour, ids: dict[str, str], left_out: str, number: int, timeout: float,
     rows: tuple[ChangedRow, ...], part: int, parts: int,
@@ -118,12 +100,12 @@ def _page(
     drawing = make_change_drawing(rows, behaviour.streams, ids, _notes(behaviour, rows), part)
     dot = dot_text(drawing, behaviour.name)
     layout = lay_out(dot, timeout=timeout)
-    wide, high = layout.width + 2 * MARGIN, layout.height + 2 * MARGIN
+    wide, high = layout.width + 2 * drawing.margin, layout.height + 2 * drawing.margin
     name = clean(behaviour.name)
     whole = f"{name}, part {part} of {parts}" if parts > 1 else name
     alt = f"What changed in the behaviour {whole}: {_told(rows)}. The table of rows says the same."
     prefix = f"c{number}" + (f"-p{part}" if part > 1 else "")
-    svg = draw_change(drawing, layout, prefix=prefix, title=f"What changed in {whole}", description=alt)
+    svg = draw_svg(drawing, layout, prefix=prefix, title=f"What changed in {whole}", description=alt)
     captions = [f"Part {part} of {parts}" if parts > 1 else "", left_out if part == 1 else ""]
     upright, turned = (min(1.0, most[0] / wide, most[1] / high) for most in (PAGE, LANDSCAPE))
     return Page(
@@ -146,24 +128,23 @@ def _notes(behaviour: ChangedBehaviour, rows: Sequence[ChangedRow]) -> dict[str,
 
 
 def _told(rows: Sequence[ChangedRow]) -> str:
-    counts = [(sum(r.sign == sign for r in rows), word) for sign, word in _KINDS]
+    counts = [(sum(r.sign == status for r in rows), STATUS_STYLES[status].word) for status in _STATUSES]
     return ", ".join(f"{count} row{'s' if count > 1 else ''} {word}" for count, word in counts if count)
 
 
 def legend_page(title: str) -> Page:
     """Return the legend of the pictures as a page under the given title."""
     x, parts = 8.0, []
-    for sign, word in _KINDS:
-        thick = {ADDED: 2.2, REMOVED: 1.4, CHANGED: 1.7}.get(sign, 0.9)
-        dashes = f' stroke-dasharray="{DASHES}"' if sign == REMOVED else ""
+    for status in _STATUSES:
+        style, dashes = STATUS_STYLES[status], f' stroke-dasharray="{DASHES}"' if status == REMOVED else ""
         parts.append(
-            f'<rect x="{x:.1f}" y="9" width="30" height="16" rx="3" fill="{FILL[sign]}" stroke="{LINE[sign]}" '
-            f'stroke-width="{thick}"{dashes}/>'
+            f'<rect x="{x:.1f}" y="9" width="30" height="16" rx="3" fill="{style.fill}" stroke="{style.line}" '
+            f'stroke-width="{style.thick}"{dashes}/>'
         )
-        if sign:
-            parts.append(draw_sign(sign, (x + 29, 10), 6.0))
-        parts.append(text(x + 40, 21, word, NAME_PT))
-        x += 40 + width(word, NAME_PT) * OTHER_FACES + 16
+        if status:
+            parts.append(draw_sign(status, (x + 29, 10), 6.0))
+        parts.append(text(x + 40, 21, style.word, NAME_PT))
+        x += 40 + width(style.word, NAME_PT) * OTHER_FACES + 16
     for number, hint in enumerate(_HINTS):
         parts.append(text(8, 43 + 12 * number, hint, SMALL_PT, fill=SOFT, italic=True))
     wide, high = max(x, *(width(hint, SMALL_PT) * OTHER_FACES + 16 for hint in _HINTS)), 38.0 + 12 * len(_HINTS)
