@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-import html
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
 
 from rrp_sheets.compare.as_text import cautions, counted, one_line, place, shorten, shown_source, value, verdict
 from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison
@@ -15,10 +19,34 @@ _KINDS = {
     "moved": ("↕", "moved"), "on": ("●", "switched on"), "off": ("○", "switched off"), "notes": ("✎", "notes"),
     "written": ("≈", "written differently"),
 }  # fmt: skip
-_HEADS = ("Where", "What", "Before", "After", "Remark")
+_LONGEST = 160  # letters of a cell
+Runs = Sequence[tuple[str, str]]  # texts, each with the tag of its mark
 
 
-def as_html(comparison: Comparison, drawn: str = "") -> str:
+def render(template: str, **shown: object) -> Markup:
+    """Render a template of `templates/compare/`, in which all texts are escaped."""
+    return Markup(_templates().get_template(template).render(shown))
+
+
+@lru_cache(maxsize=1)
+def _templates() -> Environment:
+    folder = bundled("templates", "compare")
+    made = Environment(
+        loader=FileSystemLoader(folder),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    made.filters |= {"one_line": one_line, "brief": _brief}
+    return made
+
+
+def _brief(text: str) -> str:
+    return shorten(text) if len(text) > _LONGEST else one_line(text)
+
+
+def as_html(comparison: Comparison, drawn: Markup | None = None) -> str:
     """Return the comparison as a page of its own, which needs no other file.
 
     Args:
@@ -27,34 +55,60 @@ def as_html(comparison: Comparison, drawn: str = "") -> str:
     """
     title = f"{file_name(comparison.first)} and {file_name(comparison.second)} compared"
     style = "".join(bundled("templates", "compare", n).read_text(encoding="utf-8") for n in ("page.css", "changes.css"))
-    return (
-        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{_e(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n<main>\n<h1>{_e(title)}</h1>\n"
-        f"{as_part(comparison, drawn)}\n</main>\n</body>\n</html>\n"
-    )
+    return render("page.html", title=title, style=Markup(style), comparison=as_part(comparison, drawn))
 
 
-def as_part(comparison: Comparison, drawn: str = "") -> str:
-    """Return the comparison as a part of a page that has changes.css: no style, no script, everything escaped."""
-    parts = [
-        f'<p class="verdict {"same" if comparison.same else "different"}">'
-        f"{'✓' if comparison.same else '≠'} {_e(verdict(comparison))}</p>",
-        *(f'<p class="caution">{_e(text)}</p>' for text in cautions(comparison)),
-        _versions(comparison),
-        *([drawn] if drawn else []),
+@dataclass(frozen=True)
+class _ChangeLine:
+    """A change as a line of a table; `was` is the row where it stood before, else 0."""
+
+    kind: str
+    where: str
+    was: int
+    sign: str
+    what: str
+    before: Runs
+    after: Runs
+    note: str
+
+
+@dataclass(frozen=True)
+class _ChangeTable:
+    """Changes under a title; `left` are not shown."""
+
+    title: str
+    count: str
+    lines: Sequence[_ChangeLine]
+    noted: bool
+    left: str
+
+
+def as_part(comparison: Comparison, drawn: Markup | None = None, later: str = "") -> Markup:
+    """Return the comparison as a part of a page that has changes.css: no style, no script.
+
+    Args:
+        comparison: what to show.
+        drawn: pictures and rows of what changed.
+        later: the address from which the page fetches them instead.
+    """
+    versions = [
+        (which, shown_source(v), one_line(v.digest[:16]))
+        for which, v in (("Before", comparison.first), ("After", comparison.second))
     ]
-    if comparison.effects:
-        parts.append(_section("What changes the behaviour", comparison.effects))
-    if comparison.others:
-        parts.append(_section("Differences without effect on the behaviour", comparison.others))
-    if comparison.changes:
-        parts.append(_legend(comparison.changes))
-    return '<div class="comparison">\n' + "\n".join(parts) + "\n</div>"
-
-
-def _e(text: str) -> str:
-    return html.escape(one_line(text))
+    tables = [
+        _table(title, changes)
+        for title, changes in (
+            ("What changes the behaviour", comparison.effects),
+            ("Differences without effect on the behaviour", comparison.others),
+        )
+        if changes
+    ]
+    kinds = {c.kind for c in comparison.changes} - {"notes"}
+    return render(
+        "comparison.html", same=comparison.same, verdict=one_line(verdict(comparison)), cautions=cautions(comparison),
+        versions=versions, later=later, drawn=drawn, sections=tables,
+        signs=[_KINDS[kind] for kind in _KINDS if kind in kinds], footed=bool(comparison.changes),
+    )  # fmt: skip
 
 
 def file_name(version: ComparedWorkbook) -> str:
@@ -62,87 +116,41 @@ def file_name(version: ComparedWorkbook) -> str:
     return shown_source(version).replace("\\", "/").rstrip("/").rsplit("/", 1)[-1] or "nothing"
 
 
-def _versions(comparison: Comparison) -> str:
-    rows = ""
-    for which, v in (("Before", comparison.first), ("After", comparison.second)):
-        digest = f"<br><small>SHA-256 <code>{_e(v.digest[:16])}…</code></small>" if v.digest else ""
-        rows += f"<div><dt>{which}</dt><dd>{_e(shown_source(v))}{digest}</dd></div>"
-    return f'<dl class="versions">{rows}</dl>'
+def _table(title: str, changes: Sequence[Change]) -> _ChangeTable:
+    shown = changes[:MOST]
+    count = counted(changes, "entry").replace("entrys", "entries")
+    left = f"{len(changes) - MOST:,}" if len(changes) > MOST else ""
+    return _ChangeTable(title, count, [_line(c) for c in shown], any(c.note for c in shown), left)
 
 
-def _section(title: str, changes: Sequence[Change]) -> str:
-    shown = _HEADS if any(c.note for c in changes[:MOST]) else _HEADS[:-1]
-    heads = "".join(f'<th scope="col">{h}</th>' for h in shown)
-    rows = "\n".join(_row(c, shown) for c in changes[:MOST])
-    more = (
-        f"<p>… and {len(changes) - MOST:,} more; <code>--json</code> lists them all.</p>" if len(changes) > MOST else ""
-    )
-    return (
-        f"<section>\n<h2>{title} <small>({counted(changes, 'entry').replace('entrys', 'entries')})</small></h2>\n"
-        f"<table>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}\n</tbody>\n</table>\n{more}</section>"
-    )
-
-
-def _row(change: Change, heads: Sequence[str]) -> str:
+def _line(change: Change) -> _ChangeLine:
     sign, word = _KINDS[change.kind]
-    before, after = _sides(change)
     what = f"{change.what} {word}" if change.what and change.what != word else word
-    cells = (what, before, after, _e(change.note))
-    sign_html = f'<span class="sign" aria-hidden="true">{sign}</span> '
-    out = [f'<th scope="row">{_where(change)}</th>']
-    for head, cell in zip(heads[1:], cells, strict=False):
-        content = sign_html + _e(cell) if head == "What" else cell
-        empty = "" if content else ' class="empty"'
-        out.append(f'<td data-head="{head}"{empty}>{content}</td>')
-    return f'<tr class="{change.kind}">{"".join(out)}</tr>'
+    first, second = change.rows
+    was = first if first and second and first != second else 0
+    return _ChangeLine(change.kind, place(change), was, sign, what, *_sides(change), change.note)
 
 
-def _where(change: Change) -> str:
-    was = ""
-    if change.rows[0] and change.rows[1] and change.rows[0] != change.rows[1]:
-        was = f' <small class="was">(was row {change.rows[0]})</small>'
-    return _e(place(change)) + was
-
-
-def _sides(change: Change) -> tuple[str, str]:
+def _sides(change: Change) -> tuple[Runs, Runs]:
     """Return the cells before and after, with removed and added parts marked."""
     if change.pieces:
         return (
-            "".join(_piece(p.kind, p.text, "del") for p in change.pieces if p.kind != "new"),
-            "".join(_piece(p.kind, p.text, "ins") for p in change.pieces if p.kind != "gone"),
+            [("del" if p.kind == "gone" else "", shorten(p.text)) for p in change.pieces if p.kind != "new"],
+            [("ins" if p.kind == "new" else "", shorten(p.text)) for p in change.pieces if p.kind != "gone"],
         )
     before, after = value(change.before), value(change.after)
     match change.kind:
         case "added":
-            return "", f"<ins>{_e(after)}</ins>" if change.after else ""
+            return (), [("ins", after)] if change.after else ()
         case "removed":
-            return f"<del>{_e(before)}</del>" if change.before else "", ""
+            return [("del", before)] if change.before else (), ()
         case "on" | "off":
             before, after = ("off", "on") if change.kind == "on" else ("on", "off")
-            return f"<del>{before}</del>", f"<ins>{after}</ins>"
+            return [("del", before)], [("ins", after)]
         case "moved" if not change.before and change.rows[0] == change.rows[1]:
-            return "", ""
+            return (), ()
         case "moved" if not change.before:
-            return f"row {change.rows[0]}", f"row {change.rows[1]}"
+            return [("", f"row {change.rows[0]}")], [("", f"row {change.rows[1]}")]
         case "changed":
-            return f"<del>{_e(before)}</del>", f"<ins>{_e(after)}</ins>"
-    return _e(before), _e(after)
-
-
-def _piece(kind: str, text: str, tag: str) -> str:
-    return _e(shorten(text)) if kind == "same" else f"<{tag}>{_e(shorten(text))}</{tag}>"
-
-
-def _legend(changes: Iterable[Change]) -> str:
-    kinds = {c.kind for c in changes}
-    entries = "".join(
-        f'<li><span class="sign" aria-hidden="true">{sign}</span> {word}</li>'
-        for kind, (sign, word) in _KINDS.items()
-        if kind in kinds and kind != "notes"
-    )
-    return (
-        '<footer><ul class="legend">' + entries + "</ul>"
-        "<p><del>Struck out</del>: what went. <ins>Underlined</ins>: what came. Rows are compared by what they mean, "
-        "not by where they stand; row numbers are those of the second workbook, of removed rows those of the first.</p>"
-        "</footer>"
-    )
+            return [("del", before)], [("ins", after)]
+    return [("", before)], [("", after)]

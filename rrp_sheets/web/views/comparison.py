@@ -17,7 +17,7 @@ from pathlib import Path
 from flask import Blueprint, Response, abort, request, send_file, url_for
 from markupsafe import Markup
 
-from rrp_sheets.compare.as_html import as_part
+from rrp_sheets.compare.as_html import as_part, render
 from rrp_sheets.documents import Refused
 from rrp_sheets.documents.journal import Version
 from rrp_sheets.errors import SheetsError
@@ -37,10 +37,6 @@ blueprint.after_request(confirm_download)
 _MOST_RUNS = 40
 _GONE = "Choose another one from the list."
 _DRAWN = frozenset(("behaviour", "row", "stream", "device", "helper"))  # parts that are seen on a diagram
-_LATER = Markup(
-    '<div aria-busy="true" hx-get="{}" hx-trigger="load" hx-swap="outerHTML"><p class="quiet">'
-    "The changes are being drawn …</p></div>"
-)
 
 
 @blueprint.get("/compare")
@@ -57,7 +53,7 @@ def drawn_changes() -> str:
             paths = [path_of(services(), ref, Path(folder) / str(n)) for n, ref in enumerate(_refs())]
             return Markup(services().drawer.drawn(*paths))  # of our own making, everything in it is escaped
         except SheetsError as error:
-            return Markup('<p class="notice is-error" role="status">{} {}</p>').format(error.message, error.remedy)
+            return render("trouble.html", message=error.message, remedy=error.remedy)
 
 
 @blueprint.get("/compare/changes.css")
@@ -150,8 +146,8 @@ def _result(services: Services, refs: tuple[str, str], words: dict[str, str]) ->
     ]
     comparison = replace(found, first=named[0], second=named[1])
     drawn = any(c.part in _DRAWN for c in found.changes)
-    later = _LATER.format(url_for("comparison.drawn_changes", first=refs[0], second=refs[1]))
-    return Markup(as_part(comparison, later if drawn else ""))
+    later = url_for("comparison.drawn_changes", first=refs[0], second=refs[1]) if drawn else ""
+    return as_part(comparison, later=later)
 
 
 def path_of(services: Services, ref: str, folder: Path) -> Path:
