@@ -25,7 +25,7 @@ from rrp_sheets.cli.main import group
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.render.svg import frame
 from rrp_sheets.resources import bundled
-from rrp_sheets.runs.bundle import form
+from rrp_sheets.runs.bundle import manifest
 from rrp_sheets.runs.folder import stamp_pictures
 from rrp_sheets.runs.records.metadata import stamp_of
 from rrp_sheets.runs.records.participant_search import places_of
@@ -356,7 +356,7 @@ def test_every_picture_says_where_it_comes_from_and_is_found_by_the_code(session
         shutil.copy(session / name, out / name)
     api.pack(tmp_path / "good.xlsx", out / "bundle.zip", runs=[session.name])
     with zipfile.ZipFile(out / "bundle.zip") as packed:
-        written = {p.name: p.read_bytes() for p in out.iterdir()} | {"bundle.zip": packed.read(form.LIST)}
+        written = {p.name: p.read_bytes() for p in out.iterdir()} | {"bundle.zip": packed.read(manifest.LIST)}
     for told in ("0" * 64, "0.2.0", "simulated", "7", "P-01"):
         assert [name for name, data in written.items() if told.encode() not in data] == [], told
     packed = ("film.gif", "marbles.pdf", "plots.pdf")  # not searched

@@ -30,10 +30,9 @@ from rrp_sheets.printing import gather
 from rrp_sheets.render.marble_diagram import Group, Lane, Marble, MarbleDiagram
 from rrp_sheets.render.marble_drawing import draw_marbles
 from rrp_sheets.render.plots import Curve, PlotNote, draw_plots
-from rrp_sheets.runs.replay.account import account
-from rrp_sheets.runs.replay.account_text import in_words
 from rrp_sheets.runs.replay.differences import Count, Difference
-from rrp_sheets.runs.replay.report import as_text
+from rrp_sheets.runs.replay.output import account
+from rrp_sheets.runs.replay.report import as_text, in_words
 from rrp_sheets.runs.replay.result import Replayed, Spoken
 from rrp_sheets.runs.wire import pack_finding, unpack_finding
 

@@ -16,9 +16,8 @@ from typing import Any
 from rrp_sheets.checks import Checked, check_workbook
 from rrp_sheets.devices.own_robot import files_of
 from rrp_sheets.errors import SheetsError, UnreadableFile
-from rrp_sheets.runs.bundle import form
-from rrp_sheets.runs.bundle.form import is_safe
-from rrp_sheets.runs.bundle.versions import versions
+from rrp_sheets.runs.bundle import manifest
+from rrp_sheets.runs.bundle.manifest import is_safe, versions
 from rrp_sheets.runs.folder import material
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.atomic import refuse_open_file
@@ -64,7 +63,7 @@ def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), print
     _refuse_bundle(path)
     reading = read(path)
     checked = check_workbook(reading.workbook, reading.report)
-    target = target or Path(f"{path.absolute().stem if path.is_file() else path.absolute().name}{form.SUFFIX}")
+    target = target or Path(f"{path.absolute().stem if path.is_file() else path.absolute().name}{manifest.SUFFIX}")
     _refuse_target(target, path)
     notes: list[str] = []
     content = _workbook(path, reading)
@@ -80,24 +79,24 @@ def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), print
         notes.append(f"The workbook has {count} error{'s' if count > 1 else ''}; it cannot run before they are mended.")
     if printer is not None:
         try:
-            content[form.PAPER], lacks = printer(path)
+            content[manifest.PAPER], lacks = printer(path)
             notes += lacks
         except UnreadableFile:  # the approved version: whoever named it wants to see what changed
             raise
         except SheetsError as error:
-            notes.append(f"{form.PAPER} is not in it: {error}")
+            notes.append(f"{manifest.PAPER} is not in it: {error}")
     told = versions(name, reading, checked, folders)
-    content[form.README] = readme(name, told, form.PAPER in content).encode()
+    content[manifest.README] = readme(name, told, manifest.PAPER in content).encode()
     files = _write(target, content, told)
     return Packed(target, files, tuple(notes))
 
 
 def _refuse_bundle(path: Path) -> None:
     """Raise SheetsError when the file is a bundle already, which can be passed on as it is."""
-    if path.suffix.casefold() != form.SUFFIX or not path.is_file():
+    if path.suffix.casefold() != manifest.SUFFIX or not path.is_file():
         return
     with suppress(*BROKEN_ZIP), zipfile.ZipFile(path) as packed:
-        if form.LIST in packed.namelist():
+        if manifest.LIST in packed.namelist():
             raise SheetsError(
                 f"“{path.name}” is a bundle already: it can be passed on as it is.",
                 f"Run it with: rrp-sheets run {path.name}. To change it, unpack it, and pack the workbook in it again.",
@@ -105,8 +104,8 @@ def _refuse_bundle(path: Path) -> None:
 
 
 def _refuse_target(target: Path, path: Path) -> None:
-    if target.suffix.casefold() != form.SUFFIX:
-        raise SheetsError(f"A bundle's name ends with {form.SUFFIX}, not “{target.suffix}”.", "Name it so with -o.")
+    if target.suffix.casefold() != manifest.SUFFIX:
+        raise SheetsError(f"A bundle's name ends with {manifest.SUFFIX}, not “{target.suffix}”.", "Name it so with -o.")
     if target.is_dir() or (target.exists() and path.exists() and target.samefile(path)):
         raise SheetsError(f"“{target}” cannot be the bundle.", "Name another file with -o.")
     if not target.absolute().parent.is_dir():
@@ -128,7 +127,7 @@ def _workbook(path: Path, reading: Reading) -> dict[str, Content]:
 def _beside(checked: Checked, home: str, notes: list[str]) -> dict[str, Content]:
     """Return the robot's catalogue, and the sounds and pictures that the workbook names."""
     robot = checked.robot
-    content: dict[str, Content] = {f"{home}{form.ROBOTS}/{robot.name}/{p.name}": p for p in files_of(robot)}
+    content: dict[str, Content] = {f"{home}{manifest.ROBOTS}/{robot.name}/{p.name}": p for p in files_of(robot)}
     found, lacks = material(checked)
     content |= {f"{home}{name}": place for name, place in found.items()}
     notes += lacks
@@ -155,7 +154,7 @@ def _refuse_names(content: Mapping[str, Content]) -> None:
 
 
 def _run_folder(path: Path, run: str) -> Path:
-    beside = path.absolute().parent / form.RUNS
+    beside = path.absolute().parent / manifest.RUNS
     for folder in (Path(run), beside / run) if run not in ("", ".", "..") else ():
         if (folder / "trace.jsonl").is_file():
             return folder.resolve()
@@ -173,10 +172,10 @@ def _names(beside: Path) -> list[str]:
 
 def _run(folder: Path, notes: list[str]) -> dict[str, Content]:
     content: dict[str, Content] = {}
-    for path in sorted((*folder.iterdir(), *folder.glob(f"{form.ROBOTS}/*/*"))):
+    for path in sorted((*folder.iterdir(), *folder.glob(f"{manifest.ROBOTS}/*/*"))):
         if path.is_file() and not path.is_symlink():
-            content[f"{form.RUNS}/{folder.name}/{path.relative_to(folder).as_posix()}"] = path
-        elif path != folder / form.ROBOTS:
+            content[f"{manifest.RUNS}/{folder.name}/{path.relative_to(folder).as_posix()}"] = path
+        elif path != folder / manifest.ROBOTS:
             notes.append(f"“{path.name}” of the run {folder.name} is not in it: it is no file of that folder.")
     return content
 
@@ -191,11 +190,11 @@ def _write(target: Path, content: Mapping[str, Content], told: Mapping[str, obje
     try:
         with os.fdopen(handle, "w+b") as file:
             with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=6, strict_timestamps=False) as archive:
-                for name in sorted(content, key=lambda n: (n != form.README, n)):
+                for name in sorted(content, key=lambda n: (n != manifest.README, n)):
                     files[name] = _add(archive, name, content[name])
                 everything = {**told, "files": dict(sorted(files.items()))}
                 text = json.dumps(everything, ensure_ascii=False, indent=1) + "\n"
-                files[form.LIST] = _add(archive, form.LIST, text.encode())
+                files[manifest.LIST] = _add(archive, manifest.LIST, text.encode())
             file.flush()
             os.fsync(file.fileno())
         os.chmod(made, 0o666 & ~_umask())
@@ -282,18 +281,20 @@ def readme(workbook: str, told: Mapping[str, Any], has_paper: bool) -> str:
     """
     entries = [(workbook, "the workbook: what the robot does, and when")]
     if has_paper:
-        entries.append((form.PAPER, "the same as a document for an ethics board"))
-    entries.append((f"{form.ROBOTS}/", "the robot's catalogue: its devices, its joints, its shape"))
+        entries.append((manifest.PAPER, "the same as a document for an ethics board"))
+    entries.append((f"{manifest.ROBOTS}/", "the robot's catalogue: its devices, its joints, its shape"))
     runs = told["runs"]
     if runs:
         count = f"{len(runs)} recorded run{'s' if len(runs) > 1 else ''}"
-        entries.append((f"{form.RUNS}/", f"{count}: every event, pictures and sounds"))
-    entries.append((form.LIST, f"made with RRP Sheets {told['program']}, Python {told['python']}; all other versions"))
+        entries.append((f"{manifest.RUNS}/", f"{count}: every event, pictures and sounds"))
+    entries.append(
+        (manifest.LIST, f"made with RRP Sheets {told['program']}, Python {told['python']}; all other versions")
+    )
     wide = min(30, max(len(name) for name, _ in entries))
     title = str(told["title"] or workbook)
     return _TEXT.format(
         title=f"{title}\n{'=' * min(len(title), 78)}",
         files="\n  ".join(f"{name:<{wide}}  {what}" for name, what in entries),
-        paper=f", {form.PAPER} in any viewer" if has_paper else "",
-        program=told["program"], replay=_REPLAY if runs else "", list=form.LIST,
+        paper=f", {manifest.PAPER} in any viewer" if has_paper else "",
+        program=told["program"], replay=_REPLAY if runs else "", list=manifest.LIST,
     )  # fmt: skip

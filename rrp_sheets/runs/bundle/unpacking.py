@@ -16,9 +16,8 @@ from typing import Any
 
 from rrp_sheets.devices import load_robot, robot_names
 from rrp_sheets.devices.own_robot import files_of
-from rrp_sheets.runs.bundle import form
-from rrp_sheets.runs.bundle.form import is_safe
-from rrp_sheets.runs.bundle.versions import differences
+from rrp_sheets.runs.bundle import manifest
+from rrp_sheets.runs.bundle.manifest import differences, is_safe
 from rrp_sheets.workbook.package import BROKEN_ZIP
 from rrp_sheets.workbook.raw import unreadable
 
@@ -58,7 +57,7 @@ def is_zip(path: Path) -> bool:
     >>> is_zip(Path("study.ZIP")), is_zip(Path("study.xlsx"))
     (True, False)
     """
-    return path.suffix.casefold() == form.SUFFIX
+    return path.suffix.casefold() == manifest.SUFFIX
 
 
 @contextmanager
@@ -68,7 +67,7 @@ def unpacked(path: Path) -> Iterator[Bundle]:
         yield unpack(path, Path(folder))
 
 
-def unpack(path: Path, folder: Path, most_bytes: int = form.MOST_BYTES) -> Bundle:
+def unpack(path: Path, folder: Path, most_bytes: int = manifest.MOST_BYTES) -> Bundle:
     """Put the files of a bundle into an empty folder.
 
     Args:
@@ -98,7 +97,7 @@ def _unpack(path: Path, folder: Path, most_bytes: int) -> Bundle:
         files = _files(told)
         notes = []
         for name, entry in entries.items():
-            if name == form.LIST:
+            if name == manifest.LIST:
                 continue
             if name not in files:
                 notes.append(f"“{name}” is not in the bundle's list; it was left out.")
@@ -114,7 +113,7 @@ def _unpack(path: Path, folder: Path, most_bytes: int) -> Bundle:
         notes.append(f"Not the same as where the bundle was made: {'; '.join(others)}.")
     home = folder if (folder / workbook).is_file() else folder / workbook
     notes += catalogue_note(home)
-    runs = tuple(sorted(p.parent for p in folder.glob(f"{form.RUNS}/*/trace.jsonl")))
+    runs = tuple(sorted(p.parent for p in folder.glob(f"{manifest.RUNS}/*/trace.jsonl")))
     dress(runs, home)
     return Bundle(path, folder, folder / workbook, runs, tuple(notes))
 
@@ -125,12 +124,12 @@ def _judged(archive: zipfile.ZipFile, most_bytes: int) -> list[zipfile.ZipInfo]:
     names = {e.filename.casefold() for e in entries}
     if "[content_types].xml" in names:
         raise _Refused("it is a workbook of Excel under another name: let its name end with .xlsx")
-    if form.LIST not in names:
-        raise _Refused(f"there is no {form.LIST} in it")
+    if manifest.LIST not in names:
+        raise _Refused(f"there is no {manifest.LIST} in it")
     if len(names) != len(entries):
         raise _Refused("two of its files have one name")
-    if len(entries) > form.MOST_FILES:
-        raise _Refused(f"it has {len(entries):,} files; {form.MOST_FILES:,} are possible")
+    if len(entries) > manifest.MOST_FILES:
+        raise _Refused(f"it has {len(entries):,} files; {manifest.MOST_FILES:,} are possible")
     unpacked_size, packed_size = sum(e.file_size for e in entries), sum(e.compress_size for e in entries)
     if unpacked_size > most_bytes:
         raise _Refused(f"unpacked it would be larger than {most_bytes // 10**6:,} MB")
@@ -156,15 +155,15 @@ def _judge(e: zipfile.ZipInfo) -> None:
 
 
 def _list(archive: zipfile.ZipFile, entries: Mapping[str, zipfile.ZipInfo]) -> dict[str, Any]:
-    if form.LIST not in entries or entries[form.LIST].file_size > _MOST_LIST:
-        raise _Refused(f"its {form.LIST} is no list")
+    if manifest.LIST not in entries or entries[manifest.LIST].file_size > _MOST_LIST:
+        raise _Refused(f"its {manifest.LIST} is no list")
     try:
-        told = json.loads(archive.read(form.LIST).decode())
+        told = json.loads(archive.read(manifest.LIST).decode())
     except (ValueError, RecursionError):
-        raise _Refused(f"its {form.LIST} is damaged") from None
-    if not isinstance(told, dict) or told.get("kind") != form.KIND:
-        raise _Refused(f"its {form.LIST} is another program's")
-    if told.get("schema") != form.SCHEMA:
+        raise _Refused(f"its {manifest.LIST} is damaged") from None
+    if not isinstance(told, dict) or told.get("kind") != manifest.KIND:
+        raise _Refused(f"its {manifest.LIST} is another program's")
+    if told.get("schema") != manifest.SCHEMA:
         raise _Refused("it was made by a newer version of this program; update it")
     return told
 
@@ -173,7 +172,7 @@ def _files(told: Mapping[str, Any]) -> dict[str, str]:
     """Return the hash of every file, by name."""
     files = told.get("files")
     if not isinstance(files, dict):
-        raise _Refused(f"its {form.LIST} names no files")
+        raise _Refused(f"its {manifest.LIST} names no files")
     return {
         name: str(about.get("sha256", "")) for name, about in files.items() if isinstance(about, dict) and is_safe(name)
     }
@@ -196,7 +195,7 @@ def _put(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path) -> str:
 def catalogue_note(home: Path) -> list[str]:
     """Return the differences of the catalogues in words; nothing when both have the same bytes."""
     notes = []
-    for place in sorted(p for p in (home / form.ROBOTS).glob("*") if p.is_dir()):
+    for place in sorted(p for p in (home / manifest.ROBOTS).glob("*") if p.is_dir()):
         if place.name not in robot_names():
             notes.append(f"The robot “{place.name}” of the bundle is not known here.")
             continue
@@ -212,8 +211,8 @@ def catalogue_note(home: Path) -> list[str]:
 def dress(runs: Iterable[Path], home: Path) -> None:
     """Copy the catalogue, as it was when a run was made, beside the workbook of every run, for its replay."""
     for run in runs:
-        for place in (p for p in (home / form.ROBOTS).glob("*") if p.is_dir()):
-            target = run / form.ROBOTS / place.name
+        for place in (p for p in (home / manifest.ROBOTS).glob("*") if p.is_dir()):
+            target = run / manifest.ROBOTS / place.name
             if not target.exists():
                 shutil.copytree(place, target)
                 for table in ("robot.toml", "gestures.toml"):

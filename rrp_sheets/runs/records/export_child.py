@@ -23,7 +23,7 @@ def _export(runs: list[str], target: str) -> list[str]:
 def _marbles(
     run: str, behaviour: str, rows: list[int], window: list[float | None], target: str
 ) -> list[str]:  # fmt: skip
-    from rrp_sheets.runs.records.record_marbles import write_run_marbles
+    from rrp_sheets.runs.marbles import write_run_marbles
 
     return write_run_marbles(Path(run), behaviour, rows, (window[0], window[1]), Path(target))
 

@@ -28,7 +28,7 @@ def _known_course(place: str, stamp: tuple[int, int]) -> dict[str, Any]:
 
 
 def _marbles(place: str, behaviour: str, rows: list[int], window: list[float | None], spread: bool) -> dict[str, Any]:
-    from rrp_sheets.runs.records.record_marbles import marbles
+    from rrp_sheets.runs.marbles import marbles
 
     return marbles(Path(place), behaviour, rows, (window[0], window[1]), spread)
 

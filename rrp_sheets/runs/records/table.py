@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import csv
 import os
+import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from rrp_sheets.engine.trace import read_trace
+from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.model.stamp import PROGRAM, Stamp
 from rrp_sheets.render.plots import Curve, draw_plots
@@ -21,6 +23,8 @@ from rrp_sheets.render.texts import texts
 from rrp_sheets.runs.records.metadata import TRACE, stamp_of, text_of
 from rrp_sheets.runs.records.tidy import Tidy, tidy_table, unreadable
 from rrp_sheets.runs.records.timeline import build_timeline
+from rrp_sheets.workbook.atomic import refuse_open_file
+from rrp_sheets.workbook.package import BROKEN_ZIP
 from rrp_sheets.workbook.table import MoreSheet, write_table
 
 _FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
@@ -207,3 +211,40 @@ def _curve(left: dict[str, Any] | None, right: dict[str, Any] | None) -> Curve:
 
 def _points(curve: dict[str, Any] | None) -> Sequence[tuple[float, float]]:
     return [(t, v) for t, v in curve["points"]] if curve else []
+
+
+_ABOUT = (b"About this run", b"About these runs")  # the sheet that every table of ours has
+_STAMPED = (Stamp.columns()[2], Stamp.names()[2])  # the column that every CSV of ours has; before version 0.3
+_SHEETS = "xl/workbook.xml"
+_MOST = 1_000_000  # bytes; more is no list of sheets of ours, nor a header
+
+
+def refuse_other_table(target: Path) -> None:
+    """Raise SheetsError when `target` is an .xlsx or .csv that is there and was not exported from runs, or is open."""
+    refuse_open_file(target)
+    ours = {".xlsx": _ours_xlsx, ".csv": _ours_csv}.get(target.suffix.casefold())
+    try:
+        if ours is None or not target.is_file() or not target.stat().st_size or ours(target):
+            return
+    except OSError as error:
+        raise SheetsError(f"“{target}” cannot be written ({error.strerror}).", "Name another file.") from None
+    raise SheetsError(
+        f"“{target}” is there already and is no table of a run; it was left as it is.", "Give the file another name."
+    )
+
+
+def _ours_xlsx(path: Path) -> bool:
+    try:
+        with zipfile.ZipFile(path) as package, package.open(_SHEETS) as part:
+            sheets = part.read(_MOST)
+    except OSError:
+        raise  # told by whoever asks: the file itself cannot be read
+    except (*BROKEN_ZIP, KeyError):
+        return False
+    return any(about in sheets for about in _ABOUT)
+
+
+def _ours_csv(path: Path) -> bool:
+    with path.open(encoding="utf-8-sig", errors="replace") as file:
+        header = file.readline(_MOST)
+        return any(name in header for name in _STAMPED)

@@ -26,7 +26,7 @@ def replay_apart(
     stopped: Callable[[], bool] = lambda: False,
     within: float = WITHIN,
 ) -> dict[str, Any]:
-    """Replay a run in a worker process; return the account of :func:`rrp_sheets.runs.replay.account.account`.
+    """Replay a run in a worker process; return the account of :func:`rrp_sheets.runs.replay.output.account`.
 
     Args:
         trace: a run's folder.

@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from rrp_sheets.processes import Lines, line
-from rrp_sheets.runs.replay.account import account
+from rrp_sheets.runs.replay.output import account
 from rrp_sheets.runs.replay.replaying import replay
 from rrp_sheets.runs.worker_loop import answer, begin
 

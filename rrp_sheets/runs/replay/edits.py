@@ -18,7 +18,7 @@ from rrp_sheets.graph import Step
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Behaviour, Helper, Row, Workbook
-from rrp_sheets.runs.replay.account_text import in_words
+from rrp_sheets.runs.replay.report import in_words
 
 _HELPERS = "Helpers!"
 _HELPER = re.compile(r"\(([^()]*)\) (.*)", re.DOTALL)

@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.diagnostics.phrase import Phrase, listed
-from rrp_sheets.model.values import show
-from rrp_sheets.runs.replay.account_text import AccountLine, in_seconds, in_words, shown
+from rrp_sheets.model.values import record_from_mapping, show
 from rrp_sheets.runs.replay.differences import EXTRA, MISSING, ORDER, ROW, TIME, VALUE, Count, Difference
-from rrp_sheets.runs.replay.ends import Ends
-from rrp_sheets.runs.replay.play import Played
-from rrp_sheets.runs.replay.record import Recorded
-from rrp_sheets.runs.replay.result import Replayed
+
+if TYPE_CHECKING:
+    from rrp_sheets.runs.replay.ends import Ends
+    from rrp_sheets.runs.replay.play import Played
+    from rrp_sheets.runs.replay.record import Recorded
+    from rrp_sheets.runs.replay.result import Replayed
 
 
 def ending(recorded: Recorded, played: Played) -> str:
@@ -405,3 +406,53 @@ def _given_words(run: Sequence[Difference], found: Replayed) -> str:
     value = shown(d.recorded if d.kind == MISSING else d.came)
     when = in_seconds(d.came_us)
     return Phrase(words, name=d.stream, n=f"{many:,}", value=value, other=shown(d.recorded), when=when)
+
+
+_LONGEST = 60  # letters of a value
+
+
+def in_words(row: str) -> str:
+    """Return a row as people name it.
+
+    >>> in_words("Tracking!5"), in_words("")
+    ('Tracking row 5', 'a row')
+    """
+    sheet, mark, number = row.rpartition("!")
+    return Phrase("{sheet} row {number}", sheet=sheet, number=number) if mark else row or "a row"
+
+
+@dataclass(frozen=True)
+class AccountLine:
+    """One sentence on a difference that a replay found.
+
+    Attributes:
+        when: in words: `12.4 s`, or `6 to 6.9 s`.
+        us: when it begins.
+        text: what is different then.
+        row: whose it is, in the workbook that was played, or in the one that ran if that has none.
+    """
+
+    when: str
+    us: int
+    text: str
+    row: str
+
+
+def shown(value: Any) -> str:
+    """Return a short text of a value."""
+    return show(_value(value), _LONGEST).strip()
+
+
+def _value(value: Any) -> Any:
+    if isinstance(value, dict):
+        return record_from_mapping("", {str(n): _value(v) for n, v in value.items()})
+    return [_value(v) for v in value] if isinstance(value, list) else value
+
+
+def in_seconds(us: int, digits: int = 3) -> str:
+    """Format a time of the run, to so many digits.
+
+    >>> in_seconds(12_400_000), in_seconds(33_333), in_seconds(600_000_000)
+    ('12.4 s', '0.033 s', '600 s')
+    """
+    return Phrase("{n:.10g} s", n=round(us / 1e6, digits))

@@ -9,7 +9,7 @@ from typing import Any
 
 from rrp_sheets.model.values import Value
 from rrp_sheets.runs.commands import QUIET_US, Commands
-from rrp_sheets.runs.records.dragging import Drag, dragged
+from rrp_sheets.runs.records.timeline import Drag, dragged
 
 KEPT = 400  # lines
 _MOST_NEW = 60  # lines that are told at once; of more the last

@@ -17,8 +17,8 @@ from rrp_sheets.documents.tutorial import begin, latest
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.private import private_folder
 from rrp_sheets.resources import bundled
-from rrp_sheets.runs.bundle import form
-from rrp_sheets.runs.bundle.form import is_device
+from rrp_sheets.runs.bundle import manifest
+from rrp_sheets.runs.bundle.manifest import is_device
 from rrp_sheets.runs.bundle.unpacking import Bundle, catalogue_note, is_zip, unpack
 from rrp_sheets.runs.records.listing import runs_place
 from rrp_sheets.runs.records.metadata import RunMetadata
@@ -386,7 +386,7 @@ def _take_runs(folder: Path, bundle: Bundle, *, with_robot: bool) -> list[str]:
     """Store the runs of a bundle beside the existing ones; return notes on those that were not stored."""
     notes = []
     for run in bundle.runs:
-        target = folder / form.RUNS / run.name
+        target = folder / manifest.RUNS / run.name
         if target.exists():
             notes.append(f"There is a run “{run.name}” already, which stays as it is.")
             continue
@@ -396,7 +396,7 @@ def _take_runs(folder: Path, bundle: Bundle, *, with_robot: bool) -> list[str]:
             private_folder(making)
             run.chmod(0o700)  # which the copy takes over
             shutil.copytree(
-                run, making, dirs_exist_ok=True, ignore=None if with_robot else shutil.ignore_patterns(form.ROBOTS)
+                run, making, dirs_exist_ok=True, ignore=None if with_robot else shutil.ignore_patterns(manifest.ROBOTS)
             )
             making.rename(target)
         except OSError as error:  # no room, or another upload was quicker
