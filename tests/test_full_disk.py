@@ -15,8 +15,9 @@ from chromium import becomes, listening, some
 from test_killed_server import HEADER, NOTES, Served
 
 from rrp_sheets import api
-from rrp_sheets.engine.trace import read_trace
+from rrp_sheets.model.trace_events import RecordedNotice
 from rrp_sheets.resources import bundled
+from rrp_sheets.runs.trace_reader import TraceReader
 from rrp_sheets.workbook.editing import read_sheets
 from rrp_sheets.workbook.maker import make_workbook
 
@@ -94,7 +95,7 @@ def test_what_cannot_be_kept_of_a_run_is_told_and_the_rest_is_whole(tmp_path: Pa
     small = FULL.replace(str(LIMIT), "40_000")  # less than the pictures of 8 s, more than all else of it
     done = subprocess.run([sys.executable, "-c", small, *command], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
-    notes = [entry["text"] for entry in read_trace(out / "trace.jsonl") if entry.get("happening") == "note"]
+    notes = [e.text for e in TraceReader(out) if isinstance(e, RecordedNotice) and e.kind == "note"]
     assert [note.split(" cannot be kept (")[0] for note in notes] == ["What the camera sees", "The film"]
     assert all(note in done.stdout for note in notes)
     assert not {"camera.zip", "film.gif", "strip.png"} & {path.name for path in out.iterdir()}

@@ -11,11 +11,12 @@ from typing import Any
 import pytest
 from recorded import END, EVENT, HEADER, write_run
 
-from rrp_sheets.engine.trace import read_trace
 from rrp_sheets.errors import UnreadableFile
+from rrp_sheets.model.trace_events import RecordedNotice
 from rrp_sheets.runs.records.metadata import facts_of
 from rrp_sheets.runs.records.table import write_xlsx
 from rrp_sheets.runs.replay.record import read_record
+from rrp_sheets.runs.trace_reader import TraceReader
 
 _VALUE = '{"t": 9, "stream": "Tracking!Distance", "row": "Tracking!2", "value": %s}'
 HOSTILE = {
@@ -36,7 +37,7 @@ HOSTILE = {
 def test_what_no_run_has_is_no_trace(tmp_path: Path, name: str) -> None:
     place = write_run(tmp_path, "odd", HEADER, EVENT, HOSTILE[name], END)
     with pytest.raises(UnreadableFile):
-        list(read_trace(place / "trace.jsonl"))
+        list(TraceReader(place))
     with pytest.raises(UnreadableFile):
         read_record(place)
     with pytest.raises(UnreadableFile):
@@ -56,14 +57,14 @@ def test_a_length_that_is_none_is_told(tmp_path: Path, seconds: str) -> None:
 def test_half_a_letter_is_read_as_one_that_can_be_written(tmp_path: Path) -> None:
     text = '{"t": 1, "happening": "say", "text": "\\ud800 caf\\u00e9 \\ud83d\\ude00 C:\\\\ud800"}'
     place = write_run(tmp_path, "odd", HEADER, text, END)
-    _, said, _ = read_trace(place / "trace.jsonl")
-    assert said["text"] == "? café 😀 C:\\ud800"
+    (said,) = TraceReader(place)
+    assert isinstance(said, RecordedNotice) and said.text == "? café 😀 C:\\ud800"
 
 
 def test_long_lines_of_ours_are_read_as_they_are(tmp_path: Path) -> None:
     line: dict[str, Any] = {**EVENT, "value": [[1, [2, 3.5]], "x" * 2000, [[n] for n in range(100)], 10**15]}
     place = write_run(tmp_path, "long", HEADER, line, END)
-    assert list(read_trace(place / "trace.jsonl"))[1] == line
+    assert [event.entry() for event in TraceReader(place)] == [line]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no named pipes in folders")

@@ -115,7 +115,7 @@ def test_errors_marks_and_edits_are_one_log(tmp_path: Path) -> None:
             "text": "C5: 20 → 15",
             "row": "Tracking!5",
             "by": "Ken",
-            "detail": "from 9 s on",
+            "detail": {"place": "Tracking!5", "was": "20", "now": "15"},
         },
         {"t": 12.0, "stream": "Red ball", "row": "", "value": {"x": 0.25}, "stimulated": True, "by": "Mia"},
         {"t": 75.25, "happening": "say", "text": "Hello", "row": "Tracking!6"},
@@ -123,7 +123,7 @@ def test_errors_marks_and_edits_are_one_log(tmp_path: Path) -> None:
     write_run(tmp_path, "x", HEADER, *lines, END)
     client = visit(tmp_path)
     text = get(client, "/runs/x").text
-    for expected in ("Kai comes closer", "by Aya", "There is no distance. (200 times, until 0:07.6)", "C5: 20 → 15 from 9 s",
+    for expected in ("Kai comes closer", "by Aya", "There is no distance. (200 times, until 0:07.6)", "C5: 20 → 15",
                      "by Ken", "Red ball (x 0.25)", "by Mia", ">1:15.2<"):  # fmt: skip
         assert expected in text
     assert text.count("There is no distance.") == 1 and "<audio" not in text

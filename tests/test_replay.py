@@ -16,9 +16,9 @@ from rrp_sheets import api
 from rrp_sheets.checks import check_workbook
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.exchange import DONE
+from rrp_sheets.model.trace_events import RecordedEvent
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs import RunSettings
-from rrp_sheets.runs.replay.record import RecordedLine
 from rrp_sheets.runs.replay.replaying import replay
 from rrp_sheets.runs.replay.report import as_text
 from rrp_sheets.runs.running import run as start_run
@@ -337,10 +337,10 @@ def test_the_lines_of_a_long_session_are_not_kept(long_session: Path, tmp_path: 
         alive: list[int] = []
 
         def count(_part: float, alive: list[int] = alive) -> None:
-            alive.append(sum(type(one) is RecordedLine for one in gc.get_objects()))
+            alive.append(sum(isinstance(one, RecordedEvent) for one in gc.get_objects()))
 
         found = replay(long_session, workbook, count)
-        alive.append(sum(type(one) is RecordedLine for one in gc.get_objects()))
+        alive.append(sum(isinstance(one, RecordedEvent) for one in gc.get_objects()))
         assert found.compared > 1_500 and found.same is (workbook is None)
         assert len(alive) > 1 and max(alive) < 200, alive
         assert sum(1 for _ in found.recorded) == found.compared  # they can be gone through again

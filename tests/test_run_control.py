@@ -15,12 +15,12 @@ from play import check, example, rows
 
 from rrp_sheets.engine.pacing import FramePacer, SnapshotThrottle
 from rrp_sheets.engine.plan import make_plan
-from rrp_sheets.engine.trace import read_trace
 from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.runs.marbles import trace_scores
 from rrp_sheets.runs.records.tidy import tidy
 from rrp_sheets.runs.run_process import Watchdog
 from rrp_sheets.runs.running import start_of
+from rrp_sheets.runs.trace_reader import TraceReader
 
 BOOK = rows(
     """
@@ -361,7 +361,7 @@ def test_whatever_people_do_a_run_goes_to_its_end_and_can_be_read(tmp_path_facto
     assert (
         made.result.broken is None and made.lines[-1]["ended"] == "time" and made.lines[-1]["simulated_seconds"] == 0.4
     )
-    assert list(read_trace(made.result.folder / "trace.jsonl")) == made.lines
+    assert [event.entry() for event in TraceReader(made.result.folder)] == made.lines[1:-1]
     assert not made.result.problems and [line["t"] for line in made.lines[1:-1]] == sorted(
         line["t"] for line in made.lines[1:-1]
     )

@@ -10,10 +10,12 @@ from play import check, rows
 from rrp_sheets.engine.engine import FrameEngine
 from rrp_sheets.engine.frame_runner import run_loop
 from rrp_sheets.engine.plan import make_plan
-from rrp_sheets.engine.trace import TraceWriter, read_trace
+from rrp_sheets.engine.trace import TraceWriter
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.exchange import Notice
+from rrp_sheets.model.trace_events import RecordedFailure, RecordedNotice, RecordedValue
 from rrp_sheets.runs.records.tidy import tidy
+from rrp_sheets.runs.trace_reader import TraceReader
 from rrp_sheets.topics.connector_marbles import ScriptedWorld
 
 BOOK = rows(
@@ -40,7 +42,7 @@ def trace(tmp_path):
 
 
 def test_every_event_of_every_stream_is_there_in_order(trace):
-    lines = list(read_trace(trace))
+    lines = [json.loads(line) for line in trace.read_text(encoding="utf-8").splitlines()]
     assert lines[0]["type"] == "header" and lines[0]["seed"] == 7
     assert lines[0]["streams"] == [
         {"stream": "Head yaw", "kind": "sensor", "device": "JointPosition"},
@@ -60,11 +62,37 @@ def test_every_event_of_every_stream_is_there_in_order(trace):
     ]
 
 
+def test_events_are_read_as_they_were_written(trace):
+    reader = TraceReader(trace.parent)
+    assert [(s.name, s.kind, s.device) for s in reader.header.streams][1:] == [
+        ("T!X", "stream", ""), ("T!#3", "anonymous", ""), ("Print", "actuator", "Print"),
+    ]  # fmt: skip
+    assert list(reader)[3:] == [
+        RecordedValue(0, "Print", "T!4", 0.5),
+        RecordedValue(33_333, "Head yaw", "", 0),
+        RecordedFailure(33_333, "", "T!2", "This divides by zero.", "FORM101", [0]),
+        RecordedNotice(66_666, "Print", "T!4", "say", "Hello"),
+    ]
+    assert reader.summary is not None and (reader.summary.text("ended"), reader.summary.seconds) == ("time", 0.0)
+    assert list(reader) == list(reader)
+
+
+def test_events_found_by_their_bytes_and_places_are_the_same(trace):
+    reader = TraceReader(trace)
+    events = list(reader)
+    assert list(reader.containing(b'"T!2"', b"Hello")) == [events[1], *events[5:]]
+    skimmed = list(reader.skim())
+    assert [value for _, _, value in skimmed[:2]] == [(0.0, b"Head yaw", b""), (0.0, b"T!X", b"T!2")]
+    assert [reader.event(line) for _, line, _ in skimmed] == [*events, None]
+    assert list(reader.events_at(place for place, _, _ in skimmed[:-1])) == events
+
+
 def test_a_line_that_a_crash_cut_off_is_left_out(trace):
     whole = trace.read_bytes()
     trace.write_bytes(whole[:-10])
-    assert [line.get("type") for line in read_trace(trace)][-1] is None
-    assert len(list(read_trace(trace))) == whole.count(b"\n") - 1
+    reader = TraceReader(trace)
+    assert len(list(reader)) == whole.count(b"\n") - 2 and reader.summary is None
+    assert len(list(reader.skim())) == whole.count(b"\n") - 2
 
 
 def test_the_table_has_a_row_per_event(trace):
@@ -78,9 +106,9 @@ def test_the_table_has_a_row_per_event(trace):
 def test_what_is_no_trace_is_refused(tmp_path):
     (tmp_path / "x.jsonl").write_text("hello\n")
     with pytest.raises(UnreadableFile):
-        list(read_trace(tmp_path / "x.jsonl"))
+        list(TraceReader(tmp_path / "x.jsonl"))
     with pytest.raises(UnreadableFile):
-        list(read_trace(tmp_path / "gone.jsonl"))
+        list(TraceReader(tmp_path / "gone.jsonl"))
 
 
 def test_nothing_that_json_does_not_know_gets_into_a_trace(trace):

@@ -11,7 +11,6 @@ import pytest
 
 from rrp_sheets import api
 from rrp_sheets.devices.scene import scene_end_us
-from rrp_sheets.engine.trace import read_trace
 from rrp_sheets.resources import bundled
 
 FOLDER = bundled("workbooks")
@@ -32,7 +31,7 @@ class Ran:
 
     def __init__(self, folder: Path, result) -> None:
         self.folder, self.result = folder, result
-        self.lines = list(read_trace(folder / "trace.jsonl"))
+        self.lines = [json.loads(line) for line in (folder / "trace.jsonl").read_text(encoding="utf-8").splitlines()]
 
     def __getitem__(self, stream: str):
         return [(e["t"], e["value"]) for e in self.lines if e.get("stream") == stream and "value" in e]

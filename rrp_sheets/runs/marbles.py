@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -11,21 +11,22 @@ from typing import Any
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import load_robot, robot_names
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.engine.trace import read_trace, stream_label
+from rrp_sheets.engine.trace import stream_label
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.graph import Graph, StreamKind
 from rrp_sheets.graph.build import build_graph
 from rrp_sheets.model.languages import known_language
 from rrp_sheets.model.names import key
 from rrp_sheets.model.stamp import Stamp
+from rrp_sheets.model.trace_events import RecordedAction, RecordedEvent, RecordedValue
 from rrp_sheets.model.values import Field, Record, RecordType, Value
 from rrp_sheets.render.marble_diagram import Group, Lane, Marble, MarbleDiagram, make_score
 from rrp_sheets.render.marble_drawing import draw_marbles
 from rrp_sheets.render.output import write_marbles
 from rrp_sheets.render.texts import texts
-from rrp_sheets.runs.records.metadata import TRACE, stamp_of
+from rrp_sheets.runs.records.metadata import stamp_of
+from rrp_sheets.runs.trace_reader import TRACE, TraceHeader, TraceReader
 
-_LONGEST_US = 366 * 24 * 3_600_000_000  # a year: longer is no run
 _ACTS = ("mark", "switch", "press", "scene", "edit")  # of what people do: what changes a run, and their marks
 _DRAG_US = 1_000_000  # between two places of one drag
 WORKBOOK = "protocol.xlsx"
@@ -42,22 +43,13 @@ def trace_scores(path: Path) -> list[MarbleDiagram]:
     Raises:
         UnreadableFile: when it is no trace.
     """
-    file = path / TRACE if path.is_dir() else path
-    header: Mapping[str, Any] = {}
-    lines: list[dict[str, Any]] = []
-    try:
-        for line in read_trace(file):
-            if line.get("type") == "header":
-                header = line
-            elif "t" in line:
-                lines.append({**line, "us": _us(line)})
-        graph = _graph(file.with_name(WORKBOOK))
-        language = known_language(header.get("language"))
-        people = _people(lines, language)
-        found = _alone(header, lines, people) if graph is None else _with_rows(graph, lines, people)
-        return [replace(score, language=language) for score in found]
-    except (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError):
-        raise UnreadableFile("FILE001", f"“{file}” is not a trace.", "Name a run's folder.") from None
+    reader = TraceReader(path, is_named=True)
+    events = list(reader)
+    graph = _graph(reader.path.with_name(WORKBOOK))
+    language = known_language(reader.header.fields.get("language"))
+    people = _people(events, language)
+    found = _alone(reader.header, events, people) if graph is None else _with_rows(graph, events, people)
+    return [replace(score, language=language) for score in found]
 
 
 def stamped_scores(path: Path) -> list[MarbleDiagram]:
@@ -84,31 +76,31 @@ def _graph(workbook: Path) -> Graph | None:
     return build_graph(reading.workbook, robot or load_robot(), connectors(), Report())
 
 
-def _with_rows(graph: Graph, lines: list[dict[str, Any]], people: tuple[Group, ...]) -> list[MarbleDiagram]:
+def _with_rows(graph: Graph, events: Sequence[RecordedEvent], people: tuple[Group, ...]) -> list[MarbleDiagram]:
     ids = {stream_label(s): s.id for s in graph.streams.values()}
-    events = [
-        (e["us"], ids[e["stream"]], str(e.get("row", "")), value_from_json(e["stream"], e["value"]))
-        for e in lines
-        if "value" in e and e.get("stream") in ids
+    values = [
+        (e.us, ids[e.stream], e.row, value_from_json(e.stream, e.value))
+        for e in events
+        if isinstance(e, RecordedValue) and e.stream in ids
     ]
-    errors = [(e["us"], str(e["row"]), str(e.get("error") or e.get("text"))) for e in lines if _is_error(e)]
-    last = max((e["us"] for e in lines), default=0)
-    scores = [make_score(graph, b, events, errors, last) for b in graph.behaviours]
+    errors = [(e.us, e.row, e.text) for e in events if not isinstance(e, RecordedValue) and e.kind == "error" and e.row]
+    last = max((e.us for e in events), default=0)
+    scores = [make_score(graph, b, values, errors, last) for b in graph.behaviours]
     return [replace(s, groups=(*people, *s.groups)) for s in scores if any(lane.marbles for lane in s.lanes)]
 
 
-def _people(lines: list[dict[str, Any]], language: str) -> tuple[Group, ...]:
+def _people(events: Iterable[RecordedEvent], language: str) -> tuple[Group, ...]:
     """Return a lane of what operators did meanwhile; none when they did nothing."""
     marbles: list[Marble] = []
     dragged: dict[str, int] = {}  # a thing that is dragged is put to many places: where it comes to lie is shown
-    for entry in lines:
-        if entry.get("stimulated"):
-            marbles.append(Marble(entry["us"], f"sent: {entry['stream']}"))
-        elif entry.get("happening") in _ACTS:
-            row = f" {entry['row']}" if entry.get("row") else ""
-            kind = "" if entry["happening"] == "mark" else f"{entry['happening']}{row}: "
-            marble = Marble(entry["us"], f"{kind}{entry.get('text', '')}")
-            thing = _dragged(entry)
+    for event in events:
+        if isinstance(event, RecordedValue) and event.by is not None:
+            marbles.append(Marble(event.us, f"sent: {event.stream}"))
+        elif isinstance(event, RecordedAction) and event.kind in _ACTS:
+            row = f" {event.row}" if event.row else ""
+            kind = "" if event.kind == "mark" else f"{event.kind}{row}: "
+            marble = Marble(event.us, f"{kind}{event.text}")
+            thing = str(event.detail.get("thing")) if "put" in event.detail else ""
             if thing in dragged and marble.us - marbles[dragged[thing]].us < _DRAG_US:
                 marbles[dragged[thing]] = marble
                 continue
@@ -119,42 +111,20 @@ def _people(lines: list[dict[str, Any]], language: str) -> tuple[Group, ...]:
     return (Group((), Lane("by hand", name, "note", tuple(marbles))),) if marbles else ()
 
 
-def _is_error(entry: Mapping[str, Any]) -> bool:
-    return "row" in entry and ("error" in entry or entry.get("happening") == "error")
-
-
-def _dragged(entry: Mapping[str, Any]) -> str:
-    """Return the thing that was put somewhere by hand; empty for any other entry."""
-    detail = entry.get("detail")
-    return str(detail["thing"]) if isinstance(detail, dict) and "put" in detail else ""
-
-
-def _alone(header: Mapping[str, Any], lines: list[dict[str, Any]], people: tuple[Group, ...]) -> list[MarbleDiagram]:
+def _alone(header: TraceHeader, events: Sequence[RecordedEvent], people: tuple[Group, ...]) -> list[MarbleDiagram]:
     """Return one diagram of all streams of a trace, made without the workbook."""
     known = [kind.value for kind in StreamKind]
-    kinds = {
-        str(s.get("stream")): s["kind"] if s.get("kind") in known else "stream"
-        for s in header.get("streams", ())
-        if isinstance(s, dict)
-    }
+    kinds = {s.name: s.kind if s.kind in known else "stream" for s in header.streams}
     marbles: dict[str, list[Marble]] = {name: [] for name in kinds}
-    for entry in lines:
-        if "value" in entry and "stream" in entry:
-            name = str(entry["stream"])
-            value = value_from_json(name, entry["value"])
-            marbles.setdefault(name, []).append(Marble(entry["us"], value, str(entry.get("row", ""))))
+    for event in events:
+        if isinstance(event, RecordedValue):
+            value = value_from_json(event.stream, event.value)
+            marbles.setdefault(event.stream, []).append(Marble(event.us, value, event.row))
     order = {"sensor": 0, "done": 0, "actuator": 2}
     names = sorted(marbles, key=lambda n: order.get(kinds.get(n, ""), 1))
     groups = tuple(Group((), Lane(n, n.rpartition("!")[2], kinds.get(n, "stream"), tuple(marbles[n]))) for n in names)
-    last = max((e["us"] for e in lines), default=0)
-    return [MarbleDiagram(str(header.get("name", "Run")), (*people, *groups), 0, last)] if lines else []
-
-
-def _us(entry: Mapping[str, Any]) -> int:
-    us = round(float(entry["t"]) * 1_000_000)
-    if not 0 <= us <= _LONGEST_US:
-        raise ValueError(us)
-    return us
+    last = max((e.us for e in events), default=0)
+    return [MarbleDiagram(str(header.fields.get("name", "Run")), (*people, *groups), 0, last)] if events else []
 
 
 def value_from_json(name: str, value: Any) -> Value:
@@ -221,10 +191,7 @@ def write_run_marbles(
 
 def _read(place: Path) -> list[MarbleDiagram]:
     about = (place / TRACE).stat()
-    try:
-        return _scores(place, (about.st_mtime_ns, about.st_size))
-    except (KeyError, TypeError, ValueError, OverflowError, RecursionError):
-        raise UnreadableFile("FILE001", f"“{place.name}” is not a record of a run.", "Copy its folder again.") from None
+    return _scores(place, (about.st_mtime_ns, about.st_size))
 
 
 def _shown(

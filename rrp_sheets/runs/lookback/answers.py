@@ -22,13 +22,14 @@ from rrp_sheets.graph import Graph, StreamKind
 from rrp_sheets.graph.build import build_graph
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import key
+from rrp_sheets.model.trace_events import RecordedEvent, RecordedValue
 from rrp_sheets.model.values import Record, RecordType, Value
 from rrp_sheets.model.workbook import Row
 from rrp_sheets.runs.formatting import told
-from rrp_sheets.runs.lookback.index import Entry, Index, index_trace
+from rrp_sheets.runs.lookback.index import Index, index_trace
 from rrp_sheets.runs.lookback.poses import POSES, PoseIndex, index_poses, picture, picture_times
 from rrp_sheets.runs.marbles import value_from_json
-from rrp_sheets.runs.records.metadata import TRACE
+from rrp_sheets.runs.trace_reader import TRACE
 from rrp_sheets.workbook import Reading, read
 
 Stamp = tuple[int, int]
@@ -290,13 +291,15 @@ def piece(index: Index, number: int, words: ValueFormatter) -> dict[str, Any]:
     series: dict[int, dict[str, list[Any]]] = {}
     table: dict[str, int] = {}
     wanted = [n for n in before if n >= 0] + list(numbers)
-    for event, entry in index.read(wanted):
-        of = index.of[event]
+    for place, event in index.read(wanted):
+        of = index.of[place]
         told_series = series.setdefault(of, {"t": [], "v": []})
-        text = _text(index, of, entry, words)
-        told_series["t"].append(index.times[event])
+        text = _text(index, of, event, words)
+        told_series["t"].append(index.times[place])
         told_series["v"].append(table.setdefault(text, len(table)))
-        seen = _seen(entry.get("value")) if not index.series[of].row else None  # what a sensor gave, no command
+        seen = None
+        if isinstance(event, RecordedValue) and not event.row:  # what a sensor gave, no command
+            seen = _seen(event.value)
         if seen is not None:
             told_series.setdefault("s", [None] * (len(told_series["t"]) - 1)).append(seen)
         elif "s" in told_series:
@@ -304,11 +307,11 @@ def piece(index: Index, number: int, words: ValueFormatter) -> dict[str, Any]:
     return {"words": list(table), "series": series}
 
 
-def _text(index: Index, of: int, entry: Entry, words: ValueFormatter) -> str:
+def _text(index: Index, of: int, event: RecordedEvent, words: ValueFormatter) -> str:
+    if not isinstance(event, RecordedValue):
+        return event.text[:_LONGEST_ERROR]
     named = index.series[of]
-    if not named.stream:
-        return str(entry.get("error") or entry.get("text") or "")[:_LONGEST_ERROR]
-    return words.told(named.stream, named.row, entry.get("value"))
+    return words.told(named.stream, named.row, event.value)
 
 
 def _seen(value: Any) -> list[Any] | None:

@@ -5,29 +5,22 @@ A trace is cut into pieces of some seconds. A piece knows the last events before
 
 from __future__ import annotations
 
-import re
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
-from rrp_sheets.errors import UnreadableFile
-from rrp_sheets.runs.records.metadata import TRACE, entry_of, text_of
+from rrp_sheets.model.trace_events import RecordedAction, RecordedEvent, RecordedValue
 from rrp_sheets.runs.records.timeline import Log
+from rrp_sheets.runs.trace_reader import TraceReader, text_of
 
 PIECE_SECONDS = 20.0
 PIECE_EVENTS = 4_000
 _MOST_EVENTS = 4_000_000
 _MOST_SERIES = 20_000
 _MOST_ACTS = 20_000  # edits and switches
-_LONGEST_LINE = 1 << 22  # bytes
-_LONGEST_SECONDS = 366 * 24 * 3600.0
-
-# As `engine/trace.py` writes an event; any other spelling of the same is read more slowly.
-_EVENT = re.compile(rb'\{"t":([0-9.e+-]+),"stream":"([^"\\]*)","row":"([^"\\]*)","value":')
 _SENT = b'"stimulated":true'
-Entry = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +44,7 @@ class Index:
         seconds: when the last event was.
     """
 
-    path: Path
+    reader: TraceReader
     kinds: dict[str, str] = field(default_factory=dict)
     series: list[Series] = field(default_factory=list)
     log: list[Any] = field(default_factory=list)
@@ -79,14 +72,11 @@ class Index:
         end = self.starts[number + 1] if number + 1 < len(self.starts) else self.count
         return range(self.starts[number], end), self.before[number]
 
-    def read(self, numbers: list[int]) -> Iterator[tuple[int, Entry]]:
-        """Yield the whole entries of some events, in the order of the file."""
-        with self.path.open("rb") as file:
-            for number in sorted(numbers):
-                file.seek(self.at[number])
-                entry = entry_of(file.readline(_LONGEST_LINE))
-                if entry is not None:
-                    yield number, entry
+    def read(self, numbers: list[int]) -> Iterator[tuple[int, RecordedEvent]]:
+        """Yield some events, in the order of the file."""
+        numbers = sorted(numbers)
+        events = self.reader.events_at(self.at[number] for number in numbers)
+        yield from ((number, event) for number, event in zip(numbers, events, strict=True) if event is not None)
 
 
 def index_trace(place: Path) -> Index:
@@ -95,18 +85,14 @@ def index_trace(place: Path) -> Index:
     Raises:
         UnreadableFile: when it is no trace.
     """
-    found = Index(place / TRACE)
-    try:
-        if not found.path.is_file():  # a pipe would be waited for without an end
-            raise ValueError(place)
-        with found.path.open("rb") as file:
-            _Reader(found, Log(place)).read(file)
-    except (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError):
-        raise UnreadableFile("FILE001", f"“{place.name}” is not a record of a run.", "Copy its folder again.") from None
+    reader = TraceReader(place)
+    streams = reader.header.streams[:_MOST_SERIES]
+    found = Index(reader, {text_of(stream.name): stream.kind for stream in streams})
+    _Indexer(found, Log(place, reader.header)).index()
     return found
 
 
-class _Reader:
+class _Indexer:
     def __init__(self, index: Index, log: Log) -> None:
         self._index = index
         self._log = log
@@ -114,20 +100,20 @@ class _Reader:
         self._named: dict[Series, int] = {}
         self._last: array[int] = array("q")
         self._piece = 0.0  # when the piece of now began
-        self._commanded: frozenset[bytes] = frozenset()  # streams as they stand in the file
+        self._commanded = frozenset(stream.encode() for stream in log.commanded)
 
-    def read(self, file: BinaryIO) -> None:
-        place = 0
+    def index(self) -> None:
         index = self._index
-        while index.count < _MOST_EVENTS and (line := file.readline(_LONGEST_LINE)).endswith(b"\n"):
-            found = _EVENT.match(line)
-            if found is not None:
-                self._event(float(found[1]), self._series(found[2], found[3]), place)
-                if found[2] in self._commanded or (line.endswith(b"}\n") and _SENT in line):
-                    self._happened(entry_of(line))
-            else:
-                self._other(entry_of(line), place)
-            place += len(line)
+        for place, line, value in index.reader.skim():
+            if index.count >= _MOST_EVENTS:
+                break
+            if value is None:
+                self._other(index.reader.event(line), place)
+                continue
+            t, stream, row = value
+            self._event(t, self._series(stream, row), place)
+            if stream in self._commanded or (line.endswith(b"}\n") and _SENT in line):
+                self._happened(index.reader.event(line))
         if not index.starts:
             index.starts, index.before = [0], [array("q")]
         index.log, index.left_out = self._log.lines, self._log.left_out
@@ -139,7 +125,7 @@ class _Reader:
             names = Series(_text(stream), _text(row))
             known = self._numbers[stream, row] = self._named.setdefault(names, len(self._named))
             if known >= _MOST_SERIES:
-                raise ValueError(known)
+                raise self._index.reader.damaged()
             if known == len(self._index.series):
                 self._index.series.append(names)
                 self._last.append(-1)
@@ -147,8 +133,6 @@ class _Reader:
 
     def _event(self, t: float, series: int, place: int) -> None:
         index = self._index
-        if not 0 <= t <= _LONGEST_SECONDS:
-            raise ValueError(t)
         t = max(t, index.times[-1]) if index.count else t
         new = not index.count or t > index.times[-1]  # what came at one instant stays together
         begun = index.count - index.starts[-1] if index.starts else 0
@@ -161,50 +145,31 @@ class _Reader:
         index.of.append(series)
         index.at.append(place)
 
-    def _other(self, entry: Entry | None, place: int) -> None:
-        """Take in the header, the summary, an error, or anything that happened."""
-        if entry is None:
-            raise ValueError(place)
-        index = self._index
-        if entry.get("type") == "header":
-            streams = [s for s in entry.get("streams") or () if isinstance(s, dict)]
-            index.kinds = {text_of(s.get("stream")): text_of(s.get("kind")) for s in streams[:_MOST_SERIES]}
-            self._log.begin(entry)
-            self._commanded = frozenset(stream.encode() for stream in self._log.commanded)
+    def _other(self, event: RecordedEvent | None, place: int) -> None:
+        """Take in an event that is not written as most are; None for a line that has none."""
+        if event is None:
             return
-        if "t" not in entry:
-            return
-        t = float(entry["t"])
-        index.seconds = max(index.seconds, t)
-        if "value" in entry:
-            self._event(t, self._series(text_of(entry.get("stream")), text_of(entry.get("row"))), place)
-            self._happened(entry)
-            return
-        if "row" in entry and ("error" in entry or entry.get("happening") == "error"):
-            self._event(t, self._series("", text_of(entry["row"])), place)
-        self._happened(entry)
+        self._index.seconds = max(self._index.seconds, event.t)
+        if isinstance(event, RecordedValue):
+            self._event(event.t, self._series(event.stream, event.row), place)
+        elif event.row and event.kind == "error":
+            self._event(event.t, self._series("", event.row), place)
+        self._happened(event)
 
-    def _happened(self, entry: Entry | None) -> None:
+    def _happened(self, event: RecordedEvent | None) -> None:
         """Add to the log everything but values, and values that are commands or were sent by hand."""
-        if entry is None or not isinstance(entry.get("t"), (int, float)):
+        if isinstance(event, RecordedValue):
+            self._log.value(event)
+        elif event is not None:
+            self._log.add(event)
+        if not isinstance(event, RecordedAction):
             return
-        t = float(entry["t"])
-        if "value" in entry:
-            if entry.get("stimulated") is True:
-                self._log.sent(t, entry)
-            elif text_of(entry.get("stream")) in self._log.commanded:
-                self._log.command(t, entry)
-            return
-        self._log.add(t, entry)
-        detail = entry.get("detail")
-        if not isinstance(detail, Mapping):
-            return
-        kind = entry.get("happening")
-        if kind == "edit" and len(self._index.edits) < _MOST_ACTS:
+        detail = event.detail
+        if event.kind == "edit" and len(self._index.edits) < _MOST_ACTS:
             place, was, now = (text_of(detail.get(name)) for name in ("place", "was", "now"))
-            self._index.edits.append((t, place, was, now))
-        elif kind == "switch" and len(self._index.switches) < _MOST_ACTS:
-            self._index.switches.append((t, text_of(detail.get("behaviour")), bool(detail.get("on"))))
+            self._index.edits.append((event.t, place, was, now))
+        elif event.kind == "switch" and len(self._index.switches) < _MOST_ACTS:
+            self._index.switches.append((event.t, text_of(detail.get("behaviour")), bool(detail.get("on"))))
 
 
 def _text(name: bytes | str) -> str:

@@ -6,7 +6,6 @@ in them, and faces that were remembered there. What people wrote elsewhere, in a
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import shutil
@@ -17,12 +16,14 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.engine.file_lock import is_locked
-from rrp_sheets.errors import SheetsError
+from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.names import key
+from rrp_sheets.model.trace_events import RecordedNotice, RecordedValue
 from rrp_sheets.runs import face_files
 from rrp_sheets.runs.records.listing import as_dict, chosen, folders_below, runs_in, runs_place
-from rrp_sheets.runs.records.metadata import TRACE, RunMetadata, facts_of, text_of
+from rrp_sheets.runs.records.metadata import RunMetadata, facts_of
 from rrp_sheets.runs.records.participant_search import Unsearched, places_of
+from rrp_sheets.runs.trace_reader import TRACE, TraceReader, text_of
 
 
 @dataclass(frozen=True)
@@ -364,27 +365,18 @@ def _fate(
 
 def _faces(place: Path) -> Iterator[tuple[str, bool]]:
     """Yield the names of faces that a run remembered (True) or recognised (False)."""
-    devices: dict[str, str] = {}
-    kept = True
     try:
-        with (place / TRACE).open("rb") as file:
-            for number, line in enumerate(file):
-                if number == 0 or _NOTED in line or _KNOWN in line:
-                    entry = json.loads(line)
-                    if number == 0:
-                        kept = entry.get("faces") != "forgotten"
-                        devices = {text_of(s["stream"]): text_of(s["device"]) for s in entry["streams"]}
-                        continue
-                    yield from _told(entry, devices, kept)
-    except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        reader = TraceReader(place)
+        devices = {stream.name: stream.device for stream in reader.header.streams}
+        kept = reader.header.text("faces") != "forgotten"
+        for event in reader.containing(_NOTED, _KNOWN):
+            device = devices.get(event.stream)
+            if isinstance(event, RecordedNotice) and device == "RememberFace" and kept:
+                if found := _REMEMBERED.fullmatch(text_of(event.text)):
+                    yield found[1], True
+            elif isinstance(event, RecordedValue) and device == "FaceDetection":
+                face = event.value if isinstance(event.value, dict) else {}
+                if face.get("recognised") and face.get("name"):
+                    yield text_of(face["name"]), False
+    except UnreadableFile:
         return  # a damaged record says nothing
-
-
-def _told(entry: Mapping[str, Any], devices: Mapping[str, str], kept: bool) -> Iterator[tuple[str, bool]]:
-    device = devices.get(text_of(entry.get("stream")))
-    found = _REMEMBERED.fullmatch(text_of(entry.get("text")))
-    if found and kept and device == "RememberFace":
-        yield found[1], True
-    value = entry.get("value")
-    if isinstance(value, dict) and device == "FaceDetection" and value.get("recognised") and value.get("name"):
-        yield text_of(value["name"]), False

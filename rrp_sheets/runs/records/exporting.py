@@ -11,9 +11,10 @@ from rrp_sheets.render.measure import typeset
 from rrp_sheets.render.output import png_with, target_of, words_of
 from rrp_sheets.render.plots import Curve, PlotNote, draw_plots
 from rrp_sheets.render.texts import texts
-from rrp_sheets.runs.records.metadata import TRACE, facts_of, stamp_of
+from rrp_sheets.runs.records.metadata import facts_of, stamp_of
 from rrp_sheets.runs.records.table import refuse_other_table, write_csv, write_xlsx
 from rrp_sheets.runs.records.timeline import build_timeline
+from rrp_sheets.runs.trace_reader import TRACE
 from rrp_sheets.workbook.atomic import write_atomically
 
 TABLES = (".xlsx", ".csv")

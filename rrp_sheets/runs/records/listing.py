@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.records.metadata import RUNS, TRACE, RunMetadata, facts_of, newest_first, run_names
+from rrp_sheets.runs.records.metadata import RUNS, RunMetadata, facts_of, newest_first, run_names
+from rrp_sheets.runs.trace_reader import TRACE
 
 
 def runs_place(folder: Path) -> Path:

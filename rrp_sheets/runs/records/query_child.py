@@ -10,7 +10,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.runs.records.metadata import TRACE
+from rrp_sheets.runs.trace_reader import TRACE
 from rrp_sheets.runs.worker_loop import serve
 
 

@@ -14,15 +14,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.engine.trace import read_trace
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.model.stamp import PROGRAM, Stamp
+from rrp_sheets.model.trace_events import RecordedEvent, RecordedFailure, RecordedValue
 from rrp_sheets.render.plots import Curve, draw_plots
 from rrp_sheets.render.texts import texts
-from rrp_sheets.runs.records.metadata import TRACE, stamp_of, text_of
-from rrp_sheets.runs.records.tidy import Tidy, tidy_table, unreadable
+from rrp_sheets.runs.records.metadata import stamp_of
+from rrp_sheets.runs.records.tidy import Tidy, tidy_table
 from rrp_sheets.runs.records.timeline import build_timeline
+from rrp_sheets.runs.trace_reader import TraceReader, text_of
 from rrp_sheets.workbook.atomic import refuse_open_file
 from rrp_sheets.workbook.package import BROKEN_ZIP
 from rrp_sheets.workbook.table import MoreSheet, write_table
@@ -42,11 +43,9 @@ def write_csv(traces: Sequence[Path], target: Path) -> None:
     try:
         with half.open("w", encoding="utf-8-sig", newline="", errors="replace") as file:
             writer = csv.writer(file)
-            writer.writerow([_cell(h) for h in table.header])
-            writer.writerows([_cell(v) for v in row] for row in table.rows)
+            writer.writerow([csv_cell(h) for h in table.header])
+            writer.writerows([csv_cell(v) for v in row] for row in table.rows)
         os.replace(half, target)
-    except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
-        raise unreadable(traces[0]) from None
     finally:
         half.unlink(missing_ok=True)
 
@@ -60,13 +59,10 @@ def write_xlsx(traces: Sequence[Path], target: Path) -> None:
     table = tidy_table(traces)
     one = len(traces) == 1
     more = [about_runs(table.stamps), _streams(table, one)]
-    try:
-        write_table(
-            target, "run" if one else "runs", table.header, table.rows, table.widths, more,
-            properties_of(table.stamps), table.count,
-        )  # fmt: skip
-    except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
-        raise unreadable(traces[0]) from None
+    write_table(
+        target, "run" if one else "runs", table.header, table.rows, table.widths, more, properties_of(table.stamps),
+        table.count,
+    )  # fmt: skip
 
 
 def about_runs(stamps: Sequence[Stamp]) -> MoreSheet:
@@ -84,7 +80,7 @@ def _streams(table: Tidy, one: bool) -> MoreSheet:
     header, widths = ["stream", "kind", "device", "units"], [28.0, 12.0, 20.0, 60.0]
     rows: list[list[Any]] = []
     for stamp, streams in zip(table.stamps, table.streams, strict=True):
-        rows += [[*([] if one else [stamp.run]), s.name, s.kind, s.device, s.units] for s in streams]
+        rows += [[*([] if one else [stamp.run]), *stream] for stream in streams]
     return MoreSheet("Streams", header if one else ["run", *header], rows, widths if one else [28.0, *widths])
 
 
@@ -96,10 +92,10 @@ def properties_of(stamps: Sequence[Stamp]) -> dict[str, str]:
     return {"title": title, "subject": lines, "description": lines, "keywords": first.digest, "creator": PROGRAM}
 
 
-def _cell(value: Any) -> Any:
+def csv_cell(value: Any) -> Any:
     """Return a cell of CSV; a text that a spreadsheet would take for a formula is marked as text.
 
-    >>> _cell("=HYPERLINK(1)"), _cell(-1.5), _cell(True)
+    >>> csv_cell("=HYPERLINK(1)"), csv_cell(-1.5), csv_cell(True)
     ("'=HYPERLINK(1)", -1.5, 'TRUE')
     """
     if isinstance(value, bool):
@@ -141,26 +137,19 @@ def pair(first: Path, second: Path) -> dict[str, Any]:
 
 def streams_of(place: Path) -> dict[str, Seen]:
     """Return the streams of a run by key, in the order of its record; errors of a row are one more, `row: error`."""
-    found: dict[str, Seen] = {}
-    trace = place / TRACE
-    try:
-        for entry in read_trace(trace):
-            if entry.get("type") == "header":
-                for told in entry.get("streams") or ():
-                    name = text_of(told["stream"])
-                    found[key(name)] = Seen(name, text_of(told["kind"]))
-            elif "t" in entry:
-                _note(found, entry)
-    except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
-        raise unreadable(trace) from None
+    reader = TraceReader(place)
+    streams = [(text_of(stream.name), stream.kind) for stream in reader.header.streams]
+    found = {key(name): Seen(name, kind) for name, kind in streams}
+    for event in reader:
+        _note(found, event)
     return found
 
 
-def _note(found: dict[str, Seen], entry: dict[str, Any]) -> None:
-    if "error" in entry:
-        name, kind = f"{text_of(entry.get('row'))}: error", "error"
-    elif "value" in entry:
-        name, kind = text_of(entry.get("stream")), "stream"
+def _note(found: dict[str, Seen], event: RecordedEvent) -> None:
+    if isinstance(event, RecordedFailure):
+        name, kind = f"{text_of(event.row)}: error", event.kind
+    elif isinstance(event, RecordedValue):
+        name, kind = text_of(event.stream), "stream"
     else:
         return
     seen = found.get(key(name))
@@ -168,11 +157,10 @@ def _note(found: dict[str, Seen], entry: dict[str, Any]) -> None:
         if len(found) >= _MOST_STREAMS:
             return
         seen = found[key(name)] = Seen(name, kind)
-    t = float(entry["t"])
     seen.count += 1
-    seen.last = t
+    seen.last = event.t
     if seen.first is None:
-        seen.first = t
+        seen.first = event.t
 
 
 def _both(left: Seen | None, right: Seen | None) -> dict[str, Any]:

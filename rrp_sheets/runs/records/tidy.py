@@ -12,15 +12,16 @@ import re
 import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from rrp_sheets.devices import load_robot, robot_names
-from rrp_sheets.engine.trace import read_trace
-from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.names import key
 from rrp_sheets.model.stamp import Stamp
-from rrp_sheets.runs.records.metadata import stamp_of, text_of
+from rrp_sheets.model.trace_events import RecordedAction, RecordedEvent, RecordedNotice, RecordedValue
+from rrp_sheets.runs.records.metadata import stamp_of
+from rrp_sheets.runs.trace_reader import TraceHeader, TraceReader
 
 
 class Seconds(float):
@@ -44,16 +45,6 @@ _R_WORDS = frozenset(("if", "else", "repeat", "while", "function", "for", "next"
 """Words that R does not take as a column's name (`?Reserved`), as far as they are written small."""
 
 
-@dataclass(frozen=True)
-class StreamLine:
-    """A stream of a run, for the table of streams: units are per field, `distance: m`."""
-
-    name: str
-    kind: str
-    device: str
-    units: str
-
-
 @dataclass
 class _Look:
     """Facts about the columns of a trace, from one pass over it."""
@@ -64,7 +55,7 @@ class _Look:
     printing: set[str] = field(default_factory=set)  # streams whose commands the trace has twice: as event and as note
     people: bool = False
     count: int = 0
-    streams: list[StreamLine] = field(default_factory=list)
+    streams: list[list[str]] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -75,7 +66,7 @@ class Tidy:
         rows: read while they are written; a table can be made once.
         widths: of the columns, in characters.
         stamps: one for each run.
-        streams: of each run.
+        streams: of each run: name, kind, device, and units per field, `distance: m`.
         count: how many rows there are.
     """
 
@@ -83,7 +74,7 @@ class Tidy:
     rows: Iterator[list[Any]]
     widths: list[float]
     stamps: list[Stamp]
-    streams: list[tuple[StreamLine, ...]]
+    streams: list[list[list[str]]]
     count: int
 
 
@@ -108,7 +99,8 @@ def tidy_table(traces: Sequence[Path], *, stamped: bool = False) -> Tidy:
     Raises:
         UnreadableFile: when one of them is no trace.
     """
-    looks = [_look(trace) for trace in traces]
+    readers = [TraceReader(trace) for trace in traces]
+    looks = [_look(reader) for reader in readers]
     people = any(look.people for look in looks)
     stamps = [stamp_of(trace.parent) for trace in traces]
     apart = list(TELL_APART) if len(traces) > 1 else []
@@ -119,15 +111,13 @@ def tidy_table(traces: Sequence[Path], *, stamped: bool = False) -> Tidy:
     widths = [*[18.0] * len(apart), *_WIDTHS, *[12.0] * (people + len(headers) + len(behind))]
 
     def rows() -> Iterator[list[Any]]:
-        for trace, look, stamp in zip(traces, looks, stamps, strict=True):
+        for reader, look, stamp in zip(readers, looks, stamps, strict=True):
             told = stamp.row()
             before, after = [told[n] for n in apart], [told[n] for n in behind]
-            for row in _rows(trace, look, columns, headers, people):
+            for row in _rows(reader, look, columns, headers, people):
                 yield [*before, *row, *after]
 
-    return Tidy(
-        header, rows(), widths, stamps, [tuple(look.streams) for look in looks], sum(look.count for look in looks)
-    )
+    return Tidy(header, rows(), widths, stamps, [look.streams for look in looks], sum(look.count for look in looks))
 
 
 def _columns(looks: Sequence[_Look], taken: Sequence[str]) -> tuple[dict[str, int], list[str]]:
@@ -168,6 +158,7 @@ def _columns(looks: Sequence[_Look], taken: Sequence[str]) -> tuple[dict[str, in
     return columns, headers
 
 
+@lru_cache(maxsize=1_000)
 def snake_case(name: str) -> str:
     """Convert a name to a column's name that R, SQL and spreadsheets take as it is.
 
@@ -180,94 +171,84 @@ def snake_case(name: str) -> str:
     return found if found[:1].isalpha() and found not in _R_WORDS else f"field_{found}".rstrip("_")
 
 
-def _look(trace: Path) -> _Look:
-    found = _Look()
-    units: Mapping[str, Mapping[str, str]] = {}
-    try:
-        for line in read_trace(trace):
-            if line.get("type") == "header":
-                found.kinds = {s["stream"]: s["kind"] for s in line["streams"]}
-                units = units_of(line)
-                found.streams = [_stream_line(s, units) for s in line["streams"]]
-                found.printing = {s["stream"] for s in line["streams"] if s.get("device") == "Print"}
-            found.count += "type" not in line and not _is_twice(line, found)
-            value = line.get("value")
-            if isinstance(value, dict):
-                stems = [snake_case(name) for name in value] if len(value) <= _MOST_FIELDS else []
-                if len(set(stems)) < len(stems):
-                    alike = (n for n, stem in zip(value, stems, strict=True) if stems.count(stem) > 1)
-                    found.together.add(frozenset(alike))
-                known = units.get(text_of(line.get("stream")), {})
-                for name in value:
-                    if len(found.fields) < _MOST_FIELDS or name in found.fields:
-                        found.fields.setdefault(name, set()).add(known.get(key(name), ""))
-            found.people = found.people or ("by" in line and "type" not in line)
-    except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
-        raise unreadable(trace) from None
+def _look(reader: TraceReader) -> _Look:
+    units = units_of(reader.header)
+    streams = reader.header.streams
+    found = _Look(
+        kinds={s.name: s.kind for s in streams}, printing={s.name for s in streams if s.device == "Print"},
+        streams=[[s.name, s.kind, s.device, _units_told(units.get(s.name, {}))] for s in streams],
+    )  # fmt: skip
+    for event in reader:
+        found.count += not _is_twice(event, found)
+        if not isinstance(event, RecordedValue):
+            found.people = found.people or isinstance(event, RecordedAction)
+            continue
+        found.people = found.people or event.by is not None
+        value = event.value
+        if isinstance(value, dict):
+            stems = [snake_case(name) for name in value] if len(value) <= _MOST_FIELDS else []
+            if len(set(stems)) < len(stems):
+                alike = (n for n, stem in zip(value, stems, strict=True) if stems.count(stem) > 1)
+                found.together.add(frozenset(alike))
+            known = units.get(event.stream, {})
+            for name in value:
+                if len(found.fields) < _MOST_FIELDS or name in found.fields:
+                    found.fields.setdefault(name, set()).add(known.get(key(name), ""))
     return found
 
 
-def unreadable(trace: Path) -> UnreadableFile:
-    """Return the error for a trace that does not have the form of one."""
-    return UnreadableFile("FILE001", f"“{trace.parent.name}” is not a record of a run.", "Copy its folder again.")
+def _units_told(units: Mapping[str, str]) -> str:
+    return ", ".join(f"{field}: {unit}" if field else unit for field, unit in units.items() if unit)
 
 
-def _stream_line(stream: Mapping[str, Any], units: Mapping[str, Mapping[str, str]]) -> StreamLine:
-    name = text_of(stream.get("stream"))
-    told = ", ".join(f"{field}: {unit}" if field else unit for field, unit in units.get(name, {}).items() if unit)
-    return StreamLine(name, text_of(stream.get("kind")), text_of(stream.get("device")), told)
-
-
-def units_of(header: Mapping[str, Any]) -> dict[str, dict[str, str]]:
+def units_of(header: TraceHeader) -> dict[str, dict[str, str]]:
     """Return the units of a trace's sensor and actuator streams, by the key of a field; a plain value's by `""`.
 
     Streams that rows make have none: a formula does not say what its number means.
     """
-    robot = text_of(header.get("robot"))
+    robot = header.text("robot")
     if robot not in robot_names():
         return {}
     devices = load_robot(robot).devices
     found: dict[str, dict[str, str]] = {}
-    for stream in header.get("streams") or ():
-        device = devices.get(key(text_of(stream.get("device")))) if isinstance(stream, dict) else None
-        if device is None:
-            continue
-        fields = {key(f.name): f.unit for f in device.payload.fields} if device.payload else {}
-        found[text_of(stream.get("stream"))] = {"": device.unit, **fields}
+    for stream in header.streams:
+        device = devices.get(key(stream.device))
+        if device is not None:
+            fields = {key(f.name): f.unit for f in device.payload.fields} if device.payload else {}
+            found[stream.name] = {"": device.unit, **fields}
     return found
 
 
-def _is_twice(line: Mapping[str, Any], look: _Look) -> bool:
-    """Return whether a line is the note with which the world repeats what an event has sent to Print."""
-    return line.get("happening") == "note" and line.get("stream") in look.printing
+def _is_twice(event: RecordedEvent, look: _Look) -> bool:
+    """Return whether an event is the note with which the world repeats what another one has sent to Print."""
+    return isinstance(event, RecordedNotice) and event.kind == "note" and event.stream in look.printing
 
 
 def _rows(
-    trace: Path, look: _Look, columns: Mapping[str, int], headers: Sequence[str], people: bool
+    reader: TraceReader, look: _Look, columns: Mapping[str, int], headers: Sequence[str], people: bool
 ) -> Iterator[list[Any]]:
-    for line in read_trace(trace):
-        if "type" in line or _is_twice(line, look):
+    for event in reader:
+        if _is_twice(event, look):
             continue
-        value = line.get("value")
-        record = value if isinstance(value, dict) else {}
-        message = line.get("error") or line.get("text")
-        plain = None if record else _plain(value)
+        plain: Any = None
         cells: list[Any] = [None] * len(headers)
-        blank = ["value"] if "value" in line and value is None else []
-        for name, part in record.items():
-            place = columns.get(name)
-            if place is not None:
-                cells[place] = _plain(part)
-                blank += [headers[place]] if part is None else []
-        by = [line.get("by") or None] if people else []
-        first = [Seconds(line["t"]), _kind(line, look.kinds), line.get("stream"), line.get("row") or None]
-        yield [*first, plain, message, ", ".join(blank) or None, *by, *cells]
-
-
-def _kind(line: Mapping[str, Any], kinds: Mapping[str, str]) -> str:
-    if line.get("stimulated"):
-        return SENT
-    return "error" if "error" in line else line.get("happening") or kinds.get(line.get("stream", ""), "stream")
+        blank: list[str] = []
+        if isinstance(event, RecordedValue):
+            value, message, by = event.value, None, event.by
+            kind = look.kinds.get(event.stream, "stream") if by is None else SENT
+            blank = ["value"] if value is None else []
+            if isinstance(value, dict) and value:
+                for name, part in value.items():
+                    place = columns.get(name)
+                    if place is not None:
+                        cells[place] = _plain(part)
+                        blank += [headers[place]] if part is None else []
+            else:
+                plain = _plain(value)
+        else:
+            kind, message, by = event.kind, event.text, event.by if isinstance(event, RecordedAction) else None
+        first = [Seconds(event.t), kind, event.stream or None, event.row or None, plain, message or None]
+        yield [*first, ", ".join(blank) or None, *([by or None] if people else []), *cells]
 
 
 def _plain(value: Any) -> Any:

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field
 from functools import lru_cache
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from rrp_sheets.devices import load_robot
-from rrp_sheets.engine.trace import read_trace
-from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.names import key
+from rrp_sheets.model.trace_events import RecordedAction, RecordedHappening, RecordedNotice, RecordedValue
 from rrp_sheets.model.values import show
 from rrp_sheets.runs.marbles import value_from_json
-from rrp_sheets.runs.records.metadata import TRACE, text_of
 from rrp_sheets.runs.records.tidy import units_of
+from rrp_sheets.runs.trace_reader import TraceHeader, TraceReader, text_of
 
 MOST_LINES = 2_000  # of the log
 MOST_POINTS = 1_200  # of a curve: two for each pixel of a wide screen's plot
@@ -50,7 +50,6 @@ class TimelineEntry:
     text: str
     row: str = ""
     by: str = ""
-    detail: str = ""
     times: int = 1
     until: float = 0.0
     sound: str = ""
@@ -76,42 +75,25 @@ def build_timeline(place: Path, only: Collection[str] = ()) -> dict[str, Any]:
     Raises:
         UnreadableFile: when it is no trace.
     """
-    try:
-        return _course(place, frozenset(key(name) for name in only))
-    except (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError):
-        raise UnreadableFile("FILE001", f"“{place.name}” is not a record of a run.", "Copy its folder again.") from None
-
-
-def _course(place: Path, only: frozenset[str]) -> dict[str, Any]:
-    log = Log(place)
+    wanted_names = frozenset(key(name) for name in only)
+    reader = TraceReader(place)
+    log = Log(place, reader.header)
     curves: _Curves = {}
-    kinds: Mapping[str, str] = {}
-    units: Mapping[str, Mapping[str, str]] = {}
+    kinds = {stream.name: stream.kind for stream in reader.header.streams}
     last, count = 0.0, 0
-    for entry in _entries(place / TRACE):
-        if "t" not in entry:
-            if entry.get("type") == "header":
-                streams = entry.get("streams") or ()
-                kinds = {text_of(s.get("stream")): text_of(s.get("kind")) for s in streams if isinstance(s, dict)}
-                log.begin(entry)
-                units = units_of(entry)
-            continue
-        t = float(entry["t"])
+    for event in islice(reader, _MOST_EVENTS):
+        t = event.t
         last = t if t > last else last
         count += 1
-        if "value" in entry:
-            stream = entry.get("stream")
-            stream = stream if isinstance(stream, str) else text_of(stream)
-            _note(curves, stream, kinds, t, entry["value"])
-            if entry.get("stimulated") is True:
-                log.sent(t, entry)
-            elif stream in log.commanded:
-                log.command(t, entry)
+        if isinstance(event, RecordedValue):
+            _note(curves, event.stream, kinds, t, event.value)
+            if event.by is not None or event.stream in log.commanded:
+                log.value(event)
         else:
-            log.add(t, entry)
+            log.add(event)
     labelled = {_label(stream, name): curve for (stream, name), curve in curves.items()}
-    wanted = {k: c for k, c in labelled.items() if not only or only & _names_of(k)}
-    shown, more = _chosen(wanted, units)
+    wanted = {k: c for k, c in labelled.items() if not only or wanted_names & _names_of(k)}
+    shown, more = _chosen(wanted, units_of(reader.header))
     return {
         "lines": [asdict(line) for line in log.lines], "left_out": log.left_out, "seconds": last, "count": count,
         "curves": shown, "more_curves": more,
@@ -132,32 +114,27 @@ def _names_of(curve: str) -> set[str]:
     return {key(n) for name in names for n in (name, name.rpartition(".")[0] or name)}
 
 
-def _sent(entry: Mapping[str, Any]) -> str:
+def _sent(event: RecordedValue) -> str:
     """Describe a value that was sent by hand, with its stream; the text of a record names that itself."""
-    stream = text_of(entry.get("stream"))
-    shown = show(value_from_json(stream, entry["value"]), _LONGEST_VALUE)
-    return shown if isinstance(entry["value"], dict) else f"{stream}: {shown}"
-
-
-def _entries(trace: Path) -> Iterator[dict[str, Any]]:
-    for number, entry in enumerate(read_trace(trace)):
-        if number > _MOST_EVENTS:
-            return
-        if isinstance(entry, dict):
-            yield entry
+    shown = show(value_from_json(event.stream, event.value), _LONGEST_VALUE)
+    return shown if isinstance(event.value, dict) else f"{text_of(event.stream)}: {shown}"
 
 
 class Log:
-    """Log of a run, made from the entries of its trace one by one.
+    """Log of a run, made from the events of its trace one by one.
+
+    Args:
+        place: the run's folder.
+        header: of the trace.
 
     Attributes:
         commanded: the actuator streams whose commands are told, with the device of each.
     """
 
-    def __init__(self, place: Path) -> None:
+    def __init__(self, place: Path, header: TraceHeader) -> None:
         self.lines: list[TimelineEntry] = []
         self.left_out = 0
-        self.commanded: dict[str, str] = {}
+        self.commanded = {s.name: s.device for s in header.streams if s.kind == "actuator" and s.device not in _TOLD}
         self._place = place
         self._commands: dict[tuple[str, str], tuple[TimelineEntry, Any]] = {}  # the last of each row, with its value
         self._commands_told = 0
@@ -166,15 +143,16 @@ class Log:
         self._drag = Drag()
         self._dragged: TimelineEntry | None = None
 
-    def begin(self, header: Mapping[str, Any]) -> None:
-        """Take over the streams that the trace's header names."""
-        streams = [s for s in header.get("streams") or () if isinstance(s, dict) and s.get("kind") == "actuator"]
-        named = {text_of(s.get("stream")): text_of(s.get("device")) for s in streams}
-        self.commanded = {stream: device for stream, device in named.items() if device not in _TOLD}
+    def value(self, event: RecordedValue) -> None:
+        """Add a value that was sent by hand, or is a command for an actuator; not any other one."""
+        if event.by is not None:
+            self.add(RecordedAction(event.us, "", "", "send", _sent(event), event.by, 0.0))
+        elif event.stream in self.commanded:
+            self._command(event)
 
-    def command(self, t: float, entry: Mapping[str, Any]) -> None:
+    def _command(self, event: RecordedValue) -> None:
         """Add a command for an actuator; one that goes on with the row's last one is counted in its line."""
-        stream, row, value = text_of(entry.get("stream")), text_of(entry.get("row")), entry.get("value")
+        t, stream, row, value = event.t, event.stream, text_of(event.row), event.value
         device = self.commanded[stream]
         if device in _HEARD and value is not None:
             return
@@ -193,39 +171,35 @@ class Log:
             return
         self.lines.append(line)
 
-    def add(self, t: float, entry: Mapping[str, Any]) -> None:
-        """Add something else that happened at a time."""
-        failed = "error" in entry
-        kind = "error" if failed else text_of(entry.get("happening")) or "note"
-        text = text_of(entry.get("error") if failed else entry.get("text"))
-        row = text_of(entry.get("row")) or text_of(entry.get("stream"))
+    def add(self, event: RecordedHappening) -> None:
+        """Add something else that happened."""
+        t, kind, text = event.t, text_of(event.kind) or "note", text_of(event.text)
+        by = text_of(event.by) if isinstance(event, RecordedAction) else ""
+        row = text_of(event.row or event.stream)
         before = self._open.get((row, text)) if kind in ("error", "clamp") else None
         if before is not None:
             before.times, before.until = before.times + 1, t
             return
-        if self._goes_on(t, entry, text):
+        put = _put(event)
+        if self._goes_on(t, put, by, text):
             return
-        line = TimelineEntry(t, kind, text, row, text_of(entry.get("by")), text_of(entry.get("detail")), until=t)
+        line = TimelineEntry(t, kind, text, row, by, until=t)
         if kind in ("say", "sound", "person"):
             self._said += kind == "say"
-            sound = text_of(entry.get("sound")) or (f"say-{self._said:03}.wav" if kind == "say" else "/")
+            sound = event.sound if isinstance(event, RecordedNotice) else ""
+            sound = sound or (f"say-{self._said:03}.wav" if kind == "say" else "/")
             line.sound = sound if "/" not in sound and (self._place / sound).is_file() else ""
         if len(self.lines) >= MOST_LINES:
             self.left_out += 1
             return
         self.lines.append(line)
-        if _put(entry):
+        if put:
             self._dragged = line
         if kind in ("error", "clamp"):
             self._open[row, text] = line
 
-    def sent(self, t: float, entry: Mapping[str, Any]) -> None:
-        """Add a value that was sent by hand."""
-        self.add(t, {"happening": "send", "text": _sent(entry), "by": entry.get("by")})
-
-    def _goes_on(self, t: float, entry: Mapping[str, Any], text: str) -> bool:
-        """Return whether an entry continues a drag; the drag's line then gets the new place."""
-        thing, by = _put(entry), text_of(entry.get("by"))
+    def _goes_on(self, t: float, thing: str, by: str, text: str) -> bool:
+        """Return whether a drag of a thing continues; its line then gets the new place."""
         if not thing:
             if by:
                 self._drag.over()
@@ -251,12 +225,11 @@ def _triggered() -> frozenset[str]:
     return frozenset(d.name for d in load_robot().devices.values() if d.takes.startswith("any event"))
 
 
-def _put(entry: Mapping[str, Any]) -> str:
-    """Return the thing that was put somewhere by hand; empty for any other entry."""
-    detail = entry.get("detail")
-    if not isinstance(detail, dict) or "put" not in detail or detail.get("appears"):
+def _put(event: RecordedHappening) -> str:
+    """Return the thing that was put somewhere by hand; empty for any other event."""
+    if not isinstance(event, RecordedAction) or "put" not in event.detail or event.detail.get("appears"):
         return ""
-    return text_of(detail.get("thing"))
+    return text_of(event.detail.get("thing"))
 
 
 def _note(curves: _Curves, stream: str, kinds: Mapping[str, str], t: float, value: Any) -> None:

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from itertools import groupby
 from typing import Any
 
-from rrp_sheets.runs.replay.record import ERROR, RecordedLine, same_json
+from rrp_sheets.model.trace_events import RecordedEvent, RecordedFailure, RecordedNotice
+from rrp_sheets.runs.replay.record import content, same_json
 
 MISSING, EXTRA, VALUE, TIME, ROW, ORDER = "missing", "extra", "value", "time", "row", "order"
 MOVED_US = 1_000_000
@@ -91,7 +92,7 @@ class Comparer:
         self._there = there
         self._exact = exact
 
-    def compare(self, recorded: Iterable[RecordedLine], came: Iterable[RecordedLine]) -> ReplayDifferences:
+    def compare(self, recorded: Iterable[RecordedEvent], came: Iterable[RecordedEvent]) -> ReplayDifferences:
         """Return all differences; streams of both have the names of the record.
 
         Both are read once and side by side, time by time: only what has no counterpart is kept.
@@ -99,7 +100,7 @@ class Comparer:
         lanes: dict[tuple[str, str], _Lane] = {}
         order = _Order(self._text) if self._exact else None
         for was, now in _side_by_side(recorded, came):
-            here: dict[tuple[str, str], tuple[list[RecordedLine], list[RecordedLine]]] = {}
+            here: dict[tuple[str, str], tuple[list[RecordedEvent], list[RecordedEvent]]] = {}
             for entry in was:
                 here.setdefault(_lane(entry, entry.row), ([], []))[0].append(entry)
             for entry in now:
@@ -128,7 +129,7 @@ class Comparer:
         found.sort(key=lambda d: (min(d.us, d.came_us), d.stream))
         return ReplayDifferences(tuple(found), tuple(counts))
 
-    def _count(self, lane: _Lane, was: list[RecordedLine], now: list[RecordedLine]) -> None:
+    def _count(self, lane: _Lane, was: list[RecordedEvent], now: list[RecordedEvent]) -> None:
         """Count the events by row, as several rows may command one actuator stream."""
         for entry in was:
             lane.was.setdefault((entry.row, self._here(entry.row)), [0, 0, 0])[0] += 1
@@ -137,13 +138,13 @@ class Comparer:
 
     # ---- one stream
     def _moment(
-        self, was: list[RecordedLine], now: list[RecordedLine], same: Counter[str], found: list[Difference]
-    ) -> tuple[list[RecordedLine], list[RecordedLine]]:
+        self, was: list[RecordedEvent], now: list[RecordedEvent], same: Counter[str], found: list[Difference]
+    ) -> tuple[list[RecordedEvent], list[RecordedEvent]]:
         """Pair what came at one time: equal values first, then others in their order; return what is left of both."""
         if len(was) == len(now) == 1 and _is_alike(was[0], now[0]) and self._same_row(was[0], now[0]):
             same[was[0].row] += 1
             return [], []
-        values: dict[str, deque[RecordedLine]] = defaultdict(deque)
+        values: dict[str, deque[RecordedEvent]] = defaultdict(deque)
         for entry in now:
             values[self._text(entry)].append(entry)
         left = []
@@ -165,9 +166,9 @@ class Comparer:
         found += [self._difference(VALUE, a, b) for a, b in zip(left, over, strict=False)]
         return left[pairs:], over[pairs:]
 
-    def _moved(self, left: list[RecordedLine], over: list[RecordedLine]) -> list[Difference]:
+    def _moved(self, left: list[RecordedEvent], over: list[RecordedEvent]) -> list[Difference]:
         """Pair equal values that came at another time, not far away, and remove them from both lists."""
-        waiting: dict[str, deque[RecordedLine]] = defaultdict(deque)
+        waiting: dict[str, deque[RecordedEvent]] = defaultdict(deque)
         for entry in over:
             waiting[self._text(entry)].append(entry)
         found, gone = [], set()
@@ -183,21 +184,20 @@ class Comparer:
         over[:] = [e for e in over if id(e) not in gone]
         return found
 
-    def _same_row(self, a: RecordedLine, b: RecordedLine) -> bool:
+    def _same_row(self, a: RecordedEvent, b: RecordedEvent) -> bool:
         return self._here(a.row) == b.row
 
-    def _text(self, entry: RecordedLine) -> str:
-        value = entry.value if entry.kind != "happening" else [entry.what, entry.text]
-        return same_json(value if self._exact else _alike(value))
+    def _text(self, entry: RecordedEvent) -> str:
+        return same_json(content(entry) if self._exact else _alike(content(entry)))
 
-    def _difference(self, kind: str, was: RecordedLine | None, now: RecordedLine | None) -> Difference:
+    def _difference(self, kind: str, was: RecordedEvent | None, now: RecordedEvent | None) -> Difference:
         entry = was or now
         assert entry is not None
         row = was.row if was else self._there(now.row) if now else ""
         came_row = now.row if now else self._here(was.row) if was else ""
         return Difference(
-            kind, entry.kind, entry.stream, (was or entry).us, (now or entry).us, row, came_row,
-            _value(was), _value(now),
+            kind, entry.what, entry.stream, (was or entry).us, (now or entry).us, row, came_row,
+            _told(was), _told(now),
         )  # fmt: skip
 
 
@@ -215,8 +215,8 @@ class _Lane:
     stream: str
     same: Counter[str] = field(default_factory=Counter)
     found: list[Difference] = field(default_factory=list)
-    left: list[RecordedLine] = field(default_factory=list)
-    over: list[RecordedLine] = field(default_factory=list)
+    left: list[RecordedEvent] = field(default_factory=list)
+    over: list[RecordedEvent] = field(default_factory=list)
     was: dict[tuple[str, str], list[int]] = field(default_factory=dict)
     now: dict[tuple[str, str], list[int]] = field(default_factory=dict)
     recorded: bool = False
@@ -238,12 +238,12 @@ class _Order:
         first: these two; None when there are none so far.
     """
 
-    def __init__(self, text: Callable[[RecordedLine], str]) -> None:
-        self.first: tuple[RecordedLine, RecordedLine] | None = None
+    def __init__(self, text: Callable[[RecordedEvent], str]) -> None:
+        self.first: tuple[RecordedEvent, RecordedEvent] | None = None
         self._text = text
-        self._waiting: tuple[deque[RecordedLine], deque[RecordedLine]] = deque(), deque()
+        self._waiting: tuple[deque[RecordedEvent], deque[RecordedEvent]] = deque(), deque()
 
-    def add(self, was: list[RecordedLine], now: list[RecordedLine]) -> None:
+    def add(self, was: list[RecordedEvent], now: list[RecordedEvent]) -> None:
         """Add the entries that were recorded, and those that came, at one time."""
         if self.first is not None:
             return
@@ -254,21 +254,21 @@ class _Order:
             a, b = mine.popleft(), other.popleft()
             if _is_alike(a, b) and a.stream == b.stream and a.row == b.row:
                 continue
-            if (a.us, a.kind, a.stream, a.row) != (b.us, b.kind, b.stream, b.row) or self._text(a) != self._text(b):
+            if (a.us, a.what, a.stream, a.row) != (b.us, b.what, b.stream, b.row) or self._text(a) != self._text(b):
                 self.first = a, b
                 self._waiting = deque(), deque()
                 return
 
 
 def _side_by_side(
-    first: Iterable[RecordedLine], second: Iterable[RecordedLine]
-) -> Iterator[tuple[list[RecordedLine], list[RecordedLine]]]:
+    first: Iterable[RecordedEvent], second: Iterable[RecordedEvent]
+) -> Iterator[tuple[list[RecordedEvent], list[RecordedEvent]]]:
     """Yield the entries of both for each time, in the order of time."""
     moments = [groupby(course, key=lambda e: e.us) for course in (first, second)]
     heads = [next(moment, None) for moment in moments]
     while times := [head[0] for head in heads if head is not None]:
         us = min(times)
-        here: list[list[RecordedLine]] = [[], []]
+        here: list[list[RecordedEvent]] = [[], []]
         for n in range(2):
             head = heads[n]
             if head is not None and head[0] == us:
@@ -277,23 +277,20 @@ def _side_by_side(
         yield here[0], here[1]
 
 
-def _lane(entry: RecordedLine, row: str) -> tuple[str, str]:
+def _lane(entry: RecordedEvent, row: str) -> tuple[str, str]:
     """Return the key of what is compared together: events of a stream, errors of a row, notices of the engine."""
-    if entry.kind == ERROR:
-        return ERROR, row
-    return entry.kind, entry.stream
+    return entry.what, row if isinstance(entry, RecordedFailure) else entry.stream
 
 
-def _is_alike(a: RecordedLine, b: RecordedLine) -> bool:
+def _is_alike(a: RecordedEvent, b: RecordedEvent) -> bool:
     """Return whether two entries are the same at the first look, as most are; others may be the same too."""
-    at, other = (a.us, a.kind, a.what, a.text), (b.us, b.kind, b.what, b.text)
-    return at == other and repr(a.value) == repr(b.value)
+    return a.us == b.us and type(a) is type(b) and repr(content(a)) == repr(content(b))
 
 
-def _value(entry: RecordedLine | None) -> Any:
+def _told(entry: RecordedEvent | None) -> Any:
     if entry is None:
         return None
-    return entry.text if entry.kind == "happening" else entry.value
+    return entry.text if isinstance(entry, RecordedNotice) else content(entry)
 
 
 def _alike(value: Any) -> Any:

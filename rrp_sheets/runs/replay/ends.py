@@ -17,8 +17,9 @@ from typing import Any
 
 from rrp_sheets.engine.builtin_devices import MIN_DELAY_US
 from rrp_sheets.model.exchange import DONE, commanded
+from rrp_sheets.model.trace_events import RecordedEvent, RecordedValue
 from rrp_sheets.model.values import Value
-from rrp_sheets.runs.replay.record import EVENT, RecordedLine, same_json
+from rrp_sheets.runs.replay.record import same_json
 
 
 @dataclass(eq=False)
@@ -40,19 +41,19 @@ class Ends:
         unknown: commands of whose end nothing is known.
     """
 
-    def __init__(self, entries: Iterable[RecordedLine], streams: Mapping[str, str], dones: Mapping[str, str]) -> None:
+    def __init__(self, entries: Iterable[RecordedEvent], streams: Mapping[str, str], dones: Mapping[str, str]) -> None:
         self.usual: list[tuple[str, Value, float]] = []
         self.unknown: list[tuple[str, Value]] = []
         self._done = {actuator: done for done, actuator in dones.items()}
         self._commands: dict[tuple[str, str, int], deque[_Command]] = defaultdict(deque)
-        self._by_end: dict[int, _Command] = {}  # by the number of the record's line
+        self._by_end: dict[int, _Command] = {}  # by the number of the record's event
         self._times: dict[tuple[str, str], list[float]] = defaultdict(list)
         self._coming: list[tuple[int, int, str, Value]] = []
         self._number = 0
         waiting: dict[tuple[str, str], deque[_Command]] = defaultdict(deque)
         for entry in entries:
             stream = streams.get(entry.stream, "")
-            if entry.kind != EVENT or entry.by is not None:
+            if not isinstance(entry, RecordedValue) or entry.by is not None:
                 continue
             if entry.row and stream in self._done and entry.value is not None:
                 mine = stream, same_json(_told(entry.value))
@@ -62,7 +63,7 @@ class Ends:
             elif not entry.row and stream in dones and isinstance(entry.value, dict):
                 self._ended(entry, dones[stream], waiting)
 
-    def _ended(self, entry: RecordedLine, actuator: str, waiting: Mapping[tuple[str, str], deque[_Command]]) -> None:
+    def _ended(self, entry: RecordedValue, actuator: str, waiting: Mapping[tuple[str, str], deque[_Command]]) -> None:
         mine = actuator, same_json(entry.value.get("value"))
         if waiting.get(mine):
             self._by_end[entry.number] = waiting[mine].popleft()
@@ -93,7 +94,7 @@ class Ends:
         else:
             self.unknown.append((stream, value))
 
-    def kept(self, entry: RecordedLine) -> bool:
+    def kept(self, entry: RecordedEvent) -> bool:
         """Return whether a value of the record comes now as well: ends of commands that are not made do not."""
         command = self._by_end.get(entry.number)
         return command is None or command.made

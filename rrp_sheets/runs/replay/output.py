@@ -11,13 +11,14 @@ from typing import Any
 from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.stamp import Stamp
+from rrp_sheets.model.trace_events import RecordedEvent, RecordedValue
 from rrp_sheets.render.marble_diagram import Group, Lane, Marble, MarbleDiagram
 from rrp_sheets.render.marble_drawing import draw_marbles
 from rrp_sheets.runs.marbles import stamped, value_from_json
-from rrp_sheets.runs.records.table import about_runs, properties_of, refuse_other_table
+from rrp_sheets.runs.records.table import about_runs, csv_cell, properties_of, refuse_other_table
 from rrp_sheets.runs.records.tidy import Seconds
 from rrp_sheets.runs.replay.differences import EXTRA, MISSING, ROW, TIME, VALUE, Difference
-from rrp_sheets.runs.replay.record import RecordedLine, same_json
+from rrp_sheets.runs.replay.record import same_json
 from rrp_sheets.runs.replay.report import AccountLine, each_line, robot_lines, row_lines, verdict
 from rrp_sheets.runs.replay.result import Replayed
 from rrp_sheets.workbook.atomic import write_atomically
@@ -25,7 +26,6 @@ from rrp_sheets.workbook.atomic import write_atomically
 SUFFIXES = (".xlsx", ".csv", ".svg", ".pdf", ".png")
 _HEADER = ("time_s", "kind", "stream", "row", "row_now", "recorded", "came", "came_at_s", "what")
 _WIDTHS = (10, 10, 24, 16, 16, 30, 30, 12, 10)
-_FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 
 
 def write(found: Replayed, target: Path) -> list[str]:
@@ -74,15 +74,8 @@ def _csv(found: Replayed) -> str:
     writer = csv.writer(out)
     stamp = found.stamp.row().values()  # in every row, as in the table of a run: a file beside it gets lost
     writer.writerow([*_HEADER, *Stamp.columns()])
-    writer.writerows([_text(v) for v in (*row, *stamp)] for row in _rows(found))
+    writer.writerows([csv_cell(v) for v in (*row, *stamp)] for row in _rows(found))
     return out.getvalue()
-
-
-def _text(value: Any) -> Any:
-    """Return a cell of CSV; a text that a spreadsheet would take for a formula is marked as text."""
-    if isinstance(value, bool):
-        return "TRUE" if value else "FALSE"
-    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA_STARTS) else value
 
 
 MOST_STREAMS = 6
@@ -129,12 +122,12 @@ def _window(here: Sequence[Difference], until: int) -> tuple[int, int]:
 
 
 def _by_stream(
-    entries: Iterable[RecordedLine], streams: Sequence[str], first: int, last: int
+    entries: Iterable[RecordedEvent], streams: Sequence[str], first: int, last: int
 ) -> dict[str, list[Marble]]:
     """Return the values of some streams within a window (µs), in one pass."""
     found: dict[str, list[Marble]] = {stream: [] for stream in streams}
     for e in entries:
-        if first <= e.us <= last and e.kind == "event" and e.stream in found:
+        if first <= e.us <= last and isinstance(e, RecordedValue) and e.stream in found:
             found[e.stream].append(Marble(e.us, value_from_json(e.stream, e.value), e.row))
     return found
 

@@ -13,12 +13,13 @@ from rrp_sheets.engine.engine import Engine, EventEngine, FrameEngine
 from rrp_sheets.engine.plan import Plan
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.graph import StreamKind
-from rrp_sheets.model.exchange import DONE, Notice, commanded
+from rrp_sheets.model.exchange import DONE, commanded
 from rrp_sheets.model.names import key
+from rrp_sheets.model.trace_events import RecordedAction, RecordedEvent, RecordedFailure, RecordedNotice, RecordedValue
 from rrp_sheets.model.values import Failure, Record, RecordType, Value, record_from_mapping, to_json
 from rrp_sheets.runs.replay.edits import Editions
 from rrp_sheets.runs.replay.ends import Ends
-from rrp_sheets.runs.replay.record import ACT, ERROR, EVENT, HAPPENING, NO_DETAIL, RecordedLine, same_json
+from rrp_sheets.runs.replay.record import content, same_json
 from rrp_sheets.runs.replay.source import ReplaySource
 
 
@@ -71,10 +72,10 @@ _ENCODE = json.JSONEncoder(separators=(",", ":")).encode
 
 
 class Spool:
-    """Entries in a temporary file, written once and read repeatedly, but not by two readers at one time.
+    """Events in a temporary file, written once and read repeatedly, but not by two readers at one time.
 
-    >>> spool = Spool(); spool.append(RecordedLine(5, "event", "s1", "Look!2", 0.5))
-    >>> [(e.stream, e.value) for e in spool.named({"s1": "Distance"})]
+    >>> spool = Spool(); spool.append(RecordedValue(5, "s1", "Look!2", 0.5))
+    >>> [(e.stream, content(e)) for e in spool.named({"s1": "Distance"})]
     [('Distance', 0.5)]
     """
 
@@ -82,9 +83,9 @@ class Spool:
         self._file = tempfile.TemporaryFile("w+", encoding="utf-8")  # noqa: SIM115  # it goes with the spool
         self._count = 0
 
-    def append(self, entry: RecordedLine) -> None:
-        """Append an entry; its time must not be before that of the last one."""
-        parts = (entry.us, entry.kind, entry.stream, entry.row, entry.value, entry.what, entry.text)
+    def append(self, event: RecordedEvent) -> None:
+        """Append an event; its time must not be before that of the last one."""
+        parts = (event.what, event.us, event.stream, event.row, content(event))
         try:
             self._file.write(_ENCODE(parts) + "\n")
         except OSError as error:
@@ -94,12 +95,16 @@ class Spool:
     def __len__(self) -> int:
         return self._count
 
-    def named(self, names: Mapping[str, str]) -> Iterator[RecordedLine]:
-        """Yield all entries, with the names of the streams in place of their ids."""
+    def named(self, names: Mapping[str, str]) -> Iterator[RecordedEvent]:
+        """Yield all events, with the names of the streams in place of their ids."""
         self._file.seek(0)
         while line := self._file.readline():
-            us, kind, stream, row, value, what, text = json.loads(line)
-            yield RecordedLine(us, kind, names.get(stream, stream), row, value, what, text, NO_DETAIL)
+            what, us, stream, row, told = json.loads(line)
+            stream = names.get(stream, stream)
+            if what == RecordedValue.what:
+                yield RecordedValue(us, stream, row, told)
+            else:
+                yield (RecordedFailure if what == RecordedFailure.what else RecordedNotice)(us, stream, row, *told)
 
 
 MOST_CAME = 3_000_000  # events of one replay: a gigabyte
@@ -120,8 +125,8 @@ class Script:
         behaviours: keys of behaviours as they are called in the workbook that is played, by those of the record.
     """
 
-    moments: Iterator[tuple[int, Sequence[RecordedLine]]]
-    at_end: Sequence[RecordedLine] | None
+    moments: Iterator[tuple[int, Sequence[RecordedEvent]]]
+    at_end: Sequence[RecordedEvent] | None
     streams: Mapping[str, str]
     seed: int
     until_us: int
@@ -181,7 +186,7 @@ class ReplayPlayer:
         """Store a value on a stream."""
         told = to_json(value)
         entries = self.played.entries
-        entries.append(RecordedLine(us, EVENT, stream, row, told))
+        entries.append(RecordedValue(us, stream, row, told))
         if stream in self._actuators:
             self._senses.command(stream, value)
             if self._ends is not None:
@@ -192,7 +197,7 @@ class ReplayPlayer:
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
         """Store the failure of a formula."""
         inputs = [to_json(v) for v in values]
-        self.played.entries.append(RecordedLine(us, ERROR, "", row, [failure.message, failure.code, inputs]))
+        self.played.entries.append(RecordedFailure(us, "", row, failure.message, failure.code, inputs))
 
     # ---- playing
     def play(self) -> Played:
@@ -229,7 +234,7 @@ class ReplayPlayer:
         coming = next(moments, None)
         while True:
             now = frame * 1_000_000 // rate
-            entries: list[RecordedLine] = []
+            entries: list[RecordedEvent] = []
             while coming is not None and _frame(coming[0], rate) <= frame:
                 entries += coming[1]
                 self._tell(coming[0])
@@ -238,7 +243,7 @@ class ReplayPlayer:
             self._settle(now, [*self._values(e for e in entries if self._is_fed(e)), *self._nominal(now)])
             if engine.ended_by:
                 return
-            acts = [e for e in entries if e.kind == ACT]
+            acts = [e for e in entries if isinstance(e, RecordedAction)]
             self._act(acts)
             if frame >= last:
                 return
@@ -257,18 +262,18 @@ class ReplayPlayer:
         for us, entries in self._script.moments:
             self._tell(us)
             self._due_before(us)
-            first = next((e for e in entries if e.kind != HAPPENING), None)
-            if first is not None and not self._is_fed(first) and first.by is None:
+            first = next((e for e in entries if not isinstance(e, RecordedNotice)), None)
+            if first is not None and not self._is_fed(first) and not _is_by_hand(first):
                 self._settle(us, [])  # a timer of just this time came first
             waiting = False
             for entry in entries:
                 if engine.ended_by:
                     return
-                if entry.kind == ACT:
+                if isinstance(entry, RecordedAction):
                     self._settle(us, [])
                     self._act([entry])
                     waiting = True
-                elif entry.by is not None:
+                elif _is_by_hand(entry):
                     if not waiting:
                         self._settle(us, [])  # else a timer's instant, of before, would take it along
                     self._send([entry])
@@ -295,21 +300,22 @@ class ReplayPlayer:
     def _settle(self, now: int, arrivals: Sequence[tuple[str, Value]]) -> None:
         self._engine.settle(now, arrivals)
         for happening in self._engine.take_happenings():
-            self.played.entries.append(happened(now, happening))
+            at = now, happening.stream, happening.row
+            self.played.entries.append(RecordedNotice(*at, happening.kind, happening.text))
         self._engine.triggers.take()
 
     # ---- from the record to the engine
-    def _is_fed(self, entry: RecordedLine) -> bool:
+    def _is_fed(self, entry: RecordedEvent) -> bool:
         """Return whether an entry is a value from the world; the engine's own devices give theirs by themselves."""
-        if entry.kind != EVENT or entry.row or entry.by is not None:
+        if not isinstance(entry, RecordedValue) or entry.row or entry.by is not None:
             return False
         if self._script.streams.get(entry.stream) not in self._fed:
             return False
         return self._ends is None or self._ends.kept(entry)
 
-    def _values(self, entries: Iterable[RecordedLine]) -> list[tuple[str, Value]]:
+    def _values(self, entries: Iterable[RecordedEvent]) -> list[tuple[str, Value]]:
         streams = self._script.streams
-        known = [(streams.get(e.stream, ""), e.value) for e in entries]
+        known = [(streams.get(e.stream, ""), e.value) for e in entries if isinstance(e, RecordedValue)]
         return [
             (stream, self._senses.value(stream, value)) for stream, value in known if stream in self._engine.streams
         ]
@@ -317,22 +323,22 @@ class ReplayPlayer:
     def _nominal(self, now: int) -> list[tuple[str, Value]]:
         return self._ends.take(now) if self._ends is not None else []
 
-    def _send(self, entries: Iterable[RecordedLine]) -> None:
+    def _send(self, entries: Iterable[RecordedEvent]) -> None:
         for entry in entries:
-            if entry.by is not None and entry.kind == EVENT:
+            if isinstance(entry, RecordedValue) and entry.by is not None:
                 for stream, value in self._values([entry]):
                     self._engine.stimulate(stream, value, entry.by)
 
-    def _act(self, acts: Sequence[RecordedLine]) -> None:
+    def _act(self, acts: Sequence[RecordedAction]) -> None:
         """Repeat what people did to the rows; what they did to the world is in the sensor values."""
-        edit: list[RecordedLine] = []
+        edit: list[RecordedAction] = []
         for act in acts:
-            if edit and (act.what != "edit" or act.wall != edit[0].wall):
+            if edit and (act.kind != "edit" or act.wall != edit[0].wall):
                 self._editions.use([e.detail for e in edit])
                 edit = []
-            if act.what == "edit":
+            if act.kind == "edit":
                 edit.append(act)
-            elif act.what == "switch":
+            elif act.kind == "switch":
                 self._switch(act.detail)
         if edit:
             self._editions.use([e.detail for e in edit])
@@ -358,6 +364,5 @@ def _frame(us: int, rate: int) -> int:
     return -(-us * rate // 1_000_000)
 
 
-def happened(us: int, happening: Notice) -> RecordedLine:
-    """Return a notice of the engine's own devices as a line of a trace."""
-    return RecordedLine(us, HAPPENING, happening.stream, happening.row, None, happening.kind, happening.text)
+def _is_by_hand(event: RecordedEvent) -> bool:
+    return isinstance(event, RecordedAction) or (isinstance(event, RecordedValue) and event.by is not None)

@@ -11,6 +11,7 @@ from pathlib import Path
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import StreamKind
+from rrp_sheets.model.trace_events import RecordedEvent, RecordedFailure, RecordedNotice, RecordedValue
 from rrp_sheets.runs.records.metadata import stamp_of
 from rrp_sheets.runs.replay.differences import Comparer
 from rrp_sheets.runs.replay.edits import Editions
@@ -18,17 +19,7 @@ from rrp_sheets.runs.replay.ends import Ends
 from rrp_sheets.runs.replay.matching import Matching, itself, matching
 from rrp_sheets.runs.replay.matching import remarks as other_remarks
 from rrp_sheets.runs.replay.play import Played, ReplayPlayer, Script, Told
-from rrp_sheets.runs.replay.record import (
-    ACT,
-    ERROR,
-    EVENT,
-    HAPPENING,
-    Entries,
-    Recorded,
-    RecordedLine,
-    moments,
-    read_record,
-)
+from rrp_sheets.runs.replay.record import Entries, Recorded, moments, read_record
 from rrp_sheets.runs.replay.report import ending, unknown
 from rrp_sheets.runs.replay.result import Replayed, Spoken
 from rrp_sheets.runs.replay.source import ReplaySource, another, remarks, the_one_that_ran
@@ -55,7 +46,7 @@ def replay(trace: Path, other: Path | None = None, told: Told = lambda part: Non
         assert ran is not None
         return _exactly(recorded, ran, told)
     source = another(other, recorded, ran)
-    if source.reading.digest == recorded.header.get("workbook"):
+    if source.reading.digest == recorded.header.text("workbook"):
         return _exactly(recorded, source, told)
     return _otherwise(recorded, ran, source, told)
 
@@ -71,7 +62,7 @@ def _ran(recorded: Recorded, *, needed: bool) -> ReplaySource | None:
     if found is None and needed:
         raise SheetsError(
             f"The workbook that ran is not beside “{recorded.path.name}” (protocol.xlsx).",
-            f"Name the run's folder, or the workbook: --with {recorded.header.get('name') or 'FILE.xlsx'}.",
+            f"Name the run's folder, or the workbook: --with {recorded.header.text('name') or 'FILE.xlsx'}.",
         )
     return found
 
@@ -84,7 +75,8 @@ def _exactly(recorded: Recorded, source: ReplaySource, told: Told) -> Replayed:
     script = _script(recorded, entries, found)
     played = ReplayPlayer(source, script, Editions, told=told).play()
     tally = _Tally(engines)
-    expected = Entries(lambda: tally.expected(entries, lambda e: e.kind in (EVENT, ERROR) or engines(e)))
+    kinds = (RecordedValue, RecordedFailure)
+    expected = Entries(lambda: tally.expected(entries, lambda e: isinstance(e, kinds) or engines(e)))
     came = _named(played, found)
     if recorded.ended == "cut":
         came = _as_long(came, expected)
@@ -115,7 +107,7 @@ def _otherwise(recorded: Recorded, ran: ReplaySource | None, source: ReplaySourc
     tally = _Tally(engines)
     expected = Entries(lambda: tally.expected(entries, lambda e: _is_rows(e, own) or engines(e)))
     everything = _named(played, found)
-    came = Entries(lambda: (e for e in everything if _is_rows(e, own) or e.kind == HAPPENING))
+    came = Entries(lambda: (e for e in everything if _is_rows(e, own) or isinstance(e, RecordedNotice)))
     back = {there: here for here, there in found.rows.items()}
     ids = {s.ref for s in source.plan.steps}
     compared = Comparer(
@@ -139,7 +131,7 @@ class _Tally:
         world: what the robot and its world did, with how often.
     """
 
-    def __init__(self, engines: Callable[[RecordedLine], bool]) -> None:
+    def __init__(self, engines: Callable[[RecordedEvent], bool]) -> None:
         self._engines = engines
         self._begin()
 
@@ -148,15 +140,15 @@ class _Tally:
         self.streams: set[str] = set()
         self.world: Counter[str] = Counter()
 
-    def expected(self, entries: Entries, is_wanted: Callable[[RecordedLine], bool]) -> Iterator[RecordedLine]:
+    def expected(self, entries: Entries, is_wanted: Callable[[RecordedEvent], bool]) -> Iterator[RecordedEvent]:
         """Yield the entries that are compared, counting them anew."""
         self._begin()
         for entry in entries:
-            if entry.kind == HAPPENING and not self._engines(entry):
-                self.world[entry.what] += 1
+            if isinstance(entry, RecordedNotice) and not self._engines(entry):
+                self.world[entry.kind] += 1
             if is_wanted(entry):
                 self.count += 1
-                if entry.kind == EVENT:
+                if isinstance(entry, RecordedValue):
                     self.streams.add(entry.stream)
                 yield entry
 
@@ -166,11 +158,11 @@ def _about(recorded: Recorded, source: ReplaySource, ran: ReplaySource | None) -
     names = [n for n, kind in recorded.streams.items() if kind == StreamKind.ACTUATOR.value]
     names += [s.name for s in source.plan.streams if s.kind is StreamKind.ACTUATOR]
     spoken = {name: Spoken(text) for s in (source, ran) if s is not None for name, text in _spoken(s)}
-    for stream in recorded.header["streams"]:  # without the workbook that ran
-        if stream.get("device") == _SAYS[0]:
-            spoken.setdefault(stream["stream"], Spoken())
+    for stream in recorded.header.streams:  # without the workbook that ran
+        if stream.device == _SAYS[0]:
+            spoken.setdefault(stream.name, Spoken())
     return Replayed(
-        run=recorded.place.resolve().name, workbook=str(recorded.header.get("name") or "the workbook"), other="",
+        run=recorded.place.resolve().name, workbook=recorded.header.text("name") or "the workbook", other="",
         engine=source.checked.run.engine, seconds=recorded.last_us / 1e6, compared=0, differences=(), counts=(),
         stamp=stamp_of(recorded.place), actuators=tuple(dict.fromkeys(names)), spoken=spoken,
     )  # fmt: skip
@@ -190,7 +182,7 @@ def _whole(recorded: Recorded) -> tuple[Entries, str]:
     if recorded.ended != "broken":
         return recorded.entries, ""
     last = recorded.last_us
-    why = str((recorded.summary or {}).get("why") or "")
+    why = recorded.summary.text("why") if recorded.summary else ""
     at = f"{last / 1e6:g} s"
     words = Phrase("The run broke off at {at}. That last moment is not replayed.", at=at)
     if why:
@@ -206,22 +198,22 @@ def _script(recorded: Recorded, entries: Entries, found: Matching) -> Script:
         final = recorded.tail[-1].us if recorded.tail else 0
         until = final if final < until else recorded.before_us
     played = moments(e for e in entries if e.number not in gone)
-    return Script(played, at_end, found.streams, int(recorded.header.get("seed") or 0), until, found.behaviours)
+    return Script(played, at_end, found.streams, recorded.header.fields.get("seed", 0), until, found.behaviours)
 
 
-def _at_end(recorded: Recorded) -> tuple[RecordedLine, ...] | None:
+def _at_end(recorded: Recorded) -> tuple[RecordedEvent, ...] | None:
     """Return the ends of commands that the end of the run has ended: the last lines, which no row has seen."""
     last, found = recorded.last_us, []
     if recorded.ended in ("cut", "broken"):
         return None
     for entry in reversed(recorded.tail):
-        if entry.us != last or entry.kind == ACT:
-            break
-        if entry.kind == HAPPENING:
+        if isinstance(entry, RecordedNotice) and entry.us == last:
             continue
+        if entry.us != last or not isinstance(entry, RecordedValue) or entry.row or entry.by is not None:
+            break
         ended = entry.value if isinstance(entry.value, dict) else {}
-        is_end = entry.kind == EVENT and recorded.streams.get(entry.stream) == StreamKind.DONE.value
-        if not is_end or entry.row or entry.by is not None or ended.get("completed") is not False:
+        is_end = recorded.streams.get(entry.stream) == StreamKind.DONE.value
+        if not is_end or ended.get("completed") is not False:
             break
         found.append(entry)
     return tuple(reversed(found))
@@ -236,20 +228,20 @@ def _own(source: ReplaySource, found: Matching) -> set[str]:
     return {name for name, there in found.streams.items() if there in own}
 
 
-def _is_rows(entry: RecordedLine, own: set[str]) -> bool:
+def _is_rows(entry: RecordedEvent, own: set[str]) -> bool:
     """Return whether an entry comes from rows, and not from the world."""
-    if entry.kind == ERROR:
-        return True
-    return entry.kind == EVENT and entry.by is None and (bool(entry.row) or entry.stream in own)
+    if isinstance(entry, RecordedValue):
+        return entry.by is None and (bool(entry.row) or entry.stream in own)
+    return isinstance(entry, RecordedFailure)
 
 
-def _is_engines(entry: RecordedLine, source: ReplaySource, found: Matching) -> bool:
+def _is_engines(entry: RecordedEvent, source: ReplaySource, found: Matching) -> bool:
     """Return whether an entry is a notice of the engine, and not of the world."""
-    if entry.kind != HAPPENING:
+    if not isinstance(entry, RecordedNotice):
         return False
-    if entry.what == "note":
+    if entry.kind == "note":
         return not entry.row and not entry.stream and entry.text.endswith(_SWITCHED)
-    return entry.what == "error" and found.streams.get(entry.stream) in source.plan.own
+    return entry.kind == "error" and found.streams.get(entry.stream) in source.plan.own
 
 
 def _named(played: Played, found: Matching) -> Entries:
@@ -263,7 +255,7 @@ def _as_long(came: Entries, expected: Entries) -> Entries:
     for entry in expected:
         last, most = (last, most + 1) if entry.us == last else (entry.us, 1)
 
-    def until() -> Iterator[RecordedLine]:
+    def until() -> Iterator[RecordedEvent]:
         count = 0
         for entry in came:
             count += entry.us == last

@@ -22,8 +22,7 @@ if TYPE_CHECKING:
 def ending(recorded: Recorded, played: Played) -> str:
     """Describe in which way a replay ended otherwise than the run; empty when it did not."""
     at = f"{played.until_us / 1e6:g} s"
-    summary = recorded.summary or {}
-    by = str(summary.get("by") or "")
+    by = recorded.summary.text("by") if recorded.summary else ""
     if played.broken:
         return Phrase("The replay broke off at {at}: {broken}", at=at, broken=played.broken)
     if played.ended_by and recorded.ended != "end run":

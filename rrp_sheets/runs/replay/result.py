@@ -8,8 +8,8 @@ from typing import Any
 
 from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.model.stamp import Stamp
+from rrp_sheets.model.trace_events import RecordedEvent
 from rrp_sheets.runs.replay.differences import Count, Difference
-from rrp_sheets.runs.replay.record import RecordedLine
 
 SCHEMA = 1  # of the JSON; grows when an entry changes its meaning or goes
 
@@ -58,8 +58,8 @@ class Replayed:
     stamp: Stamp = field(default_factory=Stamp)
     actuators: tuple[str, ...] = ()
     spoken: Mapping[str, Spoken] = field(default_factory=dict)
-    recorded: Iterable[RecordedLine] = field(default=(), repr=False, compare=False)
-    came: Iterable[RecordedLine] = field(default=(), repr=False, compare=False)
+    recorded: Iterable[RecordedEvent] = field(default=(), repr=False, compare=False)
+    came: Iterable[RecordedEvent] = field(default=(), repr=False, compare=False)
 
     @property
     def language(self) -> str:

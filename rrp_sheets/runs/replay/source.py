@@ -60,13 +60,13 @@ def the_one_that_ran(recorded: Recorded) -> ReplaySource | None:
             "Copy the run's folder again, or name the workbook: --with FILE.",
         ) from None  # fmt: skip
     if checked.report.errors:
-        first = checked.report.errors[0]
+        first, program = checked.report.errors[0], recorded.header.text("program")
         raise SheetsError(
             f"The workbook of this run has errors for this version of the program ({__version__}): {first.message}",
-            f"Replay it with the version that made it ({recorded.header.get('program')}), or --with a mended workbook.",
+            f"Replay it with the version that made it ({program}), or --with a mended workbook.",
         )
     plan, everything = _plan(checked, recorded)
-    return ReplaySource(str(recorded.header.get("name") or path.name), reading, checked, plan, everything)
+    return ReplaySource(recorded.header.text("name") or path.name, reading, checked, plan, everything)
 
 
 def another(path: Path, recorded: Recorded, like: ReplaySource | None) -> ReplaySource:
@@ -107,7 +107,7 @@ def _plan(checked: Checked, recorded: Recorded) -> tuple[Plan, bool]:
 def remarks(recorded: Recorded, source: ReplaySource, *, own: bool) -> list[str]:
     """Return in words what to know of a record and the workbook it is replayed with, before anything is compared."""
     found: list[str] = []
-    program = str(recorded.header.get("program") or "unknown")
+    program = recorded.header.text("program") or "unknown"
     if program != __version__:
         found.append(
             Phrase(
@@ -116,7 +116,7 @@ def remarks(recorded: Recorded, source: ReplaySource, *, own: bool) -> list[str]
                 version=__version__,
             )
         )
-    digest = str(recorded.header.get("workbook") or "")
+    digest = recorded.header.text("workbook")
     if own and digest != source.reading.digest and _was_xlsx(recorded):
         copy = "The copy of the workbook beside the trace is not the one that ran"
         words = copy + " (its SHA-256 is {own}…, the run's {ran}…)."
@@ -127,7 +127,7 @@ def remarks(recorded: Recorded, source: ReplaySource, *, own: bool) -> list[str]
 
 
 def _was_xlsx(recorded: Recorded) -> bool:
-    return str(recorded.header.get("name") or "").casefold().endswith(".xlsx")
+    return recorded.header.text("name").casefold().endswith(".xlsx")
 
 
 def _catalogue(recorded: Recorded, source: ReplaySource) -> list[str]:

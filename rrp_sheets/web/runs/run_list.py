@@ -165,7 +165,7 @@ def _size(path: Path) -> str:
 def _log_line(entry: Mapping[str, Any]) -> LogLine:
     kind, t, times = str(entry["kind"]), float(entry["t"]), int(entry["times"])
     word, icon = _KINDS.get(kind, (kind, "mark"))
-    text = " ".join(filter(None, (str(entry["text"]), str(entry["detail"]))))
+    text = str(entry["text"])
     if times > 1:
         text += f" ({times:,} times, until {clock(float(entry['until']))})"
     elif float(entry["until"]) > t:
