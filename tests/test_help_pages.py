@@ -18,7 +18,8 @@ from rrp_sheets import api
 from rrp_sheets.cli.formula import command as formula_command
 from rrp_sheets.devices import load_robot
 from rrp_sheets.diagnostics import CODES, Severity
-from rrp_sheets.diagnostics.page import PAGES, completed, load_page, parse_page
+from rrp_sheets.diagnostics.catalogue import PAGES
+from rrp_sheets.diagnostics.page import completed, load_page, parse_page
 from rrp_sheets.engine.engine import FrameEngine
 from rrp_sheets.engine.frame_runner import run_loop
 from rrp_sheets.engine.plan import make_plan

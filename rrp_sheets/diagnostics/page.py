@@ -1,17 +1,17 @@
 """The help page of a code: `pages/<CODE>.md`, in one fixed form that tests hold and execute.
 
-A page has the sections “What it means”, “Why it matters” and “How to mend it”, and then either the examples “Wrong”
-and “Right”, each made of sheets (`### Name` and a table), or “Not in a table”, where the fault is one of the file
-and not of what stands in its cells.
+Below its head, which is the entry of the catalogue, a page has the sections “What it means”, “Why it matters” and
+“How to mend it”, and then either the examples “Wrong” and “Right”, each made of sheets (`### Name` and a table), or
+“Not in a table”, where the fault is one of the file and not of what stands in its cells.
 """
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from pathlib import Path
 
-PAGES = Path(__file__).parent / "pages"
+from rrp_sheets.diagnostics.catalogue import PAGES
+
 _TEXTS = ("What it means", "Why it matters", "How to mend it")
 _FORMS = ([*_TEXTS, "Wrong", "Right"], [*_TEXTS, "Not in a table"])
 _BYSTANDER = """
@@ -45,10 +45,9 @@ class CodePage:
     untabled: str = ""
 
 
-def load_page(code: str) -> CodePage | None:
-    """Return the page of a code of the catalogue; None when there is none."""
-    path = PAGES / f"{code}.md"
-    return parse_page(path.read_text(encoding="utf-8")) if path.is_file() else None
+def load_page(code: str) -> CodePage:
+    """Return the page of a code of the catalogue."""
+    return parse_page((PAGES / f"{code}.md").read_text(encoding="utf-8"))
 
 
 def parse_page(text: str) -> CodePage:
@@ -59,7 +58,7 @@ def parse_page(text: str) -> CodePage:
     """
     head, *parts = re.split(r"^## (.+)\n", text, flags=re.MULTILINE)
     titles, bodies = parts[::2], [body.strip() for body in parts[1::2]]
-    code = head.strip().removeprefix("# ")
+    code = head.partition(":")[0].removeprefix("# ")
     if titles not in _FORMS:
         raise ValueError(f"The page {code} has the sections {titles}.")
     means, why, mend = (" ".join(body.split()) for body in bodies[:3])

@@ -35,10 +35,6 @@ def one_code(code: Code) -> Iterator[str]:
     """The page of a code, with what the check says of its wrong example."""
     yield heading(f"{code.id} ({code.severity.value}): {code.title}")
     page = load_page(code.id)
-    if page is None:
-        yield paragraph(_open(code.message))
-        yield paragraph(f"→ {_open(code.remedy)}")
-        return
     for title, text in (("What it means", page.means), ("Why it matters", page.why), ("How to mend it", page.mend)):
         yield titled(title, paragraph(text, 2))
     yield from _examples(code, page)
@@ -55,8 +51,3 @@ def _examples(code: Code, page: CodePage) -> Iterator[str]:
             yield titled("The check says", said, paragraph(f"→ {finding.remedy}", 4))
             break
     yield titled("Right", *grids(page.right), between="\n\n")
-
-
-def _open(template: str) -> str:
-    """A text of the catalogue with its places shown as dots."""
-    return re.sub(r"(?<!\{)\{\w+\}", "…", template)

@@ -1,12 +1,61 @@
-"""The catalogue of diagnostic codes: stable id, severity, title, message, remedy. One file per topic."""
+"""The catalogue of diagnostic codes: severity, title, message and remedy stand at the head of `pages/<CODE>.md`."""
 
-from rrp_sheets.diagnostics.catalogue import devices, files, formulas, graph, lints, sheets
-from rrp_sheets.diagnostics.catalogue.code import Code, Severity
+from __future__ import annotations
 
-CODES: dict[str, Code] = {}
-for _topic in (files, sheets, formulas, graph, devices, lints):
-    for _code in _topic.CODES:
-        assert _code.id not in CODES, f"two diagnostics are called {_code.id}"
-        CODES[_code.id] = _code
+from dataclasses import dataclass
+from enum import Enum
+from functools import cache
+from pathlib import Path
+from string import Formatter
 
-__all__ = ["CODES", "Code", "Severity"]
+PAGES = Path(__file__).parents[1] / "pages"
+_TOPICS = ("FILE", "SHEET", "TEST", "FORM", "CONN", "GRAPH", "PROT", "DEV", "SCENE", "GEST", "LINT")
+"""The beginnings of codes in the order of the catalogue. A formula's codes from FORM101 are found by evaluating it."""
+
+
+class Severity(Enum):
+    """Severity of a finding: an error keeps the workbook from running, a warning or information does not."""
+
+    ERROR = "error"
+    WARNING = "warning"
+    INFO = "info"
+
+
+@dataclass(frozen=True, slots=True)
+class Code:
+    """Entry of the catalogue: `message` and `remedy` are templates for `str.format`; the remedy says what to do."""
+
+    id: str
+    severity: Severity
+    title: str
+    message: str
+    remedy: str
+
+    @property
+    def parameters(self) -> frozenset[str]:
+        """The names of the details that fill the templates."""
+        return _places(self.message) | _places(self.remedy)
+
+    @property
+    def constant_remedy(self) -> str:
+        """The remedy if it is the same for all details; else an empty text."""
+        return "" if _places(self.remedy) else self.remedy
+
+
+@cache
+def _places(template: str) -> frozenset[str]:
+    return frozenset(name for _, name, _, _ in Formatter().parse(template) if name)
+
+
+def _code(page: Path) -> Code:
+    head = page.read_text(encoding="utf-8").partition("\n## ")[0]
+    name, severity, message, remedy = head.strip().split("\n\n")
+    code, _, title = name.removeprefix("# ").partition(": ")
+    return Code(code, Severity(severity), title, message, remedy.removeprefix("→ "))
+
+
+def _place(page: Path) -> tuple[int, str]:
+    return _TOPICS.index(page.stem.rstrip("0123456789")), page.stem
+
+
+CODES: dict[str, Code] = {page.stem: _code(page) for page in sorted(PAGES.glob("*.md"), key=_place)}
