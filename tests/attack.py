@@ -49,7 +49,7 @@ JSON: dict[str, dict[str, Any]] = {
     "sheet.change stand": _PLACE,
     "sheet.change part": _WHO,
     "sheet.change test": _WHO,
-    "sheet.change fix": {**_WHO, "code": "FORM007", "place": "Tracking!D2", "title": "Put it right"},
+    "sheet.change fix": {**_WHO, "finding": "0123456789abcdef", "fix": "correct-spelling", "title": "Put it right"},
     "gestures.pose": {**_WHO, "sheet": SHEET, "row": "ROW"},
     "tabs.change add": {**_WHO, "kind": "behaviour", "title": "New", "columns": ""},
     "tabs.change rename": {**_WHO, "of": SHEET, "title": "Other"},

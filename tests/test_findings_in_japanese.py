@@ -24,6 +24,7 @@ from rrp_sheets.diagnostics import CODES, Report
 from rrp_sheets.diagnostics.languages import PHRASES, entries, title, told
 from rrp_sheets.diagnostics.page import completed, load_page
 from rrp_sheets.diagnostics.phrase import Phrase, capital, listed, sentences, small
+from rrp_sheets.diagnostics.report import UnreadableWorkbook
 from rrp_sheets.model.cells import Address
 from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.printing import gather
@@ -34,7 +35,8 @@ from rrp_sheets.runs.replay.differences import Count, Difference
 from rrp_sheets.runs.replay.output import account
 from rrp_sheets.runs.replay.report import as_text, in_words
 from rrp_sheets.runs.replay.result import Replayed, Spoken
-from rrp_sheets.runs.wire import pack_finding, unpack_finding
+from rrp_sheets.runs.wire import pack_error, pack_finding, unpack_error, unpack_finding
+from rrp_sheets.workbook import read
 
 ENGLISH = re.compile(r"[A-Za-z]+ (a|an|the|is|are|of|to|in|it|that|this|for|no|not|has|and|or|with)\b", re.IGNORECASE)
 TO_TYPE = re.compile(r"ends with the run|x for x in list|what in text|`[^`]*`")  # what is written so in a cell
@@ -88,7 +90,7 @@ def books() -> list[str]:
     for name, where, text, *_ in mistakes():
         typed = [part.strip() for part in text.split("<br>")]
         found.append(markdown_of({**base(name), **dict(zip(where.split("<br>"), typed, strict=True))}))
-    pages = [page for page in map(load_page, CODES) if page is not None and page.wrong]
+    pages = [page for page in map(load_page, CODES) if page.wrong]
     return found + [completed(page.wrong) for page in pages]
 
 
@@ -130,6 +132,31 @@ def test_a_phrase_is_the_english_text_and_survives_being_sent():
     assert sent == finding and told(sent.message, "ja").startswith("この行と5行目は同時に話す")
     kept = pickle.loads(pickle.dumps(finding.message))
     assert told(kept, "ja") == told(finding.message, "ja")
+
+
+def test_a_refused_file_crosses_processes_as_its_finding(tmp_path):
+    path = tmp_path / "broken.xlsx"
+    path.write_bytes(b"PK\3\4 cut off")
+    with pytest.raises(UnreadableWorkbook) as caught:
+        read(path)
+    sent = unpack_error(json.loads(json.dumps(pack_error(caught.value))))
+    assert isinstance(sent, UnreadableWorkbook) and sent.finding == caught.value.finding
+    assert str(sent) == str(caught.value) and sent.code == "FILE008"
+    assert (
+        told(sent.finding.message, "ja")
+        == "「broken.xlsx」は壊れています（途中で切れているか、全体がそろっていません）。"
+    )
+
+
+def test_details_are_values_by_name_in_the_reader_s_language():
+    details = {"name": "a number", "remedy": Phrase("Did you mean {guess}?", guess="Score"), "guess": "Score"}
+    finding = Report().add("GRAPH001", Address("T", 2, 1), span=None, fixes=(), **details)
+    assert json.loads(json.dumps(finding.as_dict()))["details"] == details
+    assert finding.as_dict("ja")["details"] == details | {"remedy": "「Score」のことですか。"}
+    other = Report().add("GRAPH001", Address("T", 2, 1), span=None, fixes=(), **details | {"name": "a text"})
+    assert finding.id != other.id and finding.id == unpack_finding(pack_finding(finding)).id
+    with pytest.raises(TypeError, match="GRAPH001 needs remedy"):
+        Report().add("GRAPH001", None, name="X")
 
 
 def test_phrases_are_joined_and_begin_sentences():

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import re
 from hashlib import sha256
 
 import pytest
-from play import rows
+from play import check, rows
 from test_run import rrp
 
 from rrp_sheets import api
+from rrp_sheets.diagnostics.fix import Replace
+from rrp_sheets.model.cells import Address
 from rrp_sheets.resources import bundled
 
 COLUMNS = "| On | Input streams | Connector | Formula | Output stream |\n|---|---|---|---|---|\n"
@@ -22,7 +25,7 @@ def fixed(text: str, tmp_path, *apply: str, suffix: str = ".md", more: str = "")
     source = tmp_path / "source.md"
     source.write_text(rows(text, more, header=COLUMNS), encoding="utf-8")
     before = sha256(source.read_bytes()).hexdigest()
-    chosen = {code: int(number) for code, number in (a.split(":") for a in apply)}
+    chosen = dict(a.split(":") for a in apply)
     changes, checked = api.fix(source, tmp_path / f"out{suffix}", chosen)
     assert sha256(source.read_bytes()).hexdigest() == before
     return changes, checked.report.flatten(["code", "cell"])
@@ -67,7 +70,7 @@ def test_a_setting_that_a_device_lacks_leads_to_the_device_that_has_it(tmp_path)
     )
     changes, found = fixed(text, tmp_path, more=devices)
     assert changes == [] and found[0] == ("DEV007", "C2")  # it may as well be the text that is too much
-    changes, found = fixed(text, tmp_path, "DEV007:1", more=devices)
+    changes, found = fixed(text, tmp_path, "DEV007:use-say-parameter", more=devices)
     assert "DEV007" not in dict(found) and [(c.place, c.new) for c in changes] == [("Devices!B2", "Say parameter")]
 
 
@@ -107,17 +110,17 @@ STALE = [
 ]
 
 
-@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize("fix", ["forget-old-value", "join-close-in-time"])
 @pytest.mark.parametrize("text", STALE)
-def test_both_remedies_for_a_stale_combination(text, number, tmp_path):
-    changes, found = fixed(text, tmp_path, f"LINT001:{number}")
+def test_both_remedies_for_a_stale_combination(text, fix, tmp_path):
+    changes, found = fixed(text, tmp_path, f"LINT001:{fix}")
     assert found == [] and any(c.old is None for c in changes)
 
 
-@pytest.mark.parametrize("number", [1, 2])
-def test_the_classic_mistake_mended_stays_mended_and_keeps_the_users_notes(number, tmp_path):
+@pytest.mark.parametrize("fix", ["forget-old-value", "join-close-in-time"])
+def test_the_classic_mistake_mended_stays_mended_and_keeps_the_users_notes(fix, tmp_path):
     out = tmp_path / "out.xlsx"
-    _, checked = api.fix(bundled("workbooks", "complex-tracking.xlsx"), out, {"LINT001": number})
+    _, checked = api.fix(bundled("workbooks", "complex-tracking.xlsx"), out, {"LINT001": fix})
     assert checked.report.flatten(["code"]) == []
     again = api.check(out)
     assert again.report.flatten(["code"]) == []
@@ -127,7 +130,7 @@ def test_the_classic_mistake_mended_stays_mended_and_keeps_the_users_notes(numbe
     assert "far: the head" in notes and "close: the arm on that side" in notes
 
 
-@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize("fix", ["throttle", "changes"])
 @pytest.mark.parametrize(
     "text",
     [
@@ -136,8 +139,8 @@ def test_the_classic_mistake_mended_stays_mended_and_keeps_the_users_notes(numbe
         '| | Face | subscribe | "Hello!" | Say |',
     ],
 )
-def test_endless_speech_is_slowed_down(text, number, tmp_path):
-    changes, found = fixed(text, tmp_path, f"LINT002:{number}")
+def test_endless_speech_is_slowed_down(text, fix, tmp_path):
+    changes, found = fixed(text, tmp_path, f"LINT002:{fix}")
     assert found == [] and len([c for c in changes if c.old is None]) == 1
 
 
@@ -153,7 +156,7 @@ def test_the_command_says_what_it_changed_and_never_touches_the_original(tmp_pat
     assert done.returncode == 0 and "T!B2 “Red bal” → “Red ball”" in done.stdout
     assert rrp("check", source).returncode == 1
     assert rrp("check", source, "--fix", source).returncode == 2
-    assert rrp("check", source, "--apply", "LINT001:1").returncode == 2
+    assert rrp("check", source, "--apply", "LINT001:forget-old-value").returncode == 2
     assert rrp("check", source, "--fix", tmp_path / "x.md", "--apply", "everything").returncode == 2
 
 
@@ -161,7 +164,11 @@ def test_json_lists_findings_fixes_examples_and_changes(tmp_path):
     book = bundled("workbooks", "complex-tracking.xlsx")
     found = json.loads(rrp("check", book, "--json").stdout)
     (finding,) = found["findings"]
-    assert [f["safe"] for f in finding["fixes"]] == [False, False] and finding["severity"] == "warning"
+    assert [(f["id"], f["safe"]) for f in finding["fixes"]] == [
+        ("forget-old-value", False),
+        ("join-close-in-time", False),
+    ]
+    assert finding["severity"] == "warning" and finding["details"]["rare"] in finding["message"]
     assert found["examples"]["Tracking!2"] == {
         "value": 0.5,
         "shown": "0.5",
@@ -169,5 +176,35 @@ def test_json_lists_findings_fixes_examples_and_changes(tmp_path):
         "unit": "m",
         "sure": True,
     }
-    out = json.loads(rrp("check", book, "--json", "--fix", tmp_path / "o.xlsx", "--apply", "LINT001:1").stdout)
+    out = json.loads(
+        rrp("check", book, "--json", "--fix", tmp_path / "o.xlsx", "--apply", "LINT001:forget-old-value").stdout
+    )
     assert out["findings"] == [] and out["changes"][0]["old"] is None
+
+
+def test_the_ids_of_a_finding_differ_and_have_one_form(tmp_path):
+    for text in (*(text for text, *_ in SAFE), *STALE):
+        for finding in check(rows(text, "", header=COLUMNS)).report:
+            ids = [fix.id for fix in finding.fixes]
+            assert len(set(ids)) == len(ids) and all(re.fullmatch(r"[a-z]+(-[a-z]+)*", i) for i in ids)
+
+
+def test_a_proposed_name_may_end_with_a_question_mark():
+    text = "| | Red ball | sample | 1 s | Ready? |\n| | Redy? | subscribe | | Print |"
+    (finding, *_) = check(rows(text, "", header=COLUMNS)).report
+    assert finding.details["guess"] == "Ready?" and finding.remedy.startswith("Did you mean Ready??")
+    (fix,) = finding.fixes
+    assert fix.id == "correct-spelling" and fix.edits == (Replace(Address("T", 3, 2), "Redy?", "Ready?"),)
+
+
+def test_two_misspellings_of_one_name_in_one_cell_are_both_corrected(tmp_path):
+    changes, found = fixed("| | Red ball | map | redBal.x + redBll.y | X |" + PRINT, tmp_path)
+    assert found == [] and changes[-1].new == "redBall.x + redBall.y"
+
+
+def test_a_choice_without_an_id_is_the_only_fix(tmp_path):
+    text = "| | Red ball | map | 1 | Score |\n| | Sce | subscribe | | Print |"
+    changes, _ = fixed(text, tmp_path, "GRAPH001:")
+    assert [(c.place, c.new) for c in changes] == [("T!B3", "Score")]
+    changes, found = fixed(STALE[0], tmp_path, "LINT001:")
+    assert changes == [] and [code for code, _ in found] == ["LINT001"]

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.diagnostics.catalogue import CODES
 from rrp_sheets.diagnostics.fix import Fix, Insert, Put, Replace
 from rrp_sheets.documents import Document, Refused
 from rrp_sheets.documents.journal import Journal
@@ -31,9 +30,7 @@ def document(tmp_path: Path) -> Document:
 
 def look_with(fix: Fix) -> Analysis:
     """What a check says that offers one fix."""
-    code = CODES["GRAPH001"]
-    found = Diagnostic(code.id, code.severity, Address("T", 2, 1), "m", "r", fixes=(fix,))
-    return replace(no_analysis(), findings=(found,))
+    return replace(no_analysis(), findings=(replace(FOUND, fixes=(fix,)),))
 
 
 def texts(document: Document) -> dict[str, list[list[str]]]:
@@ -44,14 +41,16 @@ def texts(document: Document) -> dict[str, list[list[str]]]:
     }
 
 
+FOUND = Diagnostic("GRAPH001", Address("T", 2, 1), {"name": "Gaze", "remedy": ""})
 FIX = Fix(
+    "declare",
     "Declare Gaze",
     (
         Insert("Devices", 2, ((1, "Gaze"), (2, "Head yaw"))), Replace(Address("T", 2, 3), "far", "0.5"),
         Insert("T", 3, ((1, "A"), (2, "sample"), (3, "1 s"), (4, "B"))), Put(Address("T", 4, 1), "B"),
     ),
 )  # fmt: skip
-ASKED = {"code": "GRAPH001", "place": "T!A2", "title": FIX.title}
+ASKED = {"finding": FOUND.id, "fix": "declare"}
 
 
 def test_a_fix_of_two_sheets_is_made_and_taken_back_as_one(document: Document) -> None:

@@ -87,7 +87,7 @@ def test_both_remedies_of_a_stale_combination_silence_it_and_its_test_then_passe
         rows = some(grid.page.locator("tbody tr").count)
         grid.go("B10")
         grid.press("Control+.")  # there are two: the key leads to them
-        becomes(lambda: grid.page.evaluate("document.activeElement.dataset.fix"), "0")
+        becomes(lambda: grid.page.evaluate("document.activeElement.dataset.fix"), "forget-old-value")
         grid.press(*["ArrowDown"] * number, "Enter")
         grid.page.wait_for_selector("td.flagged:not(.is-info)", state="detached")
         grid.page.wait_for_selector(".problems:has-text('no problems')")

@@ -283,6 +283,6 @@ def test_words_and_buttons_of_every_finding_with_a_proposed_time_agree():
     (finding,) = check(markdown_of({**base("simple-tracking"), **flood})).report
     assert "such as 10 s," in finding.remedy and finding.fixes[0].title.endswith("once in 10 s at most (throttle)")
     assert disagreeing(finding) == []
-    assert disagreeing(replace(finding, remedy=finding.remedy.replace("10 s", "3 s"))) == ["3 s"]
+    assert disagreeing(replace(finding, details={**finding.details, "period": "3 s"})) == ["3 s"]
     button = replace(finding.fixes[0], title="Let it speak once in 30 seconds")
     assert disagreeing(replace(finding, fixes=(button,))) == ["30"]

@@ -223,7 +223,7 @@ def test_check_json_and_its_exit_codes(tmp_path):
     wrong = rrp("check", tmp_path / "wrong.md", "--json")
     found = json.loads(wrong.stdout)["findings"]
     assert wrong.returncode == 1
-    entries = {"code", "severity", "sheet", "cell", "message", "remedy", "span", "fixes"}
+    entries = {"code", "severity", "sheet", "cell", "message", "remedy", "span", "fixes", "details"}
     assert [set(f) for f in found] == [entries] * len(found)
     assert (found[0]["code"], found[0]["sheet"], found[0]["cell"]) == ("FORM007", "T", "C2")
 

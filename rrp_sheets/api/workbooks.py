@@ -71,9 +71,9 @@ def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None
 
 
 def fix(
-    path: Path | str, target: Path | str, chosen: Mapping[str, int] | None = None
+    path: Path | str, target: Path | str, chosen: Mapping[str, str] | None = None
 ) -> tuple[list[CellChange], Checked]:
-    """Write a copy of a workbook with all safe fixes in it; `chosen` names others, `{"LINT001": 2}` the second one.
+    """Write a copy of a workbook with all safe fixes in it; `chosen` names others: `{"LINT002": "throttle"}`.
 
     Returns:
         What was changed, and the copy, checked.

@@ -21,7 +21,7 @@ from rrp_sheets.devices.sound_files import SUFFIX, BadSoundError, is_plain, look
 from rrp_sheets.diagnostics import Diagnostic, Report
 from rrp_sheets.diagnostics.fix import Fix, Replace
 from rrp_sheets.diagnostics.phrase import Phrase
-from rrp_sheets.diagnostics.proposals import slips
+from rrp_sheets.diagnostics.proposals import meant, slips
 from rrp_sheets.formulas import Formula, make_scope
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.graph import Graph, Stream, StreamKind
@@ -119,12 +119,8 @@ def _robot(workbook: Workbook, report: Report) -> Robot:
         return load_robot(name)
     address = workbook.protocol.fields["robot"].address
     guess = nearest(name, robot_names())
-    remedy = (
-        Phrase("Did you mean {guess}?", guess=guess)
-        if guess
-        else Phrase("The robots are: {names}.", names=", ".join(robot_names()))
-    )
-    report.add("PROT001", address, name=name, remedy=remedy)
+    robots = Phrase("The robots are: {names}.", names=", ".join(robot_names()))
+    report.add("PROT001", address, name=name, **meant(guess, robots))
     return load_robot("nao")
 
 
@@ -155,8 +151,7 @@ def find_cues(
         stream = known.get(_name(action.cue))
         if stream is None:
             guess = propose(action.cue, [s.name for s in known.values()])
-            remedy = Phrase("Did you mean {guess}?", guess=guess) if guess else _ANY
-            report.add("SCENE007", cells[action.row].address, name=action.cue, remedy=remedy)
+            report.add("SCENE007", cells[action.row].address, name=action.cue, **meant(guess, _ANY))
             continue
         streams[stream.id] = stream
         found.append(replace(action, cue=stream.id))
@@ -232,11 +227,8 @@ def _check_sound(cell: Cell, folder: Path, report: Report) -> None:
     try:
         look_at(folder, name)
     except BadSoundError as problem:
-        remedy = _ELSE
-        if not (folder / name).is_file():
-            guess = nearest(name, _sounds_in(folder))
-            remedy = Phrase("Did you mean {guess}?", guess=guess) if guess else _ELSE
-        report.add("DEV012", cell.address, name=name, problem=problem, remedy=remedy)
+        guess = None if (folder / name).is_file() else nearest(name, _sounds_in(folder))
+        report.add("DEV012", cell.address, name=name, problem=problem.args[0], **meant(guess, _ELSE))
 
 
 def _sounds_in(folder: Path) -> list[str]:

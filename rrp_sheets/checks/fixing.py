@@ -15,8 +15,9 @@ from rrp_sheets.model.names import key
 from rrp_sheets.workbook.editing import Edit, InsertRows, SetCell, edit, read_sheets
 
 MOST_ROUNDS = 100
-Chosen = Mapping[str, int]
-"""Number of the chosen fix, counted from 1, for the findings of a code."""
+Chosen = Mapping[str, str]
+"""Id of the chosen fix for the findings of a code; empty for findings with one fix only."""
+_Tried = set[tuple[object, ...]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +41,7 @@ def apply_fixes(path: Path, check: Callable[[Path], Checked], chosen: Chosen) ->
         SheetsError: when the file cannot be changed.
     """
     changes: list[CellChange] = []
-    tried: set[tuple[str, str, str]] = set()
+    tried: _Tried = set()
     checked = check(path)
     for _ in range(MOST_ROUNDS):
         step = _next(checked, chosen, tried)
@@ -51,14 +52,14 @@ def apply_fixes(path: Path, check: Callable[[Path], Checked], chosen: Chosen) ->
     return changes, checked
 
 
-def _next(checked: Checked, chosen: Chosen, tried: set[tuple[str, str, str]]) -> list[tuple[Diagnostic, Fix]]:
+def _next(checked: Checked, chosen: Chosen, tried: _Tried) -> list[tuple[Diagnostic, Fix]]:
     """Return the fixes of this round: all safe ones of different cells, or else one of the chosen ones."""
     cells: set[Address] = set()
     safe: list[tuple[Diagnostic, Fix]] = []
     for d, fix in _fixes(checked, chosen):
         if not fix.safe or d.address is None or d.address in cells:
             continue
-        name = (str(d.address), d.code, fix.title)
+        name = (d.address, *_name(d, fix))
         if name not in tried:
             tried.add(name)
             cells.add(d.address)
@@ -66,21 +67,25 @@ def _next(checked: Checked, chosen: Chosen, tried: set[tuple[str, str, str]]) ->
     if safe:
         return safe
     for d, fix in _fixes(checked, chosen):
-        name = (d.message, d.code, fix.title)
+        name = _name(d, fix)  # without its address: the fix may have moved the row down
         if not fix.safe and name not in tried:
             tried.add(name)
             return [(d, fix)]
     return []
 
 
+def _name(d: Diagnostic, fix: Fix) -> tuple[object, ...]:
+    return (d.code, *sorted(d.details.items()), fix.id)
+
+
 def _fixes(checked: Checked, chosen: Chosen) -> Iterator[tuple[Diagnostic, Fix]]:
     """Yield the safe fix of every finding, or the one that is chosen for its code."""
     for d in checked.report:
-        number = chosen.get(d.code, 0)
-        if number:
-            yield from ((d, fix) for fix in d.fixes[number - 1 : number])
-        elif d.fixes and d.fixes[0].safe:
-            yield d, d.fixes[0]
+        wanted = chosen.get(d.code)
+        for fix in d.fixes:
+            if fix.safe if wanted is None else fix.id == wanted or (not wanted and len(d.fixes) == 1):
+                yield d, fix
+                break
 
 
 def _carry_out(path: Path, wanted: Sequence[tuple[Diagnostic, Fix]]) -> list[CellChange]:

@@ -13,7 +13,8 @@ from rrp_sheets.checks.facts import Fact, sensor_fact
 from rrp_sheets.connectors import Parameter
 from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.phrase import Phrase, sentences, str_of
+from rrp_sheets.diagnostics.phrase import Phrase, sentences
+from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.formulas import (
     Formula,
     FormulaProblem,
@@ -163,9 +164,9 @@ class _Compiler:
             return
         guess = scope.propose(name, [*self.sheets, *scope.known()]) if self.sheets else None
         if guess is not None and guess in self.sheets:
-            problem.details["remedy"] = Phrase(
-                'Did you mean {guess}? (A text needs quotes: "{name}".)', guess=argument_name(guess), name=name
-            )
+            guess = argument_name(guess)
+            remedy = Phrase('Did you mean {guess}? (A text needs quotes: "{name}".)', guess=guess, name=name)
+            problem.advise(remedy, guess)
 
 
 def _propose_total(problem: FormulaProblem, step: Step) -> None:
@@ -175,13 +176,13 @@ def _propose_total(problem: FormulaProblem, step: Step) -> None:
     name, what = (str(problem.details.get(detail, "")) for detail in ("name", "what"))
     formula = key(step.row.formula.text.strip("= ()"))
     if formula in ("count", "counter") and problem.code in ("FORM003", "FORM004"):
-        problem.details["remedy"] = "Leave the Formula blank: that counts."
+        problem.advise("Leave the Formula blank: that counts.")
     elif formula == "count" and problem.code == "FORM006":
         problem.details["usage"] = "nothing: with a blank Formula the row counts"
     elif problem.code == "FORM003" and what.casefold() == "the function count without brackets":
-        problem.details["remedy"] = "Write total, which is the count so far; or leave the Formula blank: that counts."
+        problem.advise("Write total, which is the count so far; or leave the Formula blank: that counts.")
     elif problem.code == "FORM004" and step.row.output and key(name) == key(step.row.output.text):
-        problem.details["remedy"] = "Did you mean total? In this row that is the total so far."
+        problem.advise("Did you mean total? In this row that is the total so far.", "total")
 
 
 def own_sheets(workbook: Workbook) -> list[str]:
@@ -202,9 +203,7 @@ def helper_alone(cell: Cell, scope: Scope, count: int) -> str:
     if helper is None and re.fullmatch(r"\w+( \w+)+", text):
         guess = scope.propose(text, [h.shown for h in scope.helpers.values()])
         if guess and not {"if", "and", "or", "not", "in"} & set(text.casefold().split()):
-            raise FormulaProblem(
-                "FORM005", 0, len(text), name=text, remedy=Phrase("Did you mean {guess}?", guess=guess)
-            )
+            raise FormulaProblem("FORM005", 0, len(text), name=text, **meant(guess, ""))
     if helper is None or not helper.parameters or key(text) in scope.inputs:
         return text
     if len(helper.parameters) != count:
@@ -291,7 +290,7 @@ def _propose_input(problem: FormulaProblem, helper: HelperDef, text: str) -> Non
     bare = problem.code == "FORM003" and library().get(name) is not None
     if problem.code == "FORM004" or bare:
         remedy = Phrase("If {name} is an input of the helper, write it into the column Inputs.", name=name)
-        problem.details["remedy"] = sentences(remedy, str_of(problem.details["remedy"]))
+        problem.advise(sentences(remedy, problem.remedy))
 
 
 class _Calls:

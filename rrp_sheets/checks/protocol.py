@@ -10,6 +10,7 @@ from typing import Any
 from rrp_sheets.devices import DeviceType, Robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.phrase import Phrase, listed
+from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.graph import Graph, StreamKind
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.languages import language_code
@@ -103,12 +104,8 @@ def _behaviours(workbook: Workbook, report: Report) -> frozenset[str]:
             chosen.add(key(name))
         elif name and known:  # without any behaviour that is what is told
             guess = nearest(name, known.values())
-            remedy = (
-                Phrase("Did you mean {guess}?", guess=guess)
-                if guess
-                else Phrase("The behaviours are: {names}.", names=", ".join(known.values()))
-            )
-            report.add("PROT004", workbook.protocol.fields["run"].address, name=name, remedy=remedy)
+            every = Phrase("The behaviours are: {names}.", names=", ".join(known.values()))
+            report.add("PROT004", workbook.protocol.fields["run"].address, name=name, **meant(guess, every))
     return frozenset(chosen)
 
 

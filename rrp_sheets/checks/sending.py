@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from rrp_sheets.checks.parts import TooLarge, compiled, fields, literal, without_equals
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.phrase import Phrase, sentences, small
+from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.formulas import Formula, FormulaProblem, Scope
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.names import key, nearest
@@ -93,12 +94,8 @@ def known_fields(cell: Cell, names: list[str], record: RecordType | None, report
         if k is None and record is not None:
             guess = nearest(name, [f.name for f in record.fields])
             every = ", ".join(f.name for f in record.fields)
-            remedy = (
-                Phrase("Did you mean {guess}?", guess=guess)
-                if guess
-                else Phrase("Its fields are: {every}.", every=every)
-            )
-            report.add("TEST008", cell.address, record=record.name, field=name, remedy=remedy)
+            otherwise = Phrase("Its fields are: {every}.", every=every)
+            report.add("TEST008", cell.address, record=record.name, field=name, **meant(guess, otherwise))
             return False
         if k in seen:
             report.add("TEST013", cell.address, field=name)
@@ -123,6 +120,6 @@ def tell_formula(report: Report, code: str, cell: Cell, problem: FormulaProblem)
         remedy = Phrase(
             'Put a text between quotes: "{name}". Fields of a record are written as field=value.', name=name
         )
-    elif code == "TEST007" and problem.code == "FORM001" and "quote" not in remedy:
+    elif code == "TEST007" and problem.code == "FORM001" and "quotes" not in problem.details:
         remedy = sentences(remedy, 'A text to send stands in quotes: "Hello".')
     report.add(code, cell.address, text=cell.text, why=why, remedy=remedy)

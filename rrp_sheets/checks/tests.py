@@ -10,7 +10,8 @@ from rrp_sheets.checks.expecting import Expectation, Place, read_expect
 from rrp_sheets.checks.sending import Sending, read_send
 from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.phrase import Phrase, listed
+from rrp_sheets.diagnostics.phrase import listed
+from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.formulas import Scope
 from rrp_sheets.graph import Graph, Stream, StreamKind
 from rrp_sheets.model.cells import Address, Cell
@@ -122,12 +123,8 @@ class _Names:
         unused = None if bang else self._unused(cell.text)
         if unused is None:
             guess = self.propose(cell.text, self._all_names)
-            remedy = (
-                Phrase("Did you mean {guess}?", guess=guess)
-                if guess
-                else "Write a stream as it stands in a behaviour or in Devices."
-            )
-            report.add("TEST002", cell.address, name=cell.text, remedy=remedy)
+            otherwise = "Write a stream as it stands in a behaviour or in Devices."
+            report.add("TEST002", cell.address, name=cell.text, **meant(guess, otherwise))
         return unused
 
     def _of_graph(self, stream: Stream, typed: str) -> _Named:

@@ -24,20 +24,20 @@ if TYPE_CHECKING:
 _COLOURS = {"error": "red", "warning": "yellow", "info": "blue"}
 
 
-_FIX = re.compile(r"(?P<code>[A-Za-z]{4,5}\d{3})(:(?P<number>[1-9]))?")
+_FIX = re.compile(r"(?P<code>[A-Za-z]{4,5}\d{3})(:(?P<fix>[\w-]+))?")
 
 
 class _Choice(click.ParamType):  # type: ignore[type-arg]  # generic for its stubs only, not when it runs
-    """`LINT001:2`: the second fix of the findings LINT001; without number the first."""
+    """`LINT002:throttle`: that fix of the findings LINT002; without it, the fix of findings that have only one."""
 
-    name = "CODE:N"
+    name = "CODE:FIX"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, int]:
-        """The code and the number."""
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
+        """The code and the fix's id."""
         match = _FIX.fullmatch(str(value))
         if not match:
-            self.fail(f"“{value}” names no fix. Write a code and a number, for example LINT001:1.", param, ctx)
-        return match["code"].upper(), int(match["number"] or 1)
+            self.fail(f"“{value}” names no fix. Write a code and a fix, for example LINT002:throttle.", param, ctx)
+        return match["code"].upper(), (match["fix"] or "").casefold()
 
 
 @click.command(name="check")
@@ -47,10 +47,10 @@ class _Choice(click.ParamType):  # type: ignore[type-arg]  # generic for its stu
 @click.option("--report", "out", type=click.Path(path_type=Path), help="write a copy (.xlsx) with the findings in it")
 @click.option("--fix", "mended", type=click.Path(path_type=Path), help="write a corrected copy, and say what changed")
 @click.option("--apply", "chosen", type=_Choice(), multiple=True,
-              help="with --fix: also the N-th fix of a finding that leaves a choice, such as LINT001:1")  # fmt: skip
+              help="with --fix: also a fix that needs your choice, such as LINT002:throttle")  # fmt: skip
 def command(
     file: Path, as_json: bool, language: str | None, out: Path | None, mended: Path | None,
-    chosen: tuple[tuple[str, int], ...],
+    chosen: tuple[tuple[str, str], ...],
 ) -> None:  # fmt: skip
     """Say what is wrong with FILE, each with its cell and what to do about it.
 
@@ -60,6 +60,8 @@ def command(
     Exit code: 0 fine or only warnings, 1 errors, 2 the file cannot be read.
     """
     from rrp_sheets import api
+    from rrp_sheets.diagnostics.languages import told
+    from rrp_sheets.diagnostics.report import UnreadableWorkbook
 
     if chosen and mended is None:
         raise click.UsageError("--apply goes with --fix OUT: the corrected copy.")
@@ -70,14 +72,12 @@ def command(
             checked = api.check(file)
         else:
             changes, checked = api.fix(file, mended, dict(chosen))
-    except UnreadableFile as error:
+    except UnreadableWorkbook as error:
         if not as_json:
-            raise UnreadableFile(error.code, *_texts(error, language or "en")) from None
-        message, remedy = _texts(error, language or "en")
-        entry: dict[str, Any] = {
-            "code": error.code, "severity": "error", "sheet": "", "cell": "", "message": message,
-            "remedy": remedy, "span": None, "fixes": [],
-        }  # fmt: skip
+            raise UnreadableFile(
+                error.code, *(told(t, language or "en") for t in (error.message, error.remedy))
+            ) from None
+        entry = error.finding.as_dict(language or "en")
         click.echo(json.dumps({"findings": [entry], "examples": {}}, ensure_ascii=False, indent=2))
         sys.exit(2)
     report = checked.report
@@ -85,7 +85,7 @@ def command(
     if out is not None:
         api.mark(mended or file, out, report, language)
     if as_json:
-        found = {"findings": [d.in_language(language).as_dict() for d in report], "examples": _examples(checked)}
+        found = {"findings": [d.as_dict(language) for d in report], "examples": _examples(checked)}
         if mended is not None:
             found["changes"] = [asdict(c) for c in changes]
         click.echo(json.dumps(found, ensure_ascii=False, indent=2))
@@ -123,13 +123,13 @@ def print_findings(findings: Iterable[Diagnostic], err: bool = False, language: 
     """Print findings as people read them."""
     from rrp_sheets.diagnostics.languages import told
 
-    for d in (d.in_language(language) for d in findings):
+    for d in findings:
         place = f"{d.address}: " if d.address else ""
         kind = click.style(told(d.severity.value, language), fg=_COLOURS[d.severity.value], bold=True)
-        click.echo(f"{kind} {d.code} {place}{d.message}", err=err)
-        click.echo(f"  → {d.remedy}", err=err)
-        for number, fix in enumerate(d.fixes if len(d.fixes) > 1 else (), 1):
-            click.echo(f"    --apply {d.code}:{number}  {fix.title}", err=err)
+        click.echo(f"{kind} {d.code} {place}{told(d.message, language)}", err=err)
+        click.echo(f"  → {told(d.remedy, language)}", err=err)
+        for fix in d.fixes if len(d.fixes) > 1 else ():
+            click.echo(f"    --apply {d.code}:{fix.id}  {told(fix.title, language)}", err=err)
 
 
 def verdict(findings: Iterable[Diagnostic], language: str = "en") -> str:
@@ -140,9 +140,3 @@ def verdict(findings: Iterable[Diagnostic], language: str = "en") -> str:
     kinds = [d.severity.value for d in findings]
     counts = {kind: kinds.count(kind) for kind in ("error", "warning")}
     return told(Phrase("{before}.", before=counted(counts)) if any(counts.values()) else counted(counts), language)
-
-
-def _texts(error: UnreadableFile, language: str) -> tuple[str, str]:
-    from rrp_sheets.diagnostics.languages import told
-
-    return told(error.message, language), told(error.remedy, language)

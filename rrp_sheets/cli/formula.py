@@ -49,7 +49,7 @@ def command(text: str | None, inputs: tuple[str, ...], as_json: bool) -> None:
 
 def _with_input(text: str, answer: Answer, inputs: tuple[str, ...]) -> Answer:
     """An unknown name is mostly an input that was not given: say how to give it, unless another name is near."""
-    if answer.code != "FORM004" or answer.remedy.startswith("Did you mean"):
+    if answer.code != "FORM004" or answer.guess:
         return answer
     name = text[answer.column : answer.column + answer.length]
     if not name.isidentifier() or name.startswith("_") or "__" in name:

@@ -27,9 +27,8 @@ from rrp_sheets.devices.catalogue import (
 )
 from rrp_sheets.devices.gestures import Gesture
 from rrp_sheets.devices.own_shape import PLAIN, CatalogueError, Shape, judge_solids, read_shape
-from rrp_sheets.diagnostics.catalogue import CODES
 from rrp_sheets.diagnostics.phrase import Phrase
-from rrp_sheets.errors import UnreadableFile
+from rrp_sheets.diagnostics.report import Report, UnreadableWorkbook
 from rrp_sheets.model.names import key
 
 FOLDER = "robots"
@@ -60,9 +59,7 @@ def own_robot(folder: Path, name: str) -> Robot | None:
         return _judged(place, name, tuple((p.name, p.stat().st_mtime_ns, p.stat().st_size) for p in files))
     except (CatalogueError, OSError) as problem:
         why = problem.args[0] if isinstance(problem, CatalogueError) else problem.strerror or "it cannot be read"
-        entry = CODES["FILE019"]
-        message = Phrase(entry.message, name=f"{FOLDER}/{name}", why=why)
-        raise UnreadableFile("FILE019", message, entry.remedy) from None
+        raise UnreadableWorkbook(Report().add("FILE019", None, name=f"{FOLDER}/{name}", why=why)) from None
 
 
 def files_of(robot: Robot) -> list[Path]:

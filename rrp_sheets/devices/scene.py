@@ -34,6 +34,7 @@ from rrp_sheets.devices.scene_words import (  # fmt: skip
     verbs_of,
 )
 from rrp_sheets.diagnostics.phrase import Phrase, sentences
+from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.durations import meant_duration
@@ -139,14 +140,10 @@ def check_presses(
         if action.verb != "press" or key(label) in {key(b) for b in buttons}:
             continue
         near = nearest(label, buttons)
-        remedy = (
-            Phrase("Did you mean “{near}”?", near=near)
-            if near
-            else Phrase("The buttons are: {buttons}.", buttons=", ".join(buttons))
-        )
+        otherwise = Phrase("The buttons are: {buttons}.", buttons=", ".join(buttons))
         if not buttons:
-            remedy = Phrase("Declare it in the sheet Devices: Device Operator button, Label “{label}”.", label=label)
-        report.add("SCENE006", cells[action.row].address, label=label, remedy=remedy)
+            otherwise = Phrase("Declare it in the sheet Devices: Device Operator button, Label “{label}”.", label=label)
+        report.add("SCENE006", cells[action.row].address, label=label, **meant(near, otherwise, quoted=True))
 
 
 def _kind(thing: Cell, does: Cell, report: Report) -> tuple[ThingKind, str] | None:
@@ -161,8 +158,7 @@ def _kind(thing: Cell, does: Cell, report: Report) -> tuple[ThingKind, str] | No
     if near is None and text and text[0].isalpha() and not _is_thing(text) and find_verb(person, does.text) is not None:
         return person, ""
     near = near or _nearest_thing(text)
-    remedy = Phrase("Did you mean “{near}”?", near=near) if near else _ANY
-    report.add("SCENE002", thing.address, text=text or "blank", remedy=remedy)
+    report.add("SCENE002", thing.address, text=text or "blank", **meant(near, _ANY, quoted=True))
     return None
 
 
@@ -177,12 +173,8 @@ def _known_zone(value: Cell, values: dict[str, Value], does: Cell, report: Repor
     if key(said) in zones:
         return True
     near = nearest(said, robot.touch_zones)
-    remedy = (
-        Phrase("Did you mean “{near}”?", near=near)
-        if near
-        else Phrase("{title} feels a touch on: {names}.", title=robot.title, names=", ".join(robot.touch_zones))
-    )
-    report.add("SCENE004", value.address, text=value.text, does=does.text, remedy=remedy)
+    otherwise = Phrase("{title} feels a touch on: {names}.", title=robot.title, names=", ".join(robot.touch_zones))
+    report.add("SCENE004", value.address, text=value.text, does=does.text, **meant(near, otherwise, quoted=True))
     return False
 
 
@@ -204,12 +196,9 @@ def _verb(kind: ThingKind, does: Cell, report: Report) -> Verb | None:
     if verb is None:
         names = [verb.name for verb in kind.verbs]
         near = nearest(does.text, [n for v in kind.verbs for n in (v.name, *v.also)])
-        remedy = (
-            Phrase("Did you mean “{near}”?", near=near)
-            if near
-            else Phrase("It can do this: {names}.", names=", ".join(names))
-        )
-        report.add("SCENE003", does.address, text=does.text or "blank", kind=kind.name, remedy=remedy)
+        otherwise = Phrase("It can do this: {names}.", names=", ".join(names))
+        remedy = meant(near, otherwise, quoted=True)
+        report.add("SCENE003", does.address, text=does.text or "blank", kind=kind.name, **remedy)
     return verb
 
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
 from rrp_sheets.diagnostics.phrase import Phrase
+from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.names import nearest
 from rrp_sheets.model.scene_actions import SceneAction
@@ -18,7 +19,7 @@ MOST_BYTES = 5_000_000
 MOST_PIXELS = 4_000  # of a side
 LEAST_PIXELS = 32
 _PUT = "Put the file beside the workbook, or leave out “with picture”."
-_NOWHERE = ("there is no folder to look in.", _PUT)
+_NOWHERE = ("there is no folder to look in.", _PUT, None)
 _PNG = b"\x89PNG\r\n\x1a\n"
 
 
@@ -39,43 +40,38 @@ def check_pictures(
         if name is None:
             found.append(action)
             continue
-        problem = _NOWHERE if folder is None else _problem(folder, name)
+        problem, remedy, guess = _NOWHERE if folder is None else _problem(folder, name)
         if problem:
-            report.add("SCENE008", rows[action.row].value.address, name=name, problem=problem[0], remedy=problem[1])
+            address = rows[action.row].value.address
+            report.add("SCENE008", address, name=name, problem=problem, **meant(guess, remedy))
         elif folder is not None:
             found.append(replace(action, values={**action.values, "picture": str((folder / name).resolve())}))
     return tuple(found)
 
 
-def _problem(folder: Path, name: str) -> tuple[str, str] | None:
-    """Return why a picture cannot be used, and what to do; None when it can."""
+def _problem(folder: Path, name: str) -> tuple[str, str, str | None]:
+    """Return why a picture cannot be used, the remedy, and the name that may be meant; empty texts when it can."""
     if PurePosixPath(name).name != name or PureWindowsPath(name).name != name or name.startswith("."):
-        return "it is not beside the workbook.", "Put the file beside the workbook, and write its name only."
+        return "it is not beside the workbook.", "Put the file beside the workbook, and write its name only.", None
     if Path(name).suffix.casefold() not in SUFFIXES:
-        return "it is neither a .png nor a .jpg file.", "Save the picture as a .png or .jpg file."
+        return "it is neither a .png nor a .jpg file.", "Save the picture as a .png or .jpg file.", None
     path = folder / name
     try:
         if not path.is_file():
             there = [p.name for p in sorted(folder.iterdir()) if p.suffix.casefold() in SUFFIXES]
-            guess = nearest(name, there)
-            return "there is no such file beside the workbook.", Phrase(
-                "Did you mean {guess}?", guess=guess
-            ) if guess else _PUT
+            return "there is no such file beside the workbook.", _PUT, nearest(name, there)
         if path.stat().st_size > MOST_BYTES:
-            return Phrase(
-                "it is larger than {value} MB.", value=MOST_BYTES // 1_000_000
-            ), "Save it smaller: 400 x 400 pixels are enough."
+            why = Phrase("it is larger than {value} MB.", value=MOST_BYTES // 1_000_000)
+            return why, "Save it smaller: 400 x 400 pixels are enough.", None
         size = picture_size(path.read_bytes())
     except (OSError, ValueError):
-        return "it cannot be read.", "Save it anew as a .png or .jpg file."
+        return "it cannot be read.", "Save it anew as a .png or .jpg file.", None
     if size is None:
-        return "it is no picture.", "Save it anew as a .png or .jpg file."
+        return "it is no picture.", "Save it anew as a .png or .jpg file.", None
     if not all(LEAST_PIXELS <= side <= MOST_PIXELS for side in size):
-        limits = f"from {LEAST_PIXELS} to {MOST_PIXELS} pixels"
-        return Phrase("it is {value} x {value2} pixels large.", value=size[0], value2=size[1]), Phrase(
-            "Save it with sides {limits}.", limits=limits
-        )
-    return None
+        why = Phrase("it is {value} x {value2} pixels large.", value=size[0], value2=size[1])
+        return why, Phrase("Save it with sides from {low} to {high} pixels.", low=LEAST_PIXELS, high=MOST_PIXELS), None
+    return "", "", None
 
 
 def picture_size(data: bytes) -> tuple[int, int] | None:

@@ -88,7 +88,7 @@ def _beside(folder: Path, name: str) -> Path:
     except OSError as error:
         raise BadSoundError(Phrase("cannot be read ({strerror})", strerror=error.strerror)) from None
     if size > LARGEST:
-        raise BadSoundError(f"has {size / 1e6:.0f} MB; {LARGEST / 1e6:.0f} MB are possible")
+        raise BadSoundError(Phrase("has {n:.0f} MB; {most:.0f} MB are possible", n=size / 1e6, most=LARGEST / 1e6))
     return path
 
 

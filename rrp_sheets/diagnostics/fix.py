@@ -42,11 +42,13 @@ class Fix:
     """A fix of a finding.
 
     Attributes:
+        id: names it among the fixes of its finding, in any language: lower-case words with hyphens.
         title: what it does, in the user's words.
         edits: one after the other; each counts rows as the one before left them.
         safe: whether it is surely what was meant, so that it needs no decision.
     """
 
+    id: str
     title: str
     edits: tuple[FixEdit, ...]
     safe: bool = False

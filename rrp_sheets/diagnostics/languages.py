@@ -25,6 +25,16 @@ def told(text: str, language: str) -> str:
     return str(text) if language == "en" else _told(text, _templates(language))
 
 
+def places_in(places: Mapping[str, Any], language: str) -> dict[str, Any]:
+    """Return the values of places, those that are the program's words in a language.
+
+    >>> places_in({"name": "Red", "guess": "Blue", "remedy": Phrase("Did you mean {guess}?", guess="Blue")}, "en")
+    {'name': 'Red', 'guess': 'Blue', 'remedy': 'Did you mean Blue?'}
+    """
+    templates = {} if language == "en" else _templates(language)
+    return {name: _place(name, value, templates) for name, value in places.items()}
+
+
 def title(code: str, language: str) -> str:
     """Return the title of a code in a language."""
     entry = entries(language).get(code)

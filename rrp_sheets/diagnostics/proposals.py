@@ -1,46 +1,42 @@
-"""Makes fixes from remedies that propose a spelling, and counts the typing errors between names."""
+"""Makes fixes of proposed spellings, and counts the typing errors between names."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
+from typing import Any
 
-from rrp_sheets.diagnostics.fix import Fix, Put, Replace
+from rrp_sheets.diagnostics.fix import Fix, Replace
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.cells import Address
 from rrp_sheets.model.names import key
 
-_MEANT = re.compile(r"Did you mean “?(?P<guess>[^?”]{1,80})”?\?")
-_DECIMAL = re.compile(r"Write (?P<whole>\d+)\.(?P<part>\d+)[.;]")
-_WRONG = {"FORM007": "field", "FORM017": "column", "SHEET002": "header", "CONN008": "text"}
+_MISSPELT = {"FORM003": "typed", "FORM007": "field", "SHEET002": "header", "CONN008": "text"}
 """The detail that holds what is misspelt; of other codes it is `name`."""
-_DECIMAL_COMMA = "A decimal comma"
 LONGEST = 60  # letters of a name that are compared
 
 
-def proposed(code: str, address: Address | None, details: Mapping[str, object], remedy: str) -> tuple[Fix, ...]:
-    """Return the fix that a remedy proposes, as a tuple; empty if it proposes none."""
-    if address is None:
+def meant(guess: str | None, otherwise: str, quoted: bool = False) -> dict[str, Any]:
+    """Return the details `remedy` and `guess` for a name that is not known; `otherwise` is the remedy without a guess.
+
+    With `quoted` the guess is put into quotes.
+
+    >>> meant("Red ball", "Choose a device.")
+    {'remedy': 'Did you mean Red ball?', 'guess': 'Red ball'}
+    """
+    if not guess:
+        return {"remedy": otherwise}
+    remedy = Phrase("Did you mean “{guess}”?", guess=guess) if quoted else Phrase("Did you mean {guess}?", guess=guess)
+    return {"remedy": remedy, "guess": guess}
+
+
+def proposed(code: str, address: Address | None, details: Mapping[str, object]) -> tuple[Fix, ...]:
+    """Return the fix `correct-spelling`, which writes the detail `guess`, as a tuple; empty without a guess."""
+    wrong, guess = details.get(_MISSPELT.get(code, "name")), details.get("guess")
+    if address is None or not (isinstance(wrong, str) and isinstance(guess, str) and wrong and guess):
         return ()
-    if code == "CONN010":
-        text = str(details["text"])
-        return (Fix(Phrase("Write {value}", value=f"{text} s"), (Put(address, f"{text} s"),), safe=True),)
-    comma = _DECIMAL.match(remedy)
-    if code == "FORM003" and details.get("what") == _DECIMAL_COMMA and comma:
-        old, new = f"{comma['whole']},{comma['part']}", f"{comma['whole']}.{comma['part']}"
-        return (Fix(Phrase("Write {value}", value=new), (Replace(address, old, new),), safe=True),)
-    meant = _MEANT.match(remedy)
-    wrong = details.get(_WRONG.get(code, "name"))
-    if meant is None or not isinstance(wrong, str) or not wrong:
-        return ()
-    guess = meant["guess"].strip()
-    return (
-        Fix(
-            Phrase("Write {value}", value=guess),
-            (Replace(address, wrong, guess),),
-            safe=code == "CONN008" or surely(wrong, guess),
-        ),
-    )
+    title = Phrase("Write {value}", value=guess)
+    safe = code == "CONN008" or surely(wrong, guess)
+    return (Fix("correct-spelling", title, (Replace(address, wrong, guess),), safe),)
 
 
 def surely(wrong: str, guess: str) -> bool:

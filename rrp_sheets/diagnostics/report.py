@@ -2,59 +2,85 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Collection, Iterable, Iterator
+import json
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from hashlib import blake2s
 from typing import Any
 
 from rrp_sheets.diagnostics.catalogue import CODES, Severity
 from rrp_sheets.diagnostics.fix import Fix
-from rrp_sheets.diagnostics.languages import told
+from rrp_sheets.diagnostics.languages import places_in, told
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.proposals import proposed
+from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.cells import Address
 from rrp_sheets.model.names import key
+
+Detail = str | int | float | None
+"""Value of a detail: what the user typed, a number, or a `Phrase` of the program; all can be written as JSON."""
 
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One finding.
+    """One finding. Its texts are made of the catalogue's templates and the details, when they are asked for.
 
     Attributes:
         code: the catalogue's code.
-        severity: of that code.
         address: the cell it belongs to; None for the whole file.
-        message: what is wrong, in the user's words; a `Phrase`, which `languages.told` translates.
-        remedy: what to do about it, likewise.
+        details: the values that fill the templates, by name; a phrase of the program is a `Phrase`.
         span: first and last+1 character within the cell's text, where known.
         fixes: what would remove it, to choose from.
     """
 
     code: str
-    severity: Severity
     address: Address | None
-    message: str
-    remedy: str
+    details: Mapping[str, Detail] = field(default_factory=dict, hash=False)
     span: tuple[int, int] | None = None
     fixes: tuple[Fix, ...] = field(default=(), compare=False)
 
-    def in_language(self, language: str) -> Diagnostic:
-        """Return the finding with its texts in a language (`en`, `ja`)."""
-        fixes = tuple(replace(fix, title=told(fix.title, language)) for fix in self.fixes)
-        return replace(self, message=told(self.message, language), remedy=told(self.remedy, language), fixes=fixes)
+    @property
+    def severity(self) -> Severity:
+        """The severity of its code."""
+        return CODES[self.code].severity
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the finding as `check --json` prints it."""
+    @property
+    def message(self) -> Phrase:
+        """The problem, in the user's words; `languages.told` translates it."""
+        return Phrase(CODES[self.code].message, **self.details)
+
+    @property
+    def remedy(self) -> Phrase:
+        """The advice for removing it; `languages.told` translates it."""
+        return Phrase(CODES[self.code].remedy, **self.details)
+
+    @property
+    def id(self) -> str:
+        """The name by which a page asks for a fix of it: a short digest of code, address and details."""
+        said = json.dumps([self.code, str(self.address or ""), self.details], sort_keys=True)
+        return blake2s(said.encode(), digest_size=8).hexdigest()
+
+    def as_dict(self, language: str = "en") -> dict[str, Any]:
+        """Return the finding as `check --json` prints it, with its texts in a language (`en`, `ja`)."""
         return {
             "code": self.code,
             "severity": self.severity.value,
             "sheet": self.address.sheet if self.address else "",
             "cell": self.address.cell if self.address else "",
-            "message": self.message,
-            "remedy": self.remedy,
+            "message": told(self.message, language),
+            "remedy": told(self.remedy, language),
             "span": list(self.span) if self.span else None,
-            "fixes": [{"title": f.title, "safe": f.safe} for f in self.fixes],
+            "fixes": [{"id": f.id, "title": told(f.title, language), "safe": f.safe} for f in self.fixes],
+            "details": places_in(self.details, language),
         }
+
+
+class UnreadableWorkbook(UnreadableFile):
+    """A workbook that cannot be read at all; `finding` says why."""
+
+    def __init__(self, finding: Diagnostic) -> None:
+        super().__init__(finding.code, finding.message, finding.remedy)
+        self.finding = finding
 
 
 class Report:
@@ -81,11 +107,15 @@ class Report:
         fixes: Iterable[Fix] = (),
         **details: object,
     ) -> Diagnostic:
-        """Add a finding; `details` fill the catalogue's texts."""
-        entry = CODES[code]
-        message, remedy = Phrase(entry.message, **details), Phrase(entry.remedy, **details)
-        diagnostic = Diagnostic(code, entry.severity, address, message, remedy, span,
-                                tuple(fixes) or proposed(code, address, details, remedy))  # fmt: skip
+        """Add a finding; `details` fill the catalogue's texts.
+
+        Raises:
+            TypeError: when a detail that the texts need is missing.
+        """
+        if missing := CODES[code].parameters - details.keys():
+            raise TypeError(f"{code} needs {', '.join(sorted(missing))}.")
+        given = {name: v if isinstance(v, Detail) else str(v) for name, v in details.items()}
+        diagnostic = Diagnostic(code, address, given, span, tuple(fixes) or proposed(code, address, given))
         self._found[diagnostic] = None
         return diagnostic
 
@@ -178,7 +208,7 @@ class _Causes:
             if d.address is not None:
                 self._add(d.code, d.address)
                 if d.code == "GRAPH001":
-                    self.names.add((d.address.sheet, _named(d)))
+                    self.names.add((d.address.sheet, key(str(d.details["name"]))))
 
     def _add(self, code: str, at: Address) -> None:
         if code in OF_CELLS:
@@ -211,12 +241,6 @@ class _Causes:
             or row in self.rows
             or (row in self.input_rows and d.code.startswith("FORM"))
             or (d.address.sheet in self.sheets and d.code in _MISSING)
-            or (d.code == "FORM004" and (d.address.sheet, _named(d)) in self.names)
+            or (d.code == "FORM004" and (d.address.sheet, key(str(d.details["name"]))) in self.names)
             or (d.code == "GRAPH011" and d.address.sheet in self.formulas)
         )
-
-
-def _named(d: Diagnostic) -> str:
-    """Return the key of the name that a finding is about: the first quoted text of its message."""
-    quoted = re.search("“(.+?)”", d.message)
-    return key(quoted[1]) if quoted else ""

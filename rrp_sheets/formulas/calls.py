@@ -6,9 +6,10 @@ import ast
 import re
 import unicodedata
 from abc import ABC, abstractmethod
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from rrp_sheets.diagnostics.phrase import Phrase
+from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.formulas.functions import Function
 from rrp_sheets.formulas.functions.define import arguments
 from rrp_sheets.formulas.hints import cell, cell_reference
@@ -80,7 +81,7 @@ class Calls(ABC):
             )
         if cell(name) and not any(cell(other) for other in scope.known()):
             raise cell_reference(node.col_offset, name, self._mine())
-        raise FormulaProblem("FORM004", node.col_offset, _length(node), name=name, remedy=self._propose(name))
+        raise FormulaProblem("FORM004", node.col_offset, _length(node), name=name, **self._propose(name))
 
     def _mine(self) -> list[str]:
         return list(dict.fromkeys(i.name for i in self.scope.inputs.values()))
@@ -93,22 +94,24 @@ class Calls(ABC):
                 return f"{each.name}.{next(f.name for f in each.record.fields if key(f.name) == field)}"
         return None
 
-    def _propose(self, name: str) -> str:
+    def _propose(self, name: str) -> dict[str, Any]:
+        """Return the details `remedy` and `guess` for a name that is not known."""
         k = key(name)
-        field = self._as_field(k)
-        if field:
-            return Phrase('Did you mean {field}? (A text needs quotes: "{name}".)', field=field, name=name)
+        guess = self._as_field(k)
+        if guess:
+            return {"remedy": Phrase('Did you mean {field}? (A text needs quotes: "{name}".)', field=guess, name=name),
+                    "guess": guess}  # fmt: skip
         records = [i.record for i in self.scope.inputs.values() if i.record]
         if any(k == key(c) for r in records for f in r.fields for c in f.choices):
-            return Phrase('Put the text between quotes: "{name}".', name=name)
+            return {"remedy": Phrase('Put the text between quotes: "{name}".', name=name)}
         guess = self.scope.propose(name, self.scope.known())
         if guess:
-            return Phrase(
-                'Did you mean {guess}? (A text needs quotes: "{name}".)', guess=argument_name(guess), name=name
-            )
-        there = name_here(k)
-        if there:
-            return there
+            guess = argument_name(guess)
+            return {"remedy": Phrase('Did you mean {guess}? (A text needs quotes: "{name}".)', guess=guess, name=name),
+                    "guess": guess}  # fmt: skip
+        return {"remedy": name_here(k) or self._inputs_named(name)}
+
+    def _inputs_named(self, name: str) -> str:
         mine = self._mine()
         if not mine:
             return "Put a text between quotes."
@@ -215,15 +218,16 @@ class Calls(ABC):
 
     def _unknown_function(self, node: ast.Call, name: str) -> FormulaProblem:
         advice = function_here(key(name))
-        if advice is None:
-            known = [h.shown for h in self.scope.helpers.values()] + self.scope.functions.names()
-            guess = None if name.startswith("_") else self.scope.propose(name, known)
-            advice = Phrase("Did you mean {guess}?", guess=guess) if guess else "See `rrp-sheets help functions`."
         if self.scope.table(name) is not None:
             advice = Phrase(
                 "{name} is a table: write INDEX({name}; 1) for a row, or {name}[…] for a column.", name=name
             )
-        return FormulaProblem("FORM005", node.col_offset, len(name), name=name, remedy=advice)
+        guess = None
+        if advice is None and not name.startswith("_"):
+            known = [h.shown for h in self.scope.helpers.values()] + self.scope.functions.names()
+            guess = self.scope.propose(name, known)
+        told = meant(guess, advice or "See `rrp-sheets help functions`.")
+        return FormulaProblem("FORM005", node.col_offset, len(name), name=name, **told)
 
 
 def plain(value: object) -> ast.Constant:

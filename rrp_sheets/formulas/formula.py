@@ -120,25 +120,23 @@ def _check_characters(text: str) -> None:
 def _propose_name(problem: FormulaProblem, text: str, scope: Scope) -> None:
     """Set the remedy where a stream's or table's name is spelt as in the sheet, with a space for instance."""
     names = list(dict.fromkeys(i.name for i in scope.inputs.values()))
-    if problem.code == "FORM018" and names and "such as" in problem.remedy:
-        problem.details["remedy"] = Phrase(
-            "Write the name of the row's input instead: {names}.", names=" or ".join(names[:3])
-        )
+    if problem.code == "FORM018" and names and "example" in problem.details:
+        problem.advise(Phrase("Write the name of the row's input instead: {names}.", names=" or ".join(names[:3])))
     if problem.code not in ("FORM001", "FORM003"):
         return
     lower = text.casefold()
     at = text[problem.column : problem.column + problem.length].casefold() if problem.column >= 0 else ""
     for shown in [*(i.shown for i in scope.inputs.values()), *(t.name for t in scope.tables.values())]:
         if at and shown.casefold() == at and key(argument_name(shown)) != key(shown):  # a word of Python's: class
-            problem.details["remedy"] = Phrase("Write {name} for “{shown}”.", name=argument_name(shown), shown=shown)
+            problem.advise(Phrase("Write {name} for “{shown}”.", name=argument_name(shown), shown=shown))
             return
         if problem.code == "FORM003":
             continue
         if shown and shown.casefold() in lower and key(shown) != shown.casefold():
-            problem.details["remedy"] = Phrase("Write {name} for “{shown}”.", name=argument_name(shown), shown=shown)
+            problem.advise(Phrase("Write {name} for “{shown}”.", name=argument_name(shown), shown=shown))
             return
         if shown[:1].isdigit() and key(shown) in key(text):
-            problem.details["remedy"] = Phrase("Write {name} for “{shown}”.", name=argument_name(shown), shown=shown)
+            problem.advise(Phrase("Write {name} for “{shown}”.", name=argument_name(shown), shown=shown))
             return
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
-from typing import NoReturn
+from typing import NamedTuple, NoReturn
 
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.limits import LARGEST_NUMBER
@@ -34,9 +34,10 @@ _BETWEEN = "Write what to do with the two values: & + - * / < =, or ; between."
 _ADVICE = "A formula is one calculation of inputs, numbers, texts, operators and the library's functions."
 
 
-def syntax(token: Token, reason: str, remedy: str) -> FormulaProblem:
+def syntax(token: Token, reason: str, remedy: str, **details: object) -> FormulaProblem:
     """Return the problem FORM001 at a token."""
-    return FormulaProblem("FORM001", token.start, max(token.end - token.start, 1), reason=reason, remedy=remedy)
+    return FormulaProblem("FORM001", token.start, max(token.end - token.start, 1), reason=reason, remedy=remedy,
+                          **details)  # fmt: skip
 
 
 def refused(token: Token, what: str, remedy: str, code: str = "FORM003") -> FormulaProblem:
@@ -51,10 +52,11 @@ def cell(name: str) -> bool:
 
 def cell_reference(start: int, text: str, names: list[str] | None = None) -> FormulaProblem:
     """Return the problem FORM018: a cell where a stream's name belongs."""
-    example = " or ".join(names[:3]) if names else "redBall"
-    remedy = Phrase("Write the name of the row's input instead: {example}.", example=example) if names else (
-        Phrase("Write the name of one of the row's inputs instead, such as {example}.", example=example))  # fmt: skip
-    return FormulaProblem("FORM018", start, len(text), cell=text, remedy=remedy)
+    if names:
+        remedy = Phrase("Write the name of the row's input instead: {names}.", names=" or ".join(names[:3]))
+        return FormulaProblem("FORM018", start, len(text), cell=text, remedy=remedy)
+    remedy = Phrase("Write the name of one of the row's inputs instead, such as {example}.", example="redBall")
+    return FormulaProblem("FORM018", start, len(text), cell=text, remedy=remedy, example="redBall")
 
 
 def number(token: Token) -> int | float:
@@ -88,9 +90,7 @@ def bare_separator(tokens: list[Token], i: int) -> NoReturn:
     """Raise the problem of a comma or semicolon without brackets around it."""
     decimal = _decimal(tokens, i)
     if decimal:
-        raise refused(
-            decimal[0], "A decimal comma", Phrase("Write {value}; for a pair, use brackets: (x; y).", value=decimal[1])
-        )
+        raise decimal.problem(Phrase("Write {value}; for a pair, use brackets: (x; y).", value=decimal.shown))
     name = "comma" if tokens[i].text == "," else "semicolon"
     raise refused(
         tokens[i],
@@ -104,21 +104,37 @@ def mixed_separators(tokens: list[Token], i: int, separator: Token) -> NoReturn:
     comma = i if tokens[i].text == "," else tokens.index(separator)
     decimal = _decimal(tokens, comma)
     if decimal:
-        raise refused(decimal[0], "A decimal comma", f"Write {decimal[1]}.")
+        raise decimal.problem(Phrase("Write {value}.", value=decimal.shown))
     raise refused(tokens[i], "Both ; and , in one pair of brackets",
                   "Write the same sign between all values; decimal numbers have a point.")  # fmt: skip
 
 
-def _decimal(tokens: list[Token], i: int) -> tuple[Token, str] | None:
-    """Return the number that a comma stands in, and how to write it; None when it stands between two values."""
+class _Decimal(NamedTuple):
+    """A number with a decimal comma: its place, its text, how to write it, and that alone if it is sure."""
+
+    start: int
+    end: int
+    typed: str
+    shown: str
+    guess: str | None
+
+    def problem(self, remedy: str) -> FormulaProblem:
+        """Return the problem FORM003 for it."""
+        return FormulaProblem("FORM003", self.start, self.end - self.start, what="A decimal comma", remedy=remedy,
+                              typed=self.typed, guess=self.guess)  # fmt: skip
+
+
+def _decimal(tokens: list[Token], i: int) -> _Decimal | None:
+    """Return the number that a comma stands in; None when it stands between two values."""
     before, comma, after = tokens[i - 1], tokens[i], tokens[i + 1] if i + 1 < len(tokens) else tokens[i]
     if comma.text != "," or before.kind != "number" or after.kind != "number" or after.start != comma.end:
         return None
-    whole = before.text.replace(".", "")
-    remedy = f"{whole}.{after.text}"
+    typed, whole = f"{before.text},{after.text}", before.text.replace(".", "")
+    number, joined = f"{whole}.{after.text}", f"{whole}{after.text}"
     if "." not in before.text and len(after.text) == 3 and whole != "0":
-        remedy = f"{whole}{after.text} for thousands, or {remedy}"
-    return Token("number", "", before.start, after.end), remedy
+        shown = Phrase("{joined} for thousands, or {number}", joined=joined, number=number)
+        return _Decimal(before.start, after.end, typed, shown, None)
+    return _Decimal(before.start, after.end, typed, number, number if joined.isdecimal() else None)
 
 
 def no_value(tokens: list[Token], i: int) -> NoReturn:
@@ -210,7 +226,7 @@ def _odd_word(before: Token, now: Token) -> FormulaProblem:
     if before.kind == "number" and lower in _TIMES:
         spelt = f"{before.text} {now.text}"
         advice: str = Phrase('Write "{spelt}" in quotes for Wait, and a number of seconds elsewhere.', spelt=spelt)
-        return syntax(now, "there is a unit of time behind a number", advice)
+        return syntax(now, "there is a unit of time behind a number", advice, quotes=True)
     if before.kind == "number" and lower in _UNITS:
         advice = "Leave the unit out: distances are in metres, angles in radians (30° is 30 degrees)."
         return syntax(now, "there is a unit behind a number", advice)
@@ -224,6 +240,7 @@ def _odd_word(before: Token, now: Token) -> FormulaProblem:
         now,
         Phrase("there is no sign before “{near}”", near=_near(now)),
         Phrase("{between} A text needs quotes.", between=_BETWEEN),
+        quotes=True,
     )
 
 

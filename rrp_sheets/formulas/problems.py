@@ -32,6 +32,13 @@ class FormulaProblem(Exception):
         """This problem and the `others` of the same formula, in the order of their places."""
         return (self, *self.others)
 
+    def advise(self, remedy: str, guess: str | None = None) -> None:
+        """Set another remedy; `guess` is the name that it proposes, if it proposes one."""
+        self.details = {
+            name: value for name, value in self.details.items() if name not in ("guess", "example", "quotes")
+        }
+        self.details |= {"remedy": remedy, "guess": guess} if guess else {"remedy": remedy}
+
     @property
     def message(self) -> str:
         """Description of the problem in the user's words."""

@@ -49,7 +49,7 @@ def closing(typed: str, at: int) -> int:
     if typed.endswith("\\" + opener):
         remedy = "The backslash makes the last quote a part of the text: write two backslashes."
     raise FormulaProblem("FORM001", at, max(len(typed) - at, 1),
-                         reason="a quote is missing at the end of a text", remedy=remedy)  # fmt: skip
+                         reason="a quote is missing at the end of a text", remedy=remedy, quotes=True)  # fmt: skip
 
 
 def _next(typed: str, at: int, closers: str) -> int:
@@ -298,7 +298,7 @@ class _Lexer:
                 parts.append(decode(typed, at, begin, i))
                 return tuple(parts), i + 1
         raise FormulaProblem("FORM001", at, max(len(typed) - at, 1), reason="a quote is missing at the end of a text",
-                             remedy="Close the text with the same quote as at its beginning.")  # fmt: skip
+                             remedy="Close the text with the same quote as at its beginning.", quotes=True)  # fmt: skip
 
     def _hole(self, start: int) -> Hole:
         self.holes += 1
@@ -322,11 +322,13 @@ class _Lexer:
         return Hole(tokens, spec, start, end + 1)
 
 
+_QUOTED = 'Put texts between quotes: "red".'
+_LEAVE_OUT = "Leave it out; texts stand between quotes."
 _REMEDIES = {
     "²": "Write ^2 for a square.", "³": "Write ^3.", "√": "Write SQRT(…).", "∛": "Write (…) ^ (1/3).",
     "½": "Write 0.5.", "¼": "Write 0.25.", "¾": "Write 0.75.", "∞": "There is no infinite number here.",
-    "·": "Write * to multiply.", "•": "Write * to multiply.", "«": 'Put texts between quotes: "red".',
-    "»": 'Put texts between quotes: "red".', "「": 'Put texts between quotes: "red".', "€": "Write the number alone.",
+    "·": "Write * to multiply.", "•": "Write * to multiply.", "«": _QUOTED,
+    "»": _QUOTED, "「": _QUOTED, "€": "Write the number alone.",
     "、": "Write ; or , between values.", "…": "Write all of it.", "¬": "Write NOT(…).", "→": "Write IF(…; …; …).",
     "$": "Write the number alone.", "‰": "Write for example 0.005.",
 }  # fmt: skip
@@ -343,5 +345,8 @@ def _strange(typed: str, at: int) -> FormulaProblem:
     if unicodedata.category(c) in ("Cc", "Cs", "Co", "Cn", "Cf"):
         return FormulaProblem("FORM001", at, reason="there is a character in it that cannot be seen",
                               remedy="Type the formula again.")  # fmt: skip
-    remedy = _REMEDIES.get(c, "Leave it out; texts stand between quotes.")
-    return FormulaProblem("FORM001", at, reason=Phrase("“{c}” has no meaning in a formula", c=c), remedy=remedy)
+    remedy = _REMEDIES.get(c, _LEAVE_OUT)
+    about = {"quotes": True} if remedy in (_QUOTED, _LEAVE_OUT) else {}
+    return FormulaProblem(
+        "FORM001", at, reason=Phrase("“{c}” has no meaning in a formula", c=c), remedy=remedy, **about
+    )

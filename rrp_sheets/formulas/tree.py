@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from rrp_sheets.diagnostics.phrase import Phrase
+from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.formulas.calls import Calls, plain
 from rrp_sheets.formulas.limits import DEEPEST, LARGEST_NUMBER, MOST_LOOPS, MOST_NODES
 from rrp_sheets.formulas.nodes import Join, Pick
@@ -229,8 +230,8 @@ class _Resolver(Calls):
         guess = nearest(field, [f.name for f in record.fields] + list(record.aliases))
         names = ", ".join(f.name for f in record.fields)
         column = (at.end_col_offset or 0) - len(field) if isinstance(at, ast.Attribute) else at.col_offset + 1
-        remedy = Phrase("Did you mean {guess}?", guess=guess) if guess else Phrase("It has {names}.", names=names)
-        raise FormulaProblem("FORM007", column, len(field), record=record.name, field=field, remedy=remedy)
+        told = meant(guess, Phrase("It has {names}.", names=names))
+        raise FormulaProblem("FORM007", column, len(field), record=record.name, field=field, **told)
 
     def _record_of(self, owner: ast.expr) -> RecordType | None:
         """Return the record type of a name, of a field that is a record (`ball.value.x`), or of a table's row."""

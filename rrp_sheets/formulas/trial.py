@@ -30,6 +30,7 @@ class Answer:
         outcome: `ok`; `rejected` before it was evaluated; or `error`, found by evaluating it.
         value: when it is ok.
         code, message, remedy: when it is not.
+        guess: a known name near one that is not known.
         column, length: the place in the formula as typed, counted from 0; -1 when it has none.
         others: what else is wrong with it.
     """
@@ -42,6 +43,7 @@ class Answer:
     column: int = -1
     length: int = 1
     others: tuple[Answer, ...] = ()
+    guess: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the answer as `formula --json` prints it."""
@@ -71,8 +73,7 @@ def try_formula(text: str, inputs: Mapping[str, Any], interpreter: GuardedInterp
         return _rejected(problem)
     result = evaluate(*values.values())
     if isinstance(result, Failure):
-        remedy = CODES[result.code].remedy
-        return Answer("error", None, result.code, result.message, "" if "{" in remedy else remedy, result.column)
+        return Answer("error", None, result.code, result.message, CODES[result.code].constant_remedy, result.column)
     return Answer("ok", result)
 
 
@@ -113,7 +114,8 @@ def typed_value(text: str) -> Any:
 def _rejected(problem: FormulaProblem) -> Answer:
     others = tuple(map(_rejected, problem.others))
     place = problem.column, problem.length
-    return Answer("rejected", None, problem.code, problem.message, problem.remedy, *place, others)
+    guess = str(problem.details.get("guess") or "")
+    return Answer("rejected", None, problem.code, problem.message, problem.remedy, *place, others, guess)
 
 
 def _no_request(reason: str) -> Answer:

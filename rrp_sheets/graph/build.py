@@ -11,7 +11,9 @@ from typing import TypeVar
 from rrp_sheets.connectors import Connector, Parameter
 from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.diagnostics.fix import Fix, Put
 from rrp_sheets.diagnostics.phrase import Phrase
+from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.graph.device_table import DeviceTable
 from rrp_sheets.graph.model import BehaviourGraph, Graph, Step, Stream, StreamKind
 from rrp_sheets.graph.names import Names
@@ -129,12 +131,10 @@ class _Builder:
             names = list(dict.fromkeys(c.name for c in self.connectors))
             guess = _ELSEWHERE.get(key(cell.text)) or nearest(cell.text, self.connectors.names())
             remedy = Phrase("Choose one of {names}.", names=", ".join(names))
-            if guess:
-                remedy = Phrase("Did you mean {guess}?", guess=guess)
-            elif _FORMULA.search(cell.text):
+            if _FORMULA.search(cell.text):
                 words = "What looks like a formula belongs in the column Formula. Here, choose one of {names}."
                 remedy = Phrase(words, names=", ".join(names))
-            self.report.add("CONN002", cell.address, name=cell.text, remedy=remedy)
+            self.report.add("CONN002", cell.address, name=cell.text, **meant(guess, remedy))
         return connector
 
     def _inputs(self, row: Row, above: tuple[str, ...] | None) -> tuple[tuple[str, ...] | None, bool]:
@@ -185,11 +185,14 @@ class _Builder:
                 return None
             period = parse_duration(cell.text)
             if not period:
-                meant = meant_duration(cell.text)
-                remedy = Phrase("Did you mean {meant}? ", meant=meant) if meant else ""
-                self.report.add("CONN008", cell.address, text=cell.text, remedy=remedy)
+                guess = meant_duration(cell.text)
+                remedy = Phrase("Did you mean {meant}? ", meant=guess) if guess else ""
+                self.report.add("CONN008", cell.address, text=cell.text, remedy=remedy, guess=guess)
             elif period < SHORTEST_US and cell.text.replace(".", "").isdigit():
-                self.report.add("CONN010", cell.address, text=cell.text)
+                seconds = f"{cell.text} s"
+                title = Phrase("Write {value}", value=seconds)
+                fix = Fix("write-seconds", title, (Put(cell.address, seconds),), safe=True)
+                self.report.add("CONN010", cell.address, text=cell.text, fixes=[fix])
             return period or None
         if connector.parameter is Parameter.FORMULA and not cell:
             example = _EXAMPLES.get(connector.name, "value")

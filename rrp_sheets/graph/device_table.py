@@ -12,6 +12,7 @@ from rrp_sheets.devices.sound_files import is_plain
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.fix import Fix, Put
 from rrp_sheets.diagnostics.phrase import Phrase
+from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import Proposals, is_reserved, key, nearest
@@ -92,12 +93,12 @@ class DeviceTable:
             return
         found = self.robot.find(device.text)
         if found is None:
-            guess = nearest(device.text, [f.name for f in self.robot.names.values()])
-            remedy = Phrase("Did you mean {guess}?", guess=guess) if guess else "See `rrp-sheets help devices`."
             if not device:
                 self.report.add("DEV006", device.address, stream=stream.text)
             else:
-                self.report.add("DEV001", device.address, name=device.text, remedy=remedy)
+                guess = nearest(device.text, [f.name for f in self.robot.names.values()])
+                remedy = meant(guess, "See `rrp-sheets help devices`.")
+                self.report.add("DEV001", device.address, name=device.text, **remedy)
             self.broken.add(k)
             return
         values = self._settings(found, settings, stream, device)
@@ -130,7 +131,7 @@ class DeviceTable:
             each = " ".join(f"{one.name}: {one.type.help}" for one in (found, *others))
             remedy = Phrase("{each} Use that device, or leave the cell blank.", each=each)
         here = device.address
-        fixes = [Fix(Phrase("Use {name}", name=o.name), (Put(here, o.name),)) for o in others if here]
+        fixes = [_use(here, o.name) for o in others if here]
         self.report.add(
             "DEV007", cell.address, fixes=fixes, device=found.name, setting=self._headers.get(k, k), remedy=remedy
         )
@@ -196,6 +197,10 @@ def _usual(found: FoundDevice, stream: str) -> dict[str, Value]:
 def describe(device: DeviceType) -> str:
     """Return `a sensor` or `an actuator`."""
     return "a sensor" if device.kind == "sensor" else "an actuator"
+
+
+def _use(cell: Address, device: str) -> Fix:
+    return Fix(f"use-{device.casefold().replace(' ', '-')}", Phrase("Use {name}", name=device), (Put(cell, device),))
 
 
 _HEX = re.compile(r"#[0-9a-f]{6}", re.IGNORECASE)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 from rrp_sheets.connectors import Connector
 from rrp_sheets.devices import DeviceType, FoundDevice
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.phrase import Phrase
+from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.graph.device_table import Declared, DeviceTable, describe, done_of
 from rrp_sheets.graph.model import Stream, StreamKind
 from rrp_sheets.model.cells import Cell
@@ -82,7 +84,7 @@ class Names:
         if declared is None:
             if row.on and k not in self._told and k not in self.devices.broken and not self._done_of_missing(k):
                 self._told.add(k)
-                self.report.add("GRAPH001", cell.address, name=cell.text, remedy=self._propose(cell.text))
+                self.report.add("GRAPH001", cell.address, name=cell.text, **self._propose(cell.text))
             return None
         if declared.found.type.kind == "actuator":
             if row.on:
@@ -90,30 +92,23 @@ class Names:
             return None
         return self._device(declared, cell, row)
 
-    def _propose(self, text: str) -> str:
-        """Return the remedy for an input name that no row gives."""
+    def _propose(self, text: str) -> dict[str, Any]:
+        """Return the details `remedy` and `guess` for an input name that no row gives."""
         parts = [part.strip() for part in _AND.split(text)]
         if any(sign in text for sign in ";&+") or (len(parts) > 1 and all(map(self._known, parts))):
-            return "Write a comma between two streams."
+            return {"remedy": "Write a comma between two streams."}
         of = self.devices.find(done_of(text)) if done_of(text) else None
         if of is not None:
-            return Phrase(
-                "Only actuators have a done stream; {done_of} is {describe}.",
-                done_of=done_of(text),
-                describe=describe(of.found.type),
-            )
+            named, kind = done_of(text), describe(of.found.type)
+            remedy = Phrase("Only actuators have a done stream; {done_of} is {describe}.", done_of=named, describe=kind)
+            return {"remedy": remedy}
         guess = self._meant_done(text) or self.devices.propose(text, self._inputs)
-        if guess is None:
-            return "Write the output stream of another row, or a sensor."
-        made = self.made.get(key(guess))
-        if made is None or key(guess) in self._read:
-            return Phrase("Did you mean {guess}?", guess=guess)
-        return Phrase(
-            "Did you mean {guess}? Or write “{text}” into {cell}, which nothing uses yet.",
-            guess=guess,
-            text=text,
-            cell=made.output.address.cell,
-        )
+        made = self.made.get(key(guess)) if guess else None
+        if guess is None or made is None or key(guess) in self._read:
+            return meant(guess, "Write the output stream of another row, or a sensor.")
+        remedy = Phrase("Did you mean {guess}? Or write “{text}” into {cell}, which nothing uses yet.",
+                        guess=guess, text=text, cell=made.output.address.cell)  # fmt: skip
+        return {"remedy": remedy, "guess": guess}
 
     def _meant_done(self, text: str) -> str | None:
         """Return the done stream meant by `Say finished` or by what an actuator says (`Good bye done`), or None."""
@@ -224,11 +219,10 @@ class Names:
             if guess
             else Phrase(f"Write an actuator, for example Head tracker, or declare {_DECLARED}", text=cell.text)
         )
+        what = "the stream of another row" if key(cell.text) in self.made else "not a device of the robot"
         if declared is not None:
-            self.report.add("GRAPH006", cell.address, name=cell.text, what=describe(declared.found.type), remedy=remedy)
-        else:
-            what = "the stream of another row" if key(cell.text) in self.made else "not a device of the robot"
-            self.report.add("GRAPH006", cell.address, name=cell.text, what=what, remedy=remedy)
+            what = describe(declared.found.type)
+        self.report.add("GRAPH006", cell.address, name=cell.text, what=what, remedy=remedy, guess=guess)
         return None
 
     def _ordinary(self, first: Cell, stream_id: str) -> str:

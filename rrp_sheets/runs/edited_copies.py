@@ -119,7 +119,7 @@ def fix_copy(path: Path, target: Path, chosen: Chosen) -> tuple[list[CellChange]
     Args:
         path: the workbook.
         target: the copy, an .xlsx or .md file; what has that name is replaced.
-        chosen: by code, the number of the fix that is wanted of those that need a choice.
+        chosen: by code, the id of the fix that is wanted of those that need a choice.
 
     Raises:
         SheetsError: when the copy would be the workbook itself, or cannot be written.

@@ -8,13 +8,14 @@ A value keeps its type: a record its kind and its fields, a list its items.
 from __future__ import annotations
 
 import socket
+from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any, get_args
 
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.diagnostics.catalogue import Severity
 from rrp_sheets.diagnostics.fix import Fix, FixEdit
 from rrp_sheets.diagnostics.phrase import Phrase
+from rrp_sheets.diagnostics.report import UnreadableWorkbook
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError, UnreadableFile
 from rrp_sheets.model.cells import Address
 from rrp_sheets.model.values import Record, Value, record_from_mapping
@@ -108,29 +109,35 @@ def unpack(packed: Any) -> Value:
 
 def pack_finding(d: Diagnostic) -> list[Any]:
     """Encode a finding, with its fixes."""
-    said = [_pack_said(d.message), _pack_said(d.remedy)]
-    return [d.code, d.severity.value, _place(d.address), *said, d.span, [_pack_fix(f) for f in d.fixes]]
+    return [d.code, _place(d.address), _pack_places(d.details), d.span, [_pack_fix(f) for f in d.fixes]]
 
 
 def unpack_finding(packed: list[Any]) -> Diagnostic:
     """Decode a finding that was packed."""
-    code, severity, where, message, remedy, span, fixes = packed
+    code, where, details, span, fixes = packed
     address = Address(*where) if where else None
     span = tuple(span) if span else None
-    said = (_unpack_said(message), _unpack_said(remedy))
-    return Diagnostic(code, Severity(severity), address, *said, span, tuple(map(_unpack_fix, fixes)))
+    return Diagnostic(code, address, _unpack_places(details), span, tuple(map(_unpack_fix, fixes)))
 
 
-def _pack_said(text: object) -> Any:
-    """Encode a text of a finding; a phrase keeps its template, so that it can still be put into another language."""
+def _pack_places(places: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: _pack_text(value) for name, value in places.items()}
+
+
+def _unpack_places(packed: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: _unpack_text(value) for name, value in packed.items()}
+
+
+def _pack_text(text: object) -> Any:
+    """Encode a text or a detail; a phrase keeps its template, so that it can still be put into another language."""
     if isinstance(text, Phrase):
-        return {"said": text.template, "places": {name: _pack_said(value) for name, value in text.places.items()}}
+        return {"said": text.template, "places": _pack_places(text.places)}
     return text if isinstance(text, str | int | float | None) else str(text)
 
 
-def _unpack_said(packed: Any) -> Any:
+def _unpack_text(packed: Any) -> Any:
     if isinstance(packed, dict):
-        return Phrase(packed["said"], **{name: _unpack_said(value) for name, value in packed["places"].items()})
+        return Phrase(packed["said"], **_unpack_places(packed["places"]))
     return packed
 
 
@@ -140,7 +147,7 @@ def _place(address: Address | None) -> list[Any] | None:
 
 def _pack_fix(fix: Fix) -> list[Any]:
     edits = [[type(edit).__name__, [_pack_part(getattr(edit, f.name)) for f in fields(edit)]] for edit in fix.edits]
-    return [_pack_said(fix.title), edits, fix.safe]
+    return [fix.id, _pack_text(fix.title), edits, fix.safe]
 
 
 def _pack_part(part: Any) -> Any:
@@ -148,8 +155,8 @@ def _pack_part(part: Any) -> Any:
 
 
 def _unpack_fix(packed: list[Any]) -> Fix:
-    title, edits, safe = packed
-    return Fix(_unpack_said(title), tuple(_EDITS[kind](*map(_unpack_part, parts)) for kind, parts in edits), safe)
+    name, title, edits, safe = packed
+    return Fix(name, _unpack_text(title), tuple(_EDITS[kind](*map(_unpack_part, parts)) for kind, parts in edits), safe)
 
 
 def _unpack_part(part: Any) -> Any:
@@ -159,14 +166,19 @@ def _unpack_part(part: Any) -> Any:
 
 
 def pack_error(error: SheetsError) -> list[Any]:
-    """Encode an error that a user may see."""
+    """Encode an error that a user may see; one with a finding as that finding."""
+    if isinstance(error, UnreadableWorkbook):
+        return [type(error).__name__, pack_finding(error.finding)]
     code = error.code if isinstance(error, UnreadableFile) else ""
-    return [type(error).__name__, error.message, error.remedy, code]
+    return [type(error).__name__, _pack_text(error.message), _pack_text(error.remedy), code]
 
 
 def unpack_error(packed: list[Any]) -> SheetsError:
     """Decode an error that was packed."""
-    kind, message, remedy, code = packed
+    kind, *said = packed
+    if kind == "UnreadableWorkbook":
+        return UnreadableWorkbook(unpack_finding(said[0]))
+    message, remedy, code = map(_unpack_text, said)
     if kind == "UnreadableFile":
         return UnreadableFile(code, message, remedy)
     return _ERRORS.get(kind, SheetsError)(message, remedy)

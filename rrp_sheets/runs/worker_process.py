@@ -15,9 +15,10 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.diagnostics import Diagnostic, Report
-from rrp_sheets.diagnostics.catalogue import Severity
+from rrp_sheets.diagnostics.phrase import Phrase
+from rrp_sheets.diagnostics.report import UnreadableWorkbook
 from rrp_sheets.engine.clock import NO_ROW, PLACES, RANK
-from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.errors import SheetsError
 from rrp_sheets.processes import ChildProcess, Lines, SharedCell, cpu_clock, line
 from rrp_sheets.runs.wire import unpack_error, unpack_finding
 
@@ -119,7 +120,7 @@ class WorkerProcess:
             if not messages and every < math.inf:
                 yield None
         self.kill()
-        raise WorkerError(f"did not come to an end within {within:g} s")
+        raise WorkerError(Phrase("did not come to an end within {n:g} s", n=within))
 
     def kill(self) -> None:
         """End the process at once."""
@@ -286,10 +287,10 @@ class CheckWorker:
             findings, examples = self._worker.ask(["check", str(path.absolute())], self._within)
         except WorkerError as none:
             report = Report()
-            report.add("FILE018", None, name=path.name, why=f"it {none.why}")
+            report.add("FILE018", None, name=path.name, why=Phrase("it {why}", why=none.why))
             return Findings(tuple(report))
-        except UnreadableFile as error:
-            return Findings((Diagnostic(error.code, Severity.ERROR, None, error.message, error.remedy),))
+        except UnreadableWorkbook as error:
+            return Findings((error.finding,))
         return Findings(tuple(map(unpack_finding, findings)), examples)
 
     def close(self) -> None:

@@ -16,7 +16,7 @@ from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.operations import same
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.testing.frames import TOLERANCE, Frames
-from rrp_sheets.testing.results import Event, Fault, RowResult, failure_words
+from rrp_sheets.testing.results import Event, Fault, RowResult
 
 __all__ = ["Holds", "equal", "make_holds"]
 
@@ -286,7 +286,7 @@ def make_holds(expectation: Expectation, interpreter: GuardedInterpreter) -> Hol
     if isinstance(wanted, Formula):
         wanted = wanted.prepare(interpreter)()
         if type(wanted) is Failure:
-            words = failure_words(wanted)
+            words = wanted.message
             return lambda value: words
     return lambda value: "" if equal(value, wanted, exact=expectation.quoted) else _kind_hint(value, wanted)
 
@@ -354,7 +354,7 @@ def _condition(expectation: Expectation, interpreter: GuardedInterpreter) -> Hol
     def holds(value: Value) -> str:
         result = evaluate(value)
         if type(result) is Failure:
-            return Phrase("The condition cannot be worked out for it: {reason}", reason=failure_words(result))
+            return Phrase("The condition cannot be worked out for it: {reason}", reason=result.message)
         return "" if (result is True or (_number(result) and result != 0)) else "different"
 
     return holds

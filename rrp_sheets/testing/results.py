@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from rrp_sheets.checks.tests import Case, CaseRow
-from rrp_sheets.model.values import Failure, Value
+from rrp_sheets.model.values import Value
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,8 +82,3 @@ class CaseResult:
     def failed_rows(self) -> list[RowResult]:
         """The rows that do not hold."""
         return [r for r in self.rows if not r.passed]
-
-
-def failure_words(failure: Failure) -> str:
-    """A formula's failure as a sentence."""
-    return failure.message if failure.message.endswith(".") else failure.message + "."

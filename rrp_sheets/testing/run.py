@@ -17,7 +17,7 @@ from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.values import Failure, Value
 from rrp_sheets.testing.frames import TOLERANCE, Frames
 from rrp_sheets.testing.judge import judge, seconds
-from rrp_sheets.testing.results import CaseResult, Event, Fault, RowResult, failure_words
+from rrp_sheets.testing.results import CaseResult, Event, Fault, RowResult
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class Player:
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
         """A formula failed."""
-        self.faults.append(Fault(us, row, failure_words(failure)))
+        self.faults.append(Fault(us, row, failure.message))
 
     # ---- playing
     def play(self, stopped: Callable[[], bool] = lambda: False) -> None:
@@ -176,7 +176,7 @@ class Player:
         for row in rows:
             value = self._value(row, now)
             if type(value) is Failure:
-                self.broken[row.row] = failure_words(value)
+                self.broken[row.row] = value.message
             else:
                 arrivals.append((row.stream, value))
                 if row.stream not in self._engine.streams:  # a done stream that no row reads: it is seen all the same

@@ -107,7 +107,8 @@ class Problem:
         place: `Tracking!C7`; empty for the whole file.
         cell: `C7`.
         anchor: the id of the row, or else of the sheet, on the page; empty where neither is shown.
-        fixes: what can be done about it at once, in words.
+        finding: names it in a request.
+        fixes: what can be done about it at once: id and words.
     """
 
     number: int
@@ -119,7 +120,8 @@ class Problem:
     message: str
     remedy: str
     sheet: str = ""
-    fixes: tuple[str, ...] = ()
+    finding: str = ""
+    fixes: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -132,7 +132,7 @@ class RowRenderer:
         texts = self.grid.texts.get(row, {})
         names = tuple(self._streams.get(key(n), "") for c, k in self._pairs() if k in ("inputs", "output")
                       for n in _names(texts.get(c.number, "")))  # fmt: skip
-        problems = tuple((n, d.code, d.message, d.remedy, len(d.fixes)) for n, d in self._problems.get(number, ()))
+        problems = tuple((n, d.id, len(d.fixes)) for n, d in self._problems.get(number, ()))
         taken = tuple(self._taken.get((row, c.number)) for c in self.grid.columns)
         return (
             tuple(texts.items()),
@@ -248,8 +248,8 @@ def _mend(number: int, d: Diagnostic) -> str:
     remedy = f'<span class="do">→ {escape(in_browser(d.remedy))}</span>' if d.remedy else ""
     kind = d.severity.value
     fixes = "".join(
-        f'<button class="button small" type="button" tabindex="-1" data-fix="{i}" data-code="{escape(d.code)}" '
-        f'data-place="{escape(str(d.address or ""))}" data-title="{escape(fix.title)}">Apply fix: {escape(fix.title)}'
+        f'<button class="button small" type="button" tabindex="-1" data-fix="{escape(fix.id)}" '
+        f'data-finding="{d.id}" data-title="{escape(fix.title)}">Apply fix: {escape(fix.title)}'
         f"{' <kbd>Ctrl .</kbd>' if i == 0 else ''}</button>"
         for i, fix in enumerate(d.fixes)
     )

@@ -43,7 +43,6 @@ def marked_copy(data: bytes, name: str, findings: Sequence[Diagnostic], language
         findings: what is wrong with it.
         language: of what is written beside the rows.
     """
-    findings = [f.in_language(language) for f in findings]
     package = PackageEdit(data, name)
     styles = StyleSheet(package)
     by_sheet: dict[str, list[Diagnostic]] = {}
@@ -99,7 +98,8 @@ def _told(finding: Diagnostic, language: str) -> str:
     """A finding in the words of a note: `C5: Error FORM001: … → …`."""
     cell = finding.address.cell if finding.address else ""
     word = f"{told(_WORDS[finding.severity.value], language)} {finding.code}"
-    return f"{cell}: {word}: {finding.message} → {finding.remedy}" if cell else f"{word}: {finding.message}"
+    message, remedy = told(finding.message, language), told(finding.remedy, language)
+    return f"{cell}: {word}: {message} → {remedy}" if cell else f"{word}: {message}"
 
 
 def _restyle(sheet: SheetXml, row: int, column: int, style: int) -> None:
@@ -205,7 +205,8 @@ def _list_xml(findings: Sequence[Diagnostic], styles: StyleSheet, language: str)
     links = []
     for row, f in enumerate(findings, 4):
         kind = f.severity.value
-        texts = [str(f.address or ""), told(_WORDS[kind], language), f.code, f.message, f.remedy]
+        texts = [str(f.address or ""), told(_WORDS[kind], language), f.code]
+        texts += [told(f.message, language), told(f.remedy, language)]
         rows.append(_row(row, texts, [plain, styles.note(_FILLS[kind]), plain, plain, plain]))
         if f.address is not None:
             sheet = f.address.sheet.replace("'", "''")

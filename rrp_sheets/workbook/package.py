@@ -9,6 +9,7 @@ import zipfile
 import zlib
 from typing import IO, Any
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.raw import unreadable
 from rrp_sheets.workbook.xml_stream import Budget, Handler, XmlReader
@@ -81,7 +82,7 @@ class Package:
 
     def _check_entries(self, entries: list[zipfile.ZipInfo]) -> None:
         if len(entries) > limits.PARTS:
-            raise self._swollen(f"{len(entries)} parts")
+            raise self._swollen(Phrase("{n} parts", n=len(entries)))
         seen: set[str] = set()
         for e in entries:
             if e.flag_bits & 0x1:
@@ -95,11 +96,12 @@ class Package:
             if e.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
                 raise unreadable("FILE009", name=self.name, what="an unusual compression")
             if e.file_size > limits.PART_BYTES:
-                raise self._swollen(f"a part of {e.file_size // _MB} MB")
+                raise self._swollen(Phrase("a part of {n} MB", n=e.file_size // _MB))
             if e.file_size > limits.RATIO_FROM_BYTES and e.file_size > limits.RATIO * max(e.compress_size, 1):
-                raise self._swollen(f"a part that is compressed to a {e.file_size // max(e.compress_size, 1)}th")
+                ratio = e.file_size // max(e.compress_size, 1)
+                raise self._swollen(Phrase("a part that is compressed to a {n}th", n=ratio))
         if sum(e.file_size for e in entries) > limits.INFLATED_BYTES:
-            raise self._swollen(f"{sum(e.file_size for e in entries) // _MB} MB")
+            raise self._swollen(Phrase("{n} MB", n=sum(e.file_size for e in entries) // _MB))
 
     def _check_parts(self) -> None:
         if "[content_types].xml" not in self.parts or not any(p.startswith("xl/") for p in self.parts):
@@ -123,9 +125,9 @@ class Package:
             try:
                 beginning = stream.read(_PROLOGUE)
             except BROKEN_ZIP as error:
-                raise unreadable("FILE008", name=self.name, what=f"{part} cannot be read") from error
+                raise unreadable("FILE008", name=self.name, what=Phrase("{part} cannot be read", part=part)) from error
         if _DOCTYPE.search(beginning.replace(b"\0", b"")):
-            raise unreadable("FILE009", name=self.name, what=f"{part} declares its own document type")
+            raise unreadable("FILE009", name=self.name, what=Phrase("{part} declares its own document type", part=part))
 
     def _check_relations(self, part: str) -> None:
         relations = Relations()
@@ -148,9 +150,9 @@ class Package:
         try:
             return self._zip.open(self.parts[part.casefold()])
         except KeyError:
-            raise unreadable("FILE008", name=self.name, what=f"{part} is missing") from None
+            raise unreadable("FILE008", name=self.name, what=Phrase("{part} is missing", part=part)) from None
         except BROKEN_ZIP as error:
-            raise unreadable("FILE008", name=self.name, what=f"{part} cannot be read") from error
+            raise unreadable("FILE008", name=self.name, what=Phrase("{part} cannot be read", part=part)) from error
 
     def read(self, part: str) -> bytes:
         """All bytes of a part."""
@@ -158,7 +160,7 @@ class Package:
             try:
                 return stream.read()
             except BROKEN_ZIP as error:
-                raise unreadable("FILE008", name=self.name, what=f"{part} cannot be read") from error
+                raise unreadable("FILE008", name=self.name, what=Phrase("{part} cannot be read", part=part)) from error
 
     def reader(self, part: str, handler: Handler) -> XmlReader:
         """A reader of a part that has not begun yet."""

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
-from typing import Any, Protocol
+from typing import Protocol
 
-from rrp_sheets.diagnostics import CODES
+from rrp_sheets.diagnostics import Diagnostic, Report
 from rrp_sheets.diagnostics.phrase import Phrase
-from rrp_sheets.errors import UnreadableFile
-from rrp_sheets.model.cells import Address
+from rrp_sheets.diagnostics.report import UnreadableWorkbook
 from rrp_sheets.workbook import limits
 
 
@@ -86,15 +85,6 @@ class Extent(Enum):
     WHOLE = "whole"
 
 
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """Something a backend noticed, reported only if the sheet turns out to be ours."""
-
-    code: str
-    address: Address
-    details: Mapping[str, object] = field(default_factory=dict)
-
-
 class Book(Protocol):
     """Interface of a backend: the sheets' names in order, and each sheet as far as it is wanted."""
 
@@ -109,7 +99,7 @@ class Book(Protocol):
         ...
 
     @property
-    def findings(self) -> Sequence[Finding]:
+    def findings(self) -> Sequence[Diagnostic]:
         """Problems that were noticed while taking the file apart."""
         ...
 
@@ -118,20 +108,19 @@ class Book(Protocol):
         ...
 
 
-def unreadable(code: str, **details: object) -> UnreadableFile:
+def unreadable(code: str, **details: object) -> UnreadableWorkbook:
     """The exception for a code of the catalogue; `details` fill its texts."""
-    entry: Any = CODES[code]
-    return UnreadableFile(code, Phrase(entry.message, **details), Phrase(entry.remedy, **details))
+    return UnreadableWorkbook(Report().add(code, None, span=None, fixes=(), **details))
 
 
 def check_size(sheet: RawSheet) -> None:
     """Raise UnreadableFile when a sheet of ours is beyond the limits. Counts what is filled, not where it stands."""
     rows, columns = len({row for row, _ in sheet.cells}), len({column for _, column in sheet.cells})
     for count, limit, what in (
-        (rows, limits.ROWS, "rows"),
-        (columns, limits.COLUMNS, "columns"),
-        (len(sheet.cells), limits.CELLS, "filled cells"),
-        (sum(r.area for r in sheet.merged), limits.MERGED_CELLS, "merged cells"),
+        (rows, limits.ROWS, "{n} rows"),
+        (columns, limits.COLUMNS, "{n} columns"),
+        (len(sheet.cells), limits.CELLS, "{n} filled cells"),
+        (sum(r.area for r in sheet.merged), limits.MERGED_CELLS, "{n} merged cells"),
     ):
         if count > limit:
-            raise unreadable("FILE013", sheet=sheet.name, what=f"{count:,} {what}", limit=f"{limit:,}")
+            raise unreadable("FILE013", sheet=sheet.name, what=Phrase(what, n=f"{count:,}"), limit=f"{limit:,}")

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Behaviour, Device, GestureRow, Helper, Protocol, SceneRow, TestSheet, Workbook
@@ -76,8 +77,10 @@ def read(path: Path | str, suffix: str = "") -> Reading:
 def open_book(path: Path, suffix: str = "") -> tuple[Book, str]:
     """A file's sheets, and its digest; see `read`."""
     if "\0" in str(path) or not path.exists():
-        hint = f"Did you mean “{path.name}.xlsx”?" if path.name and path.with_name(f"{path.name}.xlsx").exists() else ""
-        raise unreadable("FILE001", name=path.name or str(path), hint=hint or "Check the spelling and the folder.")
+        longer = f"{path.name}.xlsx"
+        there = path.name and path.with_name(longer).exists()
+        hint = Phrase("Did you mean “{guess}”?", guess=longer) if there else "Check the spelling and the folder."
+        raise unreadable("FILE001", name=path.name or str(path), hint=hint)
     if path.is_dir():
         return _open_folder(path)
     suffix = (suffix or path.suffix).casefold()
@@ -232,9 +235,7 @@ class Reader:
 
     def _report_findings(self, sheet: str) -> None:
         """Take over what the backend noticed about a sheet that is used."""
-        for finding in self._book.findings:
-            if finding.address.sheet == sheet:
-                self.report.add(finding.code, finding.address, span=None, fixes=(), **finding.details)
+        self.report.extend(f for f in self._book.findings if f.address and f.address.sheet == sheet)
 
     def _add(self, recognised: Recognised, table: OwnTable) -> None:
         match recognised.kind.name if recognised.kind else "":
@@ -262,7 +263,9 @@ class Reader:
             return
         address = Address(sheet, near.row, near.column)
         code = "SHEET002" if near.certain else "SHEET003"
-        self.report.add(code, address, sheet=sheet, kind=kind, wanted=near.wanted, header=near.header)
+        self.report.add(
+            code, address, sheet=sheet, kind=kind, wanted=near.wanted, header=near.header, guess=near.wanted
+        )
 
     def _tables(self, own: list[int]) -> Mapping[str, tuple[tuple[str, ...], ...]]:
         formulas = [row.formula.text for b in self._behaviours for row in b.rows]

@@ -13,10 +13,12 @@ import io
 import re
 from collections.abc import Collection, Mapping, Sequence
 
+from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.cells import Address
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.headers import recognise
-from rrp_sheets.workbook.raw import Extent, Finding, RawCell, RawSheet, unreadable
+from rrp_sheets.workbook.raw import Extent, RawCell, RawSheet, unreadable
 
 CELL_END = re.compile(r"(?<!\\)\|")
 DELIMITERS = ",;\t"
@@ -104,7 +106,7 @@ RULE = re.compile(r"\|[\s:|-]*-[\s:|-]*\|?\s*")
 class TextBook:
     """Sheets that are in memory already."""
 
-    def __init__(self, format: str, sheets: list[RawSheet], findings: list[Finding], name: str) -> None:
+    def __init__(self, format: str, sheets: list[RawSheet], findings: list[Diagnostic], name: str) -> None:
         if not sheets:
             raise unreadable("FILE017", name=name)
         if len(sheets) > limits.SHEETS:
@@ -130,7 +132,7 @@ def decode(data: bytes, name: str) -> str:
             continue
         if "\0" not in text:
             if max(text.count(mark) for mark in "|,;\t\n") > limits.TEXT_CELLS:
-                raise unreadable("FILE007", name=name, what=f"more than {limits.TEXT_CELLS:,} cells")
+                raise unreadable("FILE007", name=name, what=Phrase("more than {n} cells", n=f"{limits.TEXT_CELLS:,}"))
             return text.replace("\r\n", "\n").replace("\r", "\n")
     raise unreadable("FILE014", name=name)
 
@@ -153,7 +155,7 @@ def read_csv(files: Mapping[str, bytes], name: str, order: Sequence[str] = (), t
 def read_markdown(data: bytes, name: str) -> TextBook:
     """A workbook from a Markdown text: `## Name of the sheet`, below it a table."""
     sheets: list[RawSheet] = []
-    findings: list[Finding] = []
+    findings: list[Diagnostic] = []
     heading, rows, done, ruled = "", list[list[str]](), "", False
 
     def close() -> None:
@@ -172,7 +174,7 @@ def read_markdown(data: bytes, name: str) -> TextBook:
                 continue
             if done:
                 done = "told"
-                findings.append(Finding("SHEET018", Address(heading), {"sheet": heading}))
+                findings.append(Diagnostic("SHEET018", Address(heading), {"sheet": heading}))
             elif len(rows) == 1 and not ruled and RULE.fullmatch(line):
                 ruled = True
             else:
@@ -237,11 +239,11 @@ def _sheet(name: str, rows: list[list[str]]) -> RawSheet:
     return RawSheet(name, cells)
 
 
-def _overlong(sheet: str, rows: list[list[str]]) -> list[Finding]:
+def _overlong(sheet: str, rows: list[list[str]]) -> list[Diagnostic]:
     """Rows with more filled cells than the first filled row has: a delimiter inside a text, most likely."""
     width = next((len(r) for r in rows if any(c.strip() for c in r)), 0)
     return [
-        Finding("SHEET017", Address(sheet, number, width + 1))
+        Diagnostic("SHEET017", Address(sheet, number, width + 1))
         for number, row in enumerate(rows, 1)
         if any(c.strip() for c in row[width:])
     ][:20]

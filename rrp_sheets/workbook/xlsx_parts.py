@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
+from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.package import Package
 from rrp_sheets.workbook.raw import Kind, unreadable
@@ -163,7 +164,9 @@ class SharedStrings:
 
     def __init__(self, package: Package, part: str | None) -> None:
         self._name = package.name
-        refuse = unreadable("FILE007", name=package.name, what=f"more than {limits.SHARED_STRINGS:,} texts")
+        refuse = unreadable(
+            "FILE007", name=package.name, what=Phrase("more than {n} texts", n=f"{limits.SHARED_STRINGS:,}")
+        )
         self._handler = _StringsHandler(refuse)
         self._reader = package.reader(part, self._handler) if part else None
 

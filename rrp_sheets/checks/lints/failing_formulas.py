@@ -37,9 +37,10 @@ def _no_condition(step: Step, formula: Formula, material: Material) -> bool:
     if step.connector.name != "filter":
         return False
     names = {n: material.fact(i).known for n, i in zip(formula.names, step.inputs, strict=True)}
-    what = _NO_CONDITION.get(known_of(formula.tree, names).kind, "")
+    kind = known_of(formula.tree, names).kind
+    what = _NO_CONDITION.get(kind, "")
     if what:
-        example = f'{formula.text.strip()[:40]} = "…"' if what == "a text" else "distance < 0.5"
+        example = f'{formula.text.strip()[:40]} = "…"' if kind == TEXT else "distance < 0.5"
         material.report.add("LINT011", step.row.formula.address, what=what, example=example)
     return bool(what)
 
@@ -49,9 +50,7 @@ def _trouble(step: Step, material: Material) -> None:
     if trouble is None:
         return
     failure = trouble.failure
-    remedy = CODES[failure.code].remedy
-    if "{" in remedy:
-        remedy = "Check what the inputs give."
+    remedy = CODES[failure.code].constant_remedy or "Check what the inputs give."
     formula = material.compiled.formulas[step.ref]
     values = ", ".join(text for name, value in trouble.values for text in _said(formula, name, value))
     span = (failure.column, failure.column + 1) if failure.column >= 0 else None

@@ -56,8 +56,9 @@ def _fixes(step: Step, material: Material) -> list[Fix]:
 
     return [
         Fix(
+            "throttle",
             Phrase("Let “{name}” speak once in {period} at most (throttle)", name=shown, period=PERIOD),
             before("throttle", PERIOD),
         ),
-        Fix(Phrase("Speak only when “{name}” has changed (changes)", name=shown), before("changes", "")),
+        Fix("changes", Phrase("Speak only when “{name}” has changed (changes)", name=shown), before("changes", "")),
     ]

@@ -169,7 +169,7 @@ def _forgetting(step: Step, rare: str, material: Material) -> Fix | None:
         row.put(inputs, formula, either)
         row.insert(either, "filter", f"NOT(ISBLANK({argument_name(either)}))", step.row.output.text, after=True)
     title = Phrase("Forget “{name}” {age} after its last value (forgetAfter)", name=old, age=LONGEST_AGE)
-    return Fix(title, tuple(row.edits))
+    return Fix("forget-old-value", title, tuple(row.edits))
 
 
 def _timing(step: Step, material: Material) -> Fix | None:
@@ -188,7 +188,8 @@ def _timing(step: Step, material: Material) -> Fix | None:
     row.put(", ".join(timed.values()), f"({inner}, MAX({times}) - MIN({times}))", pair)
     row.insert(pair, "filter", f"{argument_name(pair)}[1] < {LONGEST_SECONDS}", fresh, after=True)
     row.insert(fresh, "map", f"{argument_name(fresh)}[0]", step.row.output.text, after=True)
-    return Fix(Phrase("Join only what came within {age} of each other (timestamp)", age=LONGEST_AGE), tuple(row.edits))
+    title = Phrase("Join only what came within {age} of each other (timestamp)", age=LONGEST_AGE)
+    return Fix("join-close-in-time", title, tuple(row.edits))
 
 
 class _Writer:

@@ -10,6 +10,7 @@ from rrp_sheets.checks.abstract_values import RECORD, AbstractValue
 from rrp_sheets.checks.lints.material import Material
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.diagnostics.phrase import Phrase, listed
+from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.formulas import Table
 from rrp_sheets.graph import Step
 from rrp_sheets.model.names import key, nearest
@@ -55,14 +56,10 @@ def _tell(column: _Column, material: Material) -> None:
         return
     can = list(column.comes.values())
     guess = nearest(missing[0], can) if len(missing) == 1 else None
-    remedy = (
-        Phrase("Did you mean “{guess}”?", guess=guess)
-        if guess
-        else "Write one of these, or let the sensor give it as well."
-    )
+    remedy = meant(guess, "Write one of these, or let the sensor give it as well.", quoted=True)
     material.report.add(
         "LINT016", column.step.row.formula.address, texts=_listed([f"“{t}”" for t in missing]), column=column.name,
-        sheet=column.table.name, can=_listed(can), remedy=remedy,
+        sheet=column.table.name, can=_listed(can), **remedy,
     )  # fmt: skip
 
 

@@ -11,6 +11,7 @@ from rrp_sheets.checks import Checked
 from rrp_sheets.devices import Setting
 from rrp_sheets.devices.spoken import DeviceWords
 from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value, show
 from rrp_sheets.render.legend import draw_legend
@@ -96,8 +97,8 @@ def _authors(source: Source) -> tuple[str, ...]:
 def _finding(source: Source, flag: int, found: Diagnostic) -> OpenFinding:
     where, row = (clean(found.address.sheet), found.address.row) if found.address else ("", 0)
     severity = source.get(f"open.{found.severity.value}")
-    said = found.in_language(source.words.language)
-    return OpenFinding(flag, severity, where, row, clean(said.message), clean(said.remedy))
+    said = (clean(told(text, source.words.language)) for text in (found.message, found.remedy))
+    return OpenFinding(flag, severity, where, row, *said)
 
 
 MOST_ROWS = 500  # of a table

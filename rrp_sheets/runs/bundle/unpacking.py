@@ -83,7 +83,7 @@ def unpack(path: Path, folder: Path, most_bytes: int = manifest.MOST_BYTES) -> B
     try:
         return _unpack(path, folder, most_bytes)
     except _Refused as problem:
-        why = str(problem)
+        why = problem.args[0]
     except BROKEN_ZIP as problem:
         full = isinstance(problem, OSError) and problem.errno is not None
         why = f"{problem.strerror}" if full and isinstance(problem, OSError) else "it is damaged, or cut off"

@@ -231,17 +231,16 @@ _LOOK = "Look at the problems again."
 def make_fix(document: Document, look: Analysis, author: str, asked: dict[str, Any]) -> Changed:
     """Apply the fix that a user has chosen in the list of problems.
 
-    `asked` holds `code`, `place` and `title` of the fix as the page showed them.
+    `asked` holds the ids of the `finding` and of the `fix`.
 
     Raises:
         Refused: the problem is not there any more, or the fix does not fit the sheet as it is now.
     """
-    wanted = asked.get("code"), asked.get("place"), asked.get("title")
-    for d in look.findings:
-        for fix in d.fixes:
-            if wanted == (d.code, str(d.address or ""), fix.title):
-                return _apply(document, author, fix)
-    raise Refused(_OLD, _LOOK)
+    finding = next((d for d in look.findings if d.fixes and d.id == asked.get("finding")), None)
+    fix = next((f for f in finding.fixes if f.id == asked.get("fix")), None) if finding else None
+    if fix is None:
+        raise Refused(_OLD, _LOOK)
+    return _apply(document, author, fix)
 
 
 def _apply(document: Document, author: str, fix: Fix) -> Changed:
@@ -345,7 +344,7 @@ def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
         problems.append(
             Problem(number, d.severity.value, d.code, place, d.address.cell if d.address else "", row,
                     in_browser(d.message), in_browser(d.remedy), d.address.sheet if d.address else "",
-                    tuple(f.title for f in d.fixes))
+                    d.id, tuple((f.id, f.title) for f in d.fixes))
         )  # fmt: skip
     behaviour = look.behaviour(sheet)
     drawing, words, why = Markup(""), None, ""

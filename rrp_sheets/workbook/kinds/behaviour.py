@@ -60,7 +60,7 @@ def _report_buried(table: OwnTable, line: FilledRow) -> None:
     columns = sorted(table.ours - {on})
     emptied = (Put(table.address(line.number, c), "", was=texts.get(c, "")) for c in columns)
     mine = tuple((c, texts[c]) for c in columns if c in texts)
-    apart = Fix("Put it into a row of its own", (*emptied, Insert(table.sheet.name, line.number + 1, mine)))
+    apart = Fix("own-row", "Put it into a row of its own", (*emptied, Insert(table.sheet.name, line.number + 1, mine)))
     table.add("SHEET022", table.address(line.number, connector), fixes=(apart,), row=line.number)
 
 

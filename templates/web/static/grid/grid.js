@@ -256,10 +256,10 @@ export class Grid {
   }
 
   fix(button) {
-    const { code, place, title } = button.dataset;
+    const { finding, fix, title } = button.dataset;
     if (this.held.takes(() => this.fix(button))) return;
     this.held.until(async () => {
-      const answer = await this.server.send("fix", { code, place, title });
+      const answer = await this.server.send("fix", { finding, fix, title });
       if (!answer.rows?.length) return;
       this.selection.cell?.focus({ preventScroll: true });
       const others = [...new Set(answer.rows.map((r) => r.sheet))].filter((name) => name !== this.server.sheet);
