@@ -332,7 +332,7 @@ class Sessions:
             self._people.pop(person.key, None)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Access:
     """Access to one application; `app.extensions["access"]`, in a view `access()`.
 

@@ -48,11 +48,11 @@ def make_services(folder: Path, worker: CheckWorker) -> Services:
     """Make the services for the workbooks of a folder, which `worker` checks."""
     open_workbooks = OpenWorkbooks(folder, worker)
     run_manager = RunManager(open_workbooks)
+    runs = RunStore(folder, run_manager.going, run_manager.writing, run_manager.forget)
     return Services(
-        WorkbookRepository(folder, worker), open_workbooks, run_manager,
-        RunStore(folder, run_manager.going, run_manager.writing, run_manager.forget),
-        QueryWorker(), QueryWorker(), QueryWorker(), QueryWorker(EXPORT_SECONDS, PROGRAM), ProtocolPrinter(), Packer(),
-        Replays(),
+        repository=WorkbookRepository(folder, worker), open_workbooks=open_workbooks, run_manager=run_manager, runs=runs,
+        queries=QueryWorker(), lookback_queries=QueryWorker(), drawer=QueryWorker(),
+        exporter=QueryWorker(EXPORT_SECONDS, PROGRAM), printer=ProtocolPrinter(), packer=Packer(), replays=Replays(),
     )  # fmt: skip
 
 
