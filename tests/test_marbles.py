@@ -39,7 +39,7 @@ from rrp_sheets.render.style import LANDSCAPE, LEAST_SCALE
 from rrp_sheets.resources import bundled
 from rrp_sheets.testing import run_tests
 from rrp_sheets.testing.case_marbles import around_failures, scores
-from rrp_sheets.testing.example import example_score, example_svg
+from rrp_sheets.topics.connector_marbles import example_score
 
 SVG = "{http://www.w3.org/2000/svg}"
 ROWS = """
@@ -260,7 +260,7 @@ def test_every_connector_has_a_picture_from_a_real_run(connector):
     score = example_score(connector)
     assert score.groups[-1].lane.marbles, "something comes out"
     assert not any(m.error for lane in score.lanes for m in lane.marbles)
-    ET.fromstring(example_svg(connector))
+    ET.fromstring(draw_marbles([score], strips=1, legend=False)[0].svg)
 
 
 def test_the_example_of_filter_is_what_filter_does():
@@ -364,7 +364,7 @@ def test_a_time_that_is_none(trace):
 
 
 def test_marbles_of_a_workbook_are_those_of_its_tests(tmp_path):
-    out = CliRunner().invoke(command, [str(bundled("workbooks") / "simple-tracking.xlsx")]).output
+    out = CliRunner().invoke(command, [str(bundled("workbooks") / "simple-tracking.xlsx")]).stdout
     assert out.startswith("Test: Tracking\n")
     assert "▣ Head tracker" in out
 

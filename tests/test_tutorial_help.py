@@ -11,8 +11,7 @@ from browser import get, visit
 from flask.testing import FlaskClient
 
 from rrp_sheets.connectors import connectors
-from rrp_sheets.testing.example import example_score
-from rrp_sheets.topics.connector_marbles import marbles
+from rrp_sheets.topics.connector_marbles import example_score, marbles
 from rrp_sheets.web.views.help import marble_picture
 
 NAMES = sorted({c.name for c in connectors()})

@@ -12,48 +12,45 @@ from rrp_sheets.testing.results import CaseResult
 
 _MOST_LANES = 10
 _BEFORE_US, _AFTER_US = 3_000_000, 500_000
+_TOGETHER_US = 5_000_000  # rows that fail so soon after the first are shown with it
 
 
 def scores(checked: Checked, result: CaseResult) -> list[MarbleDiagram]:
     """Return the events of a test as a marble diagram for each behaviour in which something came."""
+    found = [_score(checked, result, behaviour) for behaviour in checked.graph.behaviours]
+    return [
+        replace(score, title=f"{result.case.name}: {score.title}")
+        for score in found
+        if any(lane.marbles for lane in score.lanes)
+    ]
+
+
+def _score(checked: Checked, result: CaseResult, behaviour: BehaviourGraph) -> MarbleDiagram:
     events = [(e.us, e.stream, e.row, e.value) for e in result.events]
     errors = [(f.us, f.row, f.message) for f in result.faults]
-    found, language = [], checked.run.language
-    for behaviour in checked.graph.behaviours:
-        score = make_score(checked.graph, behaviour, events, errors, result.ended_us)
-        if any(lane.marbles for lane in score.lanes):
-            found.append(
-                replace(
-                    score, title=f"{result.case.name}: {score.title}", marks=_marks(result, language), language=language
-                )
-            )
-    return found
-
-
-def _marks(result: CaseResult, language: str) -> tuple[tuple[int, str], ...]:
-    return tuple((r.row.time_us, texts(language).get("behaviour.row", n=r.row.row)) for r in result.failed_rows)
+    score = make_score(checked.graph, behaviour, events, errors, result.ended_us)
+    words = texts(checked.run.language)
+    marks = tuple((r.row.time_us, words.get("behaviour.row", n=r.row.row)) for r in result.failed_rows)
+    return replace(score, marks=marks, language=checked.run.language)
 
 
 def around_failures(checked: Checked, result: CaseResult) -> MarbleDiagram:
     """Draw the time around the first rows that do not hold: their streams and those that these come from."""
+    nothing = MarbleDiagram("", (), 0, 0)
     if not result.failed_rows:
-        return MarbleDiagram("", (), 0, 0)
-    first, language = result.failed_rows[0], checked.run.language
-    wanted = [r.row.stream for r in result.failed_rows if r.row.time_us <= first.row.time_us + 5_000_000]
-    behaviour = _home(checked, wanted[0])
+        return nothing
+    first_us = result.failed_rows[0].row.time_us
+    failed = [r.row for r in result.failed_rows if r.row.time_us <= first_us + _TOGETHER_US]
+    behaviour = _home(checked, failed[0].stream)
     if behaviour is None:
-        return MarbleDiagram("", (), 0, 0)
-    events = [(e.us, e.stream, e.row, e.value) for e in result.events]
-    score = make_score(
-        checked.graph, behaviour, events, [(f.us, f.row, f.message) for f in result.faults], result.ended_us
-    )
-    begin = max(0, first.row.time_us - _BEFORE_US)
-    sent = [r.time_us for r in result.case.rows if r.sending and r.time_us <= first.row.time_us]
+        return nothing
+    begin = max(0, first_us - _BEFORE_US)
+    sent = [r.time_us for r in result.case.rows if r.sending and r.time_us <= first_us]
     begin = min(begin, max(sent, default=begin))
-    last = max(r.row.time_us for r in result.failed_rows if r.row.time_us <= first.row.time_us + 5_000_000)
-    ids = upstream(behaviour, dict.fromkeys(wanted), _MOST_LANES)
-    shown = score.only(ids).between(begin, min(last + _AFTER_US, max(result.ended_us, last)))
-    return replace(shown, marks=_marks(result, language), language=language)
+    last = max(row.time_us for row in failed)
+    ids = upstream(behaviour, dict.fromkeys(row.stream for row in failed), _MOST_LANES)
+    until = min(last + _AFTER_US, max(result.ended_us, last))
+    return _score(checked, result, behaviour).only(ids).between(begin, until)
 
 
 def _home(checked: Checked, stream: str) -> BehaviourGraph | None:

@@ -1,21 +1,24 @@
-"""A connector's example as marbles in plain text, made by running it in virtual time."""
+"""A connector's example as marbles, in a picture or in plain text, made by running it in virtual time."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 from rrp_sheets.connectors import Connector
 from rrp_sheets.engine.ports import Arrivals
 from rrp_sheets.model.exchange import Command, State, WorldSnapshot
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene_actions import SceneAction
-from rrp_sheets.model.values import Failure, Record, Value, show
+from rrp_sheets.model.values import Failure, Record, Value
+from rrp_sheets.render.marble_diagram import Lane, MarbleDiagram, make_score
+from rrp_sheets.render.marble_diagram import short as short_value
 from rrp_sheets.topics.workbooks import checked
 
-MARK_MS = 100
-"""Time, in ms, that one place in a row of marbles represents."""
-_AFTER_MS = 1_000  # what may still come after the last marble
+MARK_US = 100_000
+"""Time, in µs, that one place in a row of marbles represents."""
+_AFTER_US = 1_000_000  # what may still come after the last marble
 _MARBLES = re.compile(r"[-\w]*-[-\w]*")
 _NAMES = ("First", "Second", "Third", "Fourth")
 _JOINTS = ("HeadYaw", "HeadPitch", "LHand", "RHand")
@@ -43,13 +46,9 @@ def workbook(connector: Connector) -> str:
     rows, parameter = parts(connector)
     names = input_names(len(rows))
     body = [f'| {name} sensor | map | IF(TRUE; value; "") | {name} |' for name in names]  # so it loses the joint's unit
-    if connector.is_sink:
-        body.append(f"| {', '.join(names)} | {connector.name} | {parameter} | Print |")
-    else:
-        body += [
-            f"| {', '.join(names)} | {connector.name} | {parameter} | Output |",
-            "| Output | subscribe | | Print |",
-        ]
+    body.append(f"| {', '.join(names)} | {connector.name} | {parameter} | {output_name(connector)} |")
+    if not connector.is_sink:
+        body.append("| Output | subscribe | | Print |")
     joints = [f"| {name} sensor | JointPosition | {joint} |" for name, joint in zip(names, _JOINTS, strict=False)]
     return "\n".join([
         "## Example", "| Input streams | Connector | Formula | Output stream |", "|---|---|---|---|", *body, "",
@@ -57,90 +56,77 @@ def workbook(connector: Connector) -> str:
     ])  # fmt: skip
 
 
-def marbles(connector: Connector) -> list[tuple[str, str]]:
-    """The lines of the picture: a name and a row of marbles each; the last one is what came out of a run."""
-    rows, _ = parts(connector)
-    events = {name: _events(row) for name, row in zip(input_names(len(rows)), rows, strict=True)}
-    came = _played(connector, events)
-    length = max([len(row) for row in rows] + [at + 1 for at, _ in came])
-    shown = {**events, "Print" if connector.is_sink else "Output": came}
-    width = max(len(_mark(group)) for group in _grouped(shown.values()))
-    return [(name, _line(found, length, width)) for name, found in shown.items()]
-
-
-def _events(row: str) -> list[tuple[int, Value]]:
-    return [(at, int(c) if c.isdigit() else c) for at, c in enumerate(row) if c != "-"]
-
-
-def _played(connector: Connector, events: Mapping[str, Sequence[tuple[int, Value]]]) -> list[tuple[int, Value]]:
+def example_score(connector: Connector) -> MarbleDiagram:
+    """Run a connector's example, and return what goes in and what comes out as a marble diagram."""
     from rrp_sheets.engine.engine import FrameEngine
     from rrp_sheets.engine.frame_runner import run_loop
     from rrp_sheets.engine.plan import make_plan
 
-    pass
+    rows, _ = parts(connector)
+    names = input_names(len(rows))
+    sent = [
+        (at * MARK_US, key(f"{name} sensor"), int(c) if c.isdigit() else c)
+        for name, row in zip(names, rows, strict=True)
+        for at, c in enumerate(row)
+        if c != "-"
+    ]
+    book, log = checked(workbook(connector)), _Log()
+    world, last_us = ScriptedWorld(sent), max((us for us, _, _ in sent), default=0)
+    run_loop(FrameEngine(make_plan(book), log), world, world.start(), last_us + _AFTER_US)
+    whole = make_score(book.graph, book.graph.behaviours[0], log.events, log.errors)
+    groups = {group.lane.label: group for group in whole.groups}
+    output = groups[output_name(connector)]
+    bars = tuple(replace(bar, row=0) for bar in output.bars)
+    shown = (*(replace(groups[name], bars=()) for name in names), replace(output, bars=bars))
+    return MarbleDiagram(connector.name, shown, 0, whole.last_us)
 
-    book = checked(workbook(connector))
-    names = {i: s.name for i, s in book.graph.streams.items()}
-    log = _Log(names, "Print" if connector.is_sink else "Output")
-    engine = FrameEngine(make_plan(book), log)
-    sent = [(at * MARK_MS * 1000, key(f"{n} sensor"), value) for n, found in events.items() for at, value in found]
-    world = ScriptedWorld(sent)
-    last = max((us for us, _, _ in sent), default=0)
-    run_loop(engine, world, world.start(), last + _AFTER_MS * 1000)
-    return log.came
+
+def output_name(connector: Connector) -> str:
+    """Return the name of the example's output stream."""
+    return "Print" if connector.is_sink else "Output"
 
 
 class _Log:
-    """Keeps what came on one stream, with its place among the marbles."""
+    """Log of an engine: its events and errors, as marble diagrams take them."""
 
-    def __init__(self, names: Mapping[str, str], stream: str) -> None:
-        self.names, self.stream = names, stream
-        self.came: list[tuple[int, Value]] = []
-        self.failures: list[Failure] = []
+    def __init__(self) -> None:
+        self.events: list[tuple[int, str, str, Value]] = []
+        self.errors: list[tuple[int, str, str]] = []
 
     def event(self, us: int, stream: str, row: str, value: Value) -> None:
-        if self.names.get(stream) == self.stream:
-            self.came.append((round(us / 1000 / MARK_MS), value))
+        self.events.append((us, stream, row, value))
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
-        """An example that fails shows nothing at that place; a test holds that none of ours does."""
-        self.failures.append(failure)
+        self.errors.append((us, row, failure.message))
 
 
-def _grouped(lines: object) -> list[list[Value]]:
-    groups: list[list[Value]] = [[]]
-    for line in lines:  # type: ignore[attr-defined]
-        places: dict[int, list[Value]] = {}
-        for at, value in line:
-            places.setdefault(at, []).append(value)
-        groups += places.values()
-    return groups
+def marbles(connector: Connector) -> list[tuple[str, str]]:
+    """The lines of the picture: a name and a row of marbles each; the last one is what came out of a run."""
+    lanes = {lane.label: _places(lane) for lane in example_score(connector).lanes}
+    length = max(max((*map(len, parts(connector)[0]), *(at + 1 for at in places))) for places in lanes.values())
+    width = max(len(mark) for places in lanes.values() for mark in ("-", *places.values()))
+    return [
+        (name, "".join(places.get(at, "-").ljust(width, "-") for at in range(length))) for name, places in lanes.items()
+    ]
 
 
-def _line(found: Sequence[tuple[int, Value]], length: int, width: int) -> str:
-    places: dict[int, list[Value]] = {}
-    for at, value in found:
-        places.setdefault(at, []).append(value)
-    return "".join(_mark(places.get(at, [])).ljust(width, "-") for at in range(length))
-
-
-def _mark(values: Sequence[Value]) -> str:
-    """The values of one place: `-` for none, `(ab)` for several."""
-    texts = [short(v) for v in values]
-    return "-" if not texts else texts[0] if len(texts) == 1 else f"({','.join(texts)})"
+def _places(lane: Lane) -> dict[int, str]:
+    """Return the marbles of a stream by their place in its row: `a`, or `(ab)` for several."""
+    found: dict[int, list[str]] = {}
+    for marble in lane.marbles:
+        found.setdefault(round(marble.us / MARK_US), []).append(short(marble.value))
+    return {at: texts[0] if len(texts) == 1 else f"({','.join(texts)})" for at, texts in found.items()}
 
 
 def short(value: Value) -> str:
-    """A value as it stands on a marble.
+    """Return a value as it stands on a marble of an example; a record as the values of its fields.
 
     >>> short(0.12345), short("red"), short(None), short(True)
     ('0.123', 'red', 'blank', 'TRUE')
     """
-    if value is None:
-        return "blank"
     if isinstance(value, Record):
         return f"({'; '.join(short(v) for v in value.as_dict().values())})"
-    return show(value).strip("“”")
+    return short_value(value)
 
 
 class ScriptedWorld:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from rrp_sheets.connectors import Connector, Parameter, connectors
 from rrp_sheets.model.names import key
-from rrp_sheets.topics.connector_marbles import MARK_MS, can_be_run, input_names, marbles, parts, workbook
+from rrp_sheets.topics.connector_marbles import MARK_US, can_be_run, input_names, marbles, output_name, parts, workbook
 from rrp_sheets.topics.layout import entries, heading, paragraph, titled
 from rrp_sheets.topics.workbooks import checked, grids
 
@@ -68,11 +68,13 @@ def one_connector(connector: Connector) -> Iterator[str]:
 def _example(connector: Connector) -> Iterator[str]:
     rows, parameter = parts(connector)
     names = ", ".join(input_names(len(rows)))
-    output = "Print" if connector.is_sink else "Output"
-    cells = [("Input streams", names), ("Connector", connector.name), ("Formula", parameter), ("Output stream", output)]
+    cells = (
+        ("Input streams", names), ("Connector", connector.name), ("Formula", parameter),
+        ("Output stream", output_name(connector)),
+    )  # fmt: skip
     yield titled("For example", entries(cell for cell in cells if cell[1]))
     yield titled("In words", paragraph(_sentence(connector), 2))
-    title = f"As marbles: one place is {MARK_MS} ms, time goes to the right"
+    title = f"As marbles: one place is {MARK_US // 1000} ms, time goes to the right"
     picture = entries(marbles(connector), kind="marbles")
     picture.head = connector.name  # a page draws it anew
     yield titled(title, picture)

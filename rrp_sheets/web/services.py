@@ -50,8 +50,8 @@ def make_services(folder: Path, worker: CheckWorker) -> Services:
     run_manager = RunManager(open_workbooks)
     runs = RunStore(folder, run_manager.going, run_manager.writing, run_manager.forget)
     return Services(
-        repository=WorkbookRepository(folder, worker), open_workbooks=open_workbooks, run_manager=run_manager, runs=runs,
-        queries=QueryWorker(), lookback_queries=QueryWorker(), drawer=QueryWorker(),
+        repository=WorkbookRepository(folder, worker), open_workbooks=open_workbooks, run_manager=run_manager,
+        runs=runs, queries=QueryWorker(), lookback_queries=QueryWorker(), drawer=QueryWorker(),
         exporter=QueryWorker(EXPORT_SECONDS, PROGRAM), printer=ProtocolPrinter(), packer=Packer(), replays=Replays(),
     )  # fmt: skip
 

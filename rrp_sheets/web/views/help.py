@@ -14,8 +14,7 @@ from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.render.marble_diagram import Bar, Lane, Marble, MarbleDiagram
-from rrp_sheets.testing.example import example_score
-from rrp_sheets.topics.connector_marbles import short
+from rrp_sheets.topics.connector_marbles import example_score, short
 from rrp_sheets.topics.finding import text_on
 from rrp_sheets.topics.functions import one_helper
 from rrp_sheets.topics.layout import Block, paragraph
@@ -157,7 +156,7 @@ _LEAST_STEP = 44  # pixels
 
 
 def marble_picture(score: MarbleDiagram) -> Markup:
-    """Draw an example (`testing.example`) as SVG: the inputs, a bar for the connector, the output, the time.
+    """Draw an example (`topics.connector_marbles`) as SVG: the inputs, a bar for the connector, the output, the time.
 
     Args:
         score: whose last group has the connector's bar and its output.
