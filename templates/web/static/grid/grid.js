@@ -14,8 +14,8 @@ import { Table } from "./table.js";
 import { Columns } from "./widths.js";
 
 export class Grid {
-  /** `page`: who this page is, see api.js. */
-  constructor(scroll, page) {
+  /** `page`: who this page is, see api.js; `listen`: where the server's events come. */
+  constructor(scroll, page, listen) {
     this.scroll = scroll;
     const element = scroll.querySelector("[role=grid]");
     this.table = new Table(element);
@@ -35,6 +35,7 @@ export class Grid {
       },
       refused: (answer, action, body) => this.refused(answer, action, body),
     });
+    listen.addEventListener("grid", ({ detail }) => this.server.receive(JSON.parse(detail.data)));
     this.editor = new Editor(this.table, scroll, {
       vocabulary: () => this.words,
       say: (text) => this.say(text, "error"), // with a text that is nowhere else

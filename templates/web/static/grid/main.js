@@ -81,7 +81,7 @@ const scroll = document.getElementById("grid-scroll");
 const listen = document.getElementById("listen");
 const page = identity();
 let wordsDigest = ""; // of the suggested words that are here
-const grid = scroll.querySelector("[role=grid]") ? new Grid(scroll, page) : null;
+const grid = scroll.querySelector("[role=grid]") ? new Grid(scroll, page, listen) : null;
 
 diagram(document.getElementById("panels"));
 if (grid) {
@@ -131,9 +131,6 @@ async function fetchRest({ table, server }) {
   }
 }
 
-listen.addEventListener("grid", (event) => {
-  grid?.server.receive(JSON.parse(event.detail.data));
-});
 listen.addEventListener("checked", async ({ detail }) => {
   if (!("orphan" in document.body.dataset)) htmx.trigger("#panels", "recheck"); // else its sheet is gone
   if (JSON.parse(detail.data).words !== wordsDigest) await fetchWords();
