@@ -9,7 +9,9 @@ from pathlib import Path
 from rrp_sheets.printing import HasErrors, make
 from rrp_sheets.runs.bundle.packing import Packed
 from rrp_sheets.runs.bundle.packing import pack as pack_files
+from rrp_sheets.runs.records.query_worker import QueryWorker
 
+_WITHIN = 90.0  # s; the tests of the workbook may take 20
 _DRAFT = "The workbook has errors: protocol.pdf is marked as a draft."
 
 
@@ -25,3 +27,23 @@ def pack(path: Path, target: Path | None, runs: Sequence[str], against: Path | N
             return found.data, [*found.notes, _DRAFT]
 
     return pack_files(path, target, runs, printed)
+
+
+class Packer(QueryWorker):
+    """Query worker that packs bundles; usable from any thread, one request at a time."""
+
+    def __init__(self) -> None:
+        super().__init__(_WITHIN, __name__)
+
+    def pack(self, path: Path, runs: list[Path], target: Path) -> None:
+        """Create a bundle of a workbook and the runs in those folders.
+
+        Raises:
+            SheetsError: it cannot be made, or not in time.
+        """
+        self.ask(path.name, "pack_apart", str(path), [str(run) for run in runs], str(target))
+
+
+def pack_apart(path: str, runs: Sequence[str], target: str) -> None:
+    """Make a bundle in a worker process."""
+    pack(Path(path), Path(target), runs, None, None)

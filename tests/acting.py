@@ -9,8 +9,9 @@ from pathlib import Path
 
 from rrp_sheets.checks import check_workbook
 from rrp_sheets.engine.command_queue import CommandQueue, OperatorCommand
+from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.model.exchange import State, WorldSnapshot
-from rrp_sheets.runs import RunSettings, RunView
+from rrp_sheets.runs import RunSettings
 from rrp_sheets.runs.running import run
 from rrp_sheets.topics.connector_marbles import ScriptedWorld
 from rrp_sheets.workbook import read
@@ -28,7 +29,7 @@ class Things(ScriptedWorld):
         return WorldSnapshot(State({}, (), (), "", {"Red ball": (1.0, 0.0, 0.4)}), b"jpeg" if picture else b"")
 
 
-class Script(RunView):
+class Script(RunObserver):
     """Does what a test says at some frames (by their numbers), and as often as the run stands still; keeps all it is told."""
 
     def __init__(self, frames=None, standing=()):

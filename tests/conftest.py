@@ -106,13 +106,13 @@ def pytest_sessionfinish(session, exitstatus):
 @pytest.fixture(autouse=True)
 def _no_limit_here(monkeypatch):
     """A command that is called within this process must not take the memory of all other tests."""
-    monkeypatch.setattr("rrp_sheets.runs.worker_loop.limit_memory", lambda *_: None)
+    monkeypatch.setattr("rrp_sheets.workers.worker_loop.limit_memory", lambda *_: None)
 
 
 @pytest.fixture(scope="session", autouse=True)
 def _one_checker():
     """The servers of all tests check workbooks in one process: to start it takes longer than most checks."""
-    from rrp_sheets.runs.worker_process import CheckWorker
+    from rrp_sheets.runs.check_worker import CheckWorker
 
     class Kept(CheckWorker):
         def close(self) -> None:

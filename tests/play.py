@@ -12,6 +12,7 @@ from rrp_sheets.devices import load_robot
 from rrp_sheets.engine.engine import FrameEngine
 from rrp_sheets.engine.frame_runner import run_loop
 from rrp_sheets.engine.plan import make_plan
+from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.engine.trace import stream_label
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record
@@ -47,7 +48,7 @@ def example(device: str, **fields: object) -> Record:
     return Record(found.type.payload, values)
 
 
-class Played:
+class Played(RunObserver):
     """What a play gave: by stream, pairs of (ms, value); errors as (ms, row, code)."""
 
     def __init__(self, checked: Checked) -> None:

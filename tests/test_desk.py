@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.worker_process import CheckWorker
+from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.web.collab import broadcaster
 from rrp_sheets.web.collab.broadcaster import EventStream, Place
 from rrp_sheets.web.collab.workbook_session import OpenWorkbooks, WorkbookSession

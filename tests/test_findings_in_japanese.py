@@ -20,7 +20,7 @@ from test_mistakes import base, markdown_of, mistakes
 
 import rrp_sheets
 from rrp_sheets.cli.main import main
-from rrp_sheets.diagnostics import CODES, Report
+from rrp_sheets.diagnostics import CODES, Diagnostic, Report
 from rrp_sheets.diagnostics.languages import PHRASES, entries, title, told
 from rrp_sheets.diagnostics.page import completed, load_page
 from rrp_sheets.diagnostics.phrase import Phrase, capital, listed, sentences, small
@@ -35,8 +35,8 @@ from rrp_sheets.runs.replay.differences import Count, Difference
 from rrp_sheets.runs.replay.output import account
 from rrp_sheets.runs.replay.report import as_text, in_words
 from rrp_sheets.runs.replay.result import Replayed, Spoken
-from rrp_sheets.runs.wire import pack_error, pack_finding, unpack_error, unpack_finding
 from rrp_sheets.workbook import read
+from rrp_sheets.workers.codec import pack, unpack
 
 ENGLISH = re.compile(r"[A-Za-z]+ (a|an|the|is|are|of|to|in|it|that|this|for|no|not|has|and|or|with)\b", re.IGNORECASE)
 TO_TYPE = re.compile(r"ends with the run|x for x in list|what in text|`[^`]*`")  # what is written so in a cell
@@ -128,7 +128,7 @@ def test_what_was_typed_is_never_translated():
 def test_a_phrase_is_the_english_text_and_survives_being_sent():
     finding = Report().add("LINT004", Address("Look", 3, 4), other=Phrase("row {number}", number=5))
     assert "This row and row 5 can speak" in finding.message
-    sent = unpack_finding(json.loads(json.dumps(pack_finding(finding))))
+    sent = unpack(Diagnostic, json.loads(json.dumps(pack(finding))))
     assert sent == finding and told(sent.message, "ja").startswith("この行と5行目は同時に話す")
     kept = pickle.loads(pickle.dumps(finding.message))
     assert told(kept, "ja") == told(finding.message, "ja")
@@ -139,7 +139,7 @@ def test_a_refused_file_crosses_processes_as_its_finding(tmp_path):
     path.write_bytes(b"PK\3\4 cut off")
     with pytest.raises(UnreadableWorkbook) as caught:
         read(path)
-    sent = unpack_error(json.loads(json.dumps(pack_error(caught.value))))
+    sent = unpack(SheetsError, json.loads(json.dumps(pack(caught.value))))
     assert isinstance(sent, UnreadableWorkbook) and sent.finding == caught.value.finding
     assert str(sent) == str(caught.value) and sent.code == "FILE008"
     assert (
@@ -154,7 +154,7 @@ def test_details_are_values_by_name_in_the_reader_s_language():
     assert json.loads(json.dumps(finding.as_dict()))["details"] == details
     assert finding.as_dict("ja")["details"] == details | {"remedy": "「Score」のことですか。"}
     other = Report().add("GRAPH001", Address("T", 2, 1), span=None, fixes=(), **details | {"name": "a text"})
-    assert finding.id != other.id and finding.id == unpack_finding(pack_finding(finding)).id
+    assert finding.id != other.id and finding.id == unpack(Diagnostic, pack(finding)).id
     with pytest.raises(TypeError, match="GRAPH001 needs remedy"):
         Report().add("GRAPH001", None, name="X")
 
@@ -165,7 +165,7 @@ def test_phrases_are_joined_and_begin_sentences():
     many = listed([Phrase("row {number}", number=n) for n in range(2_000)], "and")
     assert many.startswith("row 0, row 1, row 2, ") and many.endswith(", row 1998 and row 1999")
     found = Report().add("LINT004", Address("Look", 3, 4), other=many)  # some hundred would be too deep one in another
-    again = unpack_finding(json.loads(json.dumps(pack_finding(found))))
+    again = unpack(Diagnostic, json.loads(json.dumps(pack(found))))
     assert again == found and "、".join(f"{n}行目" for n in range(1_999)) + "と1999行目" in told(again.message, "ja")
     assert (
         capital(rows[0]) == "Row 3" and told(capital(rows[0]), "ja") == "3行目" and small(capital(rows[0])) == "row 3"

@@ -10,14 +10,15 @@ from collections.abc import Iterator
 import pytest
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.worker_process import RestartingWorker, WorkerError, WorkerProcess
+from rrp_sheets.workers.worker_process import RestartingWorker, WorkerError
 
-GONE = ["course", "/nowhere"]
+COURSE = "rrp_sheets.runs.records.query_worker.course"
+GONE = [COURSE, "/nowhere"]
 
 
 @pytest.fixture
 def office() -> Iterator[RestartingWorker]:
-    made = RestartingWorker(lambda: WorkerProcess("rrp_sheets.runs.records.query_child"))
+    made = RestartingWorker()
     yield made
     made.close()
 
@@ -43,7 +44,7 @@ def hang(office: RestartingWorker) -> int:
 def test_one_that_does_not_take_what_is_sent_is_ended_in_time(office: RestartingWorker) -> None:
     hung = hang(office)
     with pytest.raises(WorkerError, match=r"did not come to an end within 0\.3 s") as told:
-        office.ask(["course", "x" * 5_000_000], 0.3)  # more than a connection holds
+        office.ask([COURSE, "x" * 5_000_000], 0.3)  # more than a connection holds
     assert not told.value.gone and office.pid is None and not alive(hung)
     with pytest.raises(SheetsError, match="cannot be read"):
         office.ask(GONE, 30)

@@ -18,11 +18,11 @@ from flask.testing import FlaskClient
 from recorded import END, EVENT, HEADER, HOSTILE, write_run
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs import worker_process
 from rrp_sheets.runs.records import query_worker
 from rrp_sheets.runs.records.metadata import facts_of
 from rrp_sheets.runs.records.query_worker import QueryWorker
-from rrp_sheets.runs.worker_process import readable
+from rrp_sheets.workers import worker_process
+from rrp_sheets.workers.worker_process import ready
 
 
 @pytest.fixture
@@ -115,11 +115,11 @@ def test_who_comes_when_many_wait_is_told_and_waits_not(tmp_path: Path, monkeypa
         with pytest.raises(SheetsError, match="at once") as told:
             queries.course(place)
         refused.append(told.value)
-        return readable(*link)  # type: ignore[arg-type]
+        return ready(*link)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(worker_process, "readable", one_more_meanwhile)
+    monkeypatch.setattr(worker_process, "ready", one_more_meanwhile)
     assert queries.course(place)["count"] == 1 and refused
-    monkeypatch.setattr(worker_process, "readable", readable)
+    monkeypatch.setattr(worker_process, "ready", ready)
     assert queries.course(place)["count"] == 1
     queries.close()
 

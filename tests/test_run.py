@@ -107,7 +107,7 @@ def test_a_killed_simulator_breaks_the_run_off_with_a_readable_trace(tmp_path):
     for line in process.stdout:
         if "Head tracker" in line:
             break
-    os.kill(child_of(process.pid, "rrp_sheets.sim.child"), signal.SIGKILL)
+    os.kill(child_of(process.pid, "rrp_sheets.sim.server"), signal.SIGKILL)
     _, errors = process.communicate(timeout=40)
     assert process.returncode == 3 and "broke off" in errors and "Traceback" not in errors
     assert json.loads(events(out)[-1])["ended"] == "broken"
@@ -151,7 +151,7 @@ def test_no_process_is_left_behind(who, tmp_path):
     for line in process.stdout:
         if "Head tracker" in line:
             break
-    engine, simulator = (child_of(process.pid, f"rrp_sheets.{name}") for name in ("runs.engine_child", "sim.child"))
+    engine, simulator = (child_of(process.pid, f"rrp_sheets.{name}") for name in ("runs.engine_process", "sim.server"))
     left = {engine, simulator, *children(engine), *children(simulator)}
     assert len(left) == 4, "each has a guard"
     os.kill(process.pid if who == "program" else engine, signal.SIGKILL)  # it dies without a word: the others notice

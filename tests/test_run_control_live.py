@@ -23,13 +23,14 @@ from rrp_sheets import api
 from rrp_sheets.engine.command_queue import CommandQueue
 from rrp_sheets.engine.engine import EventEngine
 from rrp_sheets.engine.plan import make_plan
-from rrp_sheets.engine.ports import Arrivals, RunObserver
+from rrp_sheets.engine.ports import Arrivals
 from rrp_sheets.engine.realtime import RealtimeAdapter
 from rrp_sheets.engine.realtime_runner import RealtimeRunner
+from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.exchange import State, WorldSnapshot
 from rrp_sheets.resources import bundled
-from rrp_sheets.runs import RunSettings, RunView
+from rrp_sheets.runs import RunSettings
 from rrp_sheets.runs.run_process import RunProcess
 
 BOOK = rows(
@@ -106,8 +107,8 @@ class Live(RunObserver):
     def refused(self, kind, message, remedy):
         self._note(self.refusals, (kind, message))
 
-    def shown(self, us, shown):
-        self._note(self.places, shown.state.things["Red ball"][0])
+    def state(self, us, state):
+        self._note(self.places, state.things["Red ball"][0])
 
     def frame(self, us):
         with self.changed:
@@ -193,7 +194,7 @@ def test_a_world_that_breaks_while_it_stands_still_ends_the_run(live):
 
 
 # ---- in a process of its own, with the robot
-class Panel(RunView):
+class Panel(RunObserver):
     """A panel: everything with the wall's time."""
 
     def __init__(self):
@@ -257,29 +258,29 @@ def begin(book, **settings):
 
 def test_a_panel_in_another_process_does_it_all(tmp_path):
     run, panel, thread, ended = begin(bundled("workbooks", "simple-tracking.xlsx"), out=tmp_path / "o")
-    run.look(True)
+    run.command("look", wanted=True)
     panel.until(lambda: len(panel.of("picture")) >= 3 and len(panel.of("state")) >= 5)
     assert panel.of("picture")[-1][3][:3] == b"\xff\xd8\xff" and panel.start.sensors[0][0] == "Red ball"
     state = panel.of("state")[-1][3]
     assert len(state.joints) == 26 and len(state.base) == 6
     panel.until(lambda: any(entry[3].driving.get("head") == "Tracking!4" for entry in panel.of("state")))
-    run.pause("Anna")
+    run.command("pause", "Anna")
     panel.until(lambda: panel.of("paused"))
     frames = len(panel.of("frame"))
-    run.put("Red ball", (0.8, 0.3, 0.4), "Bo")
+    run.command("put", "Bo", thing="Red ball", at=(0.8, 0.3, 0.4))
     panel.until(lambda: panel.of("state")[-1][3].things["Red ball"] == (0.8, 0.3, 0.4))
-    run.send("Red ball", "distance=0.3", "Bo")
-    run.send("Red ball", "distanc=0.3", "Bo")
-    run.mark("she smiles", "Anna")
+    run.command("send", "Bo", stream="Red ball", text="distance=0.3")
+    run.command("send", "Bo", stream="Red ball", text="distanc=0.3")
+    run.command("mark", "Anna", note="she smiles")
     panel.until(lambda: len(panel.of("acted")) == 4 and len(panel.of("standing")) >= 2)
     assert len(panel.of("frame")) == frames and panel.of("refused")[0][3].endswith("“distanc”.")
     edited = shutil.copy(bundled("workbooks", "simple-tracking.xlsx"), tmp_path / "b.xlsx")
     api.set_cell(Path(edited), "C3", "distance >= 0.9", sheet="Tracking")
-    run.apply(Path(edited), "Bo")
+    run.command("apply", "Bo", path=str(Path(edited).absolute()))
     panel.until(lambda: len(panel.of("acted")) == 5)
     assert panel.of("acted")[-1][3].text.endswith("on: Tracking!3.")
-    run.speed(4)
-    run.resume("Anna")
+    run.command("speed", factor=4)
+    run.command("resume", "Anna")
     us = panel.of("frame")[-1][2]
     panel.until(lambda: panel.of("frame")[-1][2] > us + 1_000_000)
     before = time.monotonic()
@@ -306,7 +307,7 @@ def test_who_only_looks_changes_nothing(tmp_path):
         run, panel, thread, _ = begin(
             bundled("workbooks", "greeter.xlsx"), out=tmp_path / str(look), fast=True, seconds=3
         )
-        run.look(look)
+        run.command("look", wanted=look)
         thread.join(60)
         assert bool(panel.of("picture")) is look
         traces.append((tmp_path / str(look) / "trace.jsonl").read_text().split("\n", 1)[1])
@@ -334,7 +335,7 @@ def test_stop_is_heard_while_events_flood_the_wire(tmp_path):
 def test_a_simulator_that_is_killed_while_a_run_is_paused_is_told(tmp_path):
     run, panel, thread, ended = begin(bundled("workbooks", "simple-tracking.xlsx"), out=tmp_path / "o")
     panel.until(lambda: panel.of("frame"))
-    run.pause()
+    run.command("pause")
     panel.until(lambda: panel.of("paused"))
     os.kill(run.simulator_pid, signal.SIGKILL)
     thread.join(30)
@@ -346,7 +347,7 @@ def test_a_simulator_that_is_killed_while_a_run_is_paused_is_told(tmp_path):
 
 def test_a_run_that_is_stopped_before_it_begins_leaves_nothing(tmp_path):
     run, panel, thread, ended = begin(bundled("workbooks", "simple-tracking.xlsx"), out=tmp_path / "o")
-    run.pause()
+    run.command("pause")
     run.stop("Bo")
     thread.join(30)
     assert ended[0].result is None and not panel.of("frame") and not (tmp_path / "o").exists()

@@ -15,8 +15,8 @@ from rrp_sheets.documents import CellText
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import Notice, OperatorAction, State
 from rrp_sheets.model.values import Failure, record_from_mapping
+from rrp_sheets.runs.check_worker import CheckWorker, Findings
 from rrp_sheets.runs.view import RunStart
-from rrp_sheets.runs.worker_process import CheckWorker, Findings
 from rrp_sheets.web.app import create_app
 from rrp_sheets.web.collab import workbook_session as desk_module
 from rrp_sheets.web.collab.broadcaster import EventStream, message

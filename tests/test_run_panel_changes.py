@@ -72,7 +72,7 @@ def test_a_run_whose_process_dies_says_so_and_can_run_again(browser, url: str, f
     becomes(lambda: at.page.inner_text("[data-do=name] span"), "OP-1")
     expect(row(at.page, 2).locator(LIVE)).to_have_text(re.compile(r"^\d"), timeout=15_000)
     for which in ("the run's process", "the simulator"):
-        module = b"runs.engine_child" if which == "the run's process" else b"sim.child"
+        module = b"runs.engine_process" if which == "the run's process" else b"sim.server"
         (process,) = [pid for pid in _children() - before if module in Path(f"/proc/{pid}/cmdline").read_bytes()]
         os.kill(process, signal.SIGKILL)
         assert "The run broke off at " in ended(at.page)

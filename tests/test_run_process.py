@@ -12,14 +12,30 @@ from hypothesis import strategies as st
 
 from rrp_sheets import api
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.engine.run_events import (
+    FormulaFailure,
+    FrameEnd,
+    NoticeEvent,
+    OperatorEvent,
+    PauseEvent,
+    PictureEvent,
+    RefusalEvent,
+    RunEvent,
+    RunObserver,
+    StandingEvent,
+    StateEvent,
+    StreamEvent,
+)
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError, UnreadableFile
 from rrp_sheets.model.exchange import Notice, OperatorAction, State
 from rrp_sheets.model.values import Failure, Record, record_from_mapping
-from rrp_sheets.processes import Lines
 from rrp_sheets.resources import bundled
-from rrp_sheets.runs import RunSettings, RunView, run_events, wire
+from rrp_sheets.runs import RunSettings
+from rrp_sheets.runs.engine_process import RunEventSender
 from rrp_sheets.runs.run_process import RunProcess
-from rrp_sheets.runs.view import Summary
+from rrp_sheets.runs.view import FinishingEvent, RestedEvent, RunStart, StartEvent, Summary
+from rrp_sheets.workers.codec import pack, unpack
+from rrp_sheets.workers.transport import MessageReader, NonBlockingWriter, encode
 
 BOOK = bundled("workbooks", "simple-tracking.xlsx")
 
@@ -42,7 +58,7 @@ def kinds(value):
     return (type(value), value)
 
 
-class Taken(RunView):
+class Taken(RunObserver):
     """Takes everything down."""
 
     def __init__(self):
@@ -84,10 +100,26 @@ class Taken(RunView):
     def picture(self, *what):
         self.got.append(("picture", *what))
 
+    def started(self, *what):
+        self.got.append(("started", *what))
+
 
 def pair():
     here, there = socket.socketpair()
-    return wire.NonBlockingWriter(here), Lines(there), there
+    return NonBlockingWriter(here), MessageReader(there), there
+
+
+def take(message, view):
+    """Give a view an event that has been sent."""
+    view.handle(unpack(RunEvent.kinds[message[0]], message))
+
+
+def sent(thing):
+    """What becomes of an object that one process sends to another."""
+    here, there = socket.socketpair()
+    here.sendall(encode(["it", pack(thing)]))
+    [[_, got]] = MessageReader(there).receive()
+    return unpack(type(thing), got)
 
 
 @given(VALUES)
@@ -95,9 +127,9 @@ def pair():
 def test_a_value_arrives_as_what_it_is(value):
     box, lines, _ = pair()
     view = Taken()
-    run_events.RunEventSender(box).event(5, "s", "T!2", value)
+    RunEventSender(box).handle(StreamEvent(5, "s", "T!2", value))
     box.finish()
-    run_events.dispatch(lines.receive()[0], view)
+    take(lines.receive()[0], view)
     [(kind, us, stream, row, got)] = view.got
     assert (kind, us, stream, row) == ("event", 5, "s", "T!2") and kinds(got) == kinds(value)
 
@@ -105,75 +137,79 @@ def test_a_value_arrives_as_what_it_is(value):
 def test_everything_that_a_view_is_told_arrives_in_order():
     box, lines, _ = pair()
     here, there = Taken(), Taken()
-    for view in (here, run_events.RunEventSender(box)):
-        view.event(1, "redball", "", record_from_mapping("Red ball", {"x": 1}))
-        view.error(2, "T!3", Failure("FORM101", "This divides by zero.", 3), (1, "a"))
-        view.happening(3, Notice("say", "Grüß dich", "say", "T!4", "say-001.wav"))
-        view.frame(4)
-        view.acted(
-            5, OperatorAction("scene", "Red ball is put …", "Anna", {"thing": "Red ball", "put": [1.0, 0.0, 0.4]})
-        )
-        view.refused("send", "No such stream.", "Did you mean …?")
-        view.paused(5, True)
-        view.standing(5)
-        view.state(
-            6, State({"HeadYaw": 0.1}, (0.0, 0.5), (1.0, 0.0, 0.0), "Hi", {"Ball": (1.0, 0.0, 0.4)}, {"head": "T!4"})
-        )
-        view.picture(6, bytes(range(256)))
-        view.finishing()
-        view.rested(Summary({"Red ball": 3}, simulated=2.5, ended="stopped", stopped_by="Aya"), None)
-        view.rested(Summary(), RunBroken("The simulator has ended.", "Run it again."))
+    put = {"thing": "Red ball", "put": [1.0, 0.0, 0.4]}
+    state = State({"HeadYaw": 0.1}, (0.0, 0.5), (1.0, 0.0, 0.0), "Hi", {"Ball": (1.0, 0.0, 0.4)}, {"head": "T!4"})
+    told = [
+        StreamEvent(1, "redball", "", record_from_mapping("Red ball", {"x": 1})),
+        FormulaFailure(2, "T!3", Failure("FORM101", "This divides by zero.", 3), (1, "a")),
+        NoticeEvent(3, Notice("say", "Grüß dich", "say", "T!4", "say-001.wav")),
+        FrameEnd(4),
+        OperatorEvent(5, OperatorAction("scene", "Red ball is put …", "Anna", put)),
+        RefusalEvent("send", "No such stream.", "Did you mean …?"),
+        PauseEvent(5, True),
+        StandingEvent(5),
+        StateEvent(6, state),
+        PictureEvent(6, bytes(range(256))),
+        StartEvent(RunStart("Book", 5, Path("run"), rows={2: "T!2"}, things=(("Ball", "ball", (1.0, 0.0, 0.4)),))),
+        FinishingEvent(),
+        RestedEvent(Summary({"Red ball": 3}, simulated=2.5, ended="stopped", stopped_by="Aya"), None),
+        RestedEvent(Summary(), RunBroken("The simulator has ended.", "Run it again.")),
+    ]
+    assert {type(event).__name__ for event in told} == set(RunEvent.kinds), "there is one of each kind"
+    for event in told:
+        here.handle(event)
+        RunEventSender(box).handle(event)
     box.finish()
     for message in lines.receive():
-        run_events.dispatch(message, there)
-    assert there.got == here.got
+        take(message, there)
+    assert there.got == here.got and len(there.got) == len(told)
 
 
 def test_a_watcher_that_does_not_read_does_not_stop_the_run():
     box, lines, link = pair()
-    reporter = run_events.RunEventSender(box)
+    reporter = RunEventSender(box)
     for us in range(20_000):  # some 10 MB: far more than a socket holds
-        reporter.event(us, "s", "T!2", "x" * 500)
-        reporter.frame(us)
+        reporter.handle(StreamEvent(us, "s", "T!2", "x" * 500))
+        reporter.handle(FrameEnd(us))
     waiting = len(box._waiting)
-    reporter.picture(20_000, bytes(20_000))  # would be old when it is seen
-    reporter.acted(20_000, OperatorAction("mark", "he laughs"))  # is never left out
+    reporter.handle(PictureEvent(20_000, bytes(20_000)))  # would be old when it is seen
+    reporter.handle(OperatorEvent(20_000, OperatorAction("mark", "he laughs")))  # is never left out
     assert 0 < len(box._waiting) - waiting < 200
-    reporter.finishing()  # nor is this
-    sending = threading.Thread(target=box.finish)
+    reporter.handle(FinishingEvent())  # nor is this
+    sending = threading.Thread(target=reporter.finish)
     sending.start()
     got = lines.receive()
-    while got[-1][0] != "missed":
+    while got[-1][0] != "NoticeEvent":
         got += lines.receive()
     sending.join()
-    assert ["finishing"] in got
+    assert ["FinishingEvent"] in got
     view = Taken()
-    run_events.dispatch(got[-1], view)
+    take(got[-1], view)
     [(_, us, notice)] = view.got
     shown = int(notice.text.split(" values came faster")[0].replace(",", ""))
-    assert us == 19_999 and shown == 40_000 - sum(m[0] in ("event", "frame") for m in got) > 1_000
+    assert us == 19_999 and shown == 40_000 - sum(m[0] in ("StreamEvent", "FrameEnd") for m in got) > 1_000
     link.close()
     box.post(["more"])
     box.finish()
     assert box.gone  # and one that has gone is forgotten
-    reporter.event(1, "s", "T!2", 1)
-    reporter.frame(1)
+    reporter.handle(StreamEvent(1, "s", "T!2", 1))
+    reporter.handle(FrameEnd(1))
 
 
 def test_findings_settings_and_errors_arrive_as_they_were():
     report = Report()
     report.add("FILE018", None, name="caf\udce9.xlsx", why="it hangs")
     [found] = report
-    assert wire.unpack_finding(wire.pack_finding(found)) == found
+    assert sent(found) == found
     chosen = RunSettings(seconds=2.5, fast=True, out=Path("/tmp/caf\udce9"), seed=7, participant="P1", film=False)
-    assert run_events.unpack_settings(run_events.pack_settings(chosen)) == chosen
+    assert sent(chosen) == chosen
     for error in (
         SheetsError("a", "b"),
         MissingPart("a", "b"),
         RunBroken("a", "b"),
         UnreadableFile("FILE001", "a", "b"),
     ):
-        again = wire.unpack_error(wire.pack_error(error))
+        again = sent(error)
         assert (type(again), again.message, again.remedy) == (type(error), "a", "b")
         assert getattr(again, "code", "") == getattr(error, "code", "")
 

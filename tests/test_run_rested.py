@@ -10,10 +10,11 @@ import pytest
 from panel import HEADER
 
 from rrp_sheets.checks import check_workbook
+from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.errors import RunBroken, SheetsError
+from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.runs.running import run
-from rrp_sheets.runs.view import RunSettings, RunView, Summary
-from rrp_sheets.runs.worker_process import CheckWorker
+from rrp_sheets.runs.view import RunSettings, Summary
 from rrp_sheets.topics.connector_marbles import ScriptedWorld
 from rrp_sheets.web.collab.broadcaster import EventStream
 from rrp_sheets.web.collab.workbook_session import OpenWorkbooks
@@ -29,7 +30,7 @@ ROWS = [
 ]
 
 
-class Watching(RunView):
+class Watching(RunObserver):
     """What there was when the robot was at rest."""
 
     def __init__(self, folder: Path) -> None:

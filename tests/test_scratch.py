@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from rrp_sheets.processes import ChildProcess
 from rrp_sheets.web.serving import own_temp_folder
+from rrp_sheets.workers.worker_process import WorkerProcess
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="nobody can tell there which folder is in use")
 KILLED = """
@@ -46,7 +46,7 @@ def test_the_next_server_removes_what_a_killed_one_left(tmp_path: Path, monkeypa
 @pytest.mark.skipif(sys.platform != "linux", reason="what a process was given is read in /proc")
 def test_processes_keep_it_there_too() -> None:
     with own_temp_folder() as folder:
-        child = ChildProcess("rrp_sheets.runs.records.query_child")
+        child = WorkerProcess()
         try:
             environment, until = b"", time.monotonic() + 20
             while not environment and time.monotonic() < until:  # empty until the program has taken its place

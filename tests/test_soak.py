@@ -9,12 +9,12 @@ import pytest
 
 from rrp_sheets import api
 from rrp_sheets.drivers.simulated import SimulatedWorld
-from rrp_sheets.runs import RunView
+from rrp_sheets.engine.run_events import RunObserver
 
 pytestmark = pytest.mark.soak
 
 
-class Memory(RunView):
+class Memory(RunObserver):
     """Takes down how much memory (MB) the simulator's process holds after whole minutes of the run's clock."""
 
     def __init__(self, worlds):

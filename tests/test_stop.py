@@ -16,7 +16,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
@@ -31,12 +30,15 @@ from play import rows
 from test_watchdog import EVENT_LOOP, head_top
 
 from rrp_sheets.devices import load_robot
+from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.runs.run_process import RunOutcome, RunProcess
-from rrp_sheets.runs.view import RunSettings, RunView
+from rrp_sheets.runs.view import RunSettings
 from rrp_sheets.sim.espeak import espeak
-from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.messages import REQUESTS, Outcome, Spec
 from rrp_sheets.sim.process import Simulator
+from rrp_sheets.workers.codec import pack, unpack
+from rrp_sheets.workers.transport import MessageReader, encode
 
 CONNECTORS = """
 import os, time
@@ -85,7 +87,7 @@ def begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "begun"
 
 
-class Panel(RunView):
+class Panel(RunObserver):
     """Notes when something was told."""
 
     def __init__(self) -> None:
@@ -212,14 +214,27 @@ def test_an_instant_that_takes_too_long_is_ended_with_its_costliest_rows(
     assert len(running.panel.finished) == 1, "the robot comes to its rest"
 
 
+class Requests:
+    """The engine's connection to a simulator."""
+
+    def __init__(self, simulator: Simulator) -> None:
+        self.link = simulator.requests
+        self.answers = iter(MessageReader(self.link))
+
+    def send(self, number: int, request: str, *arguments: object) -> None:
+        parts = (pack(part, hint) for part, hint in zip(arguments, REQUESTS[request][0], strict=True))
+        self.link.sendall(encode([number, request, *parts]))
+
+
 def test_an_engine_that_floods_the_simulator_does_not_delay_its_rest() -> None:
     simulator = Simulator()
-    with Connection(simulator.requests.detach()) as requests:
-        requests.send((0, "open", (Spec(load_robot()),)))
-        assert requests.recv() == (0, None)
-        flood = threading.Thread(target=lambda: [requests.send((n, "state", ())) for n in range(200)])
+    requests = Requests(simulator)
+    with requests.link:
+        requests.send(0, "open", Spec(load_robot()))
+        assert next(requests.answers) == [0, None]
+        flood = threading.Thread(target=lambda: [requests.send(n, "state") for n in range(200)])
         flood.start()
-        assert requests.recv()[0] == 0
+        assert next(requests.answers)[0] == 0
         before = time.monotonic()
         simulator.rest()
         while not simulator.resting:
@@ -227,26 +242,27 @@ def test_an_engine_that_floods_the_simulator_does_not_delay_its_rest() -> None:
             assert not simulator.failure()
         assert time.monotonic() - before < 0.5 * crowded()
         for n in range(1, 200):
-            assert requests.recv()[0] == n, "and it goes on answering"
+            assert next(requests.answers)[0] == n, "and it goes on answering"
         flood.join()
     simulator.close(20)
 
 
 def test_stop_does_not_wait_until_a_long_text_has_become_sound() -> None:
     simulator = Simulator()
-    with Connection(simulator.requests.detach()) as requests:
-        requests.send((0, "open", (Spec(load_robot(), actuators=(use("say", "SayInput"),)),)))
-        assert requests.recv() == (0, None)
-        requests.send((1, "start", ()))
-        requests.recv()
+    requests = Requests(simulator)
+    with requests.link:
+        requests.send(0, "open", Spec(load_robot(), actuators=(use("say", "SayInput"),)))
+        assert next(requests.answers) == [0, None]
+        requests.send(1, "start")
+        next(requests.answers)
         wait_until(lambda: not simulator.working)
-        requests.send((2, "advance", (33_333, (Command("say", "1234567 " * 250),))))
+        requests.send(2, "advance", 33_333, (Command("say", "1234567 " * 250),))
         wait_until(lambda: simulator.working)
         begun = time.monotonic()
         simulator.rest()
         wait_until(lambda: simulator.hear() or simulator.resting)
         took = time.monotonic() - begun
-        outcome = requests.recv()[1]
+        outcome = unpack(Outcome, next(requests.answers)[1])
     simulator.close(20)
     assert took < 0.3 * crowded()
     assert [notice.kind for notice in outcome.notices][:1] == ["say"]
@@ -322,15 +338,13 @@ def test_the_robot_rests_at_once_when_its_supervisor_is_killed(tmp_path: Path) -
 # ---- no process outlives its supervisor
 STUCK = """
 import os, re, socket, sys
-from rrp_sheets.processes import end_with_starter
-end_with_starter(socket.socket(fileno=int(sys.argv[1])), float(os.environ["GRACE"]))
 open(os.environ["BEGUN"], "w").close()
 re.match("(a+)+$", "a" * 64 + "b")  # native code that does not let go of the interpreter
 """
 STARTER = """
 import os
-from rrp_sheets.processes import ChildProcess
-child = ChildProcess("stuck")
+from rrp_sheets.workers.worker_process import Task, WorkerProcess
+child = WorkerProcess(Task("stuck.task", *[float(os.environ["GRACE"])] * 2))
 open(os.environ["BEGUN"]).close()  # a named pipe: until the child opens it, too
 print(child.pid, flush=True)
 os._exit(1)
@@ -341,10 +355,11 @@ from rrp_sheets.devices import load_robot
 from rrp_sheets.sim.espeak import espeak
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.process import Simulator
-from multiprocessing.connection import Connection
+from rrp_sheets.workers.codec import pack
+from rrp_sheets.workers.transport import encode
 simulator = Simulator()
-requests = Connection(os.dup(simulator.requests.fileno()))
-requests.send((1, "open", (Spec(load_robot()),)))
+requests = simulator.requests.dup()
+requests.sendall(encode([1, "open", pack(Spec(load_robot()))]))
 open(os.environ["BEGUN"]).close()
 print(simulator.pid, flush=True)
 os._exit(1)

@@ -18,9 +18,10 @@ from rrp_sheets.testing.partly import in_order
 from rrp_sheets.testing.run import run_tests
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.testing import results as module
-from rrp_sheets.web.testing import results as process
+from rrp_sheets.web.testing import tester as process
 from rrp_sheets.web.testing.panel import panel_of
-from rrp_sheets.web.testing.results import Tester, WorkbookTests
+from rrp_sheets.web.testing.results import WorkbookTests
+from rrp_sheets.web.testing.tester import Tester
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.maker import make_workbook
 

@@ -10,7 +10,7 @@ from play import rows
 
 from rrp_sheets import api
 from rrp_sheets.resources import bundled
-from rrp_sheets.runs.worker_process import CheckWorker
+from rrp_sheets.runs.check_worker import CheckWorker
 
 BOOKS = [bundled("workbooks", name) for name in ("simple-tracking.xlsx", "complex-tracking.xlsx")]
 

@@ -11,7 +11,7 @@ from rrp_sheets.api.workbooks import check, read
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
-    from rrp_sheets.runs import RunResult, RunSettings, RunView
+    from rrp_sheets.runs import RunObserver, RunResult, RunSettings
     from rrp_sheets.runs.bundle.packing import Packed
     from rrp_sheets.runs.replay import Replayed
     from rrp_sheets.runs.run_process import RunOutcome
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def run(
-    path: Path | str, settings: RunSettings | None = None, view: RunView | None = None
+    path: Path | str, settings: RunSettings | None = None, view: RunObserver | None = None
 ) -> tuple[Checked, RunResult | None]:
     """Check a workbook and run it on the simulated robot; no result when it has errors.
 
@@ -37,7 +37,7 @@ def run(
     return checked, run_checked(reading, checked, settings, view)
 
 
-def run_apart(path: Path | str, settings: RunSettings | None = None, view: RunView | None = None) -> RunOutcome:
+def run_apart(path: Path | str, settings: RunSettings | None = None, view: RunObserver | None = None) -> RunOutcome:
     """Check a workbook and run it in a supervised process of its own, as the command line does.
 
     :func:`run` keeps everything in this process, where a notebook can look at it, but has to interrupt a row that never

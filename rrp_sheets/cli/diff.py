@@ -128,7 +128,7 @@ def _show(found: Compared, form: str, as_json: bool, output: Path | None, quiet:
 def _made(found: Compared, form: str) -> str:
     """The page, or the picture."""
     from rrp_sheets.compare.as_html import as_html
-    from rrp_sheets.runs.worker_loop import lift_limit
+    from rrp_sheets.workers.worker_loop import lift_limit
 
     lift_limit()  # no formula is looked at any more, and drawing may take what memory it needs
     return found.svg() if form == "svg" else as_html(found.comparison, found.html())

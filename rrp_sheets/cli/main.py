@@ -99,7 +99,7 @@ def main() -> None:
     try:
         plain_output()
         if not _UNLIMITED.intersection(sys.argv[1:2]):
-            from rrp_sheets.runs import worker_loop
+            from rrp_sheets.workers import worker_loop
 
             worker_loop.limit_memory()
         sys.exit(group(prog_name="rrp-sheets", standalone_mode=False))

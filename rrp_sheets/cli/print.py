@@ -35,7 +35,7 @@ def command(
     from rrp_sheets.cli.check import print_findings
     from rrp_sheets.cli.main import fail
     from rrp_sheets.printing import HasErrors, print_pack
-    from rrp_sheets.runs.worker_loop import lift_limit
+    from rrp_sheets.workers.worker_loop import lift_limit
 
     home = home_of(click.get_current_context())
     beside = home / file.name if home else file

@@ -15,10 +15,11 @@ import click
 from rrp_sheets.cli.check import print_findings
 from rrp_sheets.cli.main import BROKEN, INTERRUPTED, mute
 from rrp_sheets.cli.terminal import WorkbookArgument, home_of, plain_text
+from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.exchange import DONE, Notice
 from rrp_sheets.model.values import Failure, Record, Value, show
-from rrp_sheets.runs import RunResult, RunStart, RunView
+from rrp_sheets.runs import RunResult, RunStart
 from rrp_sheets.runs.commands import Commands
 
 
@@ -112,7 +113,7 @@ _TELLING = ("name", "new", "colour", "distance", "value")
 _MOST_ERRORS = 3  # of one row are shown in full; the end counts them all
 
 
-class Watch(RunView):
+class Watch(RunObserver):
     """Prints a run.
 
     Attributes:

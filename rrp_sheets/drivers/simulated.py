@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rrp_sheets.devices.catalogue import Robot
 from rrp_sheets.engine.ports import Arrivals, World
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.exchange import DONE, Command, DeviceUse, WorldSnapshot
+from rrp_sheets.model.exchange import DONE, Command, DeviceUse, State, WorldSnapshot, commanded
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.private import private_folder
-from rrp_sheets.sim.messages import Outcome, Spec, State
+from rrp_sheets.sim.messages import Outcome, Spec
 from rrp_sheets.sim.process import SimProcess
 
 if TYPE_CHECKING:  # numpy may be missing; then there is no simulator
@@ -80,13 +82,16 @@ class SimulatedWorld(World):
                 self._records[use.stream] = found.type.payload
         self._records.update(dict.fromkeys(dones or (), DONE))
         spec = Spec(
-            robot=robot, sensors=_specs(sensors, robot), actuators=_specs(actuators, robot),
+            robot=_bare(robot), sensors=_specs(sensors, robot), actuators=_specs(actuators, robot),
             dones={of: done for done, of in (dones or {}).items()}, scene=tuple(scene), seed=seed,
             frame_rate=frame_rate, out=str(out.resolve()) if out is not None else "", film=film, record=record,
             camera=camera, title=title,
             beside=str(beside.resolve()) if beside is not None else "",
             faces=str(faces.resolve()) if faces is not None else "",
         )  # fmt: skip
+        self._awaited = frozenset((dones or {}).values())
+        self._values: dict[int, Value] = {}  # of commands that go on, by their numbers: records keep their types
+        self._numbers = count(1)
         self._process = SimProcess(spec, requests, ending)
 
     @property
@@ -101,7 +106,7 @@ class SimulatedWorld(World):
 
     def advance(self, now_us: int, commands: Sequence[Command]) -> Arrivals:
         """Carry out commands and go on until `now_us`. Raises RunBroken when the simulator has died."""
-        return self._arrivals(self._process.advance(now_us, commands))
+        return self._arrivals(self._process.advance(now_us, [self._numbered(command) for command in commands]))
 
     def stop(self) -> Arrivals:
         """Bring the robot to rest, write the film and end the process."""
@@ -135,10 +140,25 @@ class SimulatedWorld(World):
         events = tuple((stream, self._value(stream, value)) for stream, value in outcome.events)
         return Arrivals(events, outcome.notices)
 
+    def _numbered(self, command: Command) -> Command:
+        if command.stream not in self._awaited:
+            return command
+        number = next(self._numbers)
+        self._values[number] = commanded(command.value)
+        return replace(command, number=number)
+
     def _value(self, stream: str, value: Value) -> Value:
         if not isinstance(value, Mapping):
             return value
+        if self._records[stream] is DONE:
+            value = {**value, "value": self._values.pop(value["value"])}
         return self._records[stream].make(**{key(name): v for name, v in value.items()})
+
+
+def _bare(robot: Robot) -> Robot:
+    """Return what the simulator needs of a robot: not how its devices may be named and are described."""
+    devices = {name: replace(device, spoken={}) for name, device in robot.devices.items()}
+    return replace(robot, names={}, devices=devices)
 
 
 def _specs(uses: Sequence[DeviceUse], robot: Robot) -> tuple[DeviceUse, ...]:

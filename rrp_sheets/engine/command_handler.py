@@ -18,7 +18,7 @@ from rrp_sheets.diagnostics import Report
 from rrp_sheets.engine.command_queue import CommandQueue, OperatorCommand
 from rrp_sheets.engine.engine import Engine
 from rrp_sheets.engine.live_edits import Editor
-from rrp_sheets.engine.ports import RunObserver
+from rrp_sheets.engine.run_events import OperatorEvent, PauseEvent, RefusalEvent, RunObserver
 from rrp_sheets.engine.scene import SceneEntities
 from rrp_sheets.engine.value_injector import ValueInjector
 from rrp_sheets.errors import RunBroken, SheetsError
@@ -110,28 +110,28 @@ class CommandHandler:
                 raise
             except SheetsError as error:
                 kind = "apply" if wish.kind == "edited" else wish.kind
-                self._observer.refused(kind, error.message, error.remedy)
+                self._observer.handle(RefusalEvent(kind, error.message, error.remedy))
             else:
                 if act is not None:
-                    self._observer.acted(us, act)
+                    self._observer.handle(OperatorEvent(us, act))
         return bool(wishes)
 
     # ---- the clock
     def _pause(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
         if not self._controller.pause(us):
             return None
-        self._observer.paused(us, True)
+        self._observer.handle(PauseEvent(us, True))
         return OperatorAction("pause", "Paused.", wish.by)
 
     def _resume(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
         if not self._controller.resume(us):
             return None
-        self._observer.paused(us, False)
+        self._observer.handle(PauseEvent(us, False))
         return OperatorAction("resume", "Goes on.", wish.by)
 
     def _step(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
         if self._controller.pause(us):
-            self._observer.paused(us, True)
+            self._observer.handle(PauseEvent(us, True))
         self._controller.step(us)
         return OperatorAction("step", "One frame.", wish.by)
 

@@ -9,7 +9,6 @@ import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from typing import Protocol
 
 from reactivex import Observable, never
 from reactivex.disposable import CompositeDisposable
@@ -19,6 +18,7 @@ from rrp_sheets.devices.scene_words import draw_scene
 from rrp_sheets.engine.builtin_devices import MIN_DELAY_US, BuiltinDevices
 from rrp_sheets.engine.clock import INSTANT, NO_ROW, RANK, SETTLING, FrameClock, Heartbeat
 from rrp_sheets.engine.plan import Plan
+from rrp_sheets.engine.run_events import FormulaFailure, RunObserver, StreamEvent
 from rrp_sheets.engine.scene import SceneTriggers
 from rrp_sheets.engine.streams import LiveStream
 from rrp_sheets.formulas import Formula
@@ -28,23 +28,8 @@ from rrp_sheets.graph import Step, Stream
 from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.values import Failure, Value
 
-__all__ = ["FrameEngine", "Observer"]
-
-
 _FRAMES_PER_ROW = 8  # Python frames that one row of a chain takes at most, so that 500 rows do not overflow
 _VALUES_PER_ROW = 60  # that many in one instant, if all rows have so many, are not yet called too many
-
-
-class Observer(Protocol):
-    """Observer of everything that happens in the graph, in order: the trace, a display, a test."""
-
-    def event(self, us: int, stream: str, row: str, value: Value) -> None:
-        """A value on a stream; `row` is the row that gave it, empty for sensor streams."""
-        ...
-
-    def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
-        """A formula failed; the event was dropped."""
-        ...
 
 
 class Engine(ABC):
@@ -67,7 +52,7 @@ class Engine(ABC):
     """
 
     def __init__(
-        self, plan: Plan, observer: Observer | None = None, seed: int = 0, cell: Heartbeat | None = None
+        self, plan: Plan, observer: RunObserver | None = None, seed: int = 0, cell: Heartbeat | None = None
     ) -> None:
         self.plan = plan
         self.seed = seed
@@ -249,7 +234,7 @@ class Engine(ABC):
                 self._commands.append(replace(last, value=None, release=True))
 
     # ---- wiring
-    def _watch_all(self, observer: Observer) -> None:
+    def _watch_all(self, observer: RunObserver) -> None:
         """Observe every stream but the actuators' (which tell each row's commands), before anything reads it."""
         for stream in (*(s.stream for s in self.plan.sensors), *self.plan.dones):
             self._watch(self.streams[stream], "", observer)
@@ -257,9 +242,9 @@ class Engine(ABC):
             if not step.connector.is_sink:
                 self._watch(self.streams[step.output], step.ref, observer)
 
-    def _watch(self, stream: LiveStream, row: str, observer: Observer) -> None:
+    def _watch(self, stream: LiveStream, row: str, observer: RunObserver) -> None:
         clock, stream_id = self.clock, stream.id
-        stream.subscribe(lambda value: observer.event(clock.us, stream_id, row, value))
+        stream.subscribe(lambda value: observer.handle(StreamEvent(clock.us, stream_id, row, value)))
 
     def _cue(self, stream: str) -> None:
         """Report the events of a stream to the scene's rows that wait for it; a blank is none."""
@@ -288,7 +273,7 @@ class Engine(ABC):
             command = self._driven[stream] = Command(stream, value, row, sensors, priority)
             self._commands.append(command)
             if observer is not None:
-                observer.event(clock.us, stream, row, value)
+                observer.handle(StreamEvent(clock.us, stream, row, value))
 
         return send
 
@@ -296,7 +281,7 @@ class Engine(ABC):
         def fail(failure: Failure, values: tuple[Value, ...]) -> None:
             self.errors[step.ref] = self.errors.get(step.ref, 0) + 1
             if self._observer is not None:
-                self._observer.error(self.clock.us, step.ref, failure, values)
+                self._observer.handle(FormulaFailure(self.clock.us, step.ref, failure, values))
 
         return fail
 

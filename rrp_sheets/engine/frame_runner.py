@@ -9,11 +9,10 @@ from rrp_sheets.engine.command_handler import CommandHandler
 from rrp_sheets.engine.command_queue import CommandQueue
 from rrp_sheets.engine.engine import Engine
 from rrp_sheets.engine.pacing import FramePacer, SnapshotThrottle
-from rrp_sheets.engine.ports import Arrivals, RunObserver, World
+from rrp_sheets.engine.ports import Arrivals, World
+from rrp_sheets.engine.run_events import FrameEnd, NoticeEvent, PictureEvent, RunObserver, StandingEvent, StateEvent
 from rrp_sheets.model.exchange import Notice
 from rrp_sheets.model.scene_actions import SceneAction
-
-__all__ = ["FrameRunner", "RunObserver", "run_loop"]
 
 STANDING = 0.25  # s between two looks while the run is paused: whether its watcher has gone
 LONGEST_WAIT = 1.0  # s between two signs of life, however slow a run is
@@ -98,8 +97,8 @@ class _FrameLoop:
             if cued := engine.triggers.take():
                 world.act(cued)
             for happening in (*arrivals.happenings, *engine.take_happenings()):
-                observer.happening(now, happening)
-            observer.frame(now)
+                observer.handle(NoticeEvent(now, happening))
+            observer.handle(FrameEnd(now))
             if engine.ended_by:
                 return now, "end run"
             if control.stopped or observer.stopped():
@@ -114,7 +113,7 @@ class _FrameLoop:
             arrivals = world.advance(now, commands)
             if control.stopped:  # meanwhile: the robot rests already, and the rows of this frame may take long
                 for happening in arrivals.happenings:
-                    observer.happening(now, happening)
+                    observer.handle(NoticeEvent(now, happening))
                 return now, "stopped"
 
     def _wait(self, now: int, due: int, handler: CommandHandler, observer: RunObserver) -> bool:
@@ -133,7 +132,7 @@ class _FrameLoop:
             if pace.stands or left > LONGEST_WAIT:
                 if observer.stopped():
                     return False
-                observer.standing(now)
+                observer.handle(StandingEvent(now))
                 if self._showing.wanted:
                     self._world.show(False)  # whether it is still there: nothing else asks it anything
 
@@ -143,7 +142,9 @@ class _FrameLoop:
             began = time.monotonic()
             shown = self._world.show(picture)
             self._things = shown.state.things
-            observer.shown(now, shown)
+            observer.handle(StateEvent(now, shown.state))
+            if shown.picture:
+                observer.handle(PictureEvent(now, shown.picture))
             self._showing.cost(time.monotonic() - began)
 
     # ---- the run controller of the command handler

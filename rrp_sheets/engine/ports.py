@@ -1,4 +1,4 @@
-"""Interfaces of the engines: to a world (a simulator, a test, or a robot), and to the observers of a run."""
+"""Interfaces of the engines to a world: a simulator, a test, or a robot."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-from rrp_sheets.model.exchange import Command, DeviceUse, Notice, OperatorAction, WorldSnapshot
+from rrp_sheets.engine.run_events import RunObserver
+from rrp_sheets.model.exchange import Command, DeviceUse, Notice, WorldSnapshot
 from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import Value
 
@@ -110,35 +111,6 @@ class LiveWorld(Protocol):
     def close(self) -> Sequence[Notice] | None:
         """Let everything go, the robot in its safe rest; returns what happened meanwhile."""
         ...
-
-
-class RunObserver:
-    """Observer of a run's loop, which the loop also asks whether to stop; subclass it."""
-
-    def happening(self, us: int, happening: Notice) -> None:
-        """Something besides the events."""
-
-    def frame(self, us: int) -> None:
-        """A frame is over, or some 30 ms of an event loop."""
-
-    def acted(self, us: int, act: OperatorAction) -> None:
-        """Somebody did something, after the frame of `us`."""
-
-    def refused(self, kind: str, message: str, remedy: str) -> None:
-        """Report that a command (`send`, `apply`, …) cannot be carried out."""
-
-    def paused(self, us: int, is_paused: bool) -> None:
-        """The run stands still, or goes on."""
-
-    def standing(self, us: int) -> None:
-        """Nothing goes on: the run is paused, or very slow. Told now and then, as a sign of life."""
-
-    def shown(self, us: int, shown: WorldSnapshot) -> None:
-        """The world, for a display."""
-
-    def stopped(self) -> bool:
-        """Return whether the run should stop now; asked after each frame."""
-        return False
 
 
 class Runner(Protocol):

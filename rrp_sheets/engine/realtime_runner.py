@@ -21,8 +21,9 @@ from rrp_sheets.engine.engine import EventEngine
 from rrp_sheets.engine.frame_runner import STANDING
 from rrp_sheets.engine.pacing import SnapshotThrottle
 from rrp_sheets.engine.plan import Plan
-from rrp_sheets.engine.ports import Actuator, LiveWorld, RunObserver, Sensor
+from rrp_sheets.engine.ports import Actuator, LiveWorld, Sensor
 from rrp_sheets.engine.realtime import EventQueue, QueuedEvent
+from rrp_sheets.engine.run_events import FrameEnd, NoticeEvent, PictureEvent, RunObserver, StandingEvent, StateEvent
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.scene_actions import SceneAction
@@ -121,10 +122,10 @@ class RealtimeRunner:
                 self._settle(min(now, until_us), self._open(queued, observer) if queued and now < until_us else [])
                 queued = None
             for told in engine.take_happenings():
-                observer.happening(engine.clock.us, told)
+                observer.handle(NoticeEvent(engine.clock.us, told))
             if now >= tick or now >= until_us or engine.ended_by:
                 ticked = now
-                observer.frame(engine.clock.us)
+                observer.handle(FrameEnd(engine.clock.us))
                 if observer.stopped():
                     return engine.clock.us, "stopped"
             if engine.ended_by:
@@ -142,10 +143,12 @@ class RealtimeRunner:
                 return False
             for shown in self._queue.seen():
                 self._things = shown.state.things
-                observer.shown(clock.us, shown)
+                observer.handle(StateEvent(clock.us, shown.state))
+                if shown.picture:
+                    observer.handle(PictureEvent(clock.us, shown.picture))
             if not self._queue.stands:
                 return True
-            observer.standing(clock.us)
+            observer.handle(StandingEvent(clock.us))
             if observer.stopped():
                 return False
             control.wait(STANDING / 5)  # what the world shows comes soon
@@ -156,7 +159,7 @@ class RealtimeRunner:
             raise queued.broken
         if queued.happening is None:
             return [(queued.stream, queued.value)]
-        observer.happening(self.engine.clock.us, queued.happening)
+        observer.handle(NoticeEvent(self.engine.clock.us, queued.happening))
         return []
 
     # ---- the run controller of the command handler

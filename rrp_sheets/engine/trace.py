@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from rrp_sheets.engine.file_lock import lock
+from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.model.exchange import Notice, OperatorAction
@@ -34,8 +35,7 @@ def stream_label(stream: Stream) -> str:
     return f"{stream.address.sheet}!{stream.name or '#' + str(stream.address.row)}"
 
 
-def _line(entry: Mapping[str, Any]) -> str:
-    return json.dumps(entry, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+_line = json.JSONEncoder(ensure_ascii=False, separators=(",", ":"), allow_nan=False).encode
 
 
 def notice_entry(us: int, notice: Notice, labels: Mapping[str, str]) -> dict[str, Any]:
@@ -44,7 +44,7 @@ def notice_entry(us: int, notice: Notice, labels: Mapping[str, str]) -> dict[str
     return RecordedNotice(us, stream, notice.row, notice.kind, notice.text, notice.sound).entry()
 
 
-class TraceWriter:
+class TraceWriter(RunObserver):
     """Writes a trace; an engine's observer."""
 
     def __init__(self, path: Path, plan: Plan, header: Mapping[str, Any]) -> None:

@@ -66,6 +66,7 @@ class Command:
             follows the newest detection among them).
         priority: of the row.
         release: with a blank, that the behaviour behind it was switched off: what it has moved goes back to rest.
+        number: by which a world that cannot give the value back names the command when it has ended; 0 when it can.
     """
 
     stream: str
@@ -74,6 +75,7 @@ class Command:
     sensors: tuple[str, ...] = ()
     priority: float = 0.0
     release: bool = False
+    number: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView, Summary
+from rrp_sheets.engine.run_events import RunObserver
+from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, Summary
 
 if TYPE_CHECKING:
     from rrp_sheets.runs.running import run
 
-__all__ = ["RunResult", "RunSettings", "RunStart", "RunView", "Summary", "run"]
+__all__ = ["RunObserver", "RunResult", "RunSettings", "RunStart", "Summary", "run"]
 
 
 def __getattr__(name: str) -> Any:

@@ -12,6 +12,7 @@ from rrp_sheets.devices import load_robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.cells import Address
+from rrp_sheets.runs.check_worker import read_and_check
 from rrp_sheets.runs.copies import as_xlsx, convert
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.annotated_copy import is_marked_copy, marked_copy
@@ -137,11 +138,6 @@ def fix_copy(path: Path, target: Path, chosen: Chosen) -> tuple[list[CellChange]
             work.write_bytes(path.read_bytes())
         else:
             convert(path, load_robot(), work)
-        changes, checked = apply_fixes(work, _check, chosen)
+        changes, checked = apply_fixes(work, lambda file: read_and_check(file)[1], chosen)
         write_atomically(target, work.read_bytes())
     return changes, checked
-
-
-def _check(path: Path) -> Checked:
-    reading = read(path)
-    return check_workbook(reading.workbook, reading.report)

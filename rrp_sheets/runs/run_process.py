@@ -14,22 +14,25 @@ import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.engine.clock import INSTANT, NO_ROW, RANK, SETTLING, Heartbeat
+from rrp_sheets.engine.clock import INSTANT, NO_ROW, PLACES, RANK, SETTLING, Heartbeat
+from rrp_sheets.engine.command_queue import OperatorCommand
+from rrp_sheets.engine.run_events import NoticeEvent, RunEvent, RunObserver
 from rrp_sheets.engine.trace import notice_entry
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.exchange import Notice
-from rrp_sheets.processes import Liveness
-from rrp_sheets.runs.run_events import dispatch, pack_settings, unpack_result, unpack_start
-from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView, Summary
-from rrp_sheets.runs.wire import unpack_error, unpack_finding
-from rrp_sheets.runs.worker_process import RunWorkerProcess, readable
+from rrp_sheets.runs.engine_process import ENGINE
+from rrp_sheets.runs.view import FinishingEvent, RestedEvent, RunResult, RunSettings, RunStart, StartEvent, Summary
 from rrp_sheets.sim.process import REMEDY_DIED, Simulator, require
+from rrp_sheets.workers.codec import pack, unpack
+from rrp_sheets.workers.liveness import Liveness, SharedCell, cpu_clock
+from rrp_sheets.workers.worker_process import WorkerProcess, ready
 
+FINISH = "rrp_sheets.runs.check_worker.finish_run"
 LOOK_EVERY = 0.05  # s: how often the processes are looked at, and Ctrl-C is passed on
 ROWS_END_WITHIN = 0.15  # s from Stop, for the engine to say that its rows are over; then it is ended
 STOP_WAITS = 0.05  # s, for another message to the engine, which somebody is just sending
@@ -53,6 +56,30 @@ class RunOutcome:
     result: RunResult | None = None
 
 
+class EngineProcess(WorkerProcess):
+    """A process that checks and runs a workbook.
+
+    Args:
+        simulator: the number of the connection to the simulator that it runs them on; it inherits it.
+
+    Attributes:
+        cell: its heartbeat.
+        cpu: its processor time in seconds.
+    """
+
+    def __init__(self, simulator: int) -> None:
+        self._shared = SharedCell(PLACES)
+        self.cell = self._shared.numbers
+        self.cell[RANK] = NO_ROW
+        super().__init__(ENGINE, self._shared.fd, simulator)
+        self.cpu = cpu_clock(self.pid)
+
+    def close(self, within: float = 2.0) -> None:
+        """End the process, and release everything."""
+        super().close(within)
+        self._shared.close()
+
+
 class RunProcess:
     """A run in a process of its own, which starts at once; `listen` reports it, any thread may stop it.
 
@@ -67,7 +94,7 @@ class RunProcess:
     def __init__(self, path: Path, settings: RunSettings | None = None) -> None:
         require()
         self._simulator = Simulator()
-        self._worker = RunWorkerProcess(self._simulator.requests.fileno())
+        self._worker = EngineProcess(self._simulator.requests.fileno())
         self._simulator.requests.close()  # else it would not be told when the engine has gone
         self._watchdog = Watchdog(self._worker.cell, self._worker.cpu)
         self._sending = threading.Lock()
@@ -76,8 +103,10 @@ class RunProcess:
         self._resting: float | None = None  # when the robot had begun its rest, or could not any more
         self._ending = ""  # why the simulator has ended
         self._deaf = False  # the engine takes no messages
-        self._finisher: RunWorkerProcess | None = None
-        self._send("run", str(path.absolute()), pack_settings(settings or RunSettings()))
+        self._finisher: WorkerProcess | None = None
+        settings = settings or RunSettings()
+        out, home = (folder and folder.absolute() for folder in (settings.out, settings.home))
+        self._send("run", str(path.absolute()), pack(replace(settings, out=out, home=home)))
         self._started: RunStart | None = None
         self._starting = False
         self._finishing = self._told_finishing = False
@@ -108,68 +137,15 @@ class RunProcess:
                 finally:
                     self._sending.release()
 
-    def pause(self, by: str = "") -> None:
-        """Pause everything: streams, timers, motion."""
-        self._wish("pause", by)
-
-    def resume(self, by: str = "") -> None:
-        """Let a paused run go on."""
-        self._wish("resume", by)
-
-    def step(self, by: str = "") -> None:
-        """Run one frame (of an event loop: some 33 ms), and pause again."""
-        self._wish("step", by)
-
-    def speed(self, factor: float, by: str = "") -> None:
-        """Set the speed: 1 is real time, 0 as fast as possible."""
-        self._wish("speed", by, factor=factor)
-
-    def mark(self, note: str, by: str = "") -> None:
-        """Record a note with the current time."""
-        self._wish("mark", by, note=note)
-
-    def switch(self, behaviour: str, on: bool, by: str = "") -> None:
-        """Switch a behaviour on or off by its name."""
-        self._wish("switch", by, behaviour=behaviour, on=on)
-
-    def send(self, stream: str, text: str, by: str = "") -> None:
-        """Send a value into a sensor stream (or one of ended commands) in the next frame.
-
-        Args:
-            stream: its name.
-            text: as the Send cell of a test has it: a formula, or `field=value; field=value`; blank is the example.
-            by: who sends it.
-        """
-        self._wish("send", by, stream=stream, text=text)
-
-    def press(self, label: str, by: str = "") -> None:
-        """Press an operator's button."""
-        self._wish("press", by, label=label)
-
-    def scene(self, thing: str, verb: str, value: str, by: str = "") -> None:
-        """Carry out an action in the world at once, in the words of a Scene sheet's row."""
-        self._wish("scene", by, thing=thing, verb=verb, value=value)
-
-    def put(self, thing: str, at: tuple[float, float, float], by: str = "") -> None:
-        """Move a thing of the scene to a place (m) at once, as when dragging: the last place in a frame counts."""
-        self._wish("put", by, thing=thing, at=at)
-
-    def apply(self, path: Path, by: str = "") -> None:
-        """Continue the run with the rows of the edited workbook, if their graph has the same shape."""
-        self._wish("apply", by, path=str(path.absolute()))
-
-    def look(self, wanted: bool) -> None:
-        """Switch the pictures of the robot's camera on or off."""
-        self._wish("look", wanted=wanted)
-
-    def _wish(self, kind: str, by: str = "", **what: Any) -> None:
-        self._send("wish", kind, by, what)
+    def command(self, kind: str, by: str = "", **what: Any) -> None:
+        """Send a command to the engine, as plain data: one of the kinds of `CommandHandler`, or of its parts."""
+        self._send("command", pack(OperatorCommand(kind, by, what)))
 
     def _send(self, *message: Any) -> None:
         with self._sending:
             self._deaf = self._deaf or not self._worker.send(*message, within=SEND_WITHIN)
 
-    def listen(self, view: RunView) -> RunOutcome:
+    def listen(self, view: RunObserver) -> RunOutcome:
         """Report everything to a view until the run has ended.
 
         Raises:
@@ -189,10 +165,10 @@ class RunProcess:
             if self._finisher is not None:
                 self._finisher.close()
 
-    def _listen(self, view: RunView, selector: selectors.BaseSelector) -> RunOutcome:
+    def _listen(self, view: RunObserver, selector: selectors.BaseSelector) -> RunOutcome:
         worker = self._worker
-        if type(view).state is not RunView.state:
-            self._wish("show", wanted=True)
+        if hasattr(view, "state"):
+            self.command("show", wanted=True)
         while True:
             if self._asked is None and view.stopped():
                 self.stop()
@@ -202,7 +178,7 @@ class RunProcess:
                 selector.unregister(self._simulator)
             messages = worker.receive(0)
             if messages is None:
-                words = f"The run's process has ended unexpectedly{worker.last_words()}{self._where()}."
+                words = f"The run's process has ended unexpectedly{worker.exit_summary()}{self._where()}."
                 return self._alone(view, RunBroken(words, REMEDY_DIED))
             for message in messages:
                 ended = self._take(message, view)
@@ -262,36 +238,38 @@ class RunProcess:
         row = self._row()
         return f" while the row {row} was being worked out" if row else ""
 
-    def _tell_finishing(self, view: RunView) -> None:
+    def _tell_finishing(self, view: RunObserver) -> None:
         """Tell the view once that the robot is brought to rest: as the simulator reports it, not as the engine asks."""
         if self._simulator.resting and self._started is not None and not self._told_finishing:
             self._told_finishing = True
-            view.finishing()
+            view.handle(FinishingEvent())
 
-    def _take(self, message: list[Any], view: RunView) -> RunOutcome | None:
+    def _take(self, message: list[Any], view: RunObserver) -> RunOutcome | None:
         kind, *rest = message
         if kind == "result":
-            return RunOutcome(result=unpack_result(rest[0]))
+            return RunOutcome(result=unpack(RunResult, rest[0]))
         if kind == "failed":
-            raise unpack_error(rest[0])
+            raise unpack(SheetsError, rest[0])
         if kind == "memory":
             raise RunBroken("The workbook needs more memory than a run may have.", "Divide it into smaller ones.")
         if kind == "checked":
-            return RunOutcome(findings=tuple(map(unpack_finding, rest[0])))
+            return RunOutcome(findings=unpack(tuple[Diagnostic, ...], rest[0]))
         if kind == "starting":
             self._starting = True
-        elif kind == "started":
-            self._started = unpack_start(rest[0])
-            self._began = time.monotonic()
-            view.started(self._started)
-        elif kind == "finishing":
-            self._finishing = True
         else:
-            dispatch(message, view)
+            self._pass_on(unpack(RunEvent.kinds[kind], message), view)
         return None
 
+    def _pass_on(self, event: RunEvent, view: RunObserver) -> None:
+        if isinstance(event, FinishingEvent):  # the view is told when the simulator says so
+            self._finishing = True
+            return
+        if isinstance(event, StartEvent):
+            self._started, self._began = event.start, time.monotonic()
+        view.handle(event)
+
     # ---- a run whose engine has gone, or is ended
-    def _alone(self, view: RunView, error: RunBroken | None) -> RunOutcome:
+    def _alone(self, view: RunObserver, error: RunBroken | None) -> RunOutcome:
         """Bring the robot to rest without the engine, close the trace, write the files that can be written.
 
         Args:
@@ -306,7 +284,7 @@ class RunProcess:
                 return RunOutcome()
             raise error
         wall = time.monotonic() - self._began
-        self._finisher = RunWorkerProcess()  # it starts while the robot comes to rest
+        self._finisher = WorkerProcess()  # it starts while the robot comes to rest
         notices, hindrance = self._await_rest(view)
         if error is None and hindrance is None:
             words = f"The rows did not end within {ROWS_END_WITHIN:g} s of Stop, so the engine was ended"
@@ -315,17 +293,17 @@ class RunProcess:
         by = self._stopped_by if self._asked is not None else ""
         summary = close_trace(start, row, error, notices, by)
         for notice in notices:
-            view.happening(round(summary.simulated * 1e6), notice)
+            view.handle(NoticeEvent(round(summary.simulated * 1e6), notice))
         summary.wall = wall
-        view.rested(summary, error)
+        view.handle(RestedEvent(summary, error))
         files, problems = self._finish(start.folder)
         return RunOutcome(result=RunResult(start.folder, files, summary, error, problems))
 
-    def _await_rest(self, view: RunView) -> tuple[tuple[Notice, ...], RunBroken | None]:
+    def _await_rest(self, view: RunObserver) -> tuple[tuple[Notice, ...], RunBroken | None]:
         """Wait until the robot is at rest; return the simulator's notices, and the error if it could not rest."""
         simulator = self._simulator
         while not simulator.gone and simulator.rested is None:
-            readable(simulator.fileno(), LOOK_EVERY)
+            ready(simulator.fileno(), LOOK_EVERY)
             self._look_at_simulator()
             self._tell_finishing(view)
         if simulator.rested is None:
@@ -338,16 +316,14 @@ class RunProcess:
 
         assert self._finisher is not None
         with suppress(SheetsError):
-            for answer in self._finisher.answers(["finish", str(folder)], FINISH_WITHIN):
-                if answer is not None and answer[0] == "finished":
-                    return answer[1], tuple(answer[2])
-                break
+            files, problems = self._finisher.ask([FINISH, str(folder)], FINISH_WITHIN)
+            return files, tuple(problems)
         return files_in(folder), ("The table and the diagram could not be made.",)
 
 
-def run_apart(path: Path, settings: RunSettings | None = None, view: RunView | None = None) -> RunOutcome:
+def run_apart(path: Path, settings: RunSettings | None = None, view: RunObserver | None = None) -> RunOutcome:
     """Run a workbook in a process of its own, to its end; see :meth:`RunProcess.listen`."""
-    return RunProcess(path, settings).listen(view or RunView())
+    return RunProcess(path, settings).listen(view or RunObserver())
 
 
 def close_trace(

@@ -24,18 +24,19 @@ from rrp_sheets.engine.command_queue import CommandQueue
 from rrp_sheets.engine.engine import Engine, EventEngine, FrameEngine
 from rrp_sheets.engine.frame_runner import FrameRunner
 from rrp_sheets.engine.plan import Plan, make_plan
-from rrp_sheets.engine.ports import Runner, RunObserver, World
+from rrp_sheets.engine.ports import Runner, World
 from rrp_sheets.engine.realtime import RealtimeAdapter
 from rrp_sheets.engine.realtime_runner import RealtimeRunner
+from rrp_sheets.engine.run_events import NoticeEvent, OperatorEvent, RunEvent, RunObserver
 from rrp_sheets.engine.trace import TraceWriter, stream_label
 from rrp_sheets.engine.value_injector import OPEN_KINDS
 from rrp_sheets.errors import RunBroken, SheetsError
-from rrp_sheets.model.exchange import Notice, OperatorAction, WorldSnapshot
+from rrp_sheets.model.exchange import Notice, OperatorAction
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.runs.folder import RunFolder, faces_file
-from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, RunView, Summary
+from rrp_sheets.runs.view import FinishingEvent, RestedEvent, RunResult, RunSettings, RunStart, StartEvent, Summary
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
@@ -51,7 +52,7 @@ def run(
     reading: Reading,
     checked: Checked,
     settings: RunSettings | None = None,
-    view: RunView | None = None,
+    view: RunObserver | None = None,
     world: WorldMaker | None = None,
     cell: Heartbeat | None = None,
     control: CommandQueue | None = None,
@@ -76,7 +77,7 @@ def run(
         MissingPart: when the simulator is not installed here.
         RunBroken: when a device does not start; then nothing is left.
     """
-    settings, view = settings or RunSettings(), view or RunView()
+    settings, view = settings or RunSettings(), view or RunObserver()
     plan = _plan(checked, settings)
     seed = checked.run.seed if settings.seed is None else settings.seed
     scene, drawn = draw_scene(checked.scene or (), seed)
@@ -91,21 +92,21 @@ def run(
     except SheetsError:
         folder.drop()
         raise
-    view.started(start_of(plan, scene, until, folder.path))
+    view.handle(StartEvent(start_of(plan, scene, until, folder.path)))
     try:
         folder.make()
         folder.keep_workbook(checked)
         trace = TraceWriter(folder.path / "trace.jsonl", plan, _header(reading, checked, settings, seed))
         recorder.begin(trace, runner.engine)
         for one in drawn:
-            recorder.happening(0, Notice("note", one.text, row=f"Scene!{one.row}"))
+            recorder.handle(NoticeEvent(0, Notice("note", one.text, row=f"Scene!{one.row}")))
     except SheetsError:
         with suppress(RunBroken):  # what is told is why the run does not begin
             runner.stop()
         folder.drop()
         raise
     summary, broken = _go(runner, until, trace, recorder)
-    view.rested(summary, broken)
+    view.handle(RestedEvent(summary, broken))
     files, problems = folder.finish(checked)
     return RunResult(folder.path, files, summary, broken, problems)
 
@@ -172,11 +173,11 @@ def _go(runner: Runner, until: int, trace: TraceWriter, recorder: Recorder) -> t
             )
         wall = time.monotonic() - began
         try:
-            recorder.view.finishing()
+            recorder.view.handle(FinishingEvent())
         finally:
             try:
                 for happening in (*runner.stop(), *runner.engine.triggers.left()):
-                    recorder.happening(runner.engine.clock.us, happening)
+                    recorder.handle(NoticeEvent(runner.engine.clock.us, happening))
             except RunBroken as error:
                 broken, ended = broken or error, "broken"  # the first break is the cause
             finally:
@@ -315,7 +316,7 @@ _ROBOT = "the robot itself"  # where an error is counted that is no row's: it ha
 class Recorder(RunObserver):
     """Observer of an engine and its loop that passes everything to the trace and the view; `begin` sets the trace."""
 
-    def __init__(self, view: RunView, control: CommandQueue) -> None:
+    def __init__(self, view: RunObserver, control: CommandQueue) -> None:
         self.view = view
         self.control = control
         self.trace: TraceWriter | None = None
@@ -334,18 +335,21 @@ class Recorder(RunObserver):
         """Seconds of the wall clock since the beginning."""
         return time.monotonic() - self._began
 
+    def handle(self, event: RunEvent) -> None:
+        """Record an event, and pass it to the view."""
+        super().handle(event)
+        self.view.handle(event)
+
     def event(self, us: int, stream: str, row: str, value: Value) -> None:
         """Record a value on a stream (its id)."""
         if self.trace is not None:
             by = self.engine.sent_by if self.engine is not None and not row else None
             self.trace.event(us, stream, row, value, by)
-        self.view.event(us, stream, row, value)
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
         """Record that a formula failed."""
         if self.trace is not None:
             self.trace.error(us, row, failure, values)
-        self.view.error(us, row, failure, values)
 
     def happening(self, us: int, happening: Notice) -> None:
         """Record a notice; one of kind `error` is counted for its row."""
@@ -354,23 +358,17 @@ class Recorder(RunObserver):
         if happening.kind == "error":  # an actuator cannot use its value: an error of that row like any other
             place = happening.row or happening.stream or _ROBOT
             self.unusable[place] = self.unusable.get(place, 0) + 1
-        self.view.happening(us, happening)
 
     def frame(self, us: int) -> None:
-        """Flush the trace after a frame, and tell the view which behaviours were switched."""
+        """Flush the trace after a frame, and tell the view which behaviours a row has switched: a note in the trace."""
         if self.trace is not None:
             self.trace.flush()
         if self.engine is not None and self.engine.on != self._on:
-            self._tell_switched(us, self.engine)
-        self.view.frame(us)
-
-    def _tell_switched(self, us: int, engine: Engine) -> None:
-        """Tell the view which behaviours a row has switched; the trace has that as a note of the row."""
-        for behaviour in engine.plan.checked.graph.behaviours:
-            on = behaviour.key in engine.on
-            if on != (behaviour.key in self._on):
-                self.view.acted(us, switched(behaviour.name, on))
-        self._on = set(engine.on)
+            for behaviour in self.engine.plan.checked.graph.behaviours:
+                on = behaviour.key in self.engine.on
+                if on != (behaviour.key in self._on):
+                    self.view.handle(OperatorEvent(us, switched(behaviour.name, on)))
+            self._on = set(self.engine.on)
 
     def acted(self, us: int, act: OperatorAction) -> None:
         """Record what an operator did."""
@@ -379,23 +377,6 @@ class Recorder(RunObserver):
             self.trace.flush()
         if self.engine is not None:
             self._on = set(self.engine.on)
-        self.view.acted(us, act)
-
-    def refused(self, kind: str, message: str, remedy: str) -> None:
-        """Tell the view that a command of the operator cannot be carried out."""
-        self.view.refused(kind, message, remedy)
-
-    def paused(self, us: int, is_paused: bool) -> None:
-        """Tell the view that the run is paused, or goes on."""
-        self.view.paused(us, is_paused)
-
-    def standing(self, us: int) -> None:
-        """Give the view a sign of life while the run is paused or very slow."""
-        self.view.standing(us)
-
-    def shown(self, us: int, shown: WorldSnapshot) -> None:
-        """Pass a snapshot of the world to the view."""
-        self.view.shown(us, shown)
 
     def stopped(self) -> bool:
         """Return whether the run should stop now."""

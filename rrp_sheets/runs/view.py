@@ -8,10 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.engine.ports import RunObserver
+from rrp_sheets.engine.run_events import RunEvent
 from rrp_sheets.errors import RunBroken
-from rrp_sheets.model.exchange import State, WorldSnapshot
-from rrp_sheets.model.values import Failure, Value
 
 
 @dataclass(frozen=True)
@@ -81,37 +79,6 @@ class RunStart:
     resources: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
-class RunView(RunObserver):
-    """Observer for whoever watches a run; subclass it. No method may take long."""
-
-    def started(self, start: RunStart) -> None:
-        """Handle the beginning of the run."""
-
-    def event(self, us: int, stream: str, row: str, value: Value) -> None:
-        """Handle a value on a stream (its id)."""
-
-    def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
-        """Handle the failure of a formula."""
-
-    def shown(self, us: int, shown: WorldSnapshot) -> None:
-        """Handle a snapshot of the world, about 12 times a second of wall time."""
-        self.state(us, shown.state)
-        if shown.picture:
-            self.picture(us, shown.picture)
-
-    def state(self, us: int, state: State) -> None:
-        """Handle the state of the robot and the things around it."""
-
-    def picture(self, us: int, jpeg: bytes) -> None:
-        """Handle a picture of the robot's camera, about 8 times a second, when that is wanted."""
-
-    def finishing(self) -> None:
-        """Handle that the robot is being brought to rest."""
-
-    def rested(self, summary: Summary, broken: RunBroken | None) -> None:
-        """Handle that the robot is at rest and all is recorded; table and diagram are still to be written."""
-
-
 @dataclass
 class Summary:
     """Counts, times and end of a run.
@@ -148,6 +115,30 @@ class Summary:
             "actuator_commands": self.commands,
         }  # fmt: skip
         return {**entry, "wall_seconds": round(self.wall, 3)} if wall else entry
+
+
+@dataclass(slots=True)
+class StartEvent(RunEvent):
+    """The beginning of a run."""
+
+    method = "started"
+    start: RunStart
+
+
+@dataclass(slots=True)
+class FinishingEvent(RunEvent):
+    """The end of the rows: the robot is being brought to rest."""
+
+    method = "finishing"
+
+
+@dataclass(slots=True)
+class RestedEvent(RunEvent):
+    """The robot is at rest and all is recorded; table and diagram are still to be written."""
+
+    method = "rested"
+    summary: Summary
+    broken: RunBroken | None
 
 
 @dataclass(frozen=True)

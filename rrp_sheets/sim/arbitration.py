@@ -209,7 +209,8 @@ class Arbiter:
     def _done(self, order: Command, completed: bool, seconds: float) -> None:
         stream = self._dones.get(order.stream)
         if stream is not None:
-            event = {"value": commanded(order.value), "completed": completed, "seconds": round(seconds, 6)}
+            value = order.number or commanded(order.value)
+            event = {"value": value, "completed": completed, "seconds": round(seconds, 6)}
             self._ended.append((stream, event))
 
 

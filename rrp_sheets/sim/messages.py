@@ -1,16 +1,15 @@
-"""Messages between the simulator's process and the program: plain data only."""
+"""Requests to the simulator's process, and its answers: plain data only."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from rrp_sheets.devices.catalogue import Robot
-from rrp_sheets.model.exchange import DeviceUse, Notice, State, WorldSnapshot
+from rrp_sheets.model.exchange import Command, DeviceUse, Notice, State, WorldSnapshot
 from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import Value
-
-__all__ = ["Outcome", "Spec", "State", "WorldSnapshot"]
 
 BEATS, STATE = range(2)
 """Places of the simulator's heartbeat: a number that grows while it goes on; what it does."""
@@ -69,3 +68,19 @@ class Outcome:
 
     events: tuple[tuple[str, Value], ...] = ()
     notices: tuple[Notice, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture as its pixels, row by row: the shape of the array, and its bytes."""
+
+    shape: tuple[int, ...]
+    pixels: bytes | bytearray
+
+
+REQUESTS: Mapping[str, tuple[tuple[Any, ...], Any]] = {
+    "open": ((Spec,), OpenFailure | None), "start": ((), Outcome), "advance": ((int, tuple[Command, ...]), Outcome),
+    "act": ((tuple[SceneAction, ...],), None), "show": ((bool,), WorldSnapshot), "state": ((), State),
+    "look": ((), Picture), "watch": ((), Picture), "stop": ((), Outcome | None),
+}  # fmt: skip
+"""The requests, each with the types of its arguments, and of its answer."""

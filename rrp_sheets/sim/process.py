@@ -12,18 +12,23 @@ import platform
 import socket
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError
-from rrp_sheets.model.exchange import Command, Notice
+from rrp_sheets.model.exchange import Command, Notice, State, WorldSnapshot
 from rrp_sheets.model.scene_actions import SceneAction
-from rrp_sheets.processes import ChildProcess, Lines, Liveness, SharedCell, cpu_clock
-from rrp_sheets.sim.messages import BEATS, OPENING, PLACES, STATE, OpenFailure, Outcome, Spec, State, WorldSnapshot
+from rrp_sheets.sim.messages import BEATS, OPENING, PLACES, REQUESTS, STATE, OpenFailure, Outcome, Picture, Spec
+from rrp_sheets.workers.codec import pack, unpack
+from rrp_sheets.workers.liveness import Liveness, SharedCell, cpu_clock
+from rrp_sheets.workers.transport import MessageReader, encode
+from rrp_sheets.workers.worker_process import Task, WorkerProcess, ready
 
 if TYPE_CHECKING:  # numpy may be missing; then there is no simulator
     from rrp_sheets.sim.camera import Image
 
+ALONE_WITHIN = 5.0  # s, of its processor time or without any, to bring the robot to rest when its supervisor has gone
+# Pictures and sound need more memory than its starter may have.
+SIMULATOR = Task("rrp_sheets.sim.server.serve", ALONE_WITHIN, ALONE_WITHIN, memory=True)
 OPEN_WITHIN = 90.0  # s of its processor time to make the world; usually 2
 COMPUTE_WITHIN = 20.0  # s of its processor time without progress; usually some ms, for the strip of moments 0.5
 STILL_WITHIN = 10.0  # s without processor time while it has a request
@@ -78,8 +83,7 @@ class Simulator:
         self.requests, theirs = socket.socketpair()
         self._heartbeat = SharedCell(PLACES)
         with theirs:
-            self._child = ChildProcess("rrp_sheets.sim.child", theirs.fileno(), self._heartbeat.fd)
-        self._lines = Lines(self._child.link)
+            self._child = WorkerProcess(SIMULATOR, theirs.fileno(), self._heartbeat.fd)
         self._cpu = cpu_clock(self._child.pid)
         self._liveness = Liveness(self._cpu)
         self._asked: float | None = None  # its processor time when it was told to rest
@@ -94,7 +98,7 @@ class Simulator:
 
     def fileno(self) -> int:
         """Return the file descriptor of the connection, to wait for messages."""
-        return self._child.link.fileno()
+        return self._child.fileno()
 
     @property
     def working(self) -> bool:
@@ -110,7 +114,7 @@ class Simulator:
     def hear(self) -> None:
         """Process the messages that have arrived from the simulator."""
         while not self.gone:
-            messages = self._lines.receive(socket.MSG_DONTWAIT)
+            messages = self._child.receive(0)
             if messages is None:
                 self.gone = True
             elif not messages:
@@ -119,7 +123,7 @@ class Simulator:
                 if kind == "resting":
                     self.resting = True
                 elif kind == "rested":
-                    self.rested = tuple(Notice(*one) for one in words[0])
+                    self.rested = unpack(tuple[Notice, ...], words[0])
 
     def failure(self) -> str:
         """Return why the process must be ended, as a sentence; empty while it works. Call it ten times a second."""
@@ -178,7 +182,7 @@ class SimProcess:
         self._spec = spec
         self._given = requests
         self._ending = ending or (lambda: "")
-        self._link: Connection[Any, Any] | None = None
+        self._link: socket.socket | None = None
         self._simulator: Simulator | None = None
         self._number = 0
         self._broken = False
@@ -194,7 +198,8 @@ class SimProcess:
         if requests is None:
             self._simulator = Simulator()
             requests = self._simulator.requests
-        self._link = Connection(requests.detach())
+        self._link = requests
+        self._reader = MessageReader(requests)
         with ExitStack() as unless_open:
             unless_open.callback(self.kill)  # also after Ctrl-C: no process is left behind
             failure = self._ask("open", self._spec)
@@ -212,8 +217,7 @@ class SimProcess:
 
     def state(self) -> State:
         """Return the present state of the world."""
-        state = self._ask("state")
-        assert isinstance(state, State)
+        state: State = self._ask("state")
         return state
 
     def act(self, actions: Sequence[SceneAction]) -> None:
@@ -222,19 +226,16 @@ class SimProcess:
 
     def show(self, picture: bool) -> WorldSnapshot:
         """Return the world for a display, with the robot's camera picture if wanted."""
-        shown = self._ask("show", picture)
-        assert isinstance(shown, WorldSnapshot)
+        shown: WorldSnapshot = self._ask("show", picture)
         return shown
 
     def look(self) -> Image:
         """Return the present picture of the head camera, (240, 320, 3)."""
-        picture: Image = self._ask("look")
-        return picture
+        return _image(self._ask("look"))
 
     def watch(self) -> Image:
         """Return a present picture of the robot from outside, (320, 560, 3)."""
-        picture: Image = self._ask("watch")
-        return picture
+        return _image(self._ask("watch"))
 
     def stop(self) -> Outcome:
         """Bring the robot to rest, write the film, and end the process; it is ended in any case.
@@ -262,25 +263,30 @@ class SimProcess:
             raise RunBroken("The simulator is not running.", "Start the run again.")
         self._number += 1
         try:
-            self._link.send((self._number, request, arguments))
+            takes, gives = REQUESTS[request]
+            packed = (pack(part, hint) for hint, part in zip(takes, arguments, strict=True))
+            self._link.sendall(encode([self._number, request, *packed]))
             while True:
-                self._await_answer(self._link)
-                number, answer = self._link.recv()
-                if number == self._number:  # an older one belongs to a request that Ctrl-C broke off
-                    return answer
-        except (EOFError, OSError):
+                for number, answer in self._receive(self._link):
+                    if number == self._number:  # an older one belongs to a request that Ctrl-C broke off
+                        return unpack(gives, answer)
+        except OSError:
             self._broken = True
             raise RunBroken(self._last_words(), REMEDY_DIED) from None
 
-    def _await_answer(self, link: Connection[Any, Any]) -> None:
-        """Wait for an answer; a simulator that does not work any more is ended by its supervisor, or here."""
+    def _receive(self, link: socket.socket) -> list[list[Any]]:
+        """Wait for answers; a simulator that does not work any more is ended by its supervisor, or here."""
         simulator = self._simulator
-        while simulator is not None and not link.poll(LOOK_EVERY):
+        while simulator is not None and not ready(link.fileno(), LOOK_EVERY):
             simulator.hear()
             failure = simulator.failure()
             if failure:
                 self._broken = True
                 raise RunBroken(failure, REMEDY_DIED)
+        messages = self._reader.receive()
+        if messages is None:
+            raise ConnectionResetError
+        return messages
 
     def _last_words(self) -> str:
         words = self._simulator.exit_words() if self._simulator is not None else self._ending()
@@ -290,3 +296,9 @@ class SimProcess:
     def _outcome(answer: Any) -> Outcome:
         assert isinstance(answer, Outcome)
         return answer
+
+
+def _image(picture: Picture) -> Image:
+    import numpy as np
+
+    return np.frombuffer(picture.pixels, np.uint8).reshape(picture.shape)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from rrp_sheets.devices.catalogue import REST_POSTURE
-from rrp_sheets.model.exchange import Command, Notice
+from rrp_sheets.model.exchange import Command, Notice, State, WorldSnapshot
 from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim.actuators import Eyes, Parts, make_actuator
@@ -29,7 +29,7 @@ from rrp_sheets.sim.film import STALE_US, Film
 from rrp_sheets.sim.heads import Heads, Looks
 from rrp_sheets.sim.hearing import Hearing
 from rrp_sheets.sim.keyframes import Motions
-from rrp_sheets.sim.messages import Outcome, Spec, State, WorldSnapshot
+from rrp_sheets.sim.messages import Outcome, Spec
 from rrp_sheets.sim.portraits import studied
 from rrp_sheets.sim.recording import Recording
 from rrp_sheets.sim.sensors import SENSORS, SamplingClock, Senses, Sight, tidy

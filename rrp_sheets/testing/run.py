@@ -10,6 +10,7 @@ from rrp_sheets.checks import Checked
 from rrp_sheets.checks.tests import Case, CaseRow
 from rrp_sheets.engine.engine import FrameEngine
 from rrp_sheets.engine.plan import Plan, make_plan
+from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.engine.trace import stream_label
 from rrp_sheets.engine.value_injector import Sender, ended_now, sensed_now
 from rrp_sheets.errors import RunBroken, SheetsError
@@ -94,7 +95,7 @@ def _explained(result: RowResult, player: Player) -> RowResult:
 MOST_EVENTS = 200_000  # of one test: some seconds of work, and 200 MB
 
 
-class Player:
+class Player(RunObserver):
     """One test being played; an engine's observer.
 
     Attributes:

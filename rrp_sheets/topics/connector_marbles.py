@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from rrp_sheets.connectors import Connector
 from rrp_sheets.engine.ports import Arrivals
+from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.model.exchange import Command, State, WorldSnapshot
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene_actions import SceneAction
@@ -86,7 +87,7 @@ def output_name(connector: Connector) -> str:
     return "Print" if connector.is_sink else "Output"
 
 
-class _Log:
+class _Log(RunObserver):
     """Log of an engine: its events and errors, as marble diagrams take them."""
 
     def __init__(self) -> None:

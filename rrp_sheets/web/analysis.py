@@ -20,7 +20,7 @@ from rrp_sheets.graph.build import build_graph
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
 from rrp_sheets.render.diagram import draw_diagram
-from rrp_sheets.runs.worker_process import CheckWorker
+from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.workbook import Reading
 
 _SECONDS = 5.0  # for a diagram's layout

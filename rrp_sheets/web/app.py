@@ -12,7 +12,7 @@ from werkzeug.exceptions import HTTPException
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
-from rrp_sheets.runs.worker_process import CheckWorker
+from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.web import security, statics
 from rrp_sheets.web.models import MessagePage, RefusedPage, show
 from rrp_sheets.web.security import Access, Lan, OneTimeTokens, UsedLink

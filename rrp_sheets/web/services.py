@@ -7,12 +7,12 @@ from pathlib import Path
 
 from flask import current_app
 
-from rrp_sheets.runs.records.export_child import PROGRAM
+from rrp_sheets.bundling import Packer
+from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.runs.records.query_worker import QueryWorker
-from rrp_sheets.runs.worker_process import CheckWorker
 from rrp_sheets.web.collab.workbook_session import OpenWorkbooks
 from rrp_sheets.web.run.run_manager import RunManager
-from rrp_sheets.web.runs.protocol_printer import Packer, ProtocolPrinter
+from rrp_sheets.web.runs.protocol_printer import ProtocolPrinter
 from rrp_sheets.web.runs.replay_jobs import Replays
 from rrp_sheets.web.runs.run_store import RunStore
 from rrp_sheets.web.workbook_repository import WorkbookRepository
@@ -52,7 +52,7 @@ def make_services(folder: Path, worker: CheckWorker) -> Services:
     return Services(
         repository=WorkbookRepository(folder, worker), open_workbooks=open_workbooks, run_manager=run_manager,
         runs=runs, queries=QueryWorker(), lookback_queries=QueryWorker(), drawer=QueryWorker(),
-        exporter=QueryWorker(EXPORT_SECONDS, PROGRAM), printer=ProtocolPrinter(), packer=Packer(), replays=Replays(),
+        exporter=QueryWorker(EXPORT_SECONDS), printer=ProtocolPrinter(), packer=Packer(), replays=Replays(),
     )  # fmt: skip
 
 

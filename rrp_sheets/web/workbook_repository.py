@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rrp_sheets import api
 from rrp_sheets.errors import SheetsError, UnreadableFile
-from rrp_sheets.runs.worker_process import CheckWorker
+from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.web.analysis import Analysis, analyse
 from rrp_sheets.workbook import Reading
 

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.wire import unpack_error
-from rrp_sheets.runs.worker_process import WorkerError, WorkerProcess
+from rrp_sheets.workers.worker_process import WorkerError, WorkerProcess
 
 WITHIN = 180.0
 """Seconds for one replay: several times what an hour of a busy session takes."""
-_LISTEN = 0.25  # s
+_NICE = 5  # a run that somebody watches comes first
+_TASK = f"{__name__}.replay_as_account"
 
 
 class Stopped(SheetsError):
@@ -40,26 +41,29 @@ def replay_apart(
         Stopped: when it was stopped.
         SheetsError: when it cannot be replayed, needs too much memory or too long.
     """
-    worker = WorkerProcess("rrp_sheets.runs.replay.child")
+
+    def listen(part: float | None) -> None:
+        if stopped():
+            worker.kill()
+            raise Stopped("The replay was stopped.", "Replay it again.")
+        if part is not None:
+            told(part)
+
+    worker = WorkerProcess()
     try:
-        said = worker.answers([str(trace), str(other or "")], within, every=_LISTEN)
-        while True:
-            message = next(said)
-            if stopped():
-                worker.kill()
-                raise Stopped("The replay was stopped.", "Replay it again.")
-            if message is None:
-                continue
-            kind, answer = message
-            if kind == "done":
-                return dict(answer)
-            if kind == "failed":
-                raise unpack_error(answer)
-            if kind == "memory":
-                raise WorkerError("needed more memory than it may have")
-            told(float(answer))
+        return dict(worker.ask([_TASK, str(trace), str(other or "")], within, listen))
     except WorkerError as none:
         remedy = "Try it again." if none.gone else "Replay it by rrp-sheets replay."
         raise SheetsError(f"The replay {none.why}.", remedy) from None
     finally:
         worker.close(0.5)
+
+
+def replay_as_account(trace: str, other: str, told: Callable[[float], None]) -> dict[str, Any]:
+    """Replay a run in the worker process; see `replay_apart`."""
+    from rrp_sheets.runs.replay.output import account
+    from rrp_sheets.runs.replay.replaying import replay
+
+    if hasattr(os, "nice"):
+        os.nice(_NICE)
+    return account(replay(Path(trace), Path(other) if other else None, told))

@@ -11,6 +11,7 @@ from typing import Any
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.engine.engine import Engine, EventEngine, FrameEngine
 from rrp_sheets.engine.plan import Plan
+from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.exchange import DONE, commanded
@@ -152,7 +153,7 @@ class Played:
     left_out: list[str] = field(default_factory=list)
 
 
-class ReplayPlayer:
+class ReplayPlayer(RunObserver):
     """Player of a script, and observer of the engine.
 
     Args:

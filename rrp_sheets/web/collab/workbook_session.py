@@ -19,13 +19,14 @@ from rrp_sheets.documents.journal import Answers, Journal, made_for
 from rrp_sheets.documents.row_changes import SheetChange
 from rrp_sheets.documents.workfile import hindrance
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.worker_process import CheckWorker
+from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.web.analysis import Analysis, analyse, no_analysis
 from rrp_sheets.web.collab.broadcaster import Broadcaster, EventStream, Place, message
 from rrp_sheets.web.completions import vocabulary
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.statics import build_id
-from rrp_sheets.web.testing.results import Tester, WorkbookTests
+from rrp_sheets.web.testing.results import WorkbookTests
+from rrp_sheets.web.testing.tester import Tester
 
 
 class WorkbookSession(Broadcaster):

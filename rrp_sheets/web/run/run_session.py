@@ -138,7 +138,7 @@ class RunSession:
                 self.phase = "finishing"
         if what == "started":
             if self.options.speed != 1:
-                self.process.speed(self.options.speed)
+                self.process.command("speed", factor=self.options.speed)
             self.follow_edits()  # somebody may have been quicker than the start
         self._tell(self)
 
@@ -161,7 +161,7 @@ class RunSession:
             wanted = time.monotonic() - self._looked < LOOKED_FOR
             if wanted != self._looking:
                 self._looking = wanted
-                self.process.look(wanted)
+                self.process.command("look", wanted=wanted)
 
     def eye(self) -> bytes:
         """Return the newest camera picture; asking for it makes the run take pictures for a while."""
@@ -245,7 +245,7 @@ class RunSession:
             self.run_state.unused("What was edited since then is not used while there are errors.")
             return
         self._version = document.version
-        self.process.apply(document.path, self.session.author)
+        self.process.command("apply", self.session.author, path=str(document.path.absolute()))
 
 
 EndNotice = dict[str, Any]

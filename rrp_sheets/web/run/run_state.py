@@ -14,11 +14,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.exchange import Notice, OperatorAction, State
 from rrp_sheets.model.values import Failure, Record, Value
 from rrp_sheets.runs.formatting import clock
-from rrp_sheets.runs.view import RunStart, RunView, Summary
+from rrp_sheets.runs.view import RunStart, Summary
 from rrp_sheets.web.run.latest_values import LatestValues, StreamInfo, known_streams
 from rrp_sheets.web.run.log import Line, RunLog
 
@@ -28,7 +29,7 @@ _COMMAND = re.compile(r"See `rrp-sheets help ([^`]+)`")  # of the terminal; here
 _HEARD = {"say": "speech", "sound": "sound", "person": "person"}  # what can be heard again, and its kind of line
 
 
-class RunState(RunView):
+class RunState(RunObserver):
     """Observer of a run that keeps the state its pages show.
 
     Args:

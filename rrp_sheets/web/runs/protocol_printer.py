@@ -1,4 +1,4 @@
-"""Clients of the printing process, which typesets protocols (the results are cached), and of the packing process.
+"""Client of the printing process, which typesets protocols; the results are cached.
 
 A workbook may be untrusted, and its tests evaluate formulas: the server only reads what that process writes.
 """
@@ -9,21 +9,23 @@ import json
 import tempfile
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from datetime import date
 from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
-from types import NoneType, UnionType
-from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.pack.model import Pack
 from rrp_sheets.runs.records.query_worker import QueryWorker
+from rrp_sheets.workers.codec import pack, unpack
+
+if TYPE_CHECKING:
+    from rrp_sheets.printing import Gathered
 
 T = TypeVar("T")
-_PACK_WITHIN = 90.0  # s; the tests of the workbook may take 20
 _WITHIN = 120.0  # s for one protocol; its tests alone may take 20, and a thousand rows fill 130 pages
 _KEPT = 8  # protocols, and as many PDFs
 _MOST_BYTES = 60_000_000
@@ -72,7 +74,7 @@ class ProtocolPrinter(QueryWorker):
     """Query worker that prints protocols; usable from any thread, one request at a time."""
 
     def __init__(self) -> None:
-        super().__init__(_WITHIN, "rrp_sheets.web.records.press_child")
+        super().__init__(_WITHIN, __name__)
         self._keeping = threading.Lock()
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._made: OrderedDict[tuple[str, ...], Any] = OrderedDict()
@@ -107,14 +109,13 @@ class ProtocolPrinter(QueryWorker):
     def _proof(self, wanted: Wanted) -> ProtocolPreview:
         with tempfile.TemporaryDirectory() as folder:
             target = Path(folder) / "pack.json"
-            self._ask(wanted.path.name, "data", *wanted.request, str(target))
-            found = json.loads(_content(target))
-        return ProtocolPreview(rebuilt(Pack, found["pack"]), found["pictures"], found["legend"])
+            self.ask(wanted.path.name, "write_preview", *wanted.request, str(target))
+            return unpack(ProtocolPreview, json.loads(_content(target)))
 
     def _pdf(self, wanted: Wanted, paper: str) -> tuple[bytes, list[str]]:
         with tempfile.TemporaryDirectory() as folder:
             target = Path(folder) / "protocol.pdf"
-            notes = self._ask(wanted.path.name, "pdf", *wanted.request, paper, str(target))
+            notes = self.ask(wanted.path.name, "write_pdf", *wanted.request, paper, str(target))
             return _content(target), [str(note) for note in notes]
 
     def _kept(self, name: tuple[str, ...], make: Callable[[], T]) -> T:
@@ -130,56 +131,40 @@ class ProtocolPrinter(QueryWorker):
         return made
 
 
-class Packer(QueryWorker):
-    """Query worker that packs bundles; usable from any thread, one request at a time."""
-
-    def __init__(self) -> None:
-        super().__init__(_PACK_WITHIN, "rrp_sheets.web.records.bundling_child")
-
-    def pack(self, path: Path, runs: list[Path], target: Path) -> None:
-        """Create a bundle of a workbook and the runs in those folders.
-
-        Raises:
-            SheetsError: it cannot be made, or not in time.
-        """
-        self._ask(path.name, "pack", str(path), [str(run) for run in runs], str(target))
-
-
 def _content(path: Path) -> bytes:
     if path.stat().st_size > _MOST_BYTES:
         raise SheetsError("This protocol is too large to be printed.", "Divide the workbook.")
     return path.read_bytes()
 
 
-Rebuilt = TypeVar("Rebuilt")
+# ---- in the worker process
+@lru_cache(maxsize=2)
+def _gathered(path: str, digest: str, against: str, language: str) -> Gathered:
+    """Gather the protocol's content; cached by the digests, as the page and its PDF are requested in turn."""
+    from rrp_sheets.printing import HasErrors, gather
+
+    other = Path(against) if against else None
+    try:
+        return gather(Path(path), against=other, language=language)
+    except HasErrors:
+        return gather(Path(path), against=other, language=language, draft=True)
 
 
-def rebuilt(kind: type[Rebuilt], data: Mapping[str, Any]) -> Rebuilt:
-    """Rebuild a dataclass object from JSON; its fields are texts, numbers, tuples, dicts and such dataclasses.
+def write_preview(path: str, digest: str, against: str, language: str, target: str) -> None:
+    """Write the protocol, its diagrams and the legend as JSON."""
+    from rrp_sheets.render.legend import draw_legend
 
-    >>> from rrp_sheets.render.pack.model import Ref
-    >>> rebuilt(Ref, {"behaviour": "Greet", "rows": [2, 3]})
-    Ref(behaviour='Greet', rows=(2, 3))
-    """
-    hints = _hints(cast(Any, kind))
-    return kind(**{name: _value(hints[name], data[name]) for name in hints})
-
-
-@lru_cache(maxsize=64)
-def _hints(kind: type[Any]) -> dict[str, Any]:
-    known = get_type_hints(kind)
-    return {f.name: known[f.name] for f in fields(kind)}
+    found = _gathered(path, digest, against, language)
+    legend, _, _ = draw_legend(found.pack.language)
+    preview = ProtocolPreview(found.pack, found.pictures, legend)
+    Path(target).write_text(json.dumps(pack(preview)), encoding="ascii")
 
 
-def _value(hint: Any, data: Any) -> Any:
-    origin, inner = get_origin(hint), get_args(hint)
-    if origin is UnionType:
-        return None if data is None else _value(next(i for i in inner if i is not NoneType), data)
-    if origin is tuple:
-        several = inner[0:1] * len(data) if inner[-1] is Ellipsis else inner
-        return tuple(_value(i, part) for i, part in zip(several, data, strict=True))
-    if origin is dict:
-        return {_value(inner[0], k): _value(inner[1], v) for k, v in data.items()}
-    if is_dataclass(hint) and isinstance(hint, type):
-        return rebuilt(hint, data)
-    return hint(data)
+def write_pdf(path: str, digest: str, against: str, language: str, paper: str, target: str) -> list[str]:
+    """Write the PDF; return notes on what it lacks."""
+    from rrp_sheets.render.pack.make import set_pack
+
+    found = _gathered(path, digest, against, language)
+    data, notes = set_pack(found.pack, found.pictures, "letter" if paper == "letter" else "a4")
+    Path(target).write_bytes(data)
+    return notes

@@ -83,7 +83,7 @@ def marbles(run: str, form: str) -> Response:
     behaviour, *window = (request.args.get(name, "")[:300] for name in ("behaviour", "from", "to"))
     asked = (str(place), behaviour, rows, [seconds_of(w) for w in window])
     exporter = services().exporter
-    return _send(f".{form}", f"{run}-marbles", lambda target: exporter.ask(run, "marbles", *asked, str(target)))
+    return _send(f".{form}", f"{run}-marbles", lambda target: exporter.ask(run, "write_marbles", *asked, str(target)))
 
 
 @blueprint.get("/runs/table.<any(csv,xlsx):kind>")
@@ -112,7 +112,7 @@ def bundle(name: str) -> Response:
 
 
 def _export(places: Sequence[Path], target: Path) -> None:
-    services().exporter.ask(places[0].name, "export", [str(place) for place in places], str(target))
+    services().exporter.ask(places[0].name, "export_runs", [str(place) for place in places], str(target))
 
 
 def _send(suffix: str, name: str, make: Callable[[Path], object], *, take: bool = True) -> Response:

@@ -122,7 +122,7 @@ def pair_page(services: Services, chosen: Sequence[str]) -> PairPage:
     answer: dict[str, Any] = {"streams": [], "svg": ""}
     trouble = ""
     try:
-        answer = services.exporter.ask(f"{names[0]} and {names[1]}", "pair", str(places[0]), str(places[1]))
+        answer = services.exporter.ask(f"{names[0]} and {names[1]}", "pair_table", str(places[0]), str(places[1]))
     except SheetsError as error:
         trouble = f"{error.message} {error.remedy}"
     same = bool(facts[0].digest) and facts[0].digest == facts[1].digest

@@ -93,7 +93,7 @@ def _asked(participant: str | None) -> tuple[str, list[str]]:
 def _asked_page(services: Services, participant: str, names: list[str], notice: str = "") -> DeletePage:
     """Build the confirmation page; raises SheetsError when there are no such runs, or one is going."""
     runs = services.runs
-    answer = services.exporter.ask("This folder", "plan", str(runs.folder), participant, names, _busy(runs))
+    answer = services.exporter.ask("This folder", "plan_deletion", str(runs.folder), participant, names, _busy(runs))
     return _page(services, participant, answer, notice, failed=bool(notice))
 
 
@@ -107,7 +107,9 @@ def _deleted_page(services: Services, participant: str, names: list[str]) -> Del
     # what it was is told from what is there now: afterwards there is nothing to tell it from
     runs = services.runs
     folder = str(runs.folder)
-    answer = services.exporter.ask("This folder", "delete", folder, participant, names, _busy(runs), expected, below)
+    answer = services.exporter.ask(
+        "This folder", "delete_planned", folder, participant, names, _busy(runs), expected, below
+    )
     if not answer["deleted"]:
         notice = "Meanwhile there are other runs than were shown; nothing was deleted. Look again."
         return _page(services, participant, answer, notice, failed=True)

@@ -153,25 +153,30 @@ def _press(run: RunSession, by: str, sent: Asked) -> None:
     start = run.run_state.start
     if start is None or label not in {button for _, button in start.buttons}:
         raise BadRequest
-    run.process.press(label, by)
+    run.process.command("press", by, label=label)
 
 
 def _put(run: RunSession, by: str, sent: Asked) -> None:
-    x, y, z = (number_of(sent, n, -REACH, REACH) for n in "xyz")
-    run.process.put(text_of(sent, "thing", 100), (x, y, z), by)
+    at = tuple(number_of(sent, n, -REACH, REACH) for n in "xyz")
+    run.process.command("put", by, thing=text_of(sent, "thing", 100), at=at)
 
 
 _ACTIONS: dict[str, Callable[[RunSession, str, Asked], None]] = {
     "restart": lambda run, by, sent: run.restart(by),
-    "pause": lambda run, by, sent: run.process.pause(by),
-    "resume": lambda run, by, sent: run.process.resume(by),
-    "step": lambda run, by, sent: run.process.step(by),
-    "speed": lambda run, by, sent: run.process.speed(_speed(sent), by),
-    "mark": lambda run, by, sent: run.process.mark(text_of(sent, "note", NOTE), by),
-    "switch": lambda run, by, sent: run.process.switch(text_of(sent, "behaviour"), truth_of(sent, "on"), by),
-    "send": lambda run, by, sent: run.process.send(text_of(sent, "stream"), text_of(sent, "text", TEXT), by),
+    "pause": lambda run, by, sent: run.process.command("pause", by),
+    "resume": lambda run, by, sent: run.process.command("resume", by),
+    "step": lambda run, by, sent: run.process.command("step", by),
+    "speed": lambda run, by, sent: run.process.command("speed", by, factor=_speed(sent)),
+    "mark": lambda run, by, sent: run.process.command("mark", by, note=text_of(sent, "note", NOTE)),
+    "switch": lambda run, by, sent: run.process.command(
+        "switch", by, behaviour=text_of(sent, "behaviour"), on=truth_of(sent, "on")
+    ),
+    "send": lambda run, by, sent: run.process.command(
+        "send", by, stream=text_of(sent, "stream"), text=text_of(sent, "text", TEXT)
+    ),
     "press": _press,
-    "scene": lambda run, by, sent: run.process.scene(
-        text_of(sent, "thing", 100), text_of(sent, "verb", 40), text_of(sent, "value"), by),
+    "scene": lambda run, by, sent: run.process.command(
+        "scene", by, thing=text_of(sent, "thing", 100), verb=text_of(sent, "verb", 40), value=text_of(sent, "value")
+    ),
     "put": _put,
 }  # fmt: skip

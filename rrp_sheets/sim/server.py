@@ -1,4 +1,4 @@
-"""The simulator's process: `python -m rrp_sheets.sim.child CONTROL REQUESTS HEARTBEAT`, started by `sim.process` only.
+"""Task of the simulator's process, which `sim.process` starts.
 
 It answers the engine's requests on one connection, one by one, and reads its supervisor's on the other, also between
 two steps of the physics. It brings the robot to its safe stop (silence, a moment's hold, the rest posture; film and
@@ -9,29 +9,44 @@ It ends when the engine's connection does.
 from __future__ import annotations
 
 import os
-import signal
+import select
 import socket
-import sys
 from collections.abc import Callable
-from dataclasses import astuple
-from multiprocessing.connection import Connection, wait
 from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.errors import MissingPart, SheetsError
+from rrp_sheets.model.exchange import Notice
 from rrp_sheets.private import only_for_this_user
-from rrp_sheets.processes import SharedCell, end_with_starter, line
-from rrp_sheets.sim.messages import BEATS, BUSY, IDLE, OPENING, PLACES, STATE, OpenFailure, Outcome, Spec
+from rrp_sheets.sim.messages import (
+    BEATS,
+    BUSY,
+    IDLE,
+    OPENING,
+    PLACES,
+    REQUESTS,
+    STATE,
+    OpenFailure,
+    Outcome,
+    Picture,
+    Spec,
+)
+from rrp_sheets.workers.codec import pack, unpack
+from rrp_sheets.workers.liveness import SharedCell
+from rrp_sheets.workers.transport import MessageReader, encode
 
 if TYPE_CHECKING:
+    from rrp_sheets.sim.camera import Image
     from rrp_sheets.sim.world import SimWorld
-
-ALONE_WITHIN = 5.0  # s, of its processor time or without any, to bring the robot to rest when its supervisor has gone
 
 
 class _Server:
-    def __init__(self, control: socket.socket, requests: Connection[Any, Any], heartbeat: SharedCell) -> None:
+    def __init__(self, control: socket.socket, requests: socket.socket, heartbeat: SharedCell) -> None:
         self._control = control
         self._requests = requests
+        self._reader = MessageReader(requests)
+        self._ready = select.poll()
+        self._ready.register(control, select.POLLIN)
+        self._ready.register(requests, select.POLLIN)
         self._numbers = heartbeat.numbers
         self._halted = False  # the robot is to rest: somebody said so, or has gone
         self._resting = False  # and the supervisor knows
@@ -47,18 +62,28 @@ class _Server:
                 if self.pulse():
                     self._rest()
                 self._numbers[STATE] = IDLE
-                ready = wait([self._requests, *([self._control] if self._listens else ())])
-                if self._control not in ready and not self._answer(*self._requests.recv()):
-                    return
-        except (EOFError, BrokenPipeError, ConnectionResetError):
-            outcome = self._rest()
-            if outcome is not None:
-                self._say("rested", [astuple(notice) for notice in outcome.notices])
+                if self._control.fileno() in (fd for fd, _ in self._ready.poll()):
+                    continue
+                messages = self._reader.receive()
+                if messages is None:
+                    break
+                for message in messages:
+                    if self.pulse():  # many may have come at once
+                        self._rest()
+                    if not self._answer(*message):
+                        return
+        except (BrokenPipeError, ConnectionResetError):
+            pass  # the engine has gone before its answer
+        outcome = self._rest()
+        if outcome is not None:
+            self._say("rested", pack(outcome.notices, tuple[Notice, ...]))
 
-    def _answer(self, number: int, request: str, arguments: tuple[Any, ...]) -> bool:
+    def _answer(self, number: int, request: str, *packed: Any) -> bool:
         """Carry a request out; return whether to go on."""
         self._numbers[STATE] = OPENING if request == "open" else BUSY
         self._numbers[BEATS] += 1
+        takes, gives = REQUESTS[request]
+        arguments = [unpack(hint, part) for hint, part in zip(takes, packed, strict=True)]
         going = True
         answer: Any = None
         if request == "open":
@@ -72,7 +97,7 @@ class _Server:
             answer = Outcome()  # it rests already
         else:
             answer = self._answers[request](*arguments)
-        self._requests.send((number, answer))
+        self._requests.sendall(encode([number, pack(answer, gives)]))
         return going
 
     def pulse(self) -> bool:
@@ -85,7 +110,8 @@ class _Server:
                 return self._halted
             except OSError:
                 said = b""
-            self._listens = bool(said)
+            if not said:
+                self._leave_supervisor()
             self._halted = True  # nothing else is ever said
         return self._halted
 
@@ -105,9 +131,13 @@ class _Server:
     def _say(self, *message: Any) -> None:
         if self._listens:
             try:
-                self._control.sendall(line(list(message)))
+                self._control.sendall(encode(message))
             except OSError:
-                self._listens = False
+                self._leave_supervisor()
+
+    def _leave_supervisor(self) -> None:
+        self._listens = False
+        self._ready.unregister(self._control)
 
     def _open(self, spec: Spec) -> None:
         """Make the world, and the table of the requests that it answers."""
@@ -119,34 +149,19 @@ class _Server:
         world = self._world = SimWorld(spec, self.pulse)
         self._answers = {
             "start": world.start, "advance": world.advance, "state": world.state,
-            "look": world.sight.look, "watch": world.watch, "act": world.act, "show": world.show,
+            "look": lambda: _picture(world.sight.look()), "watch": lambda: _picture(world.watch()),
+            "act": world.act, "show": world.show,
         }  # fmt: skip
 
 
-def main() -> None:
+def _picture(image: Image) -> Picture:
+    return Picture(image.shape, image.tobytes())
+
+
+def serve(control: socket.socket, requests: int, heartbeat: int) -> None:
     """Serve the engine until its connection closes."""
     only_for_this_user()
-    control, requests, heartbeat = map(int, sys.argv[1:4])
-    link = socket.socket(fileno=control)
-    end_with_starter(link, ALONE_WITHIN)
-    # Ctrl-C ends the run in the program, which then stops the robot properly through us.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     # One thread: what is computed must not depend on the machine's load or its number of cores.
     for library in ("OMP", "OPENBLAS", "MKL"):
         os.environ[f"{library}_NUM_THREADS"] = "1"
-    _take_all_memory()
-    _Server(link, Connection(requests), SharedCell(PLACES, heartbeat)).serve()
-
-
-def _take_all_memory() -> None:
-    """Raise this process's memory limit to the highest allowed: pictures and sound need more than its starter."""
-    try:
-        import resource
-    except ImportError:  # Windows knows no such limit
-        return
-    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-    resource.setrlimit(resource.RLIMIT_AS, (hard, hard))
-
-
-if __name__ == "__main__":
-    main()
+    _Server(control, socket.socket(fileno=requests), SharedCell(PLACES, heartbeat)).serve()

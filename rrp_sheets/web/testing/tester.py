@@ -1,28 +1,65 @@
-"""Worker process that runs tests: `python -m rrp_sheets.web.testing.tester_child LINK`, started by `tester` only.
-
-It has a memory limit, and ends when the connection does.
-"""
+"""Tester of workbooks: runs their tests in a worker process, which has a memory limit."""
 
 from __future__ import annotations
 
-import os
-import socket
-import threading
 import time
-from functools import partial
 from pathlib import Path
-from queue import SimpleQueue
 from typing import Any
 
-from rrp_sheets.processes import Lines, line
-from rrp_sheets.runs.worker_loop import answer, begin
 from rrp_sheets.testing import CaseResult, RowResult
+from rrp_sheets.workers.worker_process import RestartingWorker, WorkerError
 
+_TASK = f"{__name__}.run_workbook_tests"
+GRACE = 10.0
+"""Seconds that a process may take besides its time, since it is not alone on the machine; then it is ended."""
+START = 20.0
+"""Seconds more when it has to be started first."""
+
+
+class Tester:
+    """Runner of tests in a worker process; from any thread, one workbook at a time. It starts when needed."""
+
+    __test__ = False  # no test of pytest's
+
+    def __init__(self) -> None:
+        self._worker = RestartingWorker()
+
+    @property
+    def pid(self) -> int | None:
+        """Process id of the worker; None while there is none."""
+        return self._worker.pid
+
+    def run(self, path: Path, within: float) -> dict[str, Any]:
+        """Run the tests of a workbook; see `run_workbook_tests`.
+
+        Args:
+            path: of the workbook.
+            within: seconds of CPU time for all tests.
+
+        Raises:
+            WorkerError: when the tests had to be ended, or their process ended.
+            SheetsError: when the file cannot be read.
+        """
+        try:
+            return dict(self._worker.ask([_TASK, str(path.absolute()), within], within + GRACE, START))
+        except WorkerError as none:
+            remedy = "Let what they test come less often, or make them shorter."
+            if none.gone:
+                remedy = "Press Run tests; they are also run again after the next change."
+            message = f"The tests were ended: they {none.why}."
+            raise WorkerError(none.why, gone=none.gone, message=message, remedy=remedy) from None
+
+    def close(self) -> None:
+        """End the process, whatever it is doing, and start no other."""
+        self._worker.close()
+
+
+# ---- in the worker process
 MOST_TOLD = 200  # rows of one test that do not hold and are told in words; the others are only marked
 _LONGEST = 300  # letters of one line
 
 
-def run(path: str, within: float) -> dict[str, Any]:
+def run_workbook_tests(path: str, within: float) -> dict[str, Any]:
     """Run the tests of a workbook, as far as its errors allow.
 
     Args:
@@ -66,24 +103,3 @@ def _told(result: RowResult) -> dict[str, Any]:
 
 def _short(text: str) -> str:
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
-
-
-def _listen(link: socket.socket, asked: SimpleQueue[list[Any]]) -> None:
-    """Read requests until the connection closes; then exit at once, even during tests."""
-    for message in Lines(link):
-        asked.put(message)
-    os._exit(0)
-
-
-def main() -> None:
-    """Serve until the connection closes."""
-    link = begin()
-    asked: SimpleQueue[list[Any]] = SimpleQueue()
-    threading.Thread(target=_listen, args=(link, asked), daemon=True).start()
-    while True:
-        path, within = asked.get()
-        link.sendall(line(answer(partial(run, path, within))))
-
-
-if __name__ == "__main__":
-    main()

@@ -1,0 +1,161 @@
+"""Events of a run, one class for each kind: from the engine to the trace, the terminal and the pages of a server.
+
+An observer that wants to know of a kind has a method for it, which gets the event's fields.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from inspect import get_annotations
+from operator import attrgetter
+from typing import Any, ClassVar
+
+from rrp_sheets.model.exchange import Notice, OperatorAction, State
+from rrp_sheets.model.values import Failure, Value
+
+
+class RunEvent:
+    """Something that happens in a run; subclasses are dataclasses.
+
+    Attributes:
+        method: name of the method of an observer that takes it.
+        at_once: whether it is sent to another process at once, with all that waits before it.
+        while_light: whether it is of use only to a watcher that is not behind.
+        may_miss: whether a watcher that is far behind does not get it; it has a time, `us`.
+        parts: gets the fields of an event, for that method.
+        kinds: all kinds, by the name of the class.
+    """
+
+    __slots__ = ()
+    method: ClassVar[str]
+    at_once: ClassVar[bool] = True
+    while_light: ClassVar[bool] = False
+    may_miss: ClassVar[bool] = False
+    parts: ClassVar[Callable[[RunEvent], Sequence[Any]]]
+    kinds: ClassVar[dict[str, type[RunEvent]]] = {}
+
+    def __init_subclass__(cls) -> None:
+        """Know the kind by its name, and its fields."""
+        names = tuple(get_annotations(cls))
+        # C code, where it can be: a run has thousands of events in a second
+        cls.parts = attrgetter(*names) if len(names) > 1 else staticmethod(lambda e: [getattr(e, n) for n in names])
+        RunEvent.kinds[cls.__name__] = cls
+
+
+class RunObserver:
+    """Observer of a run, which is also asked whether to stop; subclass it. No method may take long."""
+
+    def handle(self, event: RunEvent) -> None:
+        """Call the method for the kind of an event with its fields; a kind without one is not observed."""
+        method = getattr(self, event.method, None)
+        if method is not None:
+            method(*type(event).parts(event))
+
+    def stopped(self) -> bool:
+        """Return whether the run should stop now; asked after each frame."""
+        return False
+
+
+@dataclass(slots=True)
+class StreamEvent(RunEvent):
+    """A value on a stream (its id); `row` is the row that gave it, empty for sensor streams."""
+
+    method = "event"
+    at_once = False
+    may_miss = True
+    us: int
+    stream: str
+    row: str
+    value: Value
+
+
+@dataclass(slots=True)
+class FormulaFailure(RunEvent):
+    """A formula failed for some values; the event was dropped."""
+
+    method = "error"
+    at_once = False
+    may_miss = True
+    us: int
+    row: str
+    failure: Failure
+    values: tuple[Value, ...]
+
+
+@dataclass(slots=True)
+class NoticeEvent(RunEvent):
+    """Something besides the values, such as speech or a clamped command."""
+
+    method = "happening"
+    at_once = False
+    may_miss = True
+    us: int
+    notice: Notice
+
+
+@dataclass(slots=True)
+class FrameEnd(RunEvent):
+    """The end of a frame, or of some 30 ms of an event loop."""
+
+    method = "frame"
+    may_miss = True
+    us: int
+
+
+@dataclass(slots=True)
+class OperatorEvent(RunEvent):
+    """An action of somebody, after the frame of `us`."""
+
+    method = "acted"
+    us: int
+    action: OperatorAction
+
+
+@dataclass(slots=True)
+class RefusalEvent(RunEvent):
+    """A command (`send`, `apply`, …) that cannot be carried out."""
+
+    method = "refused"
+    command: str
+    message: str
+    remedy: str
+
+
+@dataclass(slots=True)
+class PauseEvent(RunEvent):
+    """The beginning of a pause, or its end."""
+
+    method = "paused"
+    at_once = False
+    us: int
+    is_paused: bool
+
+
+@dataclass(slots=True)
+class StandingEvent(RunEvent):
+    """A sign of life, now and then, while the run is paused or very slow."""
+
+    method = "standing"
+    may_miss = True
+    us: int
+
+
+@dataclass(slots=True)
+class StateEvent(RunEvent):
+    """The state of the robot and the things around it, for a display, about 12 times a second of wall time."""
+
+    method = "state"
+    while_light = True
+    us: int
+    state: State
+
+
+@dataclass(slots=True)
+class PictureEvent(RunEvent):
+    """A picture of the robot's camera, about 8 times a second, when that is wanted."""
+
+    method = "picture"
+    while_light = True
+    us: int
+    jpeg: bytes

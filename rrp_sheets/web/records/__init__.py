@@ -1,1 +1,0 @@
-"""Worker processes that print protocols and pack bundles."""

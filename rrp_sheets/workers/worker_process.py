@@ -1,0 +1,278 @@
+"""Worker processes from the side of the program that starts them: start, messages, time limits, restarts."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import selectors
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+from rrp_sheets.diagnostics.phrase import Phrase
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.workers.codec import unpack
+from rrp_sheets.workers.transport import MessageReader, encode
+
+
+@dataclass(frozen=True)
+class Task:
+    """Task of a worker process.
+
+    Attributes:
+        name: the dotted name of a function that takes the connection, and the numbers of the files that are shared.
+        grace: seconds of processor time that the process may still use when its starter has gone, to come to its end.
+        still: seconds of the wall clock in which it may then use none.
+        memory: whether it may take all memory; else it has the limit of what evaluates formulas.
+    """
+
+    name: str
+    grace: float = 0.0
+    still: float = 0.0
+    memory: bool = False
+
+
+_TELL_EVERY = 0.25  # s
+ANSWERS = Task("rrp_sheets.workers.worker_loop.answer_requests")
+
+
+class WorkerError(SheetsError):
+    """Error of a process that gave no answer.
+
+    Attributes:
+        why: what became of it, in words that follow “it” or “they”.
+        gone: it has ended by itself, or something else has ended it: another time it may answer.
+    """
+
+    def __init__(self, why: str, *, gone: bool = False, message: str = "", remedy: str = "") -> None:
+        super().__init__(message or f"It {why}.", remedy)
+        self.why = why
+        self.gone = gone
+
+
+class WorkerProcess:
+    """A worker process that was started, with the connection to it, and how it ended.
+
+    Args:
+        task: what it does; by default it answers requests, see `answer_requests`.
+        shared: further open files that it inherits.
+        scratch: whether it has a temporary folder of its own, which is removed with it.
+
+    Attributes:
+        link: our end of the connection; the process ends when it closes.
+    """
+
+    def __init__(self, task: Task = ANSWERS, *shared: int, scratch: bool = False) -> None:
+        prefix = "rrp-sheets-"
+        self._scratch = tempfile.TemporaryDirectory(prefix=prefix, ignore_cleanup_errors=True) if scratch else None
+        self._log: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115  # lives as long as the process
+        self.link, theirs = socket.socketpair()
+        self._reader = MessageReader(self.link)
+        folder = self._scratch.name if self._scratch else tempfile.gettempdir()
+        environment = {**os.environ, "TMPDIR": folder, "TEMP": folder, "TMP": folder}
+        package = str(Path(__file__).parents[2])
+        environment["PYTHONPATH"] = os.pathsep.join(p for p in (package, environment.get("PYTHONPATH")) if p)
+        with theirs:
+            inherited = (theirs.fileno(), *shared)
+            limits = json.dumps([task.grace, task.still, task.memory])
+            # -P: a file of the user's in the current folder must not be taken for a library's.
+            # A group of its own: Ctrl-C is for the program, which then brings the robot to its rest.
+            self._process: subprocess.Popen[Any] = subprocess.Popen(
+                [sys.executable, "-P", "-m", __package__, task.name, limits, *map(str, inherited)],
+                pass_fds=inherited, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                stderr=self._log, process_group=0,
+            )  # fmt: skip
+
+    @property
+    def pid(self) -> int:
+        """Process ID of the worker."""
+        return self._process.pid
+
+    @property
+    def ended(self) -> bool:
+        """True when the process has ended."""
+        return self._process.poll() is not None
+
+    def fileno(self) -> int:
+        """Return the number of the connection, to wait for messages."""
+        return self.link.fileno()
+
+    def say(self, *message: Any) -> bool:
+        """Send a message without waiting; return whether it was taken: not by one that has ended, or reads nothing."""
+        data = encode(message)
+        try:
+            return self.link.send(data, socket.MSG_DONTWAIT) == len(data)
+        except OSError:
+            return False
+
+    def send(self, *message: Any, within: float | None = None) -> bool:
+        """Send a message; that the process has ended is noticed only when messages are received.
+
+        Args:
+            message: what is sent.
+            within: seconds for it to be taken; None waits.
+
+        Returns:
+            Whether it was taken in time; if not, nothing more can be sent.
+        """
+        link = self.link
+        data = memoryview(encode(message))
+        until = math.inf if within is None else time.monotonic() + within
+        try:
+            while data:
+                with suppress(BlockingIOError):
+                    data = data[link.send(data, socket.MSG_DONTWAIT) :]
+                    continue
+                left = until - time.monotonic()
+                if left <= 0 or not ready(self.fileno(), None if within is None else left, selectors.EVENT_WRITE):
+                    return False
+        except OSError:
+            return True
+        return True
+
+    def receive(self, within: float) -> list[list[Any]] | None:
+        """Return the messages that have arrived, waiting some seconds for them; None when the process has ended."""
+        return self._reader.receive() if ready(self.fileno(), within) else []
+
+    def ask(self, request: Sequence[Any], within: float, told: Callable[[float | None], None] | None = None) -> Any:
+        """Send a request to one that answers requests, and return the answer.
+
+        Args:
+            request: the dotted name of a function, and its arguments.
+            within: seconds for all of it; then the process is ended.
+            told: called with the progress, from 0 to 1, and with None now and then while there is none.
+
+        Raises:
+            WorkerError: when it has ended, was ended, or needed too much memory.
+            SheetsError: the error that it answers.
+        """
+        deadline = time.monotonic() + within
+        self.send(*request, within=max(within, 0.001))  # a process that hangs does not take what is sent
+        while (left := deadline - time.monotonic()) > 0:
+            messages = self.receive(min(left, _TELL_EVERY) if told else left)
+            if messages is None:
+                raise WorkerError(f"ended unexpectedly{self.exit_summary()}", gone=True)
+            for kind, *words in messages:
+                if kind == "done":
+                    return words[0]
+                if kind == "failed":
+                    raise unpack(SheetsError, words[0])
+                if kind == "memory":
+                    raise WorkerError("needed more memory than it may have")
+                if told:
+                    told(float(words[0]))
+            if told and not messages:
+                told(None)
+        self.kill()
+        raise WorkerError(Phrase("did not come to an end within {n:g} s", n=within))
+
+    def kill(self) -> None:
+        """End the process at once."""
+        self._process.kill()
+        self._process.wait()
+
+    def close(self, within: float = 2.0) -> None:
+        """Close the connection, so that the process ends within some seconds, or is ended, and release everything."""
+        self.link.close()
+        try:
+            self._process.wait(within)
+        except subprocess.TimeoutExpired:
+            self.kill()
+        self._log.close()
+        if self._scratch is not None:
+            self._scratch.cleanup()
+
+    def exit_summary(self) -> str:
+        """Return its exit code and the last line it wrote; empty while it goes on."""
+        try:
+            code = self._process.wait(2.0)
+        except subprocess.TimeoutExpired:
+            return ""
+        self._log.seek(0)
+        lines = self._log.read().decode(errors="replace").strip().splitlines()
+        if code < 0:  # killed from outside: it had no last words, only what it printed at its start
+            return f" (signal {-code})"
+        return f" (exit code {code}: {lines[-1][:200]})" if lines else f" (exit code {code})"
+
+
+class RestartingWorker:
+    """Worker process that is kept and used again; from any thread, one request at a time. Close it at the end.
+
+    It starts at the first request, and again when it has ended, or needed too much memory or time.
+
+    Args:
+        start: starts the process.
+    """
+
+    def __init__(self, start: Callable[[], WorkerProcess] = WorkerProcess) -> None:
+        self._start = start
+        self._lock = threading.Lock()
+        self._closed = False
+        self._worker: WorkerProcess | None = None
+
+    @property
+    def pid(self) -> int | None:
+        """Process ID of the worker; None while there is none."""
+        worker = self._worker
+        return worker.pid if worker is not None else None
+
+    def ask(self, request: Sequence[Any], within: float, start: float = 0.0) -> Any:
+        """Return the answer to a request.
+
+        Args:
+            request: the dotted name of a function, and its arguments.
+            within: seconds for the answer.
+            start: seconds more when the process has to be started first.
+
+        Raises:
+            WorkerError: when it has ended, or was ended.
+            SheetsError: the error that it answers, or when this was closed.
+        """
+        with self._lock:
+            if self._worker is not None and self._worker.ended:  # meanwhile: this request is not to blame
+                self._drop()
+            if self._worker is None and not self._closed:
+                self._worker, within = self._start(), within + start
+            if self._closed or self._worker is None:  # asked after it was made: `close` sees it, or this sees `close`
+                raise _closed()
+            try:
+                return self._worker.ask(request, within)
+            except WorkerError:
+                self._drop()
+                if self._closed:
+                    raise _closed() from None
+                raise
+
+    def close(self) -> None:
+        """End the process, whatever it is doing, and start no other."""
+        self._closed = True
+        worker = self._worker
+        if worker is not None:
+            worker.kill()
+        with self._lock:
+            self._drop()
+
+    def _drop(self) -> None:
+        worker, self._worker = self._worker, None
+        if worker is not None:
+            worker.close()
+
+
+def _closed() -> SheetsError:
+    return SheetsError("The program is being ended.")
+
+
+def ready(fd: int, within: float | None, event: int = selectors.EVENT_READ) -> bool:
+    """Return whether something can be read, or written; `select` would fail for a busy server's file numbers."""
+    with selectors.DefaultSelector() as selector:
+        selector.register(fd, event)
+        return bool(selector.select(within))
