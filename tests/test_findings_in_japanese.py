@@ -25,6 +25,7 @@ from rrp_sheets.diagnostics.languages import PHRASES, entries, title, told
 from rrp_sheets.diagnostics.page import completed, load_page
 from rrp_sheets.diagnostics.phrase import Phrase, capital, listed, sentences, small
 from rrp_sheets.diagnostics.report import UnreadableWorkbook
+from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.cells import Address
 from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.printing import gather

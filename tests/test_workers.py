@@ -1,0 +1,76 @@
+"""Worker processes: their tasks exist, and what arrives is what was sent, or nothing."""
+
+from __future__ import annotations
+
+import re
+import socket
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import rrp_sheets
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.exchange import Command, Notice, State, WorldSnapshot
+from rrp_sheets.workers.codec import pack, unpack
+from rrp_sheets.workers.transport import MessageReader, encode
+from rrp_sheets.workers.worker_loop import named
+from rrp_sheets.workers.worker_process import RestartingWorker
+
+PACKAGE = Path(rrp_sheets.__file__).parent
+TASK = re.compile(r'"(rrp_sheets(?:\.\w+){2,})"|f"\{__name__\}\.(\w+)"')
+
+
+def tasks() -> list[str]:
+    """The dotted names that are written in the program as texts."""
+    found = set()
+    for file in PACKAGE.rglob("*.py"):
+        module = ".".join(file.relative_to(PACKAGE.parent).with_suffix("").parts)
+        for whole, own in TASK.findall(file.read_text(encoding="utf-8")):
+            found.add(whole or f"{module}.{own}")
+    return sorted(found)
+
+
+@pytest.mark.parametrize("name", tasks())
+def test_task_is_a_function(name: str) -> None:
+    assert callable(named(name))
+
+
+@given(st.lists(st.binary(max_size=300), max_size=3), st.integers(1, 40))
+@settings(max_examples=60, deadline=None)
+def test_messages_arrive_whole_in_whatever_pieces(pictures: list[bytes], size: int) -> None:
+    here, there = socket.socketpair()
+    with here, there:
+        messages = [["a", 1], ["pictures", *pictures], ["b\n", {"bytes": 2, "x": None}]]
+        data = b"".join(map(encode, messages))
+        reader, got = MessageReader(there), []
+        for begin in range(0, len(data), size):
+            here.sendall(data[begin : begin + size])
+            got += reader.receive() or []
+    assert got == messages
+
+
+def test_values_keep_their_types() -> None:
+    command = Command("s", ("a", [1, 2.0, None], {"x": (True,)}), sensors=("t",))
+    state = State({"HeadYaw": 0.5}, (0.0,), (), "", {"Ball": (1.0, 0.0)}, looks={"Ball": {"size": [0.1]}})
+    for thing in (command, WorldSnapshot(state, b"\n[]\0"), Notice("say", "Grüß \udce9")):
+        here, there = socket.socketpair()
+        with here, there:
+            here.sendall(encode([pack(thing)]))
+            [[got]] = MessageReader(there).receive() or []
+        assert unpack(type(thing), got) == thing
+
+
+def test_another_object_than_was_expected_is_refused() -> None:
+    with pytest.raises(ValueError, match="Notice is no Command"):
+        unpack(Command, pack(Notice("say", "Hello")))
+
+
+def test_an_error_of_a_task_is_raised_here() -> None:
+    worker = RestartingWorker()
+    try:
+        with pytest.raises(SheetsError, match="cannot be read"):
+            worker.ask(["rrp_sheets.runs.records.query_worker.course", "/nowhere"], 60)
+    finally:
+        worker.close()
