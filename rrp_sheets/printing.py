@@ -17,8 +17,7 @@ from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.render.pack import Changes, Pack, Print, TestSheetResult, VersionDifference, make_pack
-from rrp_sheets.render.pack.behaviours import Pictures
-from rrp_sheets.render.pack.make import Paper, set_pack
+from rrp_sheets.render.pack.make import Paper, Pictures, set_pack
 from rrp_sheets.render.texts import Texts, texts
 from rrp_sheets.testing import CaseResult, run_tests
 from rrp_sheets.testing.result_text import failure_lines

@@ -16,8 +16,8 @@ from compared import BASE, edited
 from rrp_sheets import api
 from rrp_sheets.cli.main import group
 from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, ChangedBehaviour
-from rrp_sheets.render.changes.pages import MOST_DRAWN, draw_changes, drawn_rows, legend_page
-from rrp_sheets.render.legend import draw_legend
+from rrp_sheets.render.change_diagram import MOST_DRAWN, draw_changes, drawn_rows, legend_page
+from rrp_sheets.render.diagram import draw_legend
 from rrp_sheets.render.measure import escape
 from rrp_sheets.render.style import SANS
 from rrp_sheets.runs.changes_drawn import Compared

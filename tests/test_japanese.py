@@ -18,8 +18,7 @@ from rrp_sheets.devices.spoken import words_of
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.languages import LANGUAGES
 from rrp_sheets.printing import gather
-from rrp_sheets.render.diagram import draw_diagram
-from rrp_sheets.render.legend import draw_legend
+from rrp_sheets.render.diagram import draw_diagram, draw_legend
 from rrp_sheets.render.measure import width
 from rrp_sheets.render.sentences import explain, explain_text
 from rrp_sheets.render.style import NAME_PT, PAGE

@@ -1,4 +1,4 @@
-"""Draws a behaviour as diagram pages: division into parts, layout by Graphviz, pictures as SVG."""
+"""Draws a behaviour as diagram pages: division into parts, layout by Graphviz, pictures as SVG; and their legend."""
 
 from __future__ import annotations
 
@@ -8,21 +8,27 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TypeVar
 
+from rrp_sheets.connectors import connectors
 from rrp_sheets.graph import BehaviourGraph, Graph, Step
-from rrp_sheets.render.boxes import FROM_OUTSIDE, Drawing, Marks, Note, make_drawing
+from rrp_sheets.render.boxes import FROM_OUTSIDE, Box, Drawing, Marks, Note, make_drawing
 from rrp_sheets.render.dot import TIMEOUT, Layout, dot_file, dot_text, lay_out
-from rrp_sheets.render.measure import clean
+from rrp_sheets.render.measure import clean, width
 from rrp_sheets.render.style import (
+    BADGE,
     BESIDE_A_TABLE,
     FEWEST_ROWS,
+    INK,
     LANDSCAPE,
     LEAST_SCALE,
     MOST_ROWS,
+    NAME_PT,
+    OFF_FILL,
+    OFF_LINE,
     PADDING,
     PAGE,
     WRAPPINGS,
 )
-from rrp_sheets.render.svg import draw_svg
+from rrp_sheets.render.svg import draw_badge, draw_box, draw_flag, draw_icon, draw_svg, frame, text
 from rrp_sheets.render.texts import Texts, texts
 
 _FEWEST_UPRIGHT = 2  # rows of a part that may not be turned
@@ -291,3 +297,59 @@ def cut_notes(graph: Graph, parts: Sequence[Part], words: Texts) -> list[dict[st
                 here[stream] = Note(words.get("diagram.to_part", parts=words.in_a_row(elsewhere)))
         notes.append(here)
     return notes
+
+
+_LEGEND_LINE = 20.0
+_LEGEND_X = (14.0, 170.0, 326.0)
+
+
+def draw_legend(language: str = "en") -> tuple[str, float, float]:
+    """Return the legend as SVG, its width and its height in points."""
+    words = texts(language)
+    wide = PAGE[0]
+    parts = [text(_LEGEND_X[0], 19, words.get("legend.title"), NAME_PT, bold=True)]
+    y = 40.0
+    signs = [("sensor", 0, 0), ("stream", 1, 0), ("actuator", 2, 0), ("anonymous", 0, 1), ("done", 0, 2)]
+    for kind, column, row in signs:
+        size = (7.0, 7.0) if kind == "anonymous" else (28.0, 17.0)
+        box = Box(f"sign-{kind}", kind, "", *size)
+        parts.append(draw_box(box, (_LEGEND_X[column] + 14, y + row * 24), "legend", words=words))
+        parts.append(text(_LEGEND_X[column] + 36, y + row * 24 + 3.4, words.get(f"legend.{kind}"), NAME_PT))
+    x = _LEGEND_X[1]
+    parts.append(
+        f'<rect x="{x}" y="{y + 16}" width="28" height="16" rx="3" fill="{OFF_FILL}" stroke="{OFF_LINE}" '
+        'stroke-width="0.9" stroke-dasharray="3 2.2"/>'
+    )
+    parts.append(text(x + 36, y + 27.4, words.get("legend.off"), NAME_PT))
+    parts.append(draw_flag(1, _LEGEND_X[2] + 7, y + 17))
+    parts.append(text(_LEGEND_X[2] + 36, y + 27.4, words.get("legend.flag"), NAME_PT))
+    y += 64
+    parts.append(
+        f'<rect x="{_LEGEND_X[0]}" y="{y}" width="36" height="18" rx="3" fill="#fff" stroke="{INK}" '
+        'stroke-width="0.9"/>'
+    )
+    parts.append(draw_badge(3, _LEGEND_X[0], y, 18, BADGE))
+    parts.append(draw_icon(_icon("filter"), _LEGEND_X[0] + 21, y + 3.4, INK))
+    parts.append(text(_LEGEND_X[0] + 44, y + 12.4, words.get("legend.row"), NAME_PT))
+    y += 36
+    known = [c for c in dict.fromkeys(connectors()) if words.has(f"legend.connector.{c.name}")]
+    half = -(-len(known) // 2)
+    for number, connector in enumerate(known):
+        x, line = (_LEGEND_X[0] if number < half else wide / 2 + 8), y + number % half * _LEGEND_LINE
+        about = words.get(f"legend.connector.{connector.name}")
+        meaning = words.get("legend.meaning", connector=connector.name, meaning=about)
+        parts.append(draw_icon(connector.icon, x + 4, line - 9, INK, 1))
+        parts.append(text(x + 26, line, meaning, NAME_PT - (1 if width(meaning, NAME_PT) > wide / 2 - 30 else 0)))
+    high = y + half * _LEGEND_LINE - 6
+    border = (
+        f'<rect x="0.5" y="0.5" width="{wide - 1:g}" height="{high - 1:g}" rx="4" fill="#fff" stroke="#9a9a9a" '
+        'stroke-width="0.7"/>'
+    )
+    body = "\n".join([border, *parts])
+    title = words.get("legend.title")
+    return frame(body, wide, high, ident="legend", title=title, description=words.get("legend.alt")), wide, high
+
+
+def _icon(name: str) -> str:
+    connector = connectors().get(name)
+    return connector.icon if connector else ""

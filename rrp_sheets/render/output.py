@@ -10,8 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.render.diagram import Page
-from rrp_sheets.render.legend import draw_legend
+from rrp_sheets.render.diagram import Page, draw_legend
 from rrp_sheets.render.marble_diagram import MarbleDiagram, marble_text
 from rrp_sheets.render.marble_drawing import draw_marbles
 from rrp_sheets.render.measure import clean, escape, typeset

@@ -14,7 +14,7 @@ from rrp_sheets.compare.as_text import verdict
 from rrp_sheets.compare.side import open_checked
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, SAME, ChangedBehaviour, ChangedRow
-from rrp_sheets.render.changes.pages import draw_changes, legend_page
+from rrp_sheets.render.change_diagram import draw_changes, legend_page
 from rrp_sheets.render.diagram import Page
 from rrp_sheets.render.output import stack
 

@@ -152,7 +152,7 @@ def _gathered(path: str, digest: str, against: str, language: str) -> Gathered:
 
 def write_preview(path: str, digest: str, against: str, language: str, target: str) -> None:
     """Write the protocol, its diagrams and the legend as JSON."""
-    from rrp_sheets.render.legend import draw_legend
+    from rrp_sheets.render.diagram import draw_legend
 
     found = _gathered(path, digest, against, language)
     legend, _, _ = draw_legend(found.pack.language)

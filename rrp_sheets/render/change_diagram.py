@@ -1,17 +1,40 @@
-"""Diagram pages of the changes in a behaviour: the rows that are drawn, the division into parts, the legend."""
+"""Diagram pages of the changes in a behaviour: which rows are drawn, their boxes and arrows, and the legend."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
-from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, SAME, ChangedBehaviour, ChangedRow
-from rrp_sheets.render.changes.boxes import make_change_drawing
+from rrp_sheets.connectors import connectors
+from rrp_sheets.model.changed import (
+    ADDED,
+    CHANGED,
+    REMOVED,
+    SAME,
+    ChangedBehaviour,
+    ChangedRow,
+    ChangedStream,
+    ComparableText,
+    Link,
+)
+from rrp_sheets.render.boxes import Arrow, Box, BoxLine, Drawing, Note, row_box, stream_box
 from rrp_sheets.render.diagram import Page, split
 from rrp_sheets.render.dot import TIMEOUT, dot_text, lay_out
-from rrp_sheets.render.measure import OTHER_FACES, clean, width
-from rrp_sheets.render.style import DASHES, LANDSCAPE, MOST_ROWS, NAME_PT, PAGE, SMALL_PT, SOFT, STATUS_STYLES
+from rrp_sheets.render.measure import OTHER_FACES, Line, clean, marked_lines, width, wrap_whole
+from rrp_sheets.render.style import (
+    DASHES,
+    LANDSCAPE,
+    MOST_ROWS,
+    NAME_COLUMNS,
+    NAME_PT,
+    PADDING,
+    PAGE,
+    SIGN,
+    SMALL_PT,
+    SOFT,
+    STATUS_STYLES,
+)
 from rrp_sheets.render.svg import draw_sign, draw_svg, frame, text
 
 MOST_DRAWN = 180
@@ -153,3 +176,92 @@ def legend_page(title: str) -> Page:
     )
     svg = frame("\n".join(parts), wide, high, ident="change-legend", title="How to read the pictures", description=alt)
     return Page(clean(title), "", svg, "", wide, high, 1.0, False, (0, 0), alt)
+
+
+_COLUMNS, _LINES = 26, 6
+_REMARK_COLUMNS = 30
+
+
+def make_change_drawing(
+    rows: Sequence[ChangedRow], streams: Mapping[str, ChangedStream], ids: Mapping[str, str], notes: Mapping[str, str],
+    part: int = 1,
+) -> Drawing:  # fmt: skip
+    """Return the boxes and arrows of some rows.
+
+    Args:
+        rows: in their order.
+        streams: by id.
+        ids: the box id of every stream.
+        notes: where a stream comes from or goes to, when that is not drawn here.
+        part: the number of the part.
+    """
+    drawing = Drawing(margin=PADDING + SIGN)
+
+    def place(stream: str) -> str:
+        box_id = ids[stream] + (f"-p{part}" if part > 1 else "")
+        if box_id not in drawing.boxes:
+            drawing.boxes[box_id] = _stream_box(box_id, streams[stream], notes.get(stream, ""))
+        return box_id
+
+    for row in rows:
+        heads = [(place(link.stream), link) for link in row.takes]
+        box = _row_box(row)
+        drawing.boxes[box.id] = box
+        for box_id, link in heads:
+            drawing.arrows.append(_arrow(box_id, box.id, link, row, streams[link.stream].sign))
+        for link in row.gives:
+            box_id = place(link.stream)
+            headless = drawing.boxes[box_id].kind == "anonymous"
+            drawing.arrows.append(_arrow(box.id, box_id, link, row, streams[link.stream].sign, headless))
+    return drawing
+
+
+def _arrow(tail: str, head: str, link: Link, row: ChangedRow, stream_sign: str, headless: bool = False) -> Arrow:
+    labelled = bool(link.sign) and link.sign not in (row.sign, stream_sign)
+    return Arrow(tail, head, row.off, headless, status=link.sign, labelled=labelled)
+
+
+def _stream_box(box_id: str, stream: ChangedStream, note: str) -> Box:
+    name = stream.name.after
+    heading = marked_lines(((stream.sign == REMOVED, name),), NAME_COLUMNS, 2)
+    was = marked_lines(stream.name.was(), NAME_COLUMNS, 2) if stream.name.changed else ()
+    lines = [BoxLine(line, REMOVED, n > 0, mono=False) for n, line in enumerate(was)]
+    for setting, words in stream.settings:
+        lines += _both(ComparableText(f"{setting}: {words.before}", f"{setting}: {words.after}"), mono=False)
+    return stream_box(box_id, stream.kind, stream.id, name, heading, tuple(lines), note=Note(note), status=stream.sign)
+
+
+def _row_box(row: ChangedRow) -> Box:
+    connector = row.connector
+    heading: Line = ((row.sign == REMOVED, connector.after or connector.before),)
+    if connector.before and connector.after and connector.changed:
+        heading = ((True, connector.before), (False, f" → {connector.after}"))
+    lines = _formula(row)
+    lines += [
+        BoxLine(line, mono=False)
+        for remark in row.remarks
+        for line in marked_lines(((False, remark),), _REMARK_COLUMNS, 2)
+    ]
+    name = connector.after or connector.before
+    found = connectors().get(name)
+    return row_box(
+        row.id, row.number, name, found.icon if found else "", heading, tuple(lines),
+        formula=row.formula.after or row.formula.before, off=row.off, status=row.sign,
+    )  # fmt: skip
+
+
+def _formula(row: ChangedRow) -> list[BoxLine]:
+    words = row.formula
+    if row.sign not in (ADDED, REMOVED) and words.changed:
+        return _both(words)
+    runs = ((row.sign == REMOVED, words.before if row.sign == REMOVED else words.after),)
+    return [BoxLine(line) for line in marked_lines(runs, _COLUMNS, _LINES, wrap_whole)]
+
+
+def _both(words: ComparableText, mono: bool = True) -> list[BoxLine]:
+    """Return the text before and after, each in lines under its sign."""
+    out = []
+    for status, runs in ((REMOVED, words.was()), (ADDED, words.now())):
+        lines = marked_lines(runs or ((True, "blank"),), _COLUMNS, _LINES, wrap_whole)
+        out += [BoxLine(line, status, n > 0, mono) for n, line in enumerate(lines)]
+    return out
