@@ -10,7 +10,7 @@ from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream, StreamKind
 from rrp_sheets.model.durations import show_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Record, Value, show
-from rrp_sheets.render.measure import clean, columns
+from rrp_sheets.render.measure import clean, columns, shortened
 
 _MOST_TICKS = 400
 _FROM_TIMER = ("forgetafter", "timeout")
@@ -308,16 +308,7 @@ def fitting(value: Value, room: float, measure: Callable[[str], float] = columns
         value = next((v for v in value.values.values() if isinstance(v, str) and v), None)
     if not isinstance(value, (str, list, tuple)) or room < least:
         return ""
-    return cut(short(value), room, measure)
-
-
-def cut(words: str, room: float, measure: Callable[[str], float] = columns) -> str:
-    """Return a text cut so that it fits with a `…`; empty when nothing of it would be left."""
-    if measure(words) <= room:
-        return words
-    while words and measure(words + "…") > room:
-        words = words[:-1]
-    return words.rstrip() + "…" if words.strip() else ""
+    return shortened(short(value), room, measure)
 
 
 _SIGNS = {"sensor": "□", "stream": "○", "anonymous": "·", "actuator": "▣", "done": "◇"}
@@ -361,8 +352,7 @@ def _label(lane: Lane) -> str:
 
 
 def _fit(text: str, wide: int) -> str:
-    while columns(text) > wide - 1:
-        text = text[:-2].rstrip() + "…"
+    text = shortened(text, wide - 1)
     return text + " " * (wide - columns(text))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 from rrp_sheets.model.values import show
@@ -14,13 +15,12 @@ from rrp_sheets.render.marble_diagram import (
     Lane,
     Marble,
     MarbleDiagram,
-    cut,
     fitting,
     nice_step,
     seconds_label,
     short,
 )
-from rrp_sheets.render.measure import clean, escape, width, wrap
+from rrp_sheets.render.measure import clean, escape, shortened, width, wrap
 from rrp_sheets.render.style import (
     BADGE,
     DASHES,
@@ -205,12 +205,12 @@ def _draw_bar(bar: Bar, x: Span, y: float) -> str:
         _badge(bar, left, y, high) if bar.row else "",
         draw_icon(bar.icon, left + 20, y + 1.2, ink, 0.85),
     ]
-    inputs = _cut(", ".join(clean(i) for i in bar.inputs), 190, SMALL_PT)
+    inputs = shortened(", ".join(clean(i) for i in bar.inputs), 190, partial(width, size=SMALL_PT))
     words = f"{inputs} → {bar.connector}"
     parts.append(text(left + 33, y + 9.2, words, SMALL_PT, fill=ink))
     if bar.formula:
         start = left + 33 + width(words, SMALL_PT) + 8
-        formula = _cut(clean(bar.formula), x.right - start - 6, MONO_PT, mono=True)
+        formula = shortened(clean(bar.formula), x.right - start - 6, partial(width, size=MONO_PT, mono=True))
         parts.append(text(start, y + 9.2, formula, MONO_PT, fill=ink, mono=True))
     parts += [
         f'<path d="M{x.at(t):.1f} {y + high - 4:.1f}v5.5" stroke="{FLAG}" stroke-width="1.1"/>'
@@ -225,16 +225,6 @@ def _badge(bar: Bar, x: float, y: float, high: float) -> str:
     return box + text(x + 8.5, y + 9.3, str(bar.row), size, fill="#fff", bold=True, middle=True)
 
 
-def _cut(words: str, room: float, size: float, *, mono: bool = False) -> str:
-    """Return the text as far as it fits."""
-    if width(words, size, mono=mono) <= room:
-        return words
-    words = words[: max(0, int(room / size * 4))]
-    while words and width(words + "…", size, mono=mono) > room:
-        words = words[:-1]
-    return words + "…"
-
-
 def _label(group: Group, top: float, bottom: float, *, named: bool) -> str:
     """Draw the stream's name with its sign, and in later strips the numbers of its rows."""
     lane = group.lane
@@ -242,7 +232,7 @@ def _label(group: Group, top: float, bottom: float, *, named: bool) -> str:
     fill, line = FILL_AND_LINE.get(lane.kind, ("#fff", INK))
     name = clean(lane.label)
     rows = f" {', '.join(str(b.row) for b in group.bars[:3])}" if named and group.bars else ""
-    shown = _cut(name, _LABEL - 22 - width(rows, 7.5), 9.5)
+    shown = shortened(name, _LABEL - 22 - width(rows, 7.5), partial(width, size=9.5))
     parts = [_sign(lane.kind, 8.0, base, fill, line)]
     if shown:
         parts.append(text(17, base + 3.2, shown, 9.5, bold=lane.kind != "stream"))
@@ -410,7 +400,7 @@ def _draw_marble(
     before, room = gaps
     title = f"<title>{_told(marble)}</title>"
     if marble.error:
-        reason = cut(clean(marble.error[:200]), room - 12, _measure) if room > 40 else ""
+        reason = shortened(clean(marble.error[:200]), room - 12, _measure) if room > 40 else ""
         cross = f'<path d="M{x - 3.6:.1f} {y - 3.6:.1f}l7.2 7.2m0 -7.2l-7.2 7.2" stroke="{FLAG}" stroke-width="1.8"/>'
         words = _on_white(x + 6.5, y + 2.8, reason, SMALL_PT - 1) if reason else ""
         return f'<g class="error">{title}{cross}{words}</g>'

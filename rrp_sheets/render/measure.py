@@ -9,6 +9,7 @@ import html
 import json
 import re
 import unicodedata
+from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal
 
@@ -81,19 +82,6 @@ def width(text: str, size: float, *, mono: bool = False, bold: bool = False) -> 
     return total * size / 1000 * (1.0 if mono else 1.16 if bold else 1.08)
 
 
-def shortened(text: str, room: float, size: float, *, bold: bool = False) -> str:
-    """Return as much of a line as fits in points, with `…` for the rest; blank when nothing fits.
-
-    >>> shortened("Distance of the ball", 50, 8), shortened("Ball", 50, 8), shortened("Ball", 3, 8)
-    ('Distance of…', 'Ball', '')
-    """
-    if width(text, size, bold=bold) <= room:
-        return text
-    while text and width(text + "…", size, bold=bold) > room:
-        text = text[:-1]
-    return text.rstrip() + "…" if text else ""
-
-
 def columns(text: str) -> int:
     """Return the number of columns of a text in a monospaced font; Japanese letters take two.
 
@@ -101,6 +89,19 @@ def columns(text: str) -> int:
     4
     """
     return sum(2 if wide(c) else 1 for c in text)
+
+
+def shortened(text: str, room: float, measure: Callable[[str], float] = columns) -> str:
+    """Return as much of a line as fits, with `…` for the rest; blank when nothing fits.
+
+    >>> shortened("Distance of the ball", 12), shortened("Ball", 4), shortened("Ball", 1)
+    ('Distance of…', 'Ball', '')
+    """
+    if measure(text) <= room:
+        return text
+    fitting = bisect_right(range(len(text)), room, key=lambda n: measure(text[:n] + "…")) - 1
+    start = text[: max(0, fitting)].rstrip()
+    return start + "…" if start else ""
 
 
 def wrap(text: str, most_columns: int, most_lines: int) -> tuple[str, ...]:

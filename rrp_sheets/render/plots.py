@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from math import floor, log10
 from statistics import median
@@ -88,7 +89,8 @@ def draw_plots(
     ends = [way[-1][0] for c in curves for way in (c.points, c.other) if way]
     scale = _Scale(max(seconds, *(n.until for n in notes), *ends, 0.001))
     y = 30.0
-    pieces = [text(14, 20, shortened(clean(title), WIDE - 28, 13, bold=True), 13, bold=True), *_legend(legend)]
+    heading = shortened(clean(title), WIDE - 28, partial(width, size=13, bold=True))
+    pieces = [text(14, 20, heading, 13, bold=True), *_legend(legend)]
     lanes = [(lane, [n for n in notes if n.lane == lane]) for lane in LANES]
     lanes = [(lane, found) for lane, found in lanes if found]
     top = y + (_LANE * len(lanes) + 8 if lanes else 0)
@@ -170,7 +172,7 @@ def _lane(scale: _Scale, lane: str, name: str, notes: Sequence[PlotNote], y: flo
         end = WIDE - 6 if after is None else scale.x(after.t) - 6
         begin = max(x, scale.x(note.until)) + 6
         if begin >= free and end - begin > 24:
-            words = shortened(clean(note.text[:_LETTERS]), end - begin, 8)
+            words = shortened(clean(note.text[:_LETTERS]), end - begin, partial(width, size=8))
             if len(words) > 2:
                 yield text(begin, y + 11, words, 8)
                 free = begin + width(words, 8)
@@ -230,7 +232,8 @@ def _name(curve: Curve, words_of: Texts, top: float) -> Iterator[str]:
     room = _LEFT - 14 - 44  # the numbers of the axis stand at its right
     lines = wrap(clean(curve.name), 20, 2)
     for number, words in enumerate(lines):
-        yield text(14, top + 12 + 12 * number, shortened(words, room, NAME_PT, bold=True), NAME_PT, bold=True)
+        shown = shortened(words, room, partial(width, size=NAME_PT, bold=True))
+        yield text(14, top + 12 + 12 * number, shown, NAME_PT, bold=True)
     y = top + 12 + 12 * len(lines)
     kind = f"plots.kind.{curve.kind}"
     parts = [words_of.get(kind) if words_of.has(kind) else curve.kind]
@@ -242,7 +245,7 @@ def _name(curve: Curve, words_of: Texts, top: float) -> Iterator[str]:
         *(told if width(told[0], 8) <= room else parts),
     ):
         if words:
-            yield text(14, y, shortened(words, room, 8), 8, fill=SOFT)
+            yield text(14, y, shortened(words, room, partial(width, size=8)), 8, fill=SOFT)
             y += 10
 
 

@@ -155,8 +155,9 @@ def draw_box(box: Box, centre: Point, prefix: str, *, chosen: bool = False, word
     if box.flag is not None:
         inside += draw_flag(box.flag, centre[0] + box.width / 2 - 7, centre[1] - box.height / 2 - 8.5)
     if box.status:
-        across, up = (0.42 * box.width, 0.44 * box.height) if box.kind == "stream" else (  # an oval has no corner
-            box.width / 2 - 1, box.height / 2 - 1)  # fmt: skip
+        across, up = box.width / 2 - 1, box.height / 2 - 1
+        if box.kind == "stream":  # an oval has no corner
+            across, up = box.width * 0.42, box.height * 0.44
         inside += draw_sign(box.status, (centre[0] + across, centre[1] - up))
     looks = [box.kind, "off" if box.off else "", STATUS_STYLES[box.status].word if box.status else ""]
     return f'<g id="{prefix}-{box.id}" class="{" ".join(filter(None, looks))}"{about}>{title}{inside}</g>'
